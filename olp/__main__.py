@@ -1,0 +1,116 @@
+"""The command line: finds the command, runs it, and turns whatever went wrong into diagnostics.
+
+Only the command that was asked for is imported, so `olp --help` and small jobs answer at once.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Sequence
+
+from olp import commands
+from olp.commands.command import Parser, from_os_error
+from olp.diagnostic import Diagnostic, OlpError, error
+from olp.version import __version__
+
+DONE, FINDING, NO_ANSWER = 0, 1, 2
+INTERRUPTED, CLOSED_PIPE = 130, 141  # as a shell reports SIGINT and SIGPIPE
+
+HELP = """\
+usage: olp COMMAND [ARGUMENT …]
+
+Reads robot programs, says how long every line takes and why, and writes them back unharmed.
+
+commands:
+{commands}
+
+olp COMMAND --help explains one command; olp --version prints the version.
+Exit status: 0 done and held, 1 a finding, 2 the question could not be answered."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command line (without the leading "olp") and returns its exit status."""
+    make_streams_robust()
+    try:
+        status = dispatch(list(sys.argv[1:] if arguments is None else arguments))
+        sys.stdout.flush()
+    except OlpError as problem:
+        return report(problem.diagnostics)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Python would flush once more on its way out and complain.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return CLOSED_PIPE
+    except OSError as problem:
+        return report([from_os_error(problem)])
+    return status
+
+
+def dispatch(words: list[str]) -> int:
+    """Finds the command that `words` name and runs it."""
+    if not words:
+        print(help_text(), file=sys.stderr)
+        return NO_ANSWER
+    if words[0] in ("-h", "--help"):
+        print(help_text())
+        return DONE
+    if words[0] in ("-V", "--version"):
+        print("olp", __version__)
+        return DONE
+    name, rest = commands.split(words)
+    if not name:
+        raise OlpError(unknown(words))
+    return run(name, rest)
+
+
+def run(name: str, words: list[str]) -> int:
+    """Parses `words` for the command `name` and runs it."""
+    command = commands.load(name)
+    parser = Parser(f"olp {name}", command.SUMMARY)
+    command.add_arguments(parser)
+    try:
+        args = parser.parse_args(words)
+    except SystemExit:  # --help: said all there is to say
+        return DONE
+    return command.run(args)
+
+
+def help_text() -> str:
+    """What `olp --help` prints."""
+    names = commands.names()
+    width = max(map(len, names), default=0)
+    rows = (f"  {name:{width}}  {commands.load(name).SUMMARY}" for name in names)
+    return HELP.format(commands="\n".join(rows))
+
+
+def unknown(words: list[str]) -> Diagnostic:
+    """The diagnostic for a command that does not exist, with the nearest that does."""
+    from difflib import get_close_matches
+
+    names = commands.names()
+    group = [name for name in names if name.startswith(words[0] + " ")]
+    near = group or get_close_matches(" ".join(words[:2]), names, 1) or get_close_matches(words[0], names, 1)
+    hint = f"did you mean: {', '.join(f'olp {name}' for name in near)}?" if near else ""
+    listed = "olp --help lists the commands"
+    return error("C001", f"there is no command {words[0]!r}", help=f"{hint} {listed}".strip())
+
+
+def report(diagnostics: Sequence[Diagnostic]) -> int:
+    """Prints what made the question unanswerable."""
+    print("\n\n".join(diagnostic.render() for diagnostic in diagnostics), file=sys.stderr)
+    return NO_ANSWER
+
+
+def make_streams_robust() -> None:
+    """No name or comment of a program may stop the answer because the terminal cannot show it."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # Output that goes to a file on Windows would take the machine's code page.
+            stream.reconfigure(encoding="utf-8" if os.name == "nt" else None, errors="replace")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,137 @@
+"""What the commands share: arguments, input files, output files.
+
+Codes: C001 unknown command, C002 wrong arguments, C003 no such file, C004 a folder without such files,
+C005 the operating system refused, C006 an input would be overwritten.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from argparse import ArgumentParser
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from olp.diagnostic import Diagnostic, OlpError, error
+
+
+class Parser(ArgumentParser):
+    """An argument parser that answers wrong arguments with a diagnostic like any other bad input."""
+
+    def __init__(self, prog: str, description: str) -> None:
+        # An abbreviation that works today breaks a script on the day a longer option is added.
+        super().__init__(prog=prog, description=description, allow_abbrev=False)
+
+    def error(self, message: str) -> NoReturn:
+        raise OlpError(error("C002", message, help=f"{self.prog} --help lists the arguments"))
+
+
+def from_os_error(problem: OSError) -> Diagnostic:
+    """What the operating system refused, as a diagnostic: which file, and why in its own words."""
+    file = problem.filename if problem.filename is not None else ""
+    return error("C005", problem.strerror or str(problem), file=os.fsdecode(file))
+
+
+def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[Path]:
+    """The files meant by `paths`: files as they are, folders searched for `suffixes`, patterns expanded.
+
+    Suffixes are lower case with their dot (".jbi") and match either case. Every file comes once, folders in
+    sorted order. Raises OlpError naming everything that is missing, unreadable or empty.
+    """
+    found: dict[str, Path] = {}
+    problems: list[Diagnostic] = []
+    for path in map(Path, paths):
+        for file in _expand_one(path, tuple(suffixes), problems):
+            found.setdefault(os.path.normcase(os.path.abspath(file)), file)
+    if problems:
+        raise OlpError(*problems)
+    return list(found.values())
+
+
+def _expand_one(path: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -> list[Path]:
+    if path.is_dir():
+        return _search(path, suffixes, problems)
+    if path.exists():
+        return [path]
+    # Shells on Windows hand patterns over as they are.
+    matches = _glob(path)
+    if not matches:
+        problems.append(error("C003", "no such file or folder", file=str(path)))
+    return [file for match in matches for file in _expand_one(match, suffixes, problems)]
+
+
+def _glob(path: Path) -> list[Path]:
+    from glob import glob, has_magic
+
+    return [Path(name) for name in sorted(glob(str(path)))] if has_magic(str(path)) else []
+
+
+def _search(root: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -> list[Path]:
+    refused: list[OSError] = []
+    found = [
+        Path(folder, name)
+        for folder, _, names in os.walk(root, onerror=refused.append)
+        for name in names
+        if name.lower().endswith(suffixes)
+    ]
+    problems.extend(map(from_os_error, refused))
+    if not found and not refused:
+        problems.append(error("C004", f"no {' or '.join(suffixes)} file in this folder", file=str(root)))
+    return sorted(found)
+
+
+def write_output(
+    path: str | Path | None, data: bytes, *, inputs: Iterable[str | Path] = (), in_place: bool = False
+) -> None:
+    """Writes `data` to `path`, whole or not at all; None or "-" is standard output.
+
+    The data are written beside the target and moved into place, so a full disk or a lost connection never
+    leaves half a program. A target that is one of `inputs` is refused with OlpError unless `in_place`.
+    Raises OSError.
+    """
+    if path is None or str(path) == "-":
+        sys.stdout.flush()
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+        return
+    if not in_place:
+        refuse_inputs(path, inputs)
+    # Replacing a link would leave the file it names as it was.
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        target.write_bytes(data)  # a device or a pipe cannot be replaced, a folder says so
+    else:
+        _replace(target, data)
+
+
+def refuse_inputs(path: str | Path, inputs: Iterable[str | Path]) -> None:
+    """Raises OlpError when `path` is one of `inputs` under whatever name (link, other case, relative)."""
+    for source in map(Path, inputs):
+        if os.path.exists(path) and source.exists() and os.path.samefile(path, source):
+            raise OlpError(
+                error(
+                    "C006",
+                    "this output would overwrite its input",
+                    file=str(path),
+                    help="name another file with -o, or say --in-place where the command has it",
+                )
+            )
+
+
+def _replace(target: Path, data: bytes) -> None:
+    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with open(beside, "xb") as file:
+            file.write(data)
+            if target.exists():
+                # What is about to be lost must not be replaced by data that are still on their way.
+                file.flush()
+                os.fsync(file.fileno())
+                os.chmod(beside, stat.S_IMODE(target.stat().st_mode))
+        os.replace(beside, target)
+    except FileNotFoundError as problem:
+        raise FileNotFoundError(problem.errno, problem.strerror, str(target.parent)) from None
+    finally:
+        beside.unlink(missing_ok=True)
