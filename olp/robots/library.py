@@ -1,0 +1,81 @@
+"""The robots that ship with olp: their names, one by name or path, those whose limits fit given pulses."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from olp.diagnostic import Diagnostic, OlpError, error
+from olp.robots.model import PulseFit, Robot
+from olp.robots.reader import read_robot
+
+_FOLDER = Path(__file__).parent
+
+# Soft limits are set in whole pulses and a taught point may stand on one: 0.1 deg of slack per axis.
+_LIMIT_SLACK = 0.00175  # [rad | m]
+
+
+@cache
+def robot_names() -> tuple[str, ...]:
+    """All library names, "maker/model", sorted."""
+    return tuple(sorted(f"{path.parent.name}/{path.stem}" for path in _FOLDER.glob("*/*.toml")))
+
+
+def load_robot(name_or_path: str | Path) -> Robot:
+    """The robot of that library name ("yaskawa/gp25", or "gp25" when only one maker has it) or file.
+
+    Raises OlpError: R001 no such robot or file, R002 to R006 the file's problems, all at once.
+    """
+    text = str(name_or_path)
+    if text.lower().endswith(".toml") or isinstance(name_or_path, Path):
+        return read_robot(Path(name_or_path))
+    return _library_robot(_full_name(text))
+
+
+def candidates_for_pulses(min_pulses: Sequence[float], max_pulses: Sequence[float]) -> list[PulseFit]:
+    """Library robots that could have been at all of the pulses, those that use most of their range first.
+
+    `min_pulses` and `max_pulses` hold the smallest and largest pulse of each axis of one control group.
+    """
+    low, high = np.asarray(min_pulses, dtype=np.float64), np.asarray(max_pulses, dtype=np.float64)
+    fits = []
+    for name in robot_names():
+        robot = _library_robot(name)
+        if len(robot.axes) != len(low) or not robot.knows_pulses:
+            continue
+        start, end = low / robot.pulses_per_unit, high / robot.pulses_per_unit
+        if np.all(start >= robot.lower - _LIMIT_SLACK) and np.all(end <= robot.upper + _LIMIT_SLACK):
+            used = float(np.mean((end - start) / (robot.upper - robot.lower)))
+            fits.append(PulseFit(robot, used))
+    return sorted(fits, key=lambda fit: (-fit.used, fit.robot.name))
+
+
+@cache
+def _library_robot(name: str) -> Robot:
+    return read_robot(_FOLDER / f"{name}.toml", name)
+
+
+def _full_name(text: str) -> str:
+    wanted = text.strip().lower()
+    names = robot_names()
+    if wanted in names:
+        return wanted
+    same_model = [name for name in names if name.split("/")[1] == wanted]
+    if len(same_model) == 1:
+        return same_model[0]
+    raise OlpError(_unknown(text, wanted, names))
+
+
+def _unknown(text: str, wanted: str, names: Sequence[str]) -> Diagnostic:
+    models = {name.split("/")[1]: name for name in names}
+    close = difflib.get_close_matches(wanted.split("/")[-1], models, n=3, cutoff=0.5)
+    advice = f"did you mean {', '.join(models[model] for model in close)}? " if close else ""
+    return error(
+        "R001",
+        f"no robot is called {text!r}",
+        help=f"{advice}known: {', '.join(names)}; a file of your own is given as a path ending in .toml",
+    )

@@ -1,0 +1,132 @@
+"""What is known of one control group (an arm, a positioner, a track): frozen, SI, with sources."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
+Kind = Literal["arm", "positioner", "track"]
+
+# Columns are the flange axes at zero, seen from the base: x up, y to the right, z forward.
+FLANGE_AT_ZERO: tuple[Vector, Vector, Vector] = ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One axis. Units are radians, or metres when `linear`; None means not known."""
+
+    name: str
+    lower: float  # [rad | m] soft limit
+    upper: float  # [rad | m] soft limit
+    speed: float  # [rad/s | m/s] rated, what VJ=100 means
+    acceleration: float | None = None  # [rad/s² | m/s²]
+    pulses_per_unit: float | None = None  # [pulses/rad | pulses/m], in the sense of the job's pulses
+    linear: bool = False
+
+
+class Links(NamedTuple):
+    """Link lengths [m] of an arm with a spherical wrist, at the zero position.
+
+    a1 from axis S to axis L (forward), a2 from L to U (up), a3 from U to the forearm's axis R (up),
+    d4 from U to the wrist centre (forward), d6 from there to the flange (forward).
+    """
+
+    a1: float
+    a2: float
+    a3: float
+    d4: float
+    d6: float
+
+
+class Joint(NamedTuple):
+    """One joint of the chain, in the order from base to flange."""
+
+    axis: int  # index into Robot.axes: the controller may count the axes in another order
+    direction: Vector  # unit vector of the axis at zero, in the base frame
+    offset: Vector  # [m] from the previous joint, at zero, in the base frame
+
+
+@dataclass(frozen=True, slots=True)
+class Geometry:
+    """A serial chain at zero: each offset is applied before its joint turns (or slides)."""
+
+    joints: tuple[Joint, ...]
+    flange_offset: Vector  # [m] from the last joint, at zero, in the base frame
+    flange_rotation: tuple[Vector, Vector, Vector] = FLANGE_AT_ZERO  # rows, at zero
+    links: Links | None = None  # set when the closed-form inverse of a spherical wrist applies
+    base_height: float | None = None  # [m] of the base frame (where axes S and L meet) above the floor
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A machine. Poses computed from pulses are proven only where `pose_verified` is true."""
+
+    name: str  # "maker/model", lower case
+    maker: str
+    model: str
+    axes: tuple[Axis, ...]
+    kind: Kind = "arm"
+    controllers: tuple[str, ...] = ()
+    geometry: Geometry | None = None
+    blend_zones: tuple[float, ...] | None = None  # [m] for PL = 1..8
+    linear_acceleration: float | None = None  # [m/s²] of the tool centre point
+    settling_time: float | None = None  # [s] per exact stop
+    payload: float | None = None  # [kg]
+    pose_verified: bool = False  # pulses -> pose was compared with the controller's own coordinates
+    sources: Mapping[str, str] = field(default_factory=dict)  # per group of numbers
+    inferred: tuple[str, ...] = ()  # the groups (keys of `sources`) that are inferred, not published
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        return tuple(axis.name for axis in self.axes)
+
+    @property
+    def lower(self) -> Array:
+        """(k,) [rad | m]"""
+        return np.array([axis.lower for axis in self.axes])
+
+    @property
+    def upper(self) -> Array:
+        """(k,) [rad | m]"""
+        return np.array([axis.upper for axis in self.axes])
+
+    @property
+    def speeds(self) -> Array:
+        """(k,) [rad/s | m/s]"""
+        return np.array([axis.speed for axis in self.axes])
+
+    @property
+    def accelerations(self) -> Array:
+        """(k,) [rad/s² | m/s²], nan where not known"""
+        return _with_nan([axis.acceleration for axis in self.axes])
+
+    @property
+    def pulses_per_unit(self) -> Array:
+        """(k,) [pulses/rad | pulses/m], nan where not known"""
+        return _with_nan([axis.pulses_per_unit for axis in self.axes])
+
+    @property
+    def knows_pulses(self) -> bool:
+        return all(axis.pulses_per_unit is not None for axis in self.axes)
+
+    def __hash__(self) -> int:
+        # `sources` is a mapping and cannot be hashed; the rest already tells robots apart.
+        return hash((self.name, self.axes, self.geometry))
+
+
+class PulseFit(NamedTuple):
+    """How well a program's pulses fit a robot's soft limits."""
+
+    robot: Robot
+    used: float  # [1] mean over the axes of the share of the range that the pulses span
+
+
+def _with_nan(values: list[float | None]) -> Array:
+    return np.array([math.nan if value is None else value for value in values])

@@ -1,0 +1,288 @@
+"""Robot file (TOML in mm, degrees, pulses, ms) -> `Robot` (SI). Units are converted here and nowhere else."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Final, Literal, cast
+
+from olp.diagnostic import raise_errors
+from olp.robots.document import Document, Table
+from olp.robots.model import FLANGE_AT_ZERO, Axis, Geometry, Joint, Kind, Links, Robot, Vector
+from olp.units import deg, mm, ms
+
+_KINDS: Final = ("arm", "positioner", "track")
+_ROOT_KEYS: Final = (
+    "model", "maker", "kind", "controllers", "pose_verified", "inferred", "axes", "links", "chain", "sources",
+    "blend_zones_mm", "linear_acceleration_mm_s2", "settling_time_s", "payload_kg",
+)  # fmt: skip
+_TURNING: Final = (
+    "name", "lower_deg", "upper_deg", "speed_deg_s", "acceleration_deg_s2", "acceleration_rad_s2",
+    "acceleration_time_ms", "pulses_per_deg",
+)  # fmt: skip
+_SLIDING: Final = (
+    "name", "lower_mm", "upper_mm", "speed_mm_s", "acceleration_mm_s2", "acceleration_time_ms",
+    "pulses_per_mm",
+)  # fmt: skip
+_LINK_KEYS: Final = ("a1_mm", "a2_mm", "a3_mm", "d4_mm", "d6_mm")
+_DIRECTIONS: Final[dict[str, Vector]] = {
+    f"{sign}{name}": cast(Vector, tuple(value if i == j else 0.0 for j in range(3)))
+    for i, name in enumerate("xyz")
+    for sign, value in (("+", 1.0), ("-", -1.0))
+}
+# The one arm whose poses were checked; all arms given by link lengths alone are built the same way.
+_WRIST_DIRECTIONS: Final = ("+z", "+y", "-y", "-x", "-y", "-x")
+SOURCE_GROUPS: Final = (
+    "limits", "speed", "acceleration", "pulses", "links", "chain", "base_height", "blend_zones",
+    "linear_acceleration", "settling_time", "payload", "pose",
+)  # fmt: skip
+
+
+def read_robot(path: Path, name: str | None = None) -> Robot:
+    """The robot of the file `path`, called `name` or maker/model.
+
+    Raises OlpError with all problems: R002 unreadable, R003 unknown key, R004 missing, R005 wrong value,
+    R006 numbers without a source.
+    """
+    document = Document(path)
+    root = document.root
+    document.known_keys(root, _ROOT_KEYS, "a robot file")
+    maker, model = document.word(root, "maker"), document.word(root, "model")
+    if maker is None or model is None:
+        document.report("R004", "maker and model are needed", help='maker = "Yaskawa", model = "GP25"')
+    axes = _axes(document)
+    geometry = _geometry(document, axes)
+    zones = document.numbers(root, "blend_zones_mm", 8)
+    linear = document.number(root, "linear_acceleration_mm_s2", above=0.0)
+    kind = root.get("kind", "arm")
+    if kind not in _KINDS:
+        document.report("R005", f"kind must be one of {', '.join(_KINDS)}, not {kind!r}", "kind")
+    verified = root.get("pose_verified", False)
+    if not isinstance(verified, bool):
+        document.report("R005", f"pose_verified must be true or false, not {verified!r}", "pose_verified")
+    robot = Robot(
+        name=name or f"{maker}/{model}".lower().replace(" ", "-"),
+        maker=maker or "",
+        model=model or "",
+        axes=axes,
+        kind=cast(Kind, kind),
+        controllers=document.words(root, "controllers"),
+        geometry=geometry,
+        blend_zones=None if zones is None else tuple(zone * mm for zone in zones),
+        linear_acceleration=None if linear is None else linear * mm,
+        settling_time=document.number(root, "settling_time_s", above=0.0),
+        payload=document.number(root, "payload_kg", above=0.0),
+        pose_verified=bool(verified),
+        sources=_sources(document),
+        inferred=document.words(root, "inferred"),
+    )
+    _check_sources(document, robot)
+    raise_errors(document.problems)
+    return robot
+
+
+def number_groups(robot: Robot) -> tuple[str, ...]:
+    """The groups of numbers that `robot` holds, each of which needs an entry in its `sources`."""
+    geometry = robot.geometry
+    held = {
+        "limits": True,
+        "speed": True,
+        "acceleration": any(axis.acceleration is not None for axis in robot.axes),
+        "pulses": any(axis.pulses_per_unit is not None for axis in robot.axes),
+        "links": geometry is not None and geometry.links is not None,
+        "chain": geometry is not None and geometry.links is None,
+        "base_height": geometry is not None and geometry.base_height is not None,
+        "blend_zones": robot.blend_zones is not None,
+        "linear_acceleration": robot.linear_acceleration is not None,
+        "settling_time": robot.settling_time is not None,
+        "payload": robot.payload is not None,
+        "pose": robot.pose_verified,
+    }
+    return tuple(group for group in SOURCE_GROUPS if held[group])
+
+
+def _axes(document: Document) -> tuple[Axis, ...]:
+    rows = document.tables(document.root, "axes")
+    if not rows:
+        document.report(
+            "R004", "axes are needed", "axes", help="axes = [ { name = ..., lower_deg = ..., ... }, ... ]"
+        )
+    axes = tuple(_axis(document, row, document.item_start("axes", i)) for i, row in enumerate(rows))
+    names = [axis.name for axis in axes]
+    for name in sorted({name for name in names if name and names.count(name) > 1}):
+        document.report("R005", f"two axes are called {name}", f'"{name}"', document.table_start("axes"))
+    return axes
+
+
+def _axis(document: Document, row: Table, start: int) -> Axis:
+    linear = any(key in row for key in ("lower_mm", "upper_mm", "speed_mm_s", "pulses_per_mm"))
+    unit, scale = ("mm", mm) if linear else ("deg", deg)
+    document.known_keys(
+        row, _SLIDING if linear else _TURNING, "a linear axis" if linear else "an axis", start
+    )
+    needed = ("name", f"lower_{unit}", f"upper_{unit}", f"speed_{unit}_s")
+    missing = [key for key in needed if key not in row]
+    if missing:
+        document.report("R004", f"axis {row.get('name', '?')} needs {', '.join(missing)}", "name", start)
+    lower = document.number(row, f"lower_{unit}", start)
+    upper = document.number(row, f"upper_{unit}", start)
+    if lower is not None and upper is not None and lower >= upper:
+        document.report("R005", f"lower_{unit} must be below upper_{unit}", f"lower_{unit}", start)
+    speed = document.number(row, f"speed_{unit}_s", start, above=0.0) or 1.0
+    pulses = document.number(row, f"pulses_per_{unit}", start)
+    if pulses == 0.0:
+        document.report("R005", f"pulses_per_{unit} must not be 0", f"pulses_per_{unit}", start)
+    return Axis(
+        name=document.word(row, "name", start) or "",
+        lower=(lower or 0.0) * scale,
+        upper=(upper or 0.0) * scale,
+        speed=speed * scale,
+        acceleration=_acceleration(document, row, start, speed * scale, linear),
+        pulses_per_unit=None if pulses is None else pulses / scale,
+        linear=linear,
+    )
+
+
+def _acceleration(document: Document, row: Table, start: int, speed: float, linear: bool) -> float | None:
+    """[rad/s² | m/s²] from the one of three ways to state it; a time is that from rest to rated speed."""
+    ways = {"acceleration_mm_s2": mm} if linear else {"acceleration_deg_s2": deg, "acceleration_rad_s2": 1.0}
+    given = [key for key in (*ways, "acceleration_time_ms") if key in row]
+    if len(given) > 1:
+        document.report(
+            "R005", f"state the acceleration once, not as {' and as '.join(given)}", given[1], start
+        )
+    for key in given:
+        value = document.number(row, key, start, above=0.0)
+        if value is not None:
+            return speed / (value * ms) if key == "acceleration_time_ms" else value * ways[key]
+    return None
+
+
+def _geometry(document: Document, axes: tuple[Axis, ...]) -> Geometry | None:
+    links, chain = document.subtable("links"), document.subtable("chain")
+    if links is not None and chain is not None:
+        document.report(
+            "R005", "state the geometry once: links or chain", "chain", document.table_start("chain")
+        )
+    if links is not None:
+        return _wrist_arm(document, links, len(axes))
+    return None if chain is None else _chain(document, chain, [axis.name for axis in axes])
+
+
+def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
+    start = document.table_start("links")
+    document.known_keys(links, (*_LINK_KEYS, "base_height_mm"), "links", start)
+    values = [document.number(links, key, start) for key in _LINK_KEYS]
+    missing = [key for key in _LINK_KEYS if key not in links]
+    if missing:
+        document.report("R004", f"links needs {', '.join(missing)}", "links", start)
+    if count != 6:
+        document.report(
+            "R005", f"links describe six axes, not {count}", "links", start, "use [chain] instead"
+        )
+    height = document.number(links, "base_height_mm", start)
+    if any(value is None for value in values):
+        return None
+    numbers = Links(*(value * mm for value in values if value is not None))
+    if numbers.a2 <= 0.0 or numbers.d4 <= 0.0:
+        document.report("R005", "a2_mm and d4_mm must be greater than 0", "a2_mm", start)
+    return wrist_geometry(numbers, None if height is None else height * mm)
+
+
+def wrist_geometry(links: Links, base_height: float | None) -> Geometry:
+    """The chain of a six-axis arm with a spherical wrist; `base_height` [m]."""
+    a1, a2, a3, d4, d6 = links
+    offsets = (
+        (0.0, 0.0, 0.0),
+        (a1, 0.0, 0.0),
+        (0.0, 0.0, a2),
+        (0.0, 0.0, a3),
+        (d4, 0.0, 0.0),
+        (d6, 0.0, 0.0),
+    )
+    pairs = enumerate(zip(_WRIST_DIRECTIONS, offsets, strict=True))
+    joints = tuple(Joint(i, _DIRECTIONS[direction], offset) for i, (direction, offset) in pairs)
+    return Geometry(joints, (0.0, 0.0, 0.0), FLANGE_AT_ZERO, links, base_height)
+
+
+def _chain(document: Document, chain: Table, names: list[str]) -> Geometry | None:
+    start = document.table_start("chain")
+    keys = ("joints", "flange_offset_mm", "flange_x", "flange_z", "base_height_mm")
+    document.known_keys(chain, keys, "chain", start)
+    rows = document.tables(chain, "joints")
+    before = len(document.problems)
+    joints = tuple(
+        _joint(document, row, document.item_start("joints", i), names) for i, row in enumerate(rows)
+    )
+    if len(document.problems) == before and sorted(joint.axis for joint in joints) != list(range(len(names))):
+        document.report("R005", f"chain needs one joint for each of {', '.join(names)}", "joints", start)
+    height = document.number(chain, "base_height_mm", start)
+    return Geometry(
+        joints,
+        _offset(document, chain, "flange_offset_mm", start),
+        _flange(document, chain, start),
+        None,
+        None if height is None else height * mm,
+    )
+
+
+def _joint(document: Document, row: Table, start: int, names: list[str]) -> Joint:
+    document.known_keys(row, ("axis", "direction", "offset_mm"), "a joint", start)
+    axis = row.get("axis")
+    if axis not in names:
+        document.report("R005", f"axis must be one of {', '.join(names)}, not {axis!r}", "axis", start)
+    direction = _direction(document, row, "direction", start)
+    index = names.index(axis) if isinstance(axis, str) and axis in names else 0
+    return Joint(index, direction or (0.0, 0.0, 1.0), _offset(document, row, "offset_mm", start))
+
+
+def _direction(
+    document: Document, row: Table, key: Literal["direction", "flange_x", "flange_z"], start: int
+) -> Vector | None:
+    value = row.get(key)
+    if isinstance(value, str) and value in _DIRECTIONS:
+        return _DIRECTIONS[value]
+    numbers = document.numbers(row, key, 3, start) if isinstance(value, list) else None
+    length = math.hypot(*numbers) if numbers else 0.0
+    if numbers and length > 0.0:
+        return cast(Vector, tuple(number / length for number in numbers))
+    document.report(
+        "R005", f"{key} must be one of {', '.join(_DIRECTIONS)} or three numbers, not {value!r}", key, start
+    )
+    return None
+
+
+def _offset(document: Document, row: Table, key: str, start: int) -> Vector:
+    numbers = document.numbers(row, key, 3, start) or (0.0, 0.0, 0.0)
+    return cast(Vector, tuple(number * mm for number in numbers))
+
+
+def _flange(document: Document, chain: Table, start: int) -> tuple[Vector, Vector, Vector]:
+    """Rows of the flange's rotation at zero, from its x and z directions."""
+    if "flange_x" not in chain and "flange_z" not in chain:
+        return FLANGE_AT_ZERO
+    x, z = _direction(document, chain, "flange_x", start), _direction(document, chain, "flange_z", start)
+    if x is None or z is None:
+        return FLANGE_AT_ZERO
+    if abs(sum(a * b for a, b in zip(x, z, strict=True))) > 1e-9:
+        document.report("R005", "flange_x and flange_z must be perpendicular", "flange_x", start)
+    y = (z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0])
+    return cast(tuple[Vector, Vector, Vector], tuple(zip(x, y, z, strict=True)))
+
+
+def _sources(document: Document) -> dict[str, str]:
+    table = document.subtable("sources") or {}
+    start = document.table_start("sources")
+    document.known_keys(table, SOURCE_GROUPS, "sources", start)
+    return {key: document.word(table, key, start) or "" for key in table}
+
+
+def _check_sources(document: Document, robot: Robot) -> None:
+    groups = number_groups(robot)
+    missing = [group for group in groups if group not in robot.sources]
+    if missing:
+        advice = f'[sources] {missing[0]} = "data sheet of ..., page ..., or how it was measured"'
+        document.report("R006", f"no source is stated for: {', '.join(missing)}", "sources", help=advice)
+    for group in robot.inferred:
+        if group not in groups:
+            document.report("R005", f"inferred names {group!r}, which the file does not hold", "inferred")
