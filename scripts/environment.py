@@ -84,6 +84,8 @@ def main(kind: str) -> None:
                     install(kind)
     except OSError as problem:
         sys.exit(f"olp: could not set up {VENV}: {problem}")
+    except KeyboardInterrupt:
+        sys.exit(f"olp: {VENV} is not finished; the next run goes on")
     print(PYTHON)
 
 
