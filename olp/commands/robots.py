@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from olp.diagnostic import OlpError
+from olp.diagnostic import Diagnostic, OlpError
 from olp.units import deg, mm
 
 if TYPE_CHECKING:
@@ -45,7 +45,8 @@ def load_all(names: Sequence[str]) -> list[Robot]:
     """The robots of these names or files. Raises OlpError with the problems of all of them."""
     from olp.robot import load_robot
 
-    robots, problems = [], []
+    robots: list[Robot] = []
+    problems: list[Diagnostic] = []
     for name in names:
         try:
             robots.append(load_robot(name))
