@@ -81,7 +81,10 @@ class MotionModel(ABC):
     ) -> tuple[Moves, Values]:
         given = [np.asarray(a, dtype=np.float64) for a in (*arguments, *parameters.values())]
         names = [*Moves.__dataclass_fields__, *parameters]
-        problems = [d for name, array in zip(names, given, strict=True) for d in _bad_numbers(name, array)]
+        # A deceleration that was left out is the acceleration, and is not complained about twice.
+        twice = "deceleration" if arguments[3] is arguments[2] else ""
+        checked = [(n, g) for n, g in zip(names, given, strict=True) if n != twice]
+        problems = [d for name, array in checked for d in _bad_numbers(name, array)]
         known = [p.name for p in self.parameters]
         for name in parameters:
             if name not in known:
