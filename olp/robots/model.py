@@ -32,10 +32,12 @@ class Axis:
 
 
 class Links(NamedTuple):
-    """Link lengths [m] of an arm with a spherical wrist, at the zero position.
+    """Six axes with a spherical wrist. Lengths [m] in the standard stance: upper arm up, forearm forward.
 
     a1 from axis S to axis L (forward), a2 from L to U (up), a3 from U to the forearm's axis R (up),
-    d4 from U to the wrist centre (forward), d6 from there to the flange (forward).
+    d4 from U to the wrist centre (forward), d6 from there to the flange (forward). The standard angle of
+    an axis, which is 0 in that stance, is sign x reading + zero: shelf-mounted arms read L = 0 with the
+    upper arm forward, some small arms read B = 0 with the flange down.
     """
 
     a1: float
@@ -43,6 +45,8 @@ class Links(NamedTuple):
     a3: float
     d4: float
     d6: float
+    signs: tuple[int, ...] = (1, 1, 1, 1, 1, 1)
+    zeros: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # [rad]
 
 
 class Joint(NamedTuple):

@@ -25,13 +25,15 @@ _SLIDING: Final = (
     "pulses_per_mm",
 )  # fmt: skip
 _LINK_KEYS: Final = ("a1_mm", "a2_mm", "a3_mm", "d4_mm", "d6_mm")
+Rows = tuple[Vector, Vector, Vector]
+_IDENTITY: Final[Rows] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _DIRECTIONS: Final[dict[str, Vector]] = {
     f"{sign}{name}": cast(Vector, tuple(value if i == j else 0.0 for j in range(3)))
     for i, name in enumerate("xyz")
     for sign, value in (("+", 1.0), ("-", -1.0))
 }
 # The one arm whose poses were checked; all arms given by link lengths alone are built the same way.
-_WRIST_DIRECTIONS: Final = ("+z", "+y", "-y", "-x", "-y", "-x")
+_STANDARD_AXES: Final = ((2, 1.0), (1, 1.0), (1, -1.0), (0, -1.0), (1, -1.0), (0, -1.0))
 SOURCE_GROUPS: Final = (
     "limits", "speed", "acceleration", "pulses", "links", "chain", "base_height", "blend_zones",
     "linear_acceleration", "settling_time", "payload", "pose",
@@ -171,7 +173,7 @@ def _geometry(document: Document, axes: tuple[Axis, ...]) -> Geometry | None:
 
 def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
     start = document.table_start("links")
-    document.known_keys(links, (*_LINK_KEYS, "base_height_mm"), "links", start)
+    document.known_keys(links, (*_LINK_KEYS, "base_height_mm", "signs", "zero_deg"), "links", start)
     values = [document.number(links, key, start) for key in _LINK_KEYS]
     missing = [key for key in _LINK_KEYS if key not in links]
     if missing:
@@ -181,9 +183,14 @@ def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
             "R005", f"links describe six axes, not {count}", "links", start, "use [chain] instead"
         )
     height = document.number(links, "base_height_mm", start)
+    signs = document.numbers(links, "signs", 6, start) or (1.0,) * 6
+    if any(abs(sign) != 1.0 for sign in signs):
+        document.report("R005", f"signs must be 1 or -1, not {list(signs)}", "signs", start)
+    zeros = tuple(value * deg for value in document.numbers(links, "zero_deg", 6, start) or (0.0,) * 6)
     if any(value is None for value in values):
         return None
-    numbers = Links(*(value * mm for value in values if value is not None))
+    a1, a2, a3, d4, d6 = (value * mm for value in values if value is not None)
+    numbers = Links(a1, a2, a3, d4, d6, tuple(int(sign) for sign in signs), zeros)
     if numbers.a2 <= 0.0 or numbers.d4 <= 0.0:
         document.report("R005", "a2_mm and d4_mm must be greater than 0", "a2_mm", start)
     return wrist_geometry(numbers, None if height is None else height * mm)
@@ -191,18 +198,32 @@ def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
 
 def wrist_geometry(links: Links, base_height: float | None) -> Geometry:
     """The chain of a six-axis arm with a spherical wrist; `base_height` [m]."""
-    a1, a2, a3, d4, d6 = links
-    offsets = (
-        (0.0, 0.0, 0.0),
-        (a1, 0.0, 0.0),
-        (0.0, 0.0, a2),
-        (0.0, 0.0, a3),
-        (d4, 0.0, 0.0),
-        (d6, 0.0, 0.0),
-    )
-    pairs = enumerate(zip(_WRIST_DIRECTIONS, offsets, strict=True))
-    joints = tuple(Joint(i, _DIRECTIONS[direction], offset) for i, (direction, offset) in pairs)
-    return Geometry(joints, (0.0, 0.0, 0.0), FLANGE_AT_ZERO, links, base_height)
+    offsets = [(0.0, 0.0, 0.0), (links.a1, 0.0, 0.0), (0.0, 0.0, links.a2), (0.0, 0.0, links.a3)]
+    offsets += [(links.d4, 0.0, 0.0), (links.d6, 0.0, 0.0)]
+    stance = _IDENTITY
+    joints = []
+    for i, (axis, sense) in enumerate(_STANDARD_AXES):
+        column = cast(Vector, tuple(row[axis] * sense * links.signs[i] for row in stance))
+        joints.append(Joint(i, column, _times(stance, offsets[i])))
+        stance = _turned(stance, axis, sense * links.zeros[i])
+    columns = (_times(stance, column) for column in zip(*FLANGE_AT_ZERO, strict=True))
+    flange = cast(Rows, tuple(zip(*columns, strict=True)))
+    return Geometry(tuple(joints), (0.0, 0.0, 0.0), flange, links, base_height)
+
+
+def _turned(rows: Rows, axis: int, angle: float) -> Rows:
+    """`rows` times the rotation by `angle` [rad] about its own coordinate axis `axis`."""
+    # Zeros are multiples of 90 deg in practice: 6e-17 instead of 0 would make every exact test fuzzy.
+    cosine, sine = (0.0 if abs(v) < 1e-15 else v for v in (math.cos(angle), math.sin(angle)))
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    result = [list(row) for row in rows]
+    for row in result:
+        row[u], row[v] = row[u] * cosine + row[v] * sine, row[v] * cosine - row[u] * sine
+    return cast(Rows, tuple(tuple(row) for row in result))
+
+
+def _times(rows: Rows, vector: Vector) -> Vector:
+    return cast(Vector, tuple(sum(a * b for a, b in zip(row, vector, strict=True)) for row in rows))
 
 
 def _chain(document: Document, chain: Table, names: list[str]) -> Geometry | None:
@@ -257,7 +278,7 @@ def _offset(document: Document, row: Table, key: str, start: int) -> Vector:
     return cast(Vector, tuple(number * mm for number in numbers))
 
 
-def _flange(document: Document, chain: Table, start: int) -> tuple[Vector, Vector, Vector]:
+def _flange(document: Document, chain: Table, start: int) -> Rows:
     """Rows of the flange's rotation at zero, from its x and z directions."""
     if "flange_x" not in chain and "flange_z" not in chain:
         return FLANGE_AT_ZERO
@@ -267,7 +288,7 @@ def _flange(document: Document, chain: Table, start: int) -> tuple[Vector, Vecto
     if abs(sum(a * b for a, b in zip(x, z, strict=True))) > 1e-9:
         document.report("R005", "flange_x and flange_z must be perpendicular", "flange_x", start)
     y = (z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0])
-    return cast(tuple[Vector, Vector, Vector], tuple(zip(x, y, z, strict=True)))
+    return cast(Rows, tuple(zip(x, y, z, strict=True)))
 
 
 def _sources(document: Document) -> dict[str, str]:
