@@ -80,6 +80,17 @@ def test_driving_the_acceleration_in_small_steps_arrives_at_the_target(model: Mo
 
 
 @every_model
+def test_no_mixture_of_very_large_and_very_small_numbers_misses_its_target(model: MotionModel) -> None:
+    rng = np.random.default_rng(9)
+    length, speed, a, d, k1, k2 = 10 ** rng.uniform(-6, 6, (6, 5000))
+    v0, v1 = speed * rng.choice([0, 0, 1e-9, 0.3, 1, 1, 1.3], (2, 5000))
+    rates = dict(zip([p.name for p in model.parameters if p.name.startswith("k")], (k1, k2), strict=False))
+    # The model checks itself and raises when a profile misses its target by 1e-9 of its length.
+    assert model.profile(length, speed, a, **rates).feasible.all()
+    assert 0.1 < model.profile(length, speed, a, d, v0, v1, **rates).feasible.mean() < 0.9
+
+
+@every_model
 def test_speed_and_acceleration_are_the_derivatives_of_the_position(model: MotionModel) -> None:
     profile = model.profile(**random_moves(2, 60))
     t = np.linspace(0.03, 0.97, 40)[None, :] * profile.duration[:, None]

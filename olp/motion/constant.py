@@ -32,18 +32,28 @@ class ConstantAcceleration(MotionModel):
         length, v0 = moves.length, moves.start_speed
         a, d = moves.acceleration, moves.deceleration
         v1, problem = _end_speeds(moves)
+        # Lengths first and times from them: between nearly equal speeds their difference is mostly rounding.
         peak = np.sqrt((2 * length * a * d + v0**2 * d + v1**2 * a) / (a + d))
-        below = np.maximum(np.minimum(peak, moves.speed), np.maximum(v0, v1))
-        cruise = np.where(v0 <= moves.speed, below, np.maximum(moves.speed, v1))
-        rate = np.where(cruise >= v0, a, -d)
-        s1 = (cruise - v0) * (cruise + v0) / (2 * rate)
-        s3 = (cruise - v1) * (cruise + v1) / (2 * d)
-        # A triangle has no cruise; what is left over there is rounding.
-        s2 = np.where((peak < moves.speed) & (v0 <= moves.speed), 0.0, np.maximum(length - s1 - s3, 0.0))
-        t2 = np.divide(s2, cruise, out=np.zeros_like(s2), where=cruise > 0)
-        durations = np.stack([(cruise - v0) / rate, t2, (cruise - v1) / d], axis=1)
+        triangle = (peak < moves.speed) & (v0 <= moves.speed)
+        top = np.where(triangle, np.maximum(peak, np.maximum(v0, v1)), np.maximum(moves.speed, v1))
+        all_brakes = (problem == Problem.CANNOT_BRAKE) & (top == v1)
+        rate = np.where((top < v0) | all_brakes, -d, a)
+        gained = (v1 - v0) * (v1 + v0) / 2
+        s1 = np.minimum((top - v0) * (top + v0) / (2 * rate), length)
+        s1 = np.where(all_brakes, length, s1)
+        s1 = np.where(triangle, np.clip((length * d + gained) / (a + d), 0.0, length), s1)
+        s3 = np.minimum((top - v1) * (top + v1) / (2 * d), length - s1)
+        s3 = np.where(triangle, np.clip((length * a - gained) / (a + d), 0.0, length), s3)
+        s2 = np.where(triangle, 0.0, np.maximum(length - s1 - s3, 0.0))
+        times = [_time(s1, top + v0), _time(s2, 2 * top), _time(s3, top + v1)]
         accelerations = np.stack([rate, np.zeros_like(rate), -d], axis=1)
+        durations = np.stack(times, axis=1)
         return Profile.build(moves, self.phases, durations, accelerations, np.zeros_like(durations), problem)
+
+
+def _time(length: Floats, speeds: Floats) -> Floats:
+    """Time [s] for a length [m] at constant acceleration between two speeds of the given sum [m/s]."""
+    return 2 * np.divide(length, speeds, out=np.zeros_like(length), where=speeds > 0)
 
 
 def _end_speeds(moves: Moves) -> tuple[Floats, NDArray[np.int8]]:
