@@ -1,0 +1,59 @@
+"""olp reads robot programs, says how long every line takes and why, and writes them back unharmed.
+
+    import olp
+
+    program = olp.read("job.jbi")       # Program; program.diagnostics, program.to_bytes()
+    plan = program.plan()               # Plan: executed steps in order
+    plan.time()                         # pandas DataFrame, one row per segment, wait or signal
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from olp.version import __version__
+
+if TYPE_CHECKING:
+    from olp.diagnostic import Diagnostic, OlpError
+    from olp.plan import Plan
+    from olp.program import Program
+    from olp.reading import read
+    from olp.robot import Robot, load_robot, robot_names
+
+# Loaded when first asked for: `olp --help` must not wait for numpy.
+_HOME = {
+    "Diagnostic": "olp.diagnostic",
+    "OlpError": "olp.diagnostic",
+    "Plan": "olp.plan",
+    "Program": "olp.program",
+    "Robot": "olp.robot",
+    "load_robot": "olp.robot",
+    "read": "olp.reading",
+    "robot_names": "olp.robot",
+}
+
+__all__ = [
+    "Diagnostic",
+    "OlpError",
+    "Plan",
+    "Program",
+    "Robot",
+    "__version__",
+    "load_robot",
+    "read",
+    "robot_names",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'olp' has no attribute {name!r}; it has {', '.join(__all__)}")
+    from importlib import import_module
+
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,227 @@
+"""Collects what the interpreter executes and turns it into a plan, all positions in one go.
+
+The interpreter runs statement by statement; resolving 100,000 points one by one would cost minutes. Here each
+statement only leaves a few numbers, and numpy does the rest at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from olp.cell import Cell, Floats, quaternions
+from olp.diagnostic import Diagnostic
+from olp.expression import Store
+from olp.interpreter.paths import shape_paths, turn_between
+from olp.plan import Assumption, Moves, Plan, Positions, StepKind
+from olp.points import PointState, PointTable
+from olp.source import Source
+
+if TYPE_CHECKING:
+    from olp.robot import Robot
+
+NOWHERE = -1  # the position before the first move
+
+
+@dataclass(slots=True)
+class _Batch:
+    """Positions of one mechanism under one state, to be resolved together."""
+
+    mechanism: int
+    state: PointState
+    rows: list[int] = field(default_factory=list)  # index in the pool
+    values: list[Sequence[float]] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class Recorder:
+    """Everything executed so far. `at[m]`: pool index of where mechanism m is (NOWHERE before its first move)."""
+
+    cell: Cell
+    sources: tuple[Source, ...]
+    at: list[int] = field(default_factory=list)
+    assumptions: dict[tuple[str, int, str], Assumption] = field(default_factory=dict)
+    _pool: int = 0
+    _static: dict[tuple[int, int, Store, int], int] = field(default_factory=dict)
+    _batches: dict[tuple[int, PointState], _Batch] = field(default_factory=dict)
+    _kind: list[int] = field(default_factory=list)
+    _row: list[int] = field(default_factory=list)
+    _source: list[int] = field(default_factory=list)
+    _line: list[int] = field(default_factory=list)
+    _durations: list[float] = field(default_factory=list)
+    _moves: list[tuple[int, int, int, int, int, float, int, float, float, float, bool]] = field(
+        default_factory=list
+    )
+
+    def __post_init__(self) -> None:
+        self.at = [NOWHERE] * len(self.cell.mechanisms)
+
+    def __len__(self) -> int:
+        return len(self._kind)
+
+    def taught(
+        self, mechanism: int, routine: int, points: PointTable, store: Store, number: int
+    ) -> int | None:
+        """Pool index of a point taught in a routine, None if missing. `routine`: any number telling routines apart."""
+        key = (mechanism, routine, store, number)
+        index = self._static.get(key)
+        if index is None:
+            block = points.blocks.get((store, True))
+            row = None if block is None else block.rows.get(number)
+            if block is None or row is None:
+                return None
+            state = points.states[block.state[row]]
+            index = self._static[key] = self.position(mechanism, state, block.values[row])
+        return index
+
+    def position(self, mechanism: int, state: PointState, values: Sequence[float]) -> int:
+        """Pool index of a position computed at run time."""
+        batch = self._batches.get((mechanism, state))
+        if batch is None:
+            batch = self._batches[(mechanism, state)] = _Batch(mechanism, state)
+        index = self._pool
+        self._pool += 1
+        batch.rows.append(index)
+        batch.values.append(values)
+        return index
+
+    def step(self, source: int, line: int) -> None:
+        """Begins a move; one `row` per mechanism follows."""
+        self._kind.append(StepKind.MOVE)
+        self._row.append(len(self._moves))
+        self._source.append(source)
+        self._line.append(line)
+
+    def row(
+        self,
+        mechanism: int,
+        target: int,
+        path: int,
+        unit: int,
+        speed: float,
+        blend_code: int,
+        blend: float = np.nan,
+        acceleration: float = 1.0,
+        deceleration: float = 1.0,
+        end_of_arc: bool = False,
+    ) -> None:
+        """One mechanism's part of the move begun last.
+
+        `path`: index into PATHS. `unit`: 0 fraction of rated [1], 1 travel [m/s], 2 turn [rad/s]. `blend` [m] with
+        BlendCode.ZONE.
+        """
+        start = self.at[mechanism]
+        self.at[mechanism] = target
+        self._moves.append(
+            (
+                start,
+                target,
+                mechanism,
+                path,
+                unit,
+                speed,
+                blend_code,
+                blend,
+                acceleration,
+                deceleration,
+                end_of_arc,
+            )
+        )
+
+    def wait(self, source: int, line: int, seconds: float) -> None:
+        """A wait of `seconds` [s]."""
+        self._timed(StepKind.WAIT, source, line, seconds)
+
+    def signal(self, source: int, line: int, seconds: float = 0.0) -> None:
+        """An output, process instruction or message that takes `seconds` [s]."""
+        self._timed(StepKind.SIGNAL, source, line, seconds)
+
+    def _timed(self, kind: StepKind, source: int, line: int, seconds: float) -> None:
+        self._kind.append(kind)
+        self._row.append(len(self._durations))
+        self._source.append(source)
+        self._line.append(line)
+        self._durations.append(seconds)
+
+    def assume(self, source: int, line: int, says: str) -> None:
+        """Reports something taken for granted, once per place."""
+        path = self.sources[source].path
+        self.assumptions.setdefault((path, line, says), Assumption(line, says, path))
+
+    def finish(self, diagnostics: Sequence[Diagnostic], stop_reason: str = "") -> Plan:
+        """The plan of everything executed."""
+        positions = self._resolve()
+        moves = self._columns(positions)
+        gaps = tuple(Assumption(0, gap.says) for gap in self.cell.gaps.values() if not gap.unusable)
+        robots: tuple[Robot | None, ...] = tuple(m.robot for m in self.cell.mechanisms)
+        return Plan(
+            sources=self.sources,
+            robot=next((r for r, m in zip(robots, self.cell.mechanisms, strict=True) if m.is_robot), None),
+            mechanisms=tuple(m.name for m in self.cell.mechanisms),
+            kind=np.array(self._kind, dtype=np.int8),
+            row=np.array(self._row, dtype=np.int32),
+            source=np.array(self._source, dtype=np.int16),
+            line=np.array(self._line, dtype=np.int32),
+            moves=moves,
+            durations=np.array(self._durations, dtype=np.float64),
+            positions=positions,
+            assumptions=(*self.assumptions.values(), *gaps),
+            diagnostics=tuple(diagnostics),
+            stop_reason=stop_reason,
+            robots=robots,
+        )
+
+    def _resolve(self) -> Positions:
+        width = max((len(m.robot.axes) for m in self.cell.mechanisms if m.robot), default=6)
+        position = np.full((self._pool, 3), np.nan)
+        quaternion = np.full((self._pool, 4), np.nan)
+        axes = np.full((self._pool, max(width, 6)), np.nan)
+        for batch in self._batches.values():
+            rows = np.array(batch.rows)
+            resolved = self.cell.resolve(batch.mechanism, batch.state, _rectangle(batch.values))
+            position[rows] = resolved.position
+            quaternion[rows] = quaternions(resolved)
+            axes[rows, : resolved.axes.shape[1]] = resolved.axes
+        return Positions(position, quaternion, axes)
+
+    def _columns(self, positions: Positions) -> Moves:
+        columns = list(zip(*self._moves, strict=True)) if self._moves else [()] * 11
+        start, target, mechanism, path, unit, speed, code, blend, acceleration, deceleration, end_of_arc = (
+            columns
+        )
+        start_, target_ = np.array(start, dtype=np.int32), np.array(target, dtype=np.int32)
+        # Nobody knows where the arm stood before its first move: it is taken to stand at that move's target.
+        start_ = np.where(start_ == NOWHERE, target_, start_).astype(np.int32)
+        units, speeds = np.array(unit, dtype=np.int8), np.array(speed, dtype=np.float64)
+        moves = Moves(
+            start=start_,
+            target=target_,
+            via=np.full(len(start_), -1, dtype=np.int32),
+            mechanism=np.array(mechanism, dtype=np.int16),
+            path=np.array(path, dtype=np.int8),
+            fraction=np.where(units == 0, speeds, np.nan),
+            travel=np.where(units == 1, speeds, np.nan),
+            turn=np.where(units == 2, speeds, np.nan),
+            acceleration=np.array(acceleration, dtype=np.float64),
+            deceleration=np.array(deceleration, dtype=np.float64),
+            blend_code=np.array(code, dtype=np.int8),
+            blend=np.array(blend, dtype=np.float64),
+            length=np.zeros(len(start_)),
+            angle=np.zeros(len(start_)),
+        )
+        if not len(moves):
+            return moves
+        via, length = shape_paths(moves, positions, np.array(end_of_arc, dtype=bool))
+        angle = turn_between(positions.quaternion[moves.start], positions.quaternion[moves.target])
+        return replace(moves, via=via, length=length, angle=angle)
+
+
+def _rectangle(values: list[Sequence[float]]) -> Floats:
+    """(n, w) from rows that may differ in width, nan where a row is short."""
+    width = max(len(row) for row in values)
+    if all(len(row) == width for row in values):
+        return np.array(values, dtype=np.float64)
+    return np.array([[*row, *[np.nan] * (width - len(row))] for row in values], dtype=np.float64)

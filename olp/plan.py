@@ -1,0 +1,208 @@
+"""The plan: what happens when a program runs. Moves, waits and signals in order, in SI, each with its statement.
+
+Held in columns, because a CAM job has 100,000 moves; `Plan.steps()` gives the same as objects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import Diagnostic
+from olp.program import Path
+from olp.source import Source
+
+if TYPE_CHECKING:
+    import pandas
+
+    from olp.robot import Robot
+
+Floats = NDArray[np.float64]
+PATHS: tuple[Path, ...] = tuple(Path)
+
+
+class StepKind(IntEnum):
+    """What a step is; the row index of the step points into the columns of that kind."""
+
+    MOVE = 0
+    WAIT = 1
+    SIGNAL = 2
+
+
+class BlendCode(IntEnum):
+    """How the end of a move is passed; `blend` holds the zone [m] for ZONE, and nothing otherwise."""
+
+    EXACT = 0
+    ZONE = 1
+    UNTAGGED = 2  # no position level written: the controller's filter rounds, nothing stops
+
+
+class Assumption(NamedTuple):
+    """What a program cannot tell and olp took for granted. `line` 0: the program as a whole."""
+
+    line: int
+    says: str
+    file: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Positions:
+    """The distinct positions of a plan, p rows.
+
+    `position` (p, 3) [m] and `quaternion` (p, 4) (w, x, y, z): tool centre point in the robot's base frame, nan where
+    no robot, tool or frame lets it be known, or for a mechanism that has none (track, station).
+    `axes` (p, k) [rad or m]: the mechanism's axes, nan where unknown.
+    """
+
+    position: Floats
+    quaternion: Floats
+    axes: Floats
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+
+@dataclass(frozen=True, slots=True)
+class Moves:
+    """One row per moving mechanism of each move, m rows. A move of several groups is several rows of one step.
+
+    `start`, `target`, `via`: row in Positions (via -1: none). `mechanism`: index into `Plan.mechanisms`.
+    `path`: index into PATHS. `fraction` [1], `travel` [m/s], `turn` [rad/s]: the programmed speed, nan where it is
+    of another kind. `acceleration`, `deceleration`: fraction of rated [1]. `blend_code`, `blend` [m].
+    `length` [m] and `angle` [rad]: of the tool's path; nan where unknown.
+    """
+
+    start: NDArray[np.int32]
+    target: NDArray[np.int32]
+    via: NDArray[np.int32]
+    mechanism: NDArray[np.int16]
+    path: NDArray[np.int8]
+    fraction: Floats
+    travel: Floats
+    turn: Floats
+    acceleration: Floats
+    deceleration: Floats
+    blend_code: NDArray[np.int8]
+    blend: Floats
+    length: Floats
+    angle: Floats
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+
+@dataclass(frozen=True, slots=True)
+class MoveStep:
+    """A move as an object: one entry of `rows` per mechanism."""
+
+    line: int
+    statement: str
+    path: Path
+    mechanisms: tuple[str, ...]
+    start: Floats  # (3,) [m]
+    target: Floats  # (3,) [m]
+    length: float  # [m]
+    angle: float  # [rad]
+    blend_code: BlendCode
+    blend: float  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class WaitStep:
+    line: int
+    statement: str
+    duration: float  # [s]
+
+
+@dataclass(frozen=True, slots=True)
+class SignalStep:
+    """An output, a process instruction, a message: takes `duration` [s], mostly nothing."""
+
+    line: int
+    statement: str
+    duration: float  # [s]
+
+
+Step = MoveStep | WaitStep | SignalStep
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Executed steps in order, n of them.
+
+    `kind` (n,): StepKind. `row` (n,): first row in `moves`, or index into `durations`. `source` (n,): index into
+    `sources`, `line` (n,): 1-based line there. `durations` [s]: of waits and signals.
+    """
+
+    sources: tuple[Source, ...]
+    robot: Robot | None
+    mechanisms: tuple[str, ...]
+    kind: NDArray[np.int8]
+    row: NDArray[np.int32]
+    source: NDArray[np.int16]
+    line: NDArray[np.int32]
+    moves: Moves
+    durations: Floats
+    positions: Positions
+    assumptions: tuple[Assumption, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+    stop_reason: str = ""  # why execution ended before the program did, if it did
+    robots: tuple[Robot | None, ...] = field(default=())  # per mechanism
+
+    @property
+    def path(self) -> str:
+        return self.sources[0].path if self.sources else ""
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def statement(self, step: int) -> str:
+        """The text of the step's line, trimmed."""
+        return self.sources[int(self.source[step])].line(int(self.line[step])).strip()
+
+    def rows_of(self, step: int) -> range:
+        """The rows in `moves` of a MOVE step."""
+        first = int(self.row[step])
+        following = np.nonzero(self.kind[step + 1 :] == StepKind.MOVE)[0]
+        last = int(self.row[step + 1 + following[0]]) if len(following) else len(self.moves)
+        return range(first, last)
+
+    def steps(self) -> Iterator[Step]:
+        """The same as objects, for reading by people and small tools."""
+        for step in range(len(self)):
+            yield self._step(step)
+
+    def _step(self, step: int) -> Step:
+        line, text = int(self.line[step]), self.statement(step)
+        kind, row = StepKind(int(self.kind[step])), int(self.row[step])
+        if kind is StepKind.WAIT:
+            return WaitStep(line, text, float(self.durations[row]))
+        if kind is StepKind.SIGNAL:
+            return SignalStep(line, text, float(self.durations[row]))
+        moves = self.moves
+        return MoveStep(
+            line,
+            text,
+            PATHS[int(moves.path[row])],
+            tuple(self.mechanisms[int(moves.mechanism[r])] for r in self.rows_of(step)),
+            self.positions.position[int(moves.start[row])],
+            self.positions.position[int(moves.target[row])],
+            float(moves.length[row]),
+            float(moves.angle[row]),
+            BlendCode(int(moves.blend_code[row])),
+            float(moves.blend[row]),
+        )
+
+    def time(self, model: str | None = None, signature: object = None, **options: float) -> pandas.DataFrame:
+        """Seconds per step: one row per segment, wait or signal, with the column names of `olp time --format json`.
+
+        Raises OlpError for an unknown model.
+        """
+        from olp.timing import time_plan
+
+        return time_plan(self, model=model, **options).frame()

@@ -1,0 +1,93 @@
+"""Taught and named positions of a routine, in columns: a CAM job has 100,000 of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.expression import Store
+
+
+class PointKind(StrEnum):
+    """What the numbers of a position mean."""
+
+    PULSE = "pulse"  # motor pulses per axis
+    JOINT = "joint"  # axis angles [rad] or slides [m]
+    POSE = "pose"  # x y z [m], rx ry rz [rad] with R = Rz(rz) Ry(ry) Rx(rx); a seventh value is an axis [rad]
+
+
+@dataclass(frozen=True, slots=True)
+class PointState:
+    """What holds for a run of points: how to read the numbers, in which frame, with which tool.
+
+    `configuration`: the controller's arm flags (RCONF) or () when none were given.
+    """
+
+    kind: PointKind
+    frame: str = "pulse"  # pulse, joint, base, robot, user, tool or master-tool
+    user: int | None = None
+    tool: int = 0
+    configuration: tuple[int, ...] = ()
+    outside_limits: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One position. `values`: pulses, or metres and radians; nan where a field was left empty."""
+
+    number: int
+    values: tuple[float, ...]
+    state: PointState
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class PointBlock:
+    """All positions of one family of a routine, in order of writing.
+
+    `values` (n, width): nan where a row is shorter. `state` (n,): index into `PointTable.states`.
+    `taught`: local to the routine (C, BC, EC); otherwise global variables that the routine sets when it is loaded.
+    """
+
+    store: Store
+    taught: bool
+    numbers: NDArray[np.int64]
+    values: NDArray[np.float64]
+    state: NDArray[np.int32]
+    lines: NDArray[np.int32]
+    rows: Mapping[int, int] = field(default_factory=dict)  # number -> row, the last one written counts
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+
+@dataclass(frozen=True, slots=True)
+class PointTable:
+    """The positions of a routine by (store, taught)."""
+
+    states: tuple[PointState, ...] = ()
+    blocks: Mapping[tuple[Store, bool], PointBlock] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return sum(len(block) for block in self.blocks.values())
+
+    def find(self, store: Store, taught: bool, number: int) -> Point | None:
+        """The position, or None when the routine does not define it."""
+        block = self.blocks.get((store, taught))
+        row = None if block is None else block.rows.get(number)
+        return None if block is None or row is None else self._point(block, row)
+
+    def __iter__(self) -> Iterator[tuple[Store, bool, Point]]:
+        for (store, taught), block in self.blocks.items():
+            for row in range(len(block)):
+                yield store, taught, self._point(block, row)
+
+    def _point(self, block: PointBlock, row: int) -> Point:
+        values = tuple(float(v) for v in block.values[row])
+        return Point(
+            int(block.numbers[row]), values, self.states[int(block.state[row])], int(block.lines[row])
+        )

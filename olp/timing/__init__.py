@@ -1,0 +1,156 @@
+"""A plan and a motion model give seconds per step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import Diagnostic, Span, error
+from olp.motion import Profile, load_model
+from olp.plan import PATHS, Assumption, Plan, StepKind
+from olp.timing.chain import Chain, chain
+from olp.timing.demand import Demand, Limits, demand
+from olp.timing.result import COLUMNS, Timing
+from olp.units import deg, mm, percent
+
+__all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
+
+DEFAULT_MODEL = "constant"
+Floats = NDArray[np.float64]
+
+
+def time_plan(
+    plan: Plan, model: str | None = None, acceleration: float | None = None, **parameters: float
+) -> Timing:
+    """Times every step of `plan`.
+
+    `acceleration` [m/s²] of linear moves overrides the robot's; `parameters` go to the motion model (SI). Steps that
+    cannot be timed are nan and have a diagnostic. Raises OlpError for an unknown model or parameter.
+    """
+    chosen = load_model(model or DEFAULT_MODEL)
+    assumed: dict[str, Assumption] = {}
+    limits = Limits(acceleration, lambda says: assumed.setdefault(says, Assumption(0, says)) and None)
+    wanted = demand(plan, limits)
+    joined = chain(plan, wanted)
+    profile = chosen.profile(
+        np.where(wanted.unknown, 0.0, wanted.length),
+        np.where(wanted.unknown, 1.0, wanted.speed),
+        np.where(wanted.unknown, 1.0, wanted.acceleration),
+        np.where(wanted.unknown, 1.0, wanted.deceleration),
+        joined.start_speed,
+        joined.end_speed,
+        **parameters,
+    )
+    durations = _durations(plan, wanted, joined, profile, limits)
+    timing = _gather(plan, chosen.name, wanted, profile, durations)
+    problems = _problems(plan, wanted, durations)
+    return replace(
+        timing,
+        assumptions=(*plan.assumptions, *assumed.values()),
+        diagnostics=(*plan.diagnostics, *problems),
+    )
+
+
+def _durations(plan: Plan, wanted: Demand, joined: Chain, profile: Profile, limits: Limits) -> Floats:
+    """[s] per row of Moves; nan where unknown."""
+    settling = plan.robot.settling_time if plan.robot else None
+    if settling is None and joined.exact_stop.any():
+        limits.report("the settling time of an exact stop is not known: taken as 0 s")
+    duration = profile.duration - joined.saving + np.where(joined.exact_stop, settling or 0.0, 0.0)
+    return np.where(wanted.unknown, np.nan, np.maximum(duration, 0.0))
+
+
+def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floats) -> Timing:
+    """From rows of Moves to steps: a move lasts as long as its slowest mechanism, and is told by its leading one."""
+    count = len(plan)
+    is_move = plan.kind == StepKind.MOVE
+    first = plan.row[is_move]
+    duration, kind, limited = np.zeros(count), [""] * count, [""] * count
+    if len(first):
+        duration[is_move] = np.maximum.reduceat(rows, first)
+    timed = ~is_move
+    duration[timed] = plan.durations[plan.row[timed]]
+    moves = plan.moves
+
+    def column(values: Floats) -> Floats:
+        result = np.full(count, np.nan)
+        result[is_move] = values[first]
+        return result
+
+    names = _kinds(plan)
+    rules = _rules(wanted, profile)
+    steps = np.nonzero(is_move)[0].tolist()
+    for step, row in zip(steps, first.tolist(), strict=True):
+        kind[step], limited[step] = names[moves.path[row]], rules[row]
+    for step in np.nonzero(timed)[0].tolist():
+        kind[step] = "wait" if plan.kind[step] == StepKind.WAIT else "signal"
+    metric = np.where(wanted.metric & ~wanted.unknown, 1.0, np.nan)
+    return Timing(
+        plan=plan,
+        model=model,
+        kind=tuple(kind),
+        distance_mm=column(moves.length / mm),
+        speed_mm_s=column(moves.travel / mm),
+        reached_mm_s=column(profile.peak_speed * metric / mm),
+        accel_mm_s2=column(wanted.acceleration * metric / mm),
+        limited_by=tuple(limited),
+        duration_s=duration,
+        speed_pct=column(moves.fraction / percent),
+        angle_deg=column(moves.angle / deg),
+        assumptions=(),
+        diagnostics=(),
+    )
+
+
+def _kinds(plan: Plan) -> list[str]:
+    return [str(path) for path in PATHS]
+
+
+def _rules(wanted: Demand, profile: Profile) -> list[str]:
+    """Per row: what a faster move would need more of."""
+    reached = profile.reached
+    words = []
+    for rule in wanted.names:
+        words.append((f"{rule} acceleration".strip(), f"{rule} speed".strip()))
+    codes = wanted.rule.tolist()
+    return [words[code][ok] for code, ok in zip(codes, reached.tolist(), strict=True)]
+
+
+def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
+    """One diagnostic per statement that cannot be timed."""
+    bad = np.nonzero(~np.isfinite(rows))[0]
+    if not len(bad):
+        return []
+    is_move = np.nonzero(plan.kind == StepKind.MOVE)[0]
+    owner = np.searchsorted(plan.row[is_move], bad, side="right") - 1
+    problems: dict[tuple[int, int], Diagnostic] = {}
+    for step, row in zip(is_move[owner].tolist(), bad.tolist(), strict=True):
+        place = int(plan.source[step]), int(plan.line[step])
+        if place in problems:
+            continue
+        source = plan.sources[place[0]]
+        text = source.line(place[1])
+        span = Span(place[1], len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+        says, how = _why(plan, wanted, row)
+        problems[place] = error("T101", says, span, file=source.path, source_line=text, help=how)
+    return list(problems.values())
+
+
+def _why(plan: Plan, wanted: Demand, row: int) -> tuple[str, str]:
+    moves = plan.moves
+    if not wanted.unknown[row]:
+        return "this move never ends: its speed is zero", "give it a speed above zero"
+    if np.isnan(moves.fraction[row]) and np.isnan(moves.travel[row]) and np.isnan(moves.turn[row]):
+        return (
+            "the speed of this move is not known",
+            "write V= or VJ=, or give the variable a value in olp.toml",
+        )
+    mechanism = int(moves.mechanism[row])
+    if plan.robots[mechanism] is None:
+        says = f"this move needs the robot's axes, and the robot of {plan.mechanisms[mechanism]} is not known"
+        return says, "name it with --robot, or robot = … in olp.toml; `olp robots` lists the library"
+    return "this move's start or target is not known, or cannot be reached", (
+        "check the frame, the tool and the arm configuration of its points, and of the move before"
+    )

@@ -1,0 +1,94 @@
+"""How neighbouring moves join: where the arm stops, how fast it passes a corner, what the overlap saves.
+
+Law of the corner with a position level (published DX200 recordings of an MA2010, PL 0 to 8): z before the point the
+next move begins, its speed ramping up over the next z/V while the first still runs at V. The corner saves z/(2V),
+with z = the level's zone, but at most half of the shorter neighbour. A ramp cannot be quicker than V/a.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.plan import BlendCode, Plan, StepKind
+from olp.timing.demand import Demand
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Per row of Moves: speed at its start and end [m/s], seconds its end corner saves, whether it stops exactly."""
+
+    start_speed: Floats
+    end_speed: Floats
+    saving: Floats
+    exact_stop: NDArray[np.bool_]
+
+
+def chain(plan: Plan, wanted: Demand) -> Chain:
+    """Joins the rows of each mechanism."""
+    moves = plan.moves
+    count = len(moves)
+    exact = moves.blend_code == BlendCode.EXACT
+    moving = wanted.length > 1e-9
+    result = Chain(np.zeros(count), np.zeros(count), np.zeros(count), exact & moving)
+    era = _eras(plan, exact & ~moving)
+    for mechanism in np.unique(moves.mechanism):
+        rows = np.nonzero((moves.mechanism == mechanism) & moving & ~wanted.unknown)[0]
+        if len(rows) > 1:
+            _join(plan, wanted, rows, era, result)
+    return result
+
+
+def _eras(plan: Plan, stopped: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Number of halts before each row: waits that take time, and exact stops at moves that go nowhere."""
+    is_move = plan.kind == StepKind.MOVE
+    halts = np.zeros(len(plan), dtype=np.intp)
+    waits = plan.kind == StepKind.WAIT
+    halts[waits] = plan.durations[plan.row[waits]] > 0
+    first_rows = plan.row[is_move]
+    halted_before_step = np.cumsum(halts)[is_move]
+    rows_per_step = np.diff(np.append(first_rows, len(plan.moves)))
+    era: NDArray[np.intp] = np.repeat(halted_before_step, rows_per_step) + np.cumsum(stopped)
+    return era
+
+
+def _join(plan: Plan, wanted: Demand, rows: NDArray[np.intp], era: NDArray[np.intp], out: Chain) -> None:
+    moves = plan.moves
+    before, after = rows[:-1], rows[1:]
+    code = moves.blend_code[before]
+    linked = (code != BlendCode.EXACT) & (era[before] == era[after])
+    linked &= wanted.metric[before] & wanted.metric[after]
+    speed = np.where(linked, np.minimum(wanted.speed[before], wanted.speed[after]), 0.0)
+    speed = _reachable(speed, wanted, rows)
+    out.end_speed[before] = speed
+    out.start_speed[after] = speed
+    zoned = linked & (code == BlendCode.ZONE) & (speed > 0)
+    if zoned.any():
+        half = 0.5 * np.minimum(wanted.length[before], wanted.length[after])
+        zone = np.minimum(moves.blend[before], half)[zoned]
+        passing = speed[zoned]
+        ramp = np.maximum(zone / passing, passing / wanted.acceleration[after][zoned])
+        out.saving[before[zoned]] = zone / passing - 0.5 * ramp
+
+
+def _reachable(speed: Floats, wanted: Demand, rows: NDArray[np.intp]) -> Floats:
+    """Corner speeds (n - 1,) lowered until every row can brake and accelerate between its corners."""
+    length, up, down = wanted.length[rows], wanted.acceleration[rows], wanted.deceleration[rows]
+    start, end = np.concatenate(([0.0], speed)), np.concatenate((speed, [0.0]))
+    gain = np.where(end > start, 2 * up * length, 2 * down * length)
+    if not np.any(np.abs(end**2 - start**2) > gain * (1 + 1e-9)):
+        return speed
+    squares = (speed**2).tolist()
+    brake, push = (2 * down * length).tolist(), (2 * up * length).tolist()
+    following = 0.0
+    for i in range(len(squares) - 1, -1, -1):
+        following = squares[i] = min(squares[i], following + brake[i + 1])
+    previous = 0.0
+    for i in range(len(squares)):
+        previous = squares[i] = min(squares[i], previous + push[i])
+    lowered: Floats = np.sqrt(np.array(squares))
+    return lowered

@@ -1,0 +1,181 @@
+"""What rules each move by itself: the tool's travel, its reorientation, or the slowest axis.
+
+Every row becomes one length with one speed and one acceleration, in metres of the tool's path wherever it has one,
+so that neighbours of different kinds can be chained.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.plan import PATHS, Moves, Plan
+from olp.program import Path
+from olp.units import deg
+
+Floats = NDArray[np.float64]
+_JOINT = PATHS.index(Path.JOINT)
+_NOTHING = 1e-9  # [m] or [rad]: below this nothing moves
+
+# Used where the robot file says nothing; each use is reported as an assumption.
+DEFAULT_LINEAR_ACCELERATION = 3.05  # [m/s²] MA2010 on a DX200, five corner runs at 50 to 800 mm/s
+DEFAULT_ACCELERATION_TIME = 0.3  # [s] to rated axis speed: middle of the times in five published backups
+DEFAULT_TURN_SPEED = 180.0 * deg  # [rad/s] of the tool's orientation
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Accelerations and speeds to use. `report` is called with what had to be assumed."""
+
+    linear_acceleration: float | None  # [m/s²]
+    report: Callable[[str], None]
+
+
+@dataclass(slots=True)
+class Demand:
+    """One row per row of Moves. `metric`: the length is metres of tool path (else radians of the leading axis).
+
+    `rule`: index into `names`, what would rule the move at its programmed speed. `unknown`: cannot be timed.
+    """
+
+    length: Floats
+    speed: Floats
+    acceleration: Floats
+    deceleration: Floats
+    metric: NDArray[np.bool_]
+    rule: NDArray[np.int16]
+    unknown: NDArray[np.bool_]
+    names: tuple[str, ...]
+
+
+def demand(plan: Plan, limits: Limits) -> Demand:
+    """What each row of `plan.moves` asks for."""
+    moves = plan.moves
+    count = len(moves)
+    names = ["", "orientation"]
+    result = Demand(
+        length=np.zeros(count),
+        speed=np.zeros(count),
+        acceleration=np.zeros(count),
+        deceleration=np.zeros(count),
+        metric=np.ones(count, dtype=bool),
+        rule=np.zeros(count, dtype=np.int16),
+        unknown=np.zeros(count, dtype=bool),
+        names=(),
+    )
+    joint = moves.path == _JOINT
+    if (~joint).any():
+        _travel(plan, moves, np.nonzero(~joint)[0], limits, result)
+    for mechanism in np.unique(moves.mechanism[joint]):
+        rows = np.nonzero(joint & (moves.mechanism == mechanism))[0]
+        _axes(plan, moves, rows, int(mechanism), limits, result, names)
+    result.acceleration *= moves.acceleration
+    result.deceleration *= moves.deceleration
+    result.names = tuple(names)
+    return result
+
+
+def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, out: Demand) -> None:
+    """Lines, arcs and splines: the slower of travelling and turning."""
+    length, angle = moves.length[rows], np.nan_to_num(moves.angle[rows])
+    acceleration = limits.linear_acceleration or (plan.robot.linear_acceleration if plan.robot else None)
+    if acceleration is None:
+        acceleration = DEFAULT_LINEAR_ACCELERATION
+        limits.report(
+            f"the acceleration of linear moves is not known: {acceleration * 1e3:g} mm/s² (a measured MA2010)"
+        )
+    speed = moves.travel[rows].copy()
+    turn_limit, turn_acceleration = _turn_limits(plan)
+    turn = np.where(np.isnan(moves.turn[rows]), turn_limit, moves.turn[rows])
+    by_turn = np.isnan(speed) & ~np.isnan(moves.turn[rows])
+    speed[by_turn] = np.inf
+    with np.errstate(divide="ignore", invalid="ignore"):
+        travel_time = _rest_to_rest(length, speed, acceleration)
+        turn_time = _rest_to_rest(angle, turn, turn_acceleration)
+        turning = (angle > _NOTHING) & ((turn_time > travel_time) | by_turn | (length <= _NOTHING))
+        scale = np.where(length > _NOTHING, length / angle, 1.0)
+    out.metric[rows] = ~(turning & (length <= _NOTHING))
+    out.length[rows] = np.where(turning & (length <= _NOTHING), angle, length)
+    out.speed[rows] = np.where(
+        turning, np.minimum(turn * scale, np.where(length > _NOTHING, speed, np.inf)), speed
+    )
+    accelerations = np.where(turning, turn_acceleration * scale, acceleration)
+    out.acceleration[rows] = out.deceleration[rows] = accelerations
+    out.rule[rows] = turning
+    out.unknown[rows] = np.isnan(length) | (np.isnan(out.speed[rows]) & (out.length[rows] > _NOTHING))
+    if (turning & np.isnan(moves.turn[rows])).any():
+        where = plan.robot.name if plan.robot else "no robot known"
+        limits.report(f"the tool turns at no more than {turn_limit / deg:.0f} deg/s ({where})")
+
+
+def _turn_limits(plan: Plan) -> tuple[float, float]:
+    """[rad/s], [rad/s²] for reorienting the tool: the slowest wrist axis, as every wrist axis may have to turn it."""
+    if plan.robot is None or len(plan.robot.axes) < 6:
+        return DEFAULT_TURN_SPEED, DEFAULT_TURN_SPEED / DEFAULT_ACCELERATION_TIME
+    wrist = plan.robot.speeds[3:6]
+    accelerations = plan.robot.accelerations[3:6]
+    known = accelerations[~np.isnan(accelerations)]
+    speed = float(wrist.min())
+    return speed, float(known.min()) if len(known) else speed / DEFAULT_ACCELERATION_TIME
+
+
+def _axes(
+    plan: Plan,
+    moves: Moves,
+    rows: NDArray[np.intp],
+    mechanism: int,
+    limits: Limits,
+    out: Demand,
+    names: list[str],
+) -> None:
+    """Joint moves: all axes start and stop together, the slowest decides."""
+    robot = plan.robots[mechanism]
+    name = plan.mechanisms[mechanism]
+    if robot is None:
+        # A station of unknown axes is taken as never the slowest (reported by the cell); an arm cannot be.
+        out.unknown[rows] = not name.startswith(("BS", "ST"))
+        return
+    axes = plan.positions.axes[:, : len(robot.axes)]
+    distance = np.abs(axes[moves.target[rows]] - axes[moves.start[rows]])
+    speed = moves.fraction[rows, None] * robot.speeds
+    acceleration = robot.accelerations
+    if np.isnan(acceleration).any():
+        limits.report(
+            f"accelerations of some axes of {robot.name} are not known: "
+            f"{DEFAULT_ACCELERATION_TIME:g} s to rated speed"
+        )
+        acceleration = np.where(
+            np.isnan(acceleration), robot.speeds / DEFAULT_ACCELERATION_TIME, acceleration
+        )
+    time = _rest_to_rest(distance, speed, np.broadcast_to(acceleration, distance.shape))
+    out.unknown[rows] = np.isnan(time).any(axis=1)
+    slowest = np.argmax(np.nan_to_num(time), axis=1)
+    pick = np.arange(len(rows)), slowest
+    length = np.nan_to_num(moves.length[rows])
+    turned = distance[pick]
+    metric = (length > _NOTHING) & (turned > _NOTHING)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = np.where(metric, length / turned, 1.0)
+    out.metric[rows] = metric
+    out.length[rows] = np.where(metric, length, turned)
+    out.speed[rows] = speed[pick] * scale
+    out.acceleration[rows] = out.deceleration[rows] = acceleration[slowest] * scale
+    first = len(names)
+    names.extend(
+        f"axis {axis}" if name.startswith("R") else f"{name} axis {axis}" for axis in robot.axis_names
+    )
+    out.rule[rows] = first + slowest
+
+
+def _rest_to_rest(distance: Floats, speed: Floats, acceleration: Floats | float) -> Floats:
+    """[s] from rest to rest at constant acceleration; only to find out which of several demands is the slowest."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        time: Floats = np.where(
+            distance * acceleration >= speed * speed,
+            distance / speed + speed / acceleration,
+            2.0 * np.sqrt(distance / acceleration),
+        )
+    return np.where(distance <= 0.0, 0.0, time)

@@ -1,0 +1,118 @@
+"""Seconds per step, in columns; the names of the columns are those of `olp time --format json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import Diagnostic
+from olp.plan import Assumption, Plan, StepKind
+
+if TYPE_CHECKING:
+    import pandas
+
+Floats = NDArray[np.float64]
+
+# Name, decimals shown: what a segment is told by.
+COLUMNS: tuple[str, ...] = (
+    "line", "statement", "kind", "distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2",
+    "limited_by", "duration_s", "end_s", "speed_pct", "angle_deg", "file",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """One entry per step of the plan; nan where a number does not apply or is not known.
+
+    `duration_s`, `end_s` [s]; `distance_mm` [mm]; `speed_mm_s` programmed, `reached_mm_s` highest [mm/s];
+    `accel_mm_s2` used [mm/s²]; `speed_pct` programmed joint speed [%]; `angle_deg` reorientation [deg].
+    """
+
+    plan: Plan
+    model: str
+    kind: tuple[str, ...]
+    distance_mm: Floats
+    speed_mm_s: Floats
+    reached_mm_s: Floats
+    accel_mm_s2: Floats
+    limited_by: tuple[str, ...]
+    duration_s: Floats
+    speed_pct: Floats
+    angle_deg: Floats
+    assumptions: tuple[Assumption, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def end_s(self) -> Floats:
+        """Running total; a step that cannot be timed adds nothing (and has a diagnostic)."""
+        ends: Floats = np.cumsum(np.nan_to_num(self.duration_s))
+        return ends
+
+    def _sum(self, kind: StepKind) -> float:
+        return float(np.nansum(self.duration_s[self.plan.kind == kind]))
+
+    @property
+    def motion_s(self) -> float:
+        return self._sum(StepKind.MOVE)
+
+    @property
+    def wait_s(self) -> float:
+        return self._sum(StepKind.WAIT)
+
+    @property
+    def io_s(self) -> float:
+        return self._sum(StepKind.SIGNAL)
+
+    @property
+    def total_s(self) -> float:
+        return self.motion_s + self.wait_s + self.io_s
+
+    @property
+    def robot(self) -> str | None:
+        return self.plan.robot.name if self.plan.robot else None
+
+    def segments(self) -> Iterator[dict[str, Any]]:
+        """Each step as a dict with the keys of COLUMNS; None for what does not apply."""
+        numbers = {
+            name: [None if math.isnan(v) else v for v in getattr(self, name).tolist()]
+            for name in COLUMNS
+            if name in _NUMBERS
+        }
+        plan = self.plan
+        lines, sources = plan.line.tolist(), plan.source.tolist()
+        for step, (line, source) in enumerate(zip(lines, sources, strict=True)):
+            text = plan.sources[source]
+            row: dict[str, Any] = {
+                "line": line,
+                "statement": text.line(line).strip(),
+                "kind": self.kind[step],
+                "limited_by": self.limited_by[step],
+                "file": text.path,
+            }
+            row.update({name: values[step] for name, values in numbers.items()})
+            yield {name: row[name] for name in COLUMNS}
+
+    def frame(self) -> pandas.DataFrame:
+        """The segments as a table, units in the column names."""
+        import pandas
+
+        plan = self.plan
+        columns: dict[str, Any] = {
+            "line": plan.line,
+            "statement": [plan.statement(step) for step in range(len(plan))],
+            "kind": self.kind,
+            "limited_by": self.limited_by,
+            "file": [plan.sources[s].path for s in plan.source.tolist()],
+        }
+        columns.update({name: getattr(self, name) for name in _NUMBERS})
+        return pandas.DataFrame({name: columns[name] for name in COLUMNS})
+
+
+_NUMBERS = (
+    "distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2", "duration_s", "end_s", "speed_pct", "angle_deg",
+)  # fmt: skip
