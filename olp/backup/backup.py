@@ -1,0 +1,156 @@
+"""A controller's backup as one value.
+
+Every file is optional; nothing is raised, everything wrong is a finding.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from olp.backup.controller_text import Findings, Row, read_rows
+from olp.backup.macro_dat import read_macro_dat
+from olp.backup.parameters import LAYOUTS, GroupParameters, Layout, ParameterFile, read_parameters
+from olp.backup.system_sys import SystemInfo, read_system_sys
+from olp.backup.tool_cnd import ToolData, read_tool_cnd
+from olp.backup.uframe_cnd import UserFrame, read_uframe_cnd
+from olp.backup.var_dat import Variables, read_var_dat
+from olp.diagnostic import Diagnostic, error
+
+CONDITION_FILES: Final = ("TOOL.CND", "UFRAME.CND", "VAR.DAT", "MACRO.DAT", "SYSTEM.SYS")
+# Where both hold a section, the smaller file wins: a controller writes it last.
+PARAMETER_FILES: Final = ("RC.PRM", "SC.PRM", "ALL.PRM")
+
+
+@dataclass(frozen=True, slots=True)
+class Backup:
+    """What the controller files of one folder say, in SI."""
+
+    folder: str
+    files: tuple[str, ...] = ()  # names as found, sorted
+    system: SystemInfo | None = None
+    tools: dict[int, ToolData] = field(default_factory=dict)
+    user_frames: dict[int, UserFrame] = field(default_factory=dict)
+    variables: Variables | None = None  # None without a VAR.DAT
+    macros: dict[int, str] = field(default_factory=dict)  # MJ#(n) -> job
+    groups: dict[int, GroupParameters] = field(default_factory=dict)  # n of ///RCnG -> robot data
+    zones: dict[int, tuple[float, ...]] = field(default_factory=dict)  # n of ///S1CnG -> [m] for PL = 1..8
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether any controller file was there."""
+        return bool(self.files)
+
+
+def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
+    """The controller files that stand directly in `folder`, whatever the case of their names.
+
+    Raises nothing.
+    """
+    collected: list[Diagnostic] = []
+    paths = _find(Path(folder), collected)
+
+    def rows_of(name: str) -> tuple[tuple[Row, ...], Findings]:
+        findings = Findings(str(paths[name]))
+        return read_rows(paths[name], findings, encoding), findings
+
+    system: SystemInfo | None = None
+    tools: dict[int, ToolData] = {}
+    frames: dict[int, UserFrame] = {}
+    variables: Variables | None = None
+    macros: dict[int, str] = {}
+    for name in CONDITION_FILES:
+        if name not in paths:
+            continue
+        rows, findings = rows_of(name)
+        if name == "TOOL.CND":
+            tools = read_tool_cnd(rows, findings)
+        elif name == "UFRAME.CND":
+            frames = read_uframe_cnd(rows, findings)
+        elif name == "VAR.DAT":
+            variables = read_var_dat(rows, findings)
+        elif name == "MACRO.DAT":
+            macros = read_macro_dat(rows, findings)
+        else:
+            system = read_system_sys(rows, findings)
+        collected.extend(findings.all())
+    parameters = ParameterFile({}, {})
+    for name in PARAMETER_FILES:
+        if name in paths:
+            rows, findings = rows_of(name)
+            found = read_parameters(rows, paths[name].name, _hint(system), findings)
+            parameters = _merged(parameters, found, findings)
+            collected.extend(findings.all())
+    return Backup(
+        folder=str(folder),
+        files=tuple(sorted(path.name for path in paths.values())),
+        system=system,
+        tools=tools,
+        user_frames=frames,
+        variables=variables,
+        macros=macros,
+        groups=parameters.groups,
+        zones=parameters.zones,
+        diagnostics=tuple(collected),
+    )
+
+
+def _find(folder: Path, collected: list[Diagnostic]) -> dict[str, Path]:
+    """The controller files by their proper name. Only regular files: a pipe would never end."""
+    wanted = {*CONDITION_FILES, *PARAMETER_FILES}
+    found: dict[str, Path] = {}
+    try:
+        with os.scandir(folder) as entries:
+            named = sorted((e.name, e.is_file()) for e in entries if e.name.upper() in wanted)
+    except OSError as problem:
+        reason = problem.strerror or "cannot be read"
+        help_text = "name the folder that holds the controller's files, such as RC.PRM and TOOL.CND"
+        collected.append(error("B001", f"backup folder: {reason}", file=str(folder), help=help_text))
+        return {}
+    for name, regular in named:
+        path = folder / name
+        if not regular:
+            collected.append(error("B001", "this is not a regular file and was not read", file=str(path)))
+        elif name.upper() in found:
+            kept = found[name.upper()].name
+            message = f"this file has the same name as {kept} except for case; {kept} is used"
+            collected.append(error("B005", message, file=str(path), help="keep one of the two"))
+        else:
+            found[name.upper()] = path
+    return found
+
+
+def _hint(system: SystemInfo | None) -> Layout | None:
+    """The layout that the controller's software number promises."""
+    if system is None or not system.controller:
+        return None
+    return next((lay for lay in LAYOUTS if system.controller in lay.controllers.split(", ")), None)
+
+
+def _merged(before: ParameterFile, found: ParameterFile, findings: Findings) -> ParameterFile:
+    """`before` wins where both hold a group; a difference in what is used is reported."""
+    for number, parameters in found.groups.items():
+        known = before.groups.get(number)
+        if known is not None and _numbers(known) != _numbers(parameters):
+            message = f"///RC{number}G differs from that in {known.file}; {known.file} is used"
+            findings.warning("B005", message, Row(parameters.line, f"///RC{number}G"))
+    for number, zones in found.zones.items():
+        if before.zones.get(number, zones) != zones:
+            findings.warning(
+                "B005", f"the zones of group {number} differ from those in SC.PRM; SC.PRM is used"
+            )
+    return ParameterFile({**found.groups, **before.groups}, {**found.zones, **before.zones})
+
+
+def _numbers(parameters: GroupParameters) -> tuple[object, ...]:
+    return (
+        parameters.links,
+        parameters.denominators,
+        parameters.numerators,
+        parameters.upper,
+        parameters.lower,
+        parameters.speeds,
+        parameters.acceleration_times,
+    )
