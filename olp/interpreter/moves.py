@@ -1,0 +1,260 @@
+"""Moves: who goes where, how fast, and how the end is passed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from olp.diagnostic import Severity
+from olp.expression import Number, Position, Store, Taught, Variable
+from olp.interpreter.evaluate import number, quantity
+from olp.interpreter.spelling import spell
+from olp.interpreter.state import Machine, StatementError
+from olp.interpreter.targets import place
+from olp.interpreter.world import KIND_PREFIX
+from olp.plan import PATHS, BlendCode
+from olp.program import Blend, BlendKind, Move, MovePart, Path, SetSpeed, Speed, SpeedUnit
+
+FRACTION, TRAVEL, TURN = 0, 1, 2
+UNITS: Mapping[SpeedUnit, int] = {
+    SpeedUnit.FRACTION: FRACTION,
+    SpeedUnit.TRAVEL: TRAVEL,
+    SpeedUnit.TURN: TURN,
+}
+_PATH_CODES: Mapping[Path, int] = {path: code for code, path in enumerate(PATHS)}
+_JOINT = _PATH_CODES[Path.JOINT]
+_EXACT, _ZONE, _UNTAGGED = int(BlendCode.EXACT), int(BlendCode.ZONE), int(BlendCode.UNTAGGED)
+# Nobody says how fast a move without any speed is; the slowest taught presets of the controllers, so that a
+# prediction from them stands out.
+_DEFAULT_SPEED: Mapping[int, float] = {FRACTION: 0.0078, TRAVEL: 0.011}
+_SHOWN: Mapping[int, str] = {FRACTION: "0.78 % of the rated joint speed", TRAVEL: "11 mm/s"}
+_HIGHEST_LEVEL = 8
+_NAN = math.nan
+
+
+def move(m: Machine, s: Move) -> None:
+    """Executes a move."""
+    targets = s.targets
+    if m.plain and not s.parts and len(targets) == 1 and type(targets[0]) is Taught and _is_simple(s):
+        taught = targets[0]
+        job = m.frame.job
+        store = taught.store
+        mechanism = job.roles.get((0, store))
+        if mechanism is None:
+            mechanism = role(m, 0, store)
+        recorder = m.recorder
+        target = recorder.taught(mechanism, job.key, job.routine.points, store, taught.number)
+        if target is None:
+            raise _missing(taught)
+        path = _PATH_CODES[s.path]
+        unit, speed = _speed(m, s.speed, path)
+        code, zone = (_UNTAGGED, _NAN) if s.blend is None else _blend(m, s.blend, mechanism)
+        recorder.step(job.source, s.line)
+        recorder.row(mechanism, target, path, unit, speed, code, zone, 1.0, 1.0, s.end_of_arc)
+        m.moves += 1
+        return
+    _compound(m, s)
+
+
+def set_speed(m: Machine, s: SetSpeed) -> None:
+    """Keeps the speeds for the moves that name none."""
+    for speed in s.speeds:
+        m.modal[UNITS[speed.unit]] = _checked(m, UNITS[speed.unit], quantity(m, speed.value))
+
+
+def role(m: Machine, part: int, store: Store) -> int:
+    """The mechanism that a position of kind `store` moves in part `part` of a move (0: the leading one)."""
+    job = m.frame.job
+    index = job.roles.get((part, store))
+    if index is None:
+        index = job.roles[(part, store)] = _find_role(m, part, store)
+    return index
+
+
+def _find_role(m: Machine, part: int, store: Store) -> int:
+    groups, prefix = m.frame.job.groups, KIND_PREFIX[store]
+    others = [group for index, group in enumerate(groups) if index != part]
+    own = [groups[part]] if part < len(groups) else []
+    for group in own + others:
+        for index in group:
+            if m.world.mechanisms[index].name.startswith(prefix):
+                return index
+    m.assume(f"the routine names no {prefix} mechanism for its {store.value} positions: {prefix}1 is taken")
+    return m.add_mechanism(f"{prefix}1")
+
+
+def _is_simple(s: Move) -> bool:
+    return (
+        s.search is None
+        and s.relative is None
+        and s.until is None
+        and s.acceleration is None
+        and s.deceleration is None
+        and not s.coordinated
+        and not s.no_wait
+        and not s.passes
+    )
+
+
+def _missing(position: Position) -> StatementError:
+    return StatementError(
+        "I206", f"the routine teaches no {spell(position)}", "add the point, or correct its number"
+    )
+
+
+def _compound(m: Machine, s: Move) -> None:
+    """A move of several mechanisms, or with anything besides target, speed and blend."""
+    path = _PATH_CODES[s.path]
+    rows = _targets_of(m, s.targets, 0, s)
+    for number_, part in enumerate(s.parts, 1):
+        if part.path is not None:
+            rows += _targets_of(m, part.targets, number_, s)
+    if not rows:
+        return
+    unit, speed = _speed(m, s.speed, path)
+    acceleration = 1.0 if s.acceleration is None else _share(m, quantity(m, s.acceleration), "acceleration")
+    deceleration = 1.0 if s.deceleration is None else _share(m, quantity(m, s.deceleration), "deceleration")
+    _report_unknowables(m, s)
+    recorder = m.recorder
+    recorder.step(m.frame.job.source, s.line)
+    for part_number, mechanism, target in rows:
+        row_path, row_unit, row_speed = path, unit, speed
+        if part_number:
+            row_path, row_unit, row_speed = _part_speed(m, s.parts[part_number - 1])
+        if row_unit != FRACTION and not m.world.mechanisms[mechanism].is_robot:
+            # A track or table under a linear move keeps step; only its own rated speed bounds it.
+            row_path, row_unit, row_speed = _JOINT, FRACTION, 1.0
+        code, zone = (_UNTAGGED, _NAN) if s.blend is None else _blend(m, s.blend, mechanism)
+        recorder.row(
+            mechanism,
+            target,
+            row_path,
+            row_unit,
+            row_speed,
+            code,
+            zone,
+            acceleration,
+            deceleration,
+            s.end_of_arc,
+        )
+    m.moves += 1
+
+
+def _targets_of(m: Machine, targets: tuple[Position, ...], part: int, s: Move) -> list[tuple[int, int, int]]:
+    """(part, mechanism, index in the pool) of each written position."""
+    rows = []
+    for position in targets:
+        if not isinstance(position, (Taught, Variable)):
+            raise StatementError(
+                "I209", f"nothing defines {spell(position)}", "declare the name, or correct it"
+            )
+        for store in _stores(position):
+            rows.append(
+                (part, mechanism := role(m, part, store), place(m, mechanism, position, store, s.relative))
+            )
+    return rows
+
+
+def _stores(position: Taught | Variable) -> tuple[Store, ...]:
+    if position.store is Store.SYSTEM:
+        return (Store.ROBOT, Store.BASE, Store.STATION)
+    return (position.store,)
+
+
+def _part_speed(m: Machine, part: MovePart) -> tuple[int, int, float]:
+    """(path, unit, speed) of a further group. Without a speed only its rated speed bounds it: it keeps step."""
+    assert part.path is not None
+    path = _PATH_CODES[part.path]
+    if part.speed is None:
+        return (_JOINT, FRACTION, 1.0) if path == _JOINT else (path, TRAVEL, _NAN)
+    unit = UNITS[part.speed.unit]
+    return path, unit, _checked(m, unit, quantity(m, part.speed.value))
+
+
+def _speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
+    """(unit, SI value) of a move's own speed, or of the one that holds."""
+    if speed is None:
+        return _modal_speed(m, FRACTION if path == _JOINT else TRAVEL)
+    unit = UNITS[speed.unit]
+    written, scale = speed.value
+    value = (written.value if type(written) is Number else number(m, written)) * scale
+    if value <= 0.0 or (unit == FRACTION and value > 1.0):
+        value = _checked(m, unit, value)
+    m.last[unit] = value
+    return unit, value
+
+
+def _modal_speed(m: Machine, unit: int) -> tuple[int, float]:
+    value = m.modal.get(unit) or m.last.get(unit)
+    if value is None:
+        m.assume(f"no speed was set before this move: {_SHOWN[unit]} is taken")
+        value = _DEFAULT_SPEED[unit]
+    elif unit not in m.modal:
+        m.assume("the move names no speed and none was set: that of the last move of its kind is taken")
+    return unit, value
+
+
+def _checked(m: Machine, unit: int, value: float) -> float:
+    """A usable speed: the controller refuses others."""
+    if value > 0.0 and (unit != FRACTION or value <= 1.0):
+        return value
+    if unit == FRACTION and value > 1.0:
+        m.fault(
+            StatementError("I302", f"a joint speed of {value:.0%} is taken as 100 %", "write at most 100 %")
+        )
+        return 1.0
+    default = _DEFAULT_SPEED.get(unit, 0.0)
+    fault = StatementError(
+        "I301",
+        "the speed is not above zero: the slowest preset is taken",
+        "set the variable it comes from, in the program or in olp.toml",
+        Severity.WARNING,
+    )
+    m.fault(fault)
+    return default or 0.1
+
+
+def _share(m: Machine, value: float, what: str) -> float:
+    """A fraction of the rated acceleration in (0, 1]."""
+    if 0.0 < value <= 1.0:
+        return value
+    m.fault(
+        StatementError(
+            "I303", f"{what} of {value:.0%} is taken as 100 %", "write 1 .. 100 %", Severity.WARNING
+        )
+    )
+    return 1.0
+
+
+def _blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float]:
+    """(blend code, zone [m])."""
+    if blend.kind is BlendKind.CONTINUOUS or blend.value is None:
+        return _UNTAGGED, _NAN
+    value = quantity(m, blend.value)
+    if blend.kind is BlendKind.RADIUS:
+        return (_ZONE, value) if value > 0.0 else (_EXACT, _NAN)
+    level = round(value)
+    if level <= 0:
+        return _EXACT, _NAN
+    if level > _HIGHEST_LEVEL:
+        m.fault(
+            StatementError("I304", f"position level {level} is taken as 8", "write 0 .. 8", Severity.WARNING)
+        )
+    zone = m.world.zone(mechanism, level)
+    if mechanism in m.world.default_zones:
+        m.world.default_zones.discard(mechanism)
+        m.assume(
+            "the blend zones of this controller are not known: 12.5 25 50 100 200 300 400 500 mm are taken"
+        )
+    return _ZONE, zone
+
+
+def _report_unknowables(m: Machine, s: Move) -> None:
+    if s.search is not None:
+        m.assume("the search is taken to move all the way to its target")
+    if s.until is not None:
+        m.assume("the condition that ends the move early is taken not to come before its target")
+    if s.coordinated:
+        m.assume("the speed relative to the moving work is taken as the tool's speed in the base frame")
+    if s.no_wait:
+        m.assume("the statements after this move are taken to run behind it, not beside it")

@@ -1,0 +1,56 @@
+"""Sets a machine up, runs it and makes the plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
+from olp.diagnostic import OlpError, error
+from olp.interpreter.jobs import Jobs
+from olp.interpreter.machine import execute
+from olp.interpreter.memory import Memory
+from olp.interpreter.recorder import Recorder
+from olp.interpreter.robots import missing_robots
+from olp.interpreter.state import Frame, Machine
+from olp.interpreter.world import build_world
+
+if TYPE_CHECKING:
+    from olp.plan import Plan
+    from olp.program import Program
+    from olp.robot import Robot
+
+
+def start(
+    program: Program,
+    robot: str | Robot | None,
+    assumptions: Assumptions | None,
+    folder: Path | None,
+    max_steps: int,
+    cycles: int,
+) -> Plan:
+    """See `olp.interpreter.run`."""
+    if assumptions is None:
+        path = nearest_assumptions(folder) if folder is not None else None
+        assumptions = load_assumptions(path) if path is not None else Assumptions()
+    jobs = Jobs(program, folder)
+    main = jobs.main()
+    if main is None:
+        nothing = error(
+            "I101", "the file holds no routine", file=program.path, help="give a file with a job in it"
+        )
+        raise OlpError(*(program.diagnostics or (nothing,)))
+    world = build_world(robot, assumptions, folder)
+    recorder = Recorder(world.cell, tuple(jobs.sources))
+    m = Machine(recorder, world, Memory(), jobs, assumptions, cycles, Frame(main))
+    m.load(main)
+    execute(m, max_steps)
+    return _finish(m)
+
+
+def _finish(m: Machine) -> Plan:
+    m.recorder.sources = tuple(m.jobs.sources)
+    m.hand_over_assumptions()
+    diagnostics = [*m.jobs.program.diagnostics, *m.jobs.found, *m.world.diagnostics, *m.diagnostics()]
+    diagnostics += missing_robots(m)
+    return m.recorder.finish(diagnostics, m.stop_reason)

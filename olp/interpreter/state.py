@@ -1,0 +1,146 @@
+"""What a running program is made of: its call stack, its variables, what was reported so far."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from olp.assumptions import Assumptions
+from olp.diagnostic import Diagnostic, Severity, Span, error
+from olp.expression import Expression, Store
+from olp.interpreter.jobs import Job, Jobs
+from olp.interpreter.memory import Memory, PositionValue, Value
+from olp.interpreter.recorder import NOWHERE, Recorder
+from olp.interpreter.world import World, group_names
+from olp.program import Statement
+
+# What a handler returns: nothing (go on), the index of the next statement, or this: the call stack changed.
+OTHER_FRAME = -1
+Handler = Callable[["Machine", Statement], "int | None"]
+
+
+class StatementError(Exception):
+    """A statement that cannot be executed. Caught by the machine, which reports it and goes on behind it."""
+
+    def __init__(self, code: str, message: str, help: str = "", severity: Severity = Severity.ERROR) -> None:
+        self.code, self.message, self.help, self.severity = code, message, help, severity
+        super().__init__(message)
+
+
+@dataclass(slots=True)
+class Loop:
+    """One way back to an earlier statement: how often it was taken, and what had happened when it was last taken."""
+
+    passes: int = 0
+    flipped: set[tuple[str, int]] = field(default_factory=set)
+
+
+@dataclass(slots=True)
+class Frame:
+    """A routine that runs: `pc` is the index of the statement after the current one."""
+
+    job: Job
+    arguments: tuple[Value, ...] = ()
+    pc: int = 0
+    locals: dict[tuple[Store, int], Value] = field(default_factory=dict)
+    loops: dict[int, Loop] = field(default_factory=dict)
+    entered: dict[int, tuple[int, int]] = field(
+        default_factory=dict
+    )  # label -> (memory stamp, moves) when passed
+    counters: dict[int, tuple[int, int]] = field(default_factory=dict)  # FOR at index -> (stop, step)
+    switches: dict[int, Value] = field(default_factory=dict)  # SWITCH at index -> its value
+
+
+@dataclass(slots=True)
+class Machine:
+    """The whole state of a run."""
+
+    recorder: Recorder
+    world: World
+    memory: Memory
+    jobs: Jobs
+    assumptions: Assumptions
+    cycles: int
+    frame: Frame
+    frames: list[Frame] = field(default_factory=list)  # the callers, outermost first
+    plain: bool = True  # no shift is active: taught points are where they were taught
+    shift: object = None
+    returned: Value | None = None
+    stop_reason: str = ""
+    moves: int = 0
+    modal: dict[int, float] = field(default_factory=dict)  # speed unit -> SI value set by SPEED
+    last: dict[int, float] = field(default_factory=dict)  # speed unit -> SI value of the last move
+    tasks: set[str] = field(default_factory=set)
+    inputs_read: dict[tuple[str, int], bool] = field(default_factory=dict)  # since the last way back
+    _assumed: dict[tuple[int, int, str], int] = field(default_factory=dict)
+    _found: dict[tuple[str, str, int, str], Diagnostic] = field(default_factory=dict)
+
+    @property
+    def line(self) -> int:
+        """The line of the statement under way."""
+        frame = self.frame
+        return (
+            frame.job.body[frame.pc - 1].line
+            if 0 < frame.pc <= len(frame.job.body)
+            else frame.job.routine.line
+        )
+
+    def assume(self, says: str, line: int | None = None) -> None:
+        """Reports something taken for granted at the current line, counted when it repeats."""
+        key = (self.frame.job.source, self.line if line is None else line, says)
+        self._assumed[key] = self._assumed.get(key, 0) + 1
+
+    def report(self, finding: Diagnostic) -> None:
+        """Keeps a finding, once per place."""
+        self._found.setdefault((finding.code, finding.file, finding.line, finding.message), finding)
+
+    def fault(self, fault: StatementError) -> None:
+        """Keeps what went wrong in the current statement."""
+        source, line = self.frame.job.program.source, self.line
+        text = source.line(line)
+        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+        finding = error(fault.code, fault.message, span, file=source.path, help=fault.help, source_line=text)
+        if fault.severity is not Severity.ERROR:
+            finding = Diagnostic(
+                finding.code, finding.message, fault.severity, source.path, *span, fault.help, text
+            )
+        self.report(finding)
+
+    def add_mechanism(self, name: str) -> int:
+        """The index of the mechanism called `name`, new or not."""
+        index = self.world.mechanism(name)
+        while len(self.recorder.at) < len(self.world.mechanisms):
+            self.recorder.at.append(NOWHERE)
+        return index
+
+    def load(self, job: Job) -> None:
+        """Makes a routine ready: its mechanisms, and the global positions that its header sets."""
+        if job.loaded:
+            return
+        job.loaded = True
+        names = group_names([group.mechanisms for group in job.routine.groups])
+        job.groups = tuple(tuple(self.add_mechanism(name) for name in group) for group in names)
+        for (store, taught), block in job.routine.points.blocks.items():
+            if taught:
+                continue
+            for index in block.rows:
+                point = job.routine.points.find(store, False, index)
+                key = (store, index)
+                # A routine is loaded before the program starts: what ran since then counts more.
+                if point is not None and key not in self.memory.changed:
+                    self.memory.values[key] = PositionValue(point.state, point.values)
+
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        return tuple(self._found.values())
+
+    def hand_over_assumptions(self) -> None:
+        """Gives what was assumed to the recorder, each with how often it was needed."""
+        for (source, line, says), count in self._assumed.items():
+            self.recorder.assume(source, line, says if count == 1 else f"{says} ({count} times)")
+
+    def stop(self, reason: str) -> None:
+        """Ends the run after the current statement."""
+        self.stop_reason = reason
+
+
+Evaluate = Callable[[Machine, Expression], Value]

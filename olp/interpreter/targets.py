@@ -1,0 +1,41 @@
+"""Where a move goes: a written position as an entry of the plan's pool of positions."""
+
+from __future__ import annotations
+
+from olp.expression import FrameRef, Position, Store, Taught, Variable
+from olp.interpreter.evaluate import read_variable, whole
+from olp.interpreter.memory import PositionValue, SystemPosition
+from olp.interpreter.spelling import spell
+from olp.interpreter.state import Machine, StatementError
+
+
+def place(m: Machine, mechanism: int, position: Position, store: Store, relative: FrameRef | None) -> int:
+    """The pool index of where `position` is."""
+    if m.plain and relative is None and isinstance(position, Taught):
+        job = m.frame.job
+        target = m.recorder.taught(mechanism, job.key, job.routine.points, store, position.number)
+        if target is None:
+            raise StatementError(
+                "I206", f"the routine teaches no {spell(position)}", "add the point, or correct its number"
+            )
+        return target
+    value = position_value(m, position, store)
+    return m.recorder.position(mechanism, value.state, value.values)
+
+
+def position_value(m: Machine, position: Position, store: Store) -> PositionValue:
+    """The written numbers of a position. Raises StatementError when it has none."""
+    if isinstance(position, Taught):
+        point = m.frame.job.routine.points.find(store, True, position.number)
+        if point is None:
+            raise StatementError(
+                "I206", f"the routine teaches no {spell(position)}", "add the point, or correct its number"
+            )
+        return PositionValue(point.state, point.values)
+    if not isinstance(position, Variable):
+        raise StatementError("I209", f"nothing defines {spell(position)}", "declare the name, or correct it")
+    value = read_variable(m, store, whole(m, position.index), position.local)
+    if isinstance(value, SystemPosition):
+        value = dict(value.parts)[store]
+    assert isinstance(value, PositionValue)
+    return value
