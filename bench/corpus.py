@@ -1,0 +1,161 @@
+"""Tries the reader on a folder of real jobs: `python bench/corpus.py FOLDER`.
+
+Prints what was asked and what was measured, every error on a complete job, and what is kept but not modelled.
+Exit status 1 when a figure is missed. The jobs are no part of the project: docs/figures.md names their origin.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import olp
+from olp.program import Opaque, Program
+
+_LINE = re.compile(rb"\r\n|\n|\r")
+_MARKS = (rb"/JOB", rb"//INST", rb"NOP", rb"END")
+MAX_STEPS = 20_000
+ASKED_ERROR_FREE = 0.99
+
+
+class Outcome(NamedTuple):
+    """What became of one file. `seconds`: CPU time of reading."""
+
+    path: Path
+    lines: int
+    complete: bool
+    crash: str
+    unchanged: bool
+    errors: tuple[olp.Diagnostic, ...]
+    opaque: Counter[str]
+    timed: str
+    seconds: float
+
+
+def main(arguments: list[str]) -> int:
+    if len(arguments) != 1 or not Path(arguments[0]).is_dir():
+        print("usage: python bench/corpus.py FOLDER", file=sys.stderr)
+        return 2
+    folder = Path(arguments[0])
+    outcomes = [judge(path) for path in jobs(folder)]
+    if not outcomes:
+        print(f"no .JBI file below {folder}", file=sys.stderr)
+        return 2
+    rows, held = figures(outcomes)
+    print(f"{len(outcomes)} files, {sum(o.lines for o in outcomes):,} lines\n")
+    print_table(("figure", "asked", "measured"), rows)
+    print("\nreading, planning and timing without a robot file and without assumptions:\n")
+    print_counts("outcome", (o.timed for o in outcomes))
+    print("\nkept but not modelled:\n")
+    print_counts("instruction", (word for o in outcomes for word in o.opaque.elements()))
+    print_problems(folder, outcomes)
+    return 0 if held else 1
+
+
+def jobs(folder: Path) -> Iterator[Path]:
+    return (path for path in sorted(folder.rglob("*")) if path.suffix.lower() == ".jbi" and path.is_file())
+
+
+def judge(path: Path) -> Outcome:
+    """Reads, writes, plans and times one file; nothing it does may raise."""
+    raw = path.read_bytes()
+    lines, complete = len(_LINE.split(raw)), is_complete(raw)
+    start = time.process_time()
+    try:
+        program = olp.read(path)
+    except olp.OlpError as refusal:
+        # A text that is no job at all is refused with diagnostics: that is an answer, unless the job is complete.
+        seconds = time.process_time() - start
+        return Outcome(
+            path, lines, complete, "", True, refusal.diagnostics, Counter(), "not a job: refused", seconds
+        )
+    except Exception as problem:
+        return Outcome(path, lines, complete, repr(problem), False, (), Counter(), "crash", 0.0)
+    seconds = time.process_time() - start
+    errors = tuple(d for d in program.diagnostics if d.severity == "error")
+    opaque = Counter(
+        s.text.split()[0] for s in program.statements() if isinstance(s, Opaque) and s.text.split()
+    )
+    unchanged = program.to_bytes() == raw
+    return Outcome(path, lines, complete, "", unchanged, errors, opaque, plan_and_time(program), seconds)
+
+
+def is_complete(raw: bytes) -> bool:
+    """Whether the marks of a whole job stand in order, each at the start of a line."""
+    words = [line.split()[0].rstrip(b"\x1a") for line in _LINE.split(raw) if line.split()]
+    position = 0
+    for mark in _MARKS:
+        if mark not in words[position:]:
+            return False
+        position += words[position:].index(mark)
+    return True
+
+
+def plan_and_time(program: Program) -> str:
+    """The class of outcome in a few words."""
+    try:
+        table = program.plan(max_steps=MAX_STEPS).time()
+    except olp.OlpError as refusal:
+        return f"refused: {', '.join(sorted({d.code for d in refusal.diagnostics if d.severity == 'error'}))}"
+    except Exception as problem:
+        return f"crash: {problem!r}"
+    return "timed" if len(table) else "timed: nothing happens in it"
+
+
+def figures(outcomes: list[Outcome]) -> tuple[list[tuple[str, str, str]], bool]:
+    whole = [o for o in outcomes if o.complete]
+    read = sum(not o.crash for o in outcomes)
+    same = sum(o.unchanged for o in outcomes)
+    clean = sum(not o.errors and not o.crash for o in whole)
+    crashes = sum(o.timed.startswith("crash") for o in outcomes)
+    rows = [
+        ("read without a crash", "100 %", share(read, len(outcomes))),
+        ("written back unchanged", "100 %", share(same, len(outcomes))),
+        ("complete jobs without an error", "≥ 99 %", share(clean, len(whole))),
+        ("planned and timed without a crash", "100 %", share(len(outcomes) - crashes, len(outcomes))),
+    ]
+    held = read == same == len(outcomes) and not crashes and clean >= ASKED_ERROR_FREE * len(whole)
+    return rows, held
+
+
+def share(part: int, whole: int) -> str:
+    return f"{100 * part / whole:.2f} % ({part} of {whole})" if whole else "nothing to measure"
+
+
+def print_table(head: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> None:
+    print("| " + " | ".join(head) + " |")
+    print("|" + "---|" * len(head))
+    for row in rows:
+        print("| " + " | ".join(map(str, row)) + " |")
+
+
+def print_counts(head: str, words: Iterable[str]) -> None:
+    print_table((head, "count"), Counter(words).most_common())
+
+
+def print_problems(folder: Path, outcomes: list[Outcome]) -> None:
+    print("\nevery error, and every crash:\n")
+    for outcome in outcomes:
+        name = outcome.path.relative_to(folder)
+        note = "" if outcome.complete else " (incomplete file)"
+        if outcome.crash:
+            print(f"- {name}: {outcome.crash}")
+        if not outcome.unchanged:
+            print(f"- {name}: bytes changed")
+        if outcome.timed.startswith("crash"):
+            print(f"- {name}: {outcome.timed}")
+        for problem in outcome.errors:
+            print(f"- {name}:{problem.line}: [{problem.code}] {problem.message}{note}")
+    slowest = max(outcomes, key=lambda o: o.seconds)
+    print(
+        f"\nslowest to read: {slowest.path.relative_to(folder)}, {slowest.seconds:.3f} s CPU, {slowest.lines:,} lines"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
