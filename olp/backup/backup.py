@@ -43,6 +43,10 @@ class Backup:
         """Whether any controller file was there."""
         return bool(self.files)
 
+    def path(self, name: str) -> str:
+        """Where the file properly called `name` (RC.PRM) stands, in the case that it is written in."""
+        return str(Path(self.folder, next((file for file in self.files if file.upper() == name), name)))
+
 
 def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
     """The controller files that stand directly in `folder`, whatever the case of their names.
@@ -80,7 +84,7 @@ def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
     for name in PARAMETER_FILES:
         if name in paths:
             rows, findings = rows_of(name)
-            found = read_parameters(rows, paths[name].name, _hint(system), findings)
+            found = read_parameters(rows, name, _hint(system), findings)
             parameters = _merged(parameters, found, findings)
             collected.extend(findings.all())
     return Backup(

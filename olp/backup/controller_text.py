@@ -107,14 +107,14 @@ def read_rows(path: Path, findings: Findings, encoding: str = "cp1252") -> tuple
         return ()
     text = data.rstrip(b"\x1a").decode(encoding, errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
-    if lines[-1]:
-        last = Row(len(lines), lines[-1])
-        findings.warning(
-            "B002", "the file ends without a line end: its last row may be cut", last, start=len(last.text)
-        )
-    else:
+    complete = not lines[-1]
+    if complete:
         lines.pop()
-    return tuple(_bounded(Row(number, line), findings) for number, line in enumerate(lines, start=1))
+    rows = tuple(_bounded(Row(number, line), findings) for number, line in enumerate(lines, start=1))
+    if not complete:
+        message = "the file ends without a line end: its last row may be cut"
+        findings.warning("B002", message, rows[-1], start=len(rows[-1].text))
+    return rows
 
 
 def _bounded(row: Row, findings: Findings) -> Row:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 from typing import Final
 
 from olp.backup.backup import Backup
@@ -97,7 +96,7 @@ def _group_findings(backup: Backup, group: str) -> list[Diagnostic]:
         says = "RC.PRM or ALL.PRM with this section is needed"
         message = f"///RC{number}G, the robot data of {group}, was not read"
         return [error("B009", message, file=backup.folder, help=says)]
-    file = str(Path(backup.folder, parameters.file))
+    file = backup.path(parameters.file)
     found = list(implausible(parameters, group, _model(backup, group), file))
     control = next((g for g in backup.system.groups if g.name == group), None) if backup.system else None
     if control is not None and control.axes != parameters.axes:
@@ -107,7 +106,7 @@ def _group_findings(backup: Backup, group: str) -> list[Diagnostic]:
         found.append(error("B007", message, file=file, help="the files are from different controllers"))
     if group.startswith("R") and number not in backup.zones:
         message = f"no blend zones: SC.PRM or ALL.PRM with ///S1C{number}G was not read"
-        says = "add blend_zones_mm to the robot file; without them PL is timed by the default zones"
+        says = "add blend_zones_mm to the robot file"
         found.append(warning("B009", message, file=backup.folder, help=says))
     if group != "R1" and backup.system and sum(g.name[0] == "R" for g in backup.system.groups) > 1:
         message = f"{group} is taken as ///RC{number}G: robots, then bases, then stations"
@@ -121,7 +120,7 @@ def _pose_findings(backup: Backup, group: str, parameters: GroupParameters) -> l
     agreement = _agreement(backup, group, parameters)
     if not group.startswith("R") or not has_links(parameters) or (agreement and agreement.proves):
         return []
-    file = str(Path(backup.folder, "UFRAME.CND"))
+    file = backup.path("UFRAME.CND")
     if agreement is None:
         message = (
             f"no user frame was taught with {group} alone, so poses computed from pulses are not verified"

@@ -68,9 +68,12 @@ def read_var_dat(rows: tuple[Row, ...], findings: Findings) -> Variables:
     axes = _counts("PFNUM", heads, findings)
     variables = Variables()
     for index, kind in enumerate(_ORDER):
-        if kind not in sections:
-            continue
         allowed = share[index] if index < len(share) else None
+        if kind not in sections:
+            if allowed and sections:
+                message = f"///{kind} is missing: ///SHARE announces {allowed} variables"
+                findings.error("B002", message, heads["SHARE"])
+            continue
         if kind in _LIMITS:
             _integer_table(kind, sections[kind], getattr(variables, kind), findings)
         elif kind == "R":
