@@ -5,7 +5,7 @@ Held in columns, because a CAM job has 100,000 moves; `Plan.steps()` gives the s
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
@@ -71,7 +71,8 @@ class Positions:
 class Moves:
     """One row per moving mechanism of each move, m rows. A move of several groups is several rows of one step.
 
-    `start`, `target`, `via`: row in Positions (via -1: none). `mechanism`: index into `Plan.mechanisms`.
+    `start`, `target`, `via`: row in Positions; a curve runs through `via` too, after its target, or `before` its
+    start (-1: straight). `mechanism`: index into `Plan.mechanisms`.
     `path`: index into PATHS. `fraction` [1], `travel` [m/s], `turn` [rad/s]: the programmed speed, nan where it is
     of another kind. `acceleration`, `deceleration`: fraction of rated [1]. `blend_code`, `blend` [m].
     `length` [m] and `angle` [rad]: of the tool's path; nan where unknown.
@@ -80,6 +81,7 @@ class Moves:
     start: NDArray[np.int32]
     target: NDArray[np.int32]
     via: NDArray[np.int32]
+    before: NDArray[np.bool_]
     mechanism: NDArray[np.int16]
     path: NDArray[np.int8]
     fraction: Floats
@@ -128,6 +130,14 @@ class SignalStep:
     duration: float  # [s]
 
 
+class CallSpan(NamedTuple):
+    """Steps `start` to `stop` - 1 ran under one execution of the main routine's call on `line`."""
+
+    line: int
+    start: int
+    stop: int
+
+
 Step = MoveStep | WaitStep | SignalStep
 
 
@@ -137,6 +147,7 @@ class Plan:
 
     `kind` (n,): StepKind. `row` (n,): first row in `moves`, or index into `durations`. `source` (n,): index into
     `sources`, `line` (n,): 1-based line there. `durations` [s]: of waits and signals.
+    `calls`: of the main routine, in order.
     """
 
     sources: tuple[Source, ...]
@@ -152,7 +163,9 @@ class Plan:
     assumptions: tuple[Assumption, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     stop_reason: str = ""  # why execution ended before the program did, if it did
-    robots: tuple[Robot | None, ...] = field(default=())  # per mechanism
+    robots: tuple[Robot | None, ...] = ()  # per mechanism
+    settings: Mapping[str, str | float] = field(default_factory=dict)  # [motion] of olp.toml, as written
+    calls: tuple[CallSpan, ...] = ()
 
     @property
     def path(self) -> str:

@@ -44,24 +44,32 @@ class _Curve(NamedTuple):
 
 def shape_paths(
     moves: Moves, positions: Positions, end_of_arc: NDArray[np.bool_]
-) -> tuple[NDArray[np.int32], Floats]:
-    """(via, length): the third point that shapes each curved move (-1: straight), and every path's length [m]."""
+) -> tuple[NDArray[np.int32], NDArray[np.bool_], Floats]:
+    """(via, before, length): the third point that shapes each curved move (-1: straight), whether it lies before
+    the start, and every path's length [m]."""
     start, target = positions.position[moves.start], positions.position[moves.target]
     length: Floats = np.linalg.norm(target - start, axis=1)
-    via = np.full(len(moves), -1, dtype=np.int32)
+    via, earlier = np.full(len(moves), -1, dtype=np.int32), np.zeros(len(moves), dtype=bool)
     for code, measure in ((_CIRCULAR, _arc_length), (_SPLINE, _parabola_length)):
         curves = _curves(moves, np.nonzero(moves.path == code)[0], end_of_arc)
         if not curves:
             continue
         rows = np.array([curve.row for curve in curves])
         third = np.array([curve.third for curve in curves], dtype=np.int32)
-        before = np.array([curve.before for curve in curves])[:, None]
-        via[rows] = third
-        a = np.where(before, positions.position[third], start[rows])
-        b = np.where(before, start[rows], target[rows])
-        c = np.where(before, target[rows], positions.position[third])
-        length[rows] = measure(a, b, c, before[:, 0])
-    return via, length
+        before = np.array([curve.before for curve in curves])
+        via[rows], earlier[rows] = third, before
+        length[rows] = measure(
+            *_ordered(start[rows], target[rows], positions.position[third], before), before
+        )
+    return via, earlier, length
+
+
+def _ordered(
+    start: Floats, target: Floats, third: Floats, before: NDArray[np.bool_]
+) -> tuple[Floats, Floats, Floats]:
+    """The three points in the order in which the curve passes them."""
+    early = before[:, None]
+    return np.where(early, third, start), np.where(early, start, target), np.where(early, target, third)
 
 
 def _curves(moves: Moves, rows: NDArray[np.intp], end_of_arc: NDArray[np.bool_]) -> list[_Curve]:
@@ -126,16 +134,57 @@ def swept_angle(first: Floats, last: Floats, axis: Floats) -> Floats:
 
 def _parabola_length(a: Floats, b: Floats, c: Floats, second: NDArray[np.bool_]) -> Floats:
     """Length [m] of the part a-b (or b-c where `second`) of the parabola a, b, c with chord lengths as parameter."""
-    t1 = np.linalg.norm(b - a, axis=1)
-    t2 = t1 + np.linalg.norm(c - b, axis=1)
-    low, high = np.where(second, t1, 0.0), np.where(second, t2, t1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # Newton's divided differences: p(t) = a + t d1 + t (t - t1) d2
-        d1 = (b - a) / t1[:, None]
-        d2 = ((c - a) / t2[:, None] - d1) / (t2 - t1)[:, None]
-        t = low[:, None] + (high - low)[:, None] * _NODES
-        slope = d1[:, None, :] + (2.0 * t - t1[:, None])[:, :, None] * d2[:, None, :]
-        length = (high - low) * (np.linalg.norm(slope, axis=2) @ _WEIGHTS)
+    curve = _parabola(a, b, c)
+    low, high = np.where(second, curve.middle, 0.0), np.where(second, curve.end, curve.middle)
+    t = low[:, None] + (high - low)[:, None] * _NODES
+    slope = curve.d1[:, None, :] + (2.0 * t - curve.middle[:, None])[:, :, None] * curve.d2[:, None, :]
+    length = (high - low) * (np.linalg.norm(slope, axis=2) @ _WEIGHTS)
     chord: Floats = np.linalg.norm(np.where(second[:, None], c - b, b - a), axis=1)
     result: Floats = np.where(np.isfinite(length), length, chord)
+    return result
+
+
+class _Parabola(NamedTuple):
+    """p(t) = a + t d1 + t (t - middle) d2, from t = 0 at a over `middle` at b to `end` at c (chord lengths, [m])."""
+
+    middle: Floats
+    end: Floats
+    d1: Floats
+    d2: Floats
+
+
+def _parabola(a: Floats, b: Floats, c: Floats) -> _Parabola:
+    middle = np.linalg.norm(b - a, axis=1)
+    end = middle + np.linalg.norm(c - b, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        d1 = (b - a) / middle[:, None]
+        d2 = ((c - a) / end[:, None] - d1) / (end - middle)[:, None]
+    return _Parabola(middle, end, d1, d2)
+
+
+def point_on_arc(
+    start: Floats, target: Floats, third: Floats, before: NDArray[np.bool_], fraction: Floats
+) -> Floats:
+    """(n, 3) [m]: where a circular move is at `fraction` (n,) of its length; on the chord where there is no circle."""
+    centre, radius, axis = circle(*_ordered(start, target, third, before))
+    spoke = start - centre
+    with np.errstate(invalid="ignore"):
+        angle = (swept_angle(spoke, target - centre, axis) * fraction)[:, None]
+        point = centre + spoke * np.cos(angle) + np.cross(axis, spoke) * np.sin(angle)
+    chord = start + (target - start) * fraction[:, None]
+    result: Floats = np.where(np.isfinite(radius)[:, None], point, chord)
+    return result
+
+
+def point_on_parabola(
+    start: Floats, target: Floats, third: Floats, before: NDArray[np.bool_], fraction: Floats
+) -> Floats:
+    """(n, 3) [m]: where a spline move is at `fraction` (n,) of its parameter; on the chord where there is no curve."""
+    a, b, c = _ordered(start, target, third, before)
+    curve = _parabola(a, b, c)
+    low, high = np.where(before, curve.middle, 0.0), np.where(before, curve.end, curve.middle)
+    t = (low + (high - low) * fraction)[:, None]
+    point = a + t * curve.d1 + t * (t - curve.middle[:, None]) * curve.d2
+    chord = start + (target - start) * fraction[:, None]
+    result: Floats = np.where(np.isfinite(point), point, chord)
     return result

@@ -7,33 +7,21 @@ statement only leaves a few numbers, and numpy does the rest at the end.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from olp.cell import Cell, Floats, quaternions
+from olp.cell import Cell
 from olp.diagnostic import Diagnostic
 from olp.expression import Store
-from olp.interpreter.paths import shape_paths, turn_between
-from olp.plan import Assumption, Moves, Plan, Positions, StepKind
+from olp.interpreter.columns import NOWHERE, Batch, MoveRow, columns
+from olp.plan import Assumption, Plan, StepKind
 from olp.points import PointState, PointTable
 from olp.source import Source
 
 if TYPE_CHECKING:
     from olp.robot import Robot
-
-NOWHERE = -1  # the position before the first move
-
-
-@dataclass(slots=True)
-class _Batch:
-    """Positions of one mechanism under one state, to be resolved together."""
-
-    mechanism: int
-    state: PointState
-    rows: list[int] = field(default_factory=list)  # index in the pool
-    values: list[Sequence[float]] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -46,15 +34,13 @@ class Recorder:
     assumptions: dict[tuple[str, int, str], Assumption] = field(default_factory=dict)
     _pool: int = 0
     _static: dict[tuple[int, int, Store, int], int] = field(default_factory=dict)
-    _batches: dict[tuple[int, PointState], _Batch] = field(default_factory=dict)
+    _batches: dict[tuple[int, PointState], Batch] = field(default_factory=dict)
     _kind: list[int] = field(default_factory=list)
     _row: list[int] = field(default_factory=list)
     _source: list[int] = field(default_factory=list)
     _line: list[int] = field(default_factory=list)
     _durations: list[float] = field(default_factory=list)
-    _moves: list[tuple[int, int, int, int, int, float, int, float, float, float, bool]] = field(
-        default_factory=list
-    )
+    _moves: list[MoveRow] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.at = [NOWHERE] * len(self.cell.mechanisms)
@@ -81,7 +67,7 @@ class Recorder:
         """Pool index of a position computed at run time."""
         batch = self._batches.get((mechanism, state))
         if batch is None:
-            batch = self._batches[(mechanism, state)] = _Batch(mechanism, state)
+            batch = self._batches[(mechanism, state)] = Batch(mechanism, state)
         index = self._pool
         self._pool += 1
         batch.rows.append(index)
@@ -153,8 +139,7 @@ class Recorder:
 
     def finish(self, diagnostics: Sequence[Diagnostic], stop_reason: str = "") -> Plan:
         """The plan of everything executed."""
-        positions = self._resolve()
-        moves = self._columns(positions)
+        positions, moves = columns(self.cell, self._batches.values(), self._pool, self._moves)
         gaps = tuple(Assumption(0, gap.says) for gap in self.cell.gaps.values() if not gap.unusable)
         robots: tuple[Robot | None, ...] = tuple(m.robot for m in self.cell.mechanisms)
         return Plan(
@@ -173,55 +158,3 @@ class Recorder:
             stop_reason=stop_reason,
             robots=robots,
         )
-
-    def _resolve(self) -> Positions:
-        width = max((len(m.robot.axes) for m in self.cell.mechanisms if m.robot), default=6)
-        position = np.full((self._pool, 3), np.nan)
-        quaternion = np.full((self._pool, 4), np.nan)
-        axes = np.full((self._pool, max(width, 6)), np.nan)
-        for batch in self._batches.values():
-            rows = np.array(batch.rows)
-            resolved = self.cell.resolve(batch.mechanism, batch.state, _rectangle(batch.values))
-            position[rows] = resolved.position
-            quaternion[rows] = quaternions(resolved)
-            axes[rows, : resolved.axes.shape[1]] = resolved.axes
-        return Positions(position, quaternion, axes)
-
-    def _columns(self, positions: Positions) -> Moves:
-        columns = list(zip(*self._moves, strict=True)) if self._moves else [()] * 11
-        start, target, mechanism, path, unit, speed, code, blend, acceleration, deceleration, end_of_arc = (
-            columns
-        )
-        start_, target_ = np.array(start, dtype=np.int32), np.array(target, dtype=np.int32)
-        # Nobody knows where the arm stood before its first move: it is taken to stand at that move's target.
-        start_ = np.where(start_ == NOWHERE, target_, start_).astype(np.int32)
-        units, speeds = np.array(unit, dtype=np.int8), np.array(speed, dtype=np.float64)
-        moves = Moves(
-            start=start_,
-            target=target_,
-            via=np.full(len(start_), -1, dtype=np.int32),
-            mechanism=np.array(mechanism, dtype=np.int16),
-            path=np.array(path, dtype=np.int8),
-            fraction=np.where(units == 0, speeds, np.nan),
-            travel=np.where(units == 1, speeds, np.nan),
-            turn=np.where(units == 2, speeds, np.nan),
-            acceleration=np.array(acceleration, dtype=np.float64),
-            deceleration=np.array(deceleration, dtype=np.float64),
-            blend_code=np.array(code, dtype=np.int8),
-            blend=np.array(blend, dtype=np.float64),
-            length=np.zeros(len(start_)),
-            angle=np.zeros(len(start_)),
-        )
-        if not len(moves):
-            return moves
-        via, length = shape_paths(moves, positions, np.array(end_of_arc, dtype=bool))
-        angle = turn_between(positions.quaternion[moves.start], positions.quaternion[moves.target])
-        return replace(moves, via=via, length=length, angle=angle)
-
-
-def _rectangle(values: list[Sequence[float]]) -> Floats:
-    """(n, w) from rows that may differ in width, nan where a row is short."""
-    width = max(len(row) for row in values)
-    if all(len(row) == width for row in values):
-        return np.array(values, dtype=np.float64)
-    return np.array([[*row, *[np.nan] * (width - len(row))] for row in values], dtype=np.float64)

@@ -10,7 +10,8 @@ from olp.diagnostic import Diagnostic, Severity, Span, error
 from olp.expression import Expression, Store
 from olp.interpreter.jobs import Job, Jobs
 from olp.interpreter.memory import Memory, PositionValue, Value
-from olp.interpreter.recorder import NOWHERE, Recorder
+from olp.interpreter.columns import NOWHERE
+from olp.interpreter.recorder import Recorder
 from olp.interpreter.world import World, group_names
 from olp.program import Statement
 

@@ -6,7 +6,7 @@ All quantities are SI: lengths [m] (or [rad] for an axis), speeds [m/s], acceler
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from typing import Any
 
@@ -96,6 +96,13 @@ class Profile:
         return cls(
             moves, phases, durations, accelerations, jerks, starts, positions, speeds, reached, problem
         )
+
+    def take(self, rows: NDArray[np.intp]) -> Profile:
+        """The profiles of these rows, in their order, repeats allowed."""
+        moves = Moves(*(getattr(self.moves, name)[rows] for name in Moves.__dataclass_fields__))
+        columns = {f.name: getattr(self, f.name) for f in fields(self)}
+        picked: dict[str, Any] = {k: v[rows] for k, v in columns.items() if isinstance(v, np.ndarray)}
+        return replace(self, moves=moves, **picked)
 
     @property
     def duration(self) -> Floats:

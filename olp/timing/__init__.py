@@ -12,7 +12,7 @@ from olp.motion import Profile, load_model
 from olp.plan import PATHS, Assumption, Plan, StepKind
 from olp.timing.chain import Chain, chain
 from olp.timing.demand import Demand, Limits, demand
-from olp.timing.result import COLUMNS, Timing
+from olp.timing.result import COLUMNS, RowTimes, Timing
 from olp.units import deg, mm, percent
 
 __all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
@@ -26,10 +26,13 @@ def time_plan(
 ) -> Timing:
     """Times every step of `plan`.
 
-    `acceleration` [m/s²] of linear moves overrides the robot's; `parameters` go to the motion model (SI). Steps that
+    `model` and `acceleration` [m/s²] of linear moves override olp.toml, which overrides the robot; `parameters` go to the motion model (SI). Steps that
     cannot be timed are nan and have a diagnostic. Raises OlpError for an unknown model or parameter.
     """
-    chosen = load_model(model or DEFAULT_MODEL)
+    settings = plan.settings
+    chosen = load_model(model or str(settings.get("model", DEFAULT_MODEL)))
+    if acceleration is None and "accel_mm_s2" in settings:
+        acceleration = float(settings["accel_mm_s2"]) * mm
     assumed: dict[str, Assumption] = {}
     limits = Limits(acceleration, lambda says: assumed.setdefault(says, Assumption(0, says)) and None)
     wanted = demand(plan, limits)
@@ -44,7 +47,7 @@ def time_plan(
         **parameters,
     )
     durations = _durations(plan, wanted, joined, profile, limits)
-    timing = _gather(plan, chosen.name, wanted, profile, durations)
+    timing = _gather(plan, chosen.name, wanted, profile, durations, joined)
     problems = _problems(plan, wanted, durations)
     return replace(
         timing,
@@ -62,7 +65,7 @@ def _durations(plan: Plan, wanted: Demand, joined: Chain, profile: Profile, limi
     return np.where(wanted.unknown, np.nan, np.maximum(duration, 0.0))
 
 
-def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floats) -> Timing:
+def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floats, joined: Chain) -> Timing:
     """From rows of Moves to steps: a move lasts as long as its slowest mechanism, and is told by its leading one."""
     count = len(plan)
     is_move = plan.kind == StepKind.MOVE
@@ -90,6 +93,7 @@ def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floa
     return Timing(
         plan=plan,
         model=model,
+        rows=_row_times(plan, duration, wanted, profile, joined, rows),
         kind=tuple(kind),
         distance_mm=column(moves.length / mm),
         speed_mm_s=column(moves.travel / mm),
@@ -102,6 +106,20 @@ def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floa
         assumptions=(),
         diagnostics=(),
     )
+
+
+def _row_times(
+    plan: Plan, duration: Floats, wanted: Demand, profile: Profile, joined: Chain, rows: Floats
+) -> RowTimes:
+    """Each row's own clock: see RowTimes."""
+    is_move = plan.kind == StepKind.MOVE
+    per_step = np.diff(np.append(plan.row[is_move], len(plan.moves)))
+    begins = np.concatenate(([0.0], np.cumsum(np.nan_to_num(duration))))[:-1]
+    step_time = np.repeat(duration[is_move], per_step)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = np.where((step_time > 0) & (rows < step_time), rows / step_time, 1.0)
+    start = np.repeat(begins[is_move], per_step) - joined.ramp / 2
+    return RowTimes(profile, start, joined.ramp, rate, np.where(wanted.unknown, 0.0, wanted.length))
 
 
 def _kinds(plan: Plan) -> list[str]:

@@ -20,11 +20,16 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """Per row of Moves: speed at its start and end [m/s], seconds its end corner saves, whether it stops exactly."""
+    """Per row of Moves.
+
+    `start_speed`, `end_speed` [m/s] at its corners. `saving` [s]: what the corner at its end saves. `ramp` [s]: how
+    long its speed ramps up while the row before still runs. `exact_stop`: whether it ends in one.
+    """
 
     start_speed: Floats
     end_speed: Floats
     saving: Floats
+    ramp: Floats
     exact_stop: NDArray[np.bool_]
 
 
@@ -34,7 +39,7 @@ def chain(plan: Plan, wanted: Demand) -> Chain:
     count = len(moves)
     exact = moves.blend_code == BlendCode.EXACT
     moving = wanted.length > 1e-9
-    result = Chain(np.zeros(count), np.zeros(count), np.zeros(count), exact & moving)
+    result = Chain(np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count), exact & moving)
     era = _eras(plan, exact & ~moving)
     for mechanism in np.unique(moves.mechanism):
         rows = np.nonzero((moves.mechanism == mechanism) & moving & ~wanted.unknown)[0]
@@ -72,6 +77,7 @@ def _join(plan: Plan, wanted: Demand, rows: NDArray[np.intp], era: NDArray[np.in
         zone = np.minimum(moves.blend[before], half)[zoned]
         passing = speed[zoned]
         ramp = np.maximum(zone / passing, passing / wanted.acceleration[after][zoned])
+        out.ramp[after[zoned]] = ramp
         out.saving[before[zoned]] = zone / passing - 0.5 * ramp
 
 

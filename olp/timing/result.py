@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnostic import Diagnostic
+from olp.motion import Profile
 from olp.plan import Assumption, Plan, StepKind
 
 if TYPE_CHECKING:
@@ -26,6 +27,22 @@ COLUMNS: tuple[str, ...] = (
 
 
 @dataclass(frozen=True, slots=True)
+class RowTimes:
+    """When each row of the plan's moves runs, (m,) each; what `olp track` and plots need.
+
+    A row's own clock starts `ramp / 2` before the end of the step before it. In its first `ramp` seconds it runs
+    at a growing share of its profile's speed (the corner's overlap), so at time u on its clock the profile
+    stands at u²/(2 ramp), later at u - ramp/2. `rate`: the clock of a mechanism that waits for a slower one.
+    """
+
+    profile: Profile
+    start: Floats  # [s] from the program's start
+    ramp: Floats  # [s]
+    rate: Floats  # [1]
+    length: Floats  # as the profile counts it
+
+
+@dataclass(frozen=True, slots=True)
 class Timing:
     """One entry per step of the plan; nan where a number does not apply or is not known.
 
@@ -35,6 +52,7 @@ class Timing:
 
     plan: Plan
     model: str
+    rows: RowTimes
     kind: tuple[str, ...]
     distance_mm: Floats
     speed_mm_s: Floats

@@ -1,0 +1,111 @@
+"""Times many files, on all cores when it pays. A file that cannot be read is a part with diagnostics, no exception."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from olp.diagnostic import Diagnostic, OlpError
+from olp.report import Options, Part, load_report
+
+if TYPE_CHECKING:
+    from olp.assumptions import Assumptions
+    from olp.timing import Timing
+
+# Below this many files starting the workers costs more than they save.
+_WORTH_WORKERS = 24
+_CHUNK = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """How files are timed; everything a worker process needs. `acceleration` [m/s²]."""
+
+    format: str = "text"
+    options: Options = field(default_factory=Options)
+    robot: str | None = None
+    model: str | None = None
+    acceleration: float | None = None
+    encoding: str | None = None
+    assumptions: str | None = None  # path of an olp.toml, else the nearest one
+    max_steps: int = 2_000_000
+    cycles: int = 1
+
+
+def time_files(
+    paths: Sequence[str], job: Job, workers: int = 0, done: Callable[[int], None] | None = None
+) -> list[Part]:
+    """One part per path, in their order. `workers` 0: as many as there are cores. `done(n)` after each n files."""
+    workers = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
+    parts: list[Part] = []
+    for part in _parts(paths, job, workers):
+        parts.append(part)
+        if done is not None:
+            done(1)
+    return parts
+
+
+def _parts(paths: Sequence[str], job: Job, workers: int) -> Iterator[Part]:
+    if workers <= 1:
+        yield from map(partial(time_file, job=job), paths)
+        return
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(partial(time_file, job=job), paths, chunksize=_CHUNK)
+
+
+def time_file(path: str, job: Job) -> Part:
+    """Reads, plans and times one file, and renders its share of the report."""
+    report = load_report(job.format)
+    try:
+        timing = plan_and_time(path, job)
+    except OlpError as problem:
+        diagnostics = tuple(d.at(path) for d in problem.diagnostics)
+        return Part(path, report.part(path, None, diagnostics, job.options), diagnostics=diagnostics)
+    diagnostics = tuple(d.at(path) for d in timing.diagnostics)
+    text = report.part(path, timing, diagnostics, job.options)
+    return Part(
+        path,
+        text,
+        timing.robot,
+        timing.total_s,
+        timing.motion_s,
+        timing.wait_s,
+        timing.io_s,
+        len(timing.assumptions),
+        diagnostics,
+    )
+
+
+def plan_and_time(path: str, job: Job) -> Timing:
+    """Reads, plans and times one file. Raises OlpError when it cannot be read or planned at all."""
+    from olp.interpreter import run
+    from olp.reading import read
+    from olp.timing import time_plan
+
+    program = read(path, encoding=job.encoding)
+    plan = run(
+        program,
+        robot=job.robot,
+        assumptions=_assumptions(job),
+        cycles=job.cycles,
+        max_steps=job.max_steps,
+    )
+    return time_plan(plan, job.model, job.acceleration)
+
+
+def _assumptions(job: Job) -> Assumptions | None:
+    if job.assumptions is None:
+        return None
+    from olp.assumptions import load_assumptions
+
+    return load_assumptions(job.assumptions)
+
+
+def shown(parts: Sequence[Part]) -> list[Diagnostic]:
+    """All diagnostics of all parts that a user should see, errors first within a file."""
+    return [d for part in parts for d in sorted(part.diagnostics, key=lambda d: (not d.is_error, d.line))]

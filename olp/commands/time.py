@@ -1,0 +1,151 @@
+"""`olp time`: how long every line takes, and why."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from olp.commands.command import expand_paths, write_output
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from olp.batch import Job
+    from olp.diagnostic import Diagnostic
+    from olp.report import Part
+
+SUMMARY = "say how long every line of a program takes, and why"
+FORMATS = ("text", "json", "csv", "markdown")
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
+    parser.add_argument(
+        "--format", default="text", metavar="F", help=f"one of {', '.join(FORMATS)} (default: text)"
+    )
+    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    add_timing_arguments(parser)
+    parser.add_argument(
+        "--segments", action="store_true", help="every line even when there are several programs"
+    )
+    parser.add_argument("--summary", action="store_true", help="only the totals")
+    parser.add_argument(
+        "--workers", type=int, default=0, metavar="N", help="processes (default: one per core)"
+    )
+
+
+def add_timing_arguments(parser: ArgumentParser) -> None:
+    """What every command takes that has to time a program."""
+    parser.add_argument("--robot", metavar="R", help="the robot: a name of `olp robots`, or a robot file")
+    parser.add_argument(
+        "--model", metavar="M", help="the motion model: constant or linear (default: constant)"
+    )
+    parser.add_argument(
+        "--accel",
+        type=positive,
+        metavar="A",
+        help="acceleration of linear moves in mm/s² (default: the robot's)",
+    )
+    parser.add_argument("--assumptions", metavar="FILE", help="an olp.toml (default: the nearest one)")
+    parser.add_argument("--encoding", metavar="E", help="of the program text (default: guessed)")
+    parser.add_argument(
+        "--max-steps",
+        type=positive_int,
+        default=2_000_000,
+        metavar="N",
+        help="stop after this many statements (default: 2000000)",
+    )
+    parser.add_argument(
+        "--cycles", type=positive_int, default=1, metavar="N", help="rounds of an endless main loop"
+    )
+
+
+def positive(text: str) -> float:
+    """A number above zero."""
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise ValueError(text)
+    return value
+
+
+def positive_int(text: str) -> int:
+    """A whole number above zero."""
+    value = int(text)
+    if value < 1:
+        raise ValueError(text)
+    return value
+
+
+def run(args: Namespace) -> int:
+    from olp.batch import shown, time_files
+    from olp.report import load_report
+    from olp.vendors.vendor import vendor_suffixes
+
+    report = load_report(args.format)
+    paths = [str(path) for path in expand_paths(args.jobs, vendor_suffixes())]
+    job = job_of(args, len(paths))
+    parts = with_progress(len(paths), lambda done: time_files(paths, job, args.workers, done))
+    write_output(args.output, encode(report.join(parts, job.options), args.output), inputs=paths)
+    print_diagnostics(shown(parts))
+    return 2 if any(part.failed for part in parts) else 0
+
+
+def job_of(args: Namespace, count: int) -> Job:
+    """The settings of one run over `count` files."""
+    from olp.batch import Job
+    from olp.report import Options
+
+    report = getattr(args, "format", "text")
+    segments = not getattr(args, "summary", False) and (count == 1 or args.segments or report != "text")
+    return Job(
+        format=report,
+        options=Options(segments, terminal_width() if report == "text" and not args.output else 0),
+        robot=args.robot,
+        model=args.model,
+        acceleration=None if args.accel is None else args.accel * 1e-3,
+        encoding=args.encoding,
+        assumptions=args.assumptions,
+        max_steps=args.max_steps,
+        cycles=args.cycles,
+    )
+
+
+def terminal_width() -> int:
+    """Characters per line of the terminal, 0 (no limit) when the output goes elsewhere."""
+    import shutil
+    import sys
+
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+
+
+def with_progress(count: int, work: Callable[[Callable[[int], None] | None], list[Part]]) -> list[Part]:
+    """Does the work, with a progress bar when it is long and somebody is watching."""
+    import sys
+
+    if count < 20 or not sys.stderr.isatty():
+        return work(None)
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("timing", total=count)
+        return work(lambda n: progress.update(task, advance=n))
+
+
+def encode(text: str, output: str | None) -> bytes:
+    """Reports are UTF-8, but a terminal gets what it can show."""
+    import sys
+
+    if output is None:
+        return text.encode(sys.stdout.encoding or "utf-8", "replace")
+    return text.encode("utf-8")
+
+
+def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
+    """To the error stream, a blank line between; in colour when somebody is watching."""
+    import sys
+
+    if not diagnostics:
+        return
+    text = "\n\n".join(d.render() for d in diagnostics)
+    print(text, file=sys.stderr)

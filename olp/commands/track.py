@@ -1,0 +1,58 @@
+"""`olp track`: where the robot is at each instant."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from olp.commands.command import write_output
+from olp.commands.time import add_timing_arguments, job_of, positive, print_diagnostics
+
+if TYPE_CHECKING:
+    import pandas
+
+SUMMARY = "say where the robot is at each instant of a program"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("job", metavar="JOB", help="a program")
+    parser.add_argument(
+        "--dt", type=positive, default=0.004, metavar="S", help="time step in s (default: 0.004)"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", help="FILE.csv or FILE.parquet (default: CSV on standard output)"
+    )
+    add_timing_arguments(parser)
+
+
+def run(args: Namespace) -> int:
+    from olp.batch import plan_and_time
+    from olp.track import track
+
+    timing = plan_and_time(args.job, job_of(args, 1))
+    table = track(timing, args.dt).frame()
+    if args.output and args.output.lower().endswith((".parquet", ".pq")):
+        data = _parquet(table)
+    else:
+        data = table.to_csv(index=False, float_format="%.6f", lineterminator="\n").encode()
+    write_output(args.output, data, inputs=[args.job])
+    print_diagnostics([d.at(args.job) for d in timing.diagnostics])
+    return 0
+
+
+def _parquet(table: pandas.DataFrame) -> bytes:
+    """The table as Parquet. Raises OlpError when the library for it is not installed."""
+    import io
+
+    from olp.diagnostic import OlpError, error
+
+    buffer = io.BytesIO()
+    try:
+        table.to_parquet(buffer, index=False)
+    except ImportError:
+        raise OlpError(
+            error(
+                "C010", "Parquet needs pyarrow", help='install it: pip install "olp[parquet]"; or write .csv'
+            )
+        ) from None
+    return buffer.getvalue()

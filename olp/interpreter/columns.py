@@ -1,0 +1,131 @@
+"""From recorded rows to the plan's columns: all positions resolved batch by batch, all paths measured at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.cell import Cell, Floats, quaternions
+from olp.geometry import compose, quaternion_from_rotation, rotation_from_quaternion
+from olp.interpreter.paths import shape_paths, turn_between
+from olp.plan import Moves, Positions
+from olp.points import PointState
+
+NOWHERE = -1  # the position before the first move
+
+# start, target, mechanism, path, unit, speed, blend code, blend, acceleration, deceleration, end of arc
+MoveRow = tuple[int, int, int, int, int, float, int, float, float, float, bool]
+
+
+@dataclass(slots=True)
+class Batch:
+    """Positions of one mechanism under one state, to be resolved together."""
+
+    mechanism: int
+    state: PointState
+    rows: list[int] = field(default_factory=list)  # index in the pool
+    values: list[Sequence[float]] = field(default_factory=list)
+
+
+def columns(
+    cell: Cell, batches: Iterable[Batch], count: int, rows: Sequence[MoveRow]
+) -> tuple[Positions, Moves]:
+    """The `count` positions and all moves of a plan."""
+    positions, tools = _resolve(cell, batches, count)
+    moves, end_of_arc = _moves(rows)
+    if not len(moves):
+        return positions, moves
+    positions, moves = _with_target_tools(cell, positions, tools, moves)
+    via, before, length = shape_paths(moves, positions, end_of_arc)
+    angle = turn_between(positions.quaternion[moves.start], positions.quaternion[moves.target])
+    return positions, replace(moves, via=via, before=before, length=length, angle=angle)
+
+
+def _resolve(cell: Cell, batches: Iterable[Batch], count: int) -> tuple[Positions, NDArray[np.int32]]:
+    """All positions, and the tool that each was taught with (-1 for what carries none)."""
+    width = max((len(m.robot.axes) for m in cell.mechanisms if m.robot), default=6)
+    position = np.full((count, 3), np.nan)
+    quaternion = np.full((count, 4), np.nan)
+    axes = np.full((count, max(width, 6)), np.nan)
+    tools = np.full(count, -1, dtype=np.int32)
+    for batch in batches:
+        rows = np.array(batch.rows)
+        resolved = cell.resolve(batch.mechanism, batch.state, _rectangle(batch.values))
+        position[rows] = resolved.position
+        quaternion[rows] = quaternions(resolved)
+        axes[rows, : resolved.axes.shape[1]] = resolved.axes
+        if cell.mechanisms[batch.mechanism].is_robot:
+            tools[rows] = batch.state.tool
+    return Positions(position, quaternion, axes), tools
+
+
+def _rectangle(values: list[Sequence[float]]) -> Floats:
+    """(n, w) from rows that may differ in width, nan where a row is short."""
+    width = max(len(row) for row in values)
+    if all(len(row) == width for row in values):
+        return np.array(values, dtype=np.float64)
+    return np.array([[*row, *[np.nan] * (width - len(row))] for row in values], dtype=np.float64)
+
+
+def _moves(rows: Sequence[MoveRow]) -> tuple[Moves, NDArray[np.bool_]]:
+    """The moves, their paths not yet measured, and which of them end an arc."""
+    cells = list(zip(*rows, strict=True)) if rows else [()] * 11
+    start, target, mechanism, path, unit, speed, code, blend, acceleration, deceleration, end_of_arc = cells
+    starts, targets = np.array(start, dtype=np.int32), np.array(target, dtype=np.int32)
+    units, speeds = np.array(unit, dtype=np.int8), np.array(speed, dtype=np.float64)
+    count = len(rows)
+    moves = Moves(
+        # Nobody knows where the arm stood before its first move: it is taken to stand at that move's target.
+        start=np.where(starts == NOWHERE, targets, starts).astype(np.int32),
+        target=targets,
+        via=np.full(count, -1, dtype=np.int32),
+        before=np.zeros(count, dtype=bool),
+        mechanism=np.array(mechanism, dtype=np.int16),
+        path=np.array(path, dtype=np.int8),
+        fraction=np.where(units == 0, speeds, np.nan),
+        travel=np.where(units == 1, speeds, np.nan),
+        turn=np.where(units == 2, speeds, np.nan),
+        acceleration=np.array(acceleration, dtype=np.float64),
+        deceleration=np.array(deceleration, dtype=np.float64),
+        blend_code=np.array(code, dtype=np.int8),
+        blend=np.array(blend, dtype=np.float64),
+        length=np.zeros(count),
+        angle=np.zeros(count),
+    )
+    return moves, np.array(end_of_arc, dtype=bool)
+
+
+def _with_target_tools(
+    cell: Cell, positions: Positions, tools: NDArray[np.int32], moves: Moves
+) -> tuple[Positions, Moves]:
+    """Where a move's target was taught with another tool, its start is seen with that tool too.
+
+    The controller moves the tool that the target names; the arm stands where it stood, but the point that
+    travels is another one.
+    """
+    changed = np.nonzero(tools[moves.start] != tools[moves.target])[0]
+    if not len(changed):
+        return positions, moves
+    start = moves.start.copy()
+    old, new = tools[start[changed]], tools[moves.target[changed]]
+    extra: list[Positions] = []
+    for first, second in sorted(set(zip(old.tolist(), new.tolist(), strict=True))):
+        rows = changed[(old == first) & (new == second)]
+        swap = cell.tool_pose(first).inverse() @ cell.tool_pose(second)
+        seen = start[rows]
+        position, rotation = compose(
+            positions.position[seen],
+            rotation_from_quaternion(positions.quaternion[seen]),
+            swap.position,
+            swap.rotation,
+        )
+        start[rows] = len(positions) + sum(map(len, extra)) + np.arange(len(rows))
+        extra.append(Positions(position, quaternion_from_rotation(rotation), positions.axes[seen]))
+    together = (
+        np.concatenate([getattr(p, name) for p in (positions, *extra)])
+        for name in ("position", "quaternion", "axes")
+    )
+    return Positions(*together), replace(moves, start=start)

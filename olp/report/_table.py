@@ -1,0 +1,73 @@
+"""What text and Markdown share: which numbers of a segment are shown, and how many digits of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from olp.plan import Assumption
+    from olp.timing import Timing
+
+HEADER = ("line", "statement", "mm", "V mm/s", "top mm/s", "mm/s²", "limited by", "time s", "end s")
+LEFT = {1, 6}  # columns of text; all others are numbers and stand right
+
+
+def rows(timing: Timing) -> Iterator[tuple[str, ...]]:
+    """One tuple of cells per step."""
+    for segment in timing.segments():
+        yield (
+            str(segment["line"]),
+            _statement(segment, timing),
+            _number(segment["distance_mm"], 1),
+            _speed(segment),
+            _number(segment["reached_mm_s"], 1),
+            _number(segment["accel_mm_s2"], 0),
+            segment["limited_by"],
+            _number(segment["duration_s"], 3) or "unknown",
+            _number(segment["end_s"], 3),
+        )
+
+
+def _statement(segment: dict[str, Any], timing: Timing) -> str:
+    """A line of another job names it, because line numbers count anew there."""
+    text: str = segment["statement"]
+    if segment["file"] == timing.plan.path:
+        return text
+    name = segment["file"].replace("\\", "/").rpartition("/")[2]
+    return f"{name}: {text}"
+
+
+def _speed(segment: dict[str, Any]) -> str:
+    if segment["speed_pct"] is not None:
+        return f"{segment['speed_pct']:g} %"
+    return _number(segment["speed_mm_s"], 1)
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "" if value is None else f"{value:.{digits}f}"
+
+
+def totals(timing: Timing) -> str:
+    """One sentence with the sums."""
+    parts = f"motion {timing.motion_s:.3f} s, waits {timing.wait_s:.3f} s, I/O {timing.io_s:.3f} s"
+    robot = timing.robot or "robot not known"
+    return f"total {timing.total_s:.3f} s ({parts}), {robot}, {timing.model} acceleration model"
+
+
+def grouped(assumptions: Sequence[Assumption]) -> list[str]:
+    """Assumptions that say the same once, with all their lines."""
+    lines: dict[tuple[str, str], list[int]] = {}
+    for assumption in assumptions:
+        lines.setdefault((assumption.says, assumption.file), []).append(assumption.line)
+    return [_with_lines(says, numbers) for (says, _), numbers in lines.items()]
+
+
+def _with_lines(says: str, numbers: list[int]) -> str:
+    known = sorted({n for n in numbers if n})
+    if not known:
+        return says
+    shown = ", ".join(map(str, known[:8])) + (f" and {len(known) - 8} more" if len(known) > 8 else "")
+    return f"line {shown}: {says}" if len(known) == 1 else f"lines {shown}: {says}"

@@ -1,0 +1,49 @@
+"""CSV: one row per segment, wait or signal, the file in the last column; opens in any spreadsheet."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from olp.diagnostic import Diagnostic
+from olp.report.report import Options, Part, Report
+
+if TYPE_CHECKING:
+    from olp.timing import Timing
+
+_TOTALS = ("file", "robot", "total_s", "motion_s", "wait_s", "io_s")
+
+
+class Csv(Report):
+    """RFC 4180 with a header row, `.` as decimal mark, units in the column names."""
+
+    summary = "one row per segment, for spreadsheets"
+
+    def part(
+        self, file: str, timing: Timing | None, diagnostics: Sequence[Diagnostic], options: Options
+    ) -> str:
+        if timing is None:
+            return ""
+        if not options.segments:
+            totals = (getattr(timing, name) for name in _TOTALS[2:])
+            return _rows([[file, timing.robot or "", *(f"{t:.6f}" for t in totals)]])
+        return _rows([_cell(value) for value in segment.values()] for segment in timing.segments())
+
+    def join(self, parts: Sequence[Part], options: Options) -> str:
+        from olp.timing import COLUMNS
+
+        header = COLUMNS if options.segments else _TOTALS
+        return _rows([header]) + "".join(part.text for part in parts)
+
+
+def _rows(rows: object) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)  # type: ignore[arg-type]
+    return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    """Numbers to a nanometre and a microsecond: further digits would only be noise of the arithmetic."""
+    return round(value, 6) if isinstance(value, float) else value

@@ -1,0 +1,84 @@
+"""Text for people: a table per program, its totals, what was assumed, what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from olp.diagnostic import Diagnostic
+from olp.report import _table
+from olp.report.report import Options, Part, Report
+
+if TYPE_CHECKING:
+    from olp.timing import Timing
+
+_STATEMENT = 1
+_OVERVIEW = ("file", "total s", "motion s", "waits s", "I/O s", "assumed", "problems")
+
+
+class Text(Report):
+    """Aligned columns. Diagnostics go to the error stream, where every command puts them, not into the table."""
+
+    summary = "a table for people"
+
+    def part(
+        self, file: str, timing: Timing | None, diagnostics: Sequence[Diagnostic], options: Options
+    ) -> str:
+        if timing is None or not options.segments:
+            return ""
+        body = list(_table.rows(timing))
+        lines = [file, *_aligned([_table.HEADER, *body], _table.LEFT, options.width, _STATEMENT)]
+        lines += ["", _table.totals(timing)]
+        lines += [f"assumed: {says}" for says in _table.grouped(timing.assumptions)]
+        if timing.plan.stop_reason:
+            lines.append(f"stopped: {timing.plan.stop_reason}")
+        return "\n".join(lines) + "\n"
+
+    def join(self, parts: Sequence[Part], options: Options) -> str:
+        text = "\n".join(part.text for part in parts if part.text)
+        if len(parts) == 1 and text:
+            return text
+        overview = _aligned([_OVERVIEW, *map(_summary, parts), _sum(parts)], {0}, options.width, 0)
+        return (text + "\n" if text else "") + "\n".join(overview) + "\n"
+
+
+def _summary(part: Part) -> tuple[str, ...]:
+    times = (part.total_s, part.motion_s, part.wait_s, part.io_s)
+    problems = sum(d.is_error for d in part.diagnostics)
+    return (
+        part.file,
+        *(
+            "not timed" if i == 0 and t is None else "" if t is None else f"{t:.3f}"
+            for i, t in enumerate(times)
+        ),
+        str(part.assumed or ""),
+        str(problems or ""),
+    )
+
+
+def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
+    times = (
+        [getattr(part, name) or 0.0 for part in parts] for name in ("total_s", "motion_s", "wait_s", "io_s")
+    )
+    problems = sum(d.is_error for part in parts for d in part.diagnostics)
+    assumed = sum(part.assumed for part in parts)
+    return (f"{len(parts)} files", *(f"{sum(t):.3f}" for t in times), str(assumed or ""), str(problems or ""))
+
+
+def _aligned(rows: Sequence[Sequence[str]], left: set[int], width: int, elastic: int) -> list[str]:
+    """Rows in columns two blanks apart; the `elastic` column is cut when a line would be wider than `width`."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    over = sum(widths) + 2 * (len(widths) - 1) - width
+    if width and over > 0:
+        widths[elastic] = max(widths[elastic] - over, 12)
+    lines = []
+    for row in rows:
+        cells = [_fit(cell, size, i in left) for i, (cell, size) in enumerate(zip(row, widths, strict=True))]
+        lines.append("  ".join(cells).rstrip())
+    return lines
+
+
+def _fit(cell: str, size: int, left: bool) -> str:
+    if len(cell) > size:
+        cell = cell[: size - 1] + "…"
+    return cell.ljust(size) if left else cell.rjust(size)

@@ -1,0 +1,243 @@
+"""Where the robot is at each instant (Apostolovic's thesis, section 4.4, with corners).
+
+Every move adds its displacement; at a corner that is blended two moves run at once and their displacements add, which
+is how the measured controller rounds it. Positions add in space, orientations as successive turns, axes as angles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import OlpError, error
+from olp.geometry import (
+    Pose,
+    angles_from_rotation,
+    compose,
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+    slerp,
+)
+from olp.interpreter.paths import point_on_arc, point_on_parabola
+from olp.plan import PATHS, StepKind
+from olp.program import Path
+from olp.units import deg, mm
+
+if TYPE_CHECKING:
+    import pandas
+
+    from olp.plan import Plan
+    from olp.timing import Timing
+
+Floats = NDArray[np.float64]
+_JOINT, _CIRCULAR, _SPLINE = (PATHS.index(p) for p in (Path.JOINT, Path.CIRCULAR, Path.SPLINE))
+_MOST_SAMPLES = 20_000_000
+_BEYOND = 2  # a move overlaps at most its two neighbours, because a zone reaches at most half of a move
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """The leading robot at n instants: `time` (n,) [s], `line` (n,), `position` (n, 3) [m], `rotation` (n, 3, 3),
+    `axes` (n, k) [rad or m]; nan where unknown."""
+
+    time: Floats
+    line: NDArray[np.int32]
+    file: tuple[str, ...]
+    position: Floats
+    rotation: Floats
+    axes: Floats
+    axis_names: tuple[str, ...]
+    linear: tuple[bool, ...]  # which axes are slides
+
+    def frame(self) -> pandas.DataFrame:
+        """A table with units in the column names: t_s, line, x_mm … rz_deg, q1_deg … (q7_mm for a slide), file."""
+        import pandas
+
+        columns: dict[str, object] = {"t_s": self.time, "line": self.line}
+        columns.update(zip(("x_mm", "y_mm", "z_mm"), self.position.T / mm, strict=True))
+        angles = angles_from_rotation(self.rotation) / deg
+        columns.update(zip(("rx_deg", "ry_deg", "rz_deg"), angles.T, strict=True))
+        for i, linear in enumerate(self.linear):
+            columns[f"q{i + 1}_{'mm' if linear else 'deg'}"] = self.axes[:, i] / (mm if linear else deg)
+        columns["file"] = self.file
+        return pandas.DataFrame(columns)
+
+
+def track(timing: Timing, dt: float) -> Track:
+    """The motion of the leading mechanism every `dt` [s], from the start to the end of the program, both included.
+
+    Raises OlpError when a step cannot be timed, when nothing moves, or when there would be more than 20 million rows.
+    """
+    plan = timing.plan
+    _check(timing, dt)
+    total = timing.total_s
+    count = int(np.floor(total / dt + 1e-9)) + 1
+    times = np.minimum(np.append(np.arange(count) * dt, total), total)
+    if len(times) > 1 and times[-1] - times[-2] < 1e-9:
+        times = times[:-1]
+    rows = plan.row[plan.kind == StepKind.MOVE].astype(np.intp)
+    steps = np.minimum(np.searchsorted(timing.end_s, times, side="left"), len(plan) - 1)
+    position, rotation, axes = _states(timing, rows, times)
+    robot = plan.robot
+    known = min(len(robot.axes), axes.shape[1]) if robot else 0
+    paths = [source.path for source in plan.sources]
+    return Track(
+        times,
+        plan.line[steps],
+        tuple(paths[s] for s in plan.source[steps].tolist()),
+        position,
+        rotation,
+        axes[:, :known],
+        robot.axis_names[:known] if robot else (),
+        tuple(axis.linear for axis in robot.axes[:known]) if robot else (),
+    )
+
+
+def _check(timing: Timing, dt: float) -> None:
+    if not dt > 0:
+        raise OlpError(error("T201", f"the time step must be above zero, not {dt:g} s"))
+    if not len(timing.plan.moves):
+        raise OlpError(error("T202", "this program moves nothing", file=timing.plan.path))
+    unknown = [d for d in timing.diagnostics if d.is_error]
+    if unknown:
+        raise OlpError(*unknown)
+    if timing.total_s / dt > _MOST_SAMPLES:
+        raise OlpError(
+            error("T203", f"{timing.total_s:g} s in steps of {dt:g} s are too many rows", help="larger --dt")
+        )
+
+
+def _states(timing: Timing, rows: NDArray[np.intp], times: Floats) -> tuple[Floats, Floats, Floats]:
+    """Position, rotation and axes at `times`, from the leading row of every move."""
+    plan = timing.plan
+    here = np.maximum(np.searchsorted(timing.rows.start[rows], times, side="right") - 1, 0)
+    first = np.maximum(here - _BEYOND, 0)
+    start = plan.moves.start[rows[first]]
+    position = plan.positions.position[start].copy()
+    quaternion = plan.positions.quaternion[start].copy()
+    axes = plan.positions.axes[start].copy()
+    for offset in range(2 * _BEYOND):
+        index = np.minimum(first + offset, len(rows) - 1)
+        live = (first + offset < len(rows)) & (times >= timing.rows.start[rows[index]])
+        if offset:
+            jump, twist = _tool_change(plan, rows, index)
+            position += np.where(live[:, None], jump, 0.0)
+            quaternion = np.where(live[:, None], _multiply(quaternion, twist), quaternion)
+        fraction = np.where(live, _fraction(timing, rows[index], times), 0.0)
+        moved, turned, driven = _displacement(plan, rows[index], fraction)
+        position += moved
+        quaternion = _multiply(quaternion, turned)
+        axes += driven
+    rotation = rotation_from_quaternion(quaternion)
+    return position, rotation, _axes_along_paths(plan, rows[here], position, rotation, axes)
+
+
+def _tool_change(plan: Plan, rows: NDArray[np.intp], index: NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """What the tool's point jumps by (n, 3) [m] and (n, 4) when a row uses another tool than the row before."""
+    moves, positions = plan.moves, plan.positions
+    before, after = moves.target[rows[np.maximum(index - 1, 0)]], moves.start[rows[index]]
+    twist = _multiply(_conjugate(positions.quaternion[before]), positions.quaternion[after])
+    return positions.position[after] - positions.position[before], twist
+
+
+def _axes_along_paths(
+    plan: Plan, rows: NDArray[np.intp], position: Floats, rotation: Floats, axes: Floats
+) -> Floats:
+    """Axes (n, k): as driven in joint moves; along lines and curves whatever the tool's pose asks for."""
+    robot = plan.robot
+    if robot is None or robot.geometry is None:
+        return axes
+    from olp.kinematics import track as follow
+
+    curved = plan.moves.path[rows] != _JOINT
+    ends = np.nonzero(np.diff(rows))[0] + 1
+    for begin, end in zip(np.concatenate(([0], ends)), np.concatenate((ends, [len(rows)])), strict=True):
+        if not curved[begin]:
+            continue
+        start = plan.moves.start[rows[begin : begin + 1]]
+        seed = plan.positions.axes[start][:, : len(robot.axes)]
+        if np.isnan(seed).any():
+            axes[begin:end] = np.nan
+            continue
+        back = Pose(*(part[0] for part in _tools(plan, start, seed))).inverse()
+        flange = compose(position[begin:end], rotation[begin:end], back.position, back.rotation)
+        axes[begin:end, : len(robot.axes)] = follow(robot, *flange, seed[0])
+    return axes
+
+
+def _tools(plan: Plan, start: NDArray[np.int32], axes: Floats) -> tuple[Floats, Floats]:
+    """The tool (n, 3) [m], (n, 3, 3) at positions `start`: whatever the pose has beyond the flange."""
+    from olp.kinematics import forward
+
+    assert plan.robot is not None
+    position, rotation = forward(plan.robot, axes)
+    back = np.swapaxes(rotation, -1, -2)
+    pose = plan.positions.position[start], rotation_from_quaternion(plan.positions.quaternion[start])
+    return np.einsum("nij,nj->ni", back, pose[0] - position), back @ pose[1]
+
+
+def _fraction(timing: Timing, rows: NDArray[np.intp], times: Floats) -> Floats:
+    """How much of its path each row has behind it at each of `times`, 0..1."""
+    clock = timing.rows
+    u = np.maximum((times - clock.start[rows]) * clock.rate[rows], 0.0)
+    ramp = clock.ramp[rows]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        profile_time = np.where(u < ramp, u * u / (2 * ramp), u - ramp / 2)
+        done = clock.profile.take(rows).position(profile_time) / clock.length[rows]
+    return np.where(clock.length[rows] > 0, np.clip(np.nan_to_num(done), 0.0, 1.0), (u > 0).astype(float))
+
+
+def _displacement(plan: Plan, rows: NDArray[np.intp], fraction: Floats) -> tuple[Floats, Floats, Floats]:
+    """What each row has added at `fraction` of its path: shift (n, 3) [m], turn as quaternion (n, 4), axes (n, k)."""
+    moves, positions = plan.moves, plan.positions
+    start, target = moves.start[rows], moves.target[rows]
+    a, b = positions.position[start], positions.position[target]
+    share = fraction[:, None]
+    shift = (b - a) * share
+    driven = (positions.axes[target] - positions.axes[start]) * share
+    path, via = moves.path[rows], moves.via[rows]
+    for code, shape in ((_CIRCULAR, point_on_arc), (_SPLINE, point_on_parabola)):
+        curved = (path == code) & (via >= 0)
+        if curved.any():
+            c = positions.position[via[curved]]
+            shift[curved] = (
+                shape(a[curved], b[curved], c, moves.before[rows][curved], fraction[curved]) - a[curved]
+            )
+    turn = _multiply(_conjugate(positions.quaternion[start]), positions.quaternion[target])
+    turn = slerp(np.broadcast_to([1.0, 0.0, 0.0, 0.0], turn.shape), turn, fraction)
+    joint = path == _JOINT
+    if joint.any() and plan.robot is not None and plan.robot.geometry is not None:
+        shift[joint], turn[joint] = _joint_displacement(plan, rows[joint], driven[joint])
+    return shift, turn, driven
+
+
+def _joint_displacement(plan: Plan, rows: NDArray[np.intp], driven: Floats) -> tuple[Floats, Floats]:
+    """A joint move takes the tool along a curve: forward kinematics of the axes on the way."""
+    from olp.kinematics import forward
+
+    assert plan.robot is not None
+    width = len(plan.robot.axes)
+    start = plan.moves.start[rows]
+    axes = plan.positions.axes[start][:, :width]
+    flange = forward(plan.robot, axes + driven[:, :width])
+    position, rotation = compose(*flange, *_tools(plan, start, axes))
+    then = rotation_from_quaternion(plan.positions.quaternion[start])
+    turn = np.swapaxes(then, -1, -2) @ rotation
+    return position - plan.positions.position[start], quaternion_from_rotation(turn)
+
+
+def _multiply(first: Floats, second: Floats) -> Floats:
+    """(n, 4) product of quaternions."""
+    w, v = first[:, :1], first[:, 1:]
+    x, u = second[:, :1], second[:, 1:]
+    scalar = w * x - np.sum(v * u, axis=1, keepdims=True)
+    product: Floats = np.concatenate([scalar, w * u + x * v + np.cross(v, u)], axis=1)
+    return product
+
+
+def _conjugate(quaternion: Floats) -> Floats:
+    conjugate: Floats = quaternion * np.array([1.0, -1.0, -1.0, -1.0])
+    return conjugate
