@@ -188,7 +188,7 @@ def simulation_times(e: Experiment) -> Figure:
         f"A.7 to A.13 print L/v + v/a plus {off[flat].min():.4f} to {off[flat].max():.4f} s: "
         "the last full hundredth and two more",
         *(f"{where(e, i)}: printed {e.simulation[i]:.2f}, by that rule {ruled[i]:.2f}"
-          for i in np.flatnonzero(flat & (np.abs(ruled - e.simulation) > 1e-6))),
+          for i in map(int, np.flatnonzero(flat & (np.abs(ruled - e.simulation) > 1e-6)))),
         f"A.14 and A.15 print L/v + v/a plus {off[~flat].min():.4f} to {off[~flat].max():.4f} s, no rule found: "
         "for the same length and speed the same simulator shows 2.90 s (A.11) and 2.86 s (A.14)",
     ]  # fmt: skip
@@ -211,7 +211,7 @@ def errors(e: Experiment) -> Figure:
         best = 0
         for explained, seconds in enumerate((float(e.robot[i]), float(unrounded))):
             error = seconds - float(e.simulation[i])
-            good = follows(error, printed["error_s"])
+            good = int(follows(error, printed["error_s"]))
             good += follows(100 * error / seconds, printed["error_pct"])
             counts[explained] += max(good - best, 0)
             best = max(good, best)
