@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from olp.__main__ import main
 from olp.backup import read_backup, robot_toml
+from olp.backup.import_check import check_import
 from olp.backup.plausibility import shortest_degrees
-from olp.backup.robot_file import check_import
 from olp.diagnostic import OlpError
 from olp.robot import Robot, load_robot
 
@@ -198,6 +198,45 @@ def test_frames_that_cannot_tell_an_axis_sense_prove_nothing(cell: Path) -> None
     assert not imported(cell).pose_verified
     (finding,) = check_import(read_backup(cell))
     assert finding.message.endswith("would too if T turned the other way")
+
+
+@pytest.mark.parametrize("zeros", [(0, 0, 0, 0, -90, 0), (0, 90, 0, 0, 0, 0)])
+def test_user_frames_tell_how_the_arm_stands_at_zero(zeros: tuple[int, ...], cell: Path) -> None:
+    arm = ARMS["yrc1000"]
+    per_degree = MAKE["pulses_per_degree"](arm)
+
+    def result(number: int) -> str:
+        _, tool, points = MAKE["FRAMES"][number]
+        turned = [
+            tuple(p + zero * per for p, zero, per in zip(row, zeros, per_degree, strict=True))
+            for row in points
+        ]
+        return str(
+            MAKE["frame_row"](*(MAKE["tool_point"](arm, row, MAKE["TOOLS"][tool][1]) for row in turned))
+        )
+
+    results = iter([result(1), result(7)])
+    change(
+        cell / "UFRAME.CND",
+        lambda text: re.sub("////BUSER .*", lambda _: f"////BUSER {next(results)}\r", text),
+    )
+    file = tomllib.loads(robot_toml(read_backup(cell)))
+    assert file["pose_verified"]
+    assert tuple(file["links"]["zero_deg"]) == zeros
+    assert file["sources"]["links"].endswith("confirmed by the user frames")
+
+
+def test_a_model_of_the_library_stands_as_there(cell: Path) -> None:
+    (cell / "UFRAME.CND").unlink()
+    robot = imported(cell, name="yaskawa/hp20d")
+    library = load_robot("yaskawa/hp20d")
+    assert robot.geometry is not None
+    assert library.geometry is not None
+    assert robot.geometry.links is not None
+    assert library.geometry.links is not None
+    assert robot.geometry.links.zeros == pytest.approx(library.geometry.links.zeros)
+    assert any(library.geometry.links.zeros)
+    assert robot.sources["links"].endswith("as in the library's yaskawa/hp20d")
 
 
 def test_without_frames_the_poses_are_not_claimed(cell: Path) -> None:

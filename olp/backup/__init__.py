@@ -1,7 +1,7 @@
 """Reading a Yaskawa controller's backup: tools, frames, variables, macros, parameters, system."""
 
 from olp.backup.backup import Backup, read_backup
-from olp.backup.macro_dat import read_macro_dat
+from olp.backup.import_check import check_import
 from olp.backup.parameters import GroupParameters, Layout
 from olp.backup.robot_file import robot_toml
 from olp.backup.system_sys import ControlGroup, SystemInfo
@@ -19,7 +19,7 @@ __all__ = [
     "ToolData",
     "UserFrame",
     "Variables",
+    "check_import",
     "read_backup",
-    "read_macro_dat",
     "robot_toml",
 ]

@@ -110,20 +110,21 @@ def read_rows(path: Path, findings: Findings, encoding: str = "cp1252") -> tuple
     complete = not lines[-1]
     if complete:
         lines.pop()
-    rows = tuple(_bounded(Row(number, line), findings) for number, line in enumerate(lines, start=1))
+    rows = tuple(
+        Row(number, line) if len(line) <= MAX_ROW else _left_out(number, line, findings)
+        for number, line in enumerate(lines, start=1)
+    )
     if not complete:
         message = "the file ends without a line end: its last row may be cut"
         findings.warning("B002", message, rows[-1], start=len(rows[-1].text))
     return rows
 
 
-def _bounded(row: Row, findings: Findings) -> Row:
-    """The row; an empty one in place of a row that no controller writes."""
-    if len(row.text) <= MAX_ROW:
-        return row
-    shown = Row(row.line, row.text[:80] + "…")
-    findings.error("B003", f"this row has {len(row.text)} characters and was left out", shown)
-    return Row(row.line, "")
+def _left_out(number: int, line: str, findings: Findings) -> Row:
+    """An empty row in place of one that no controller writes."""
+    shown = Row(number, line[:80] + "…")
+    findings.error("B003", f"this row has {len(line)} characters and was left out", shown)
+    return Row(number, "")
 
 
 def record(row: Row) -> tuple[str, str, str]:

@@ -25,7 +25,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.backup.backup import read_backup
-    from olp.backup.robot_file import check_import, robot_toml
+    from olp.backup.import_check import check_import
+    from olp.backup.robot_file import robot_toml
     from olp.commands.command import write_output
 
     backup = read_backup(args.backup)
