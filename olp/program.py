@@ -72,6 +72,7 @@ class MovePart(NamedTuple):
     path: Path | None  # None: a reference point only (+REFP)
     targets: tuple[Position, ...]
     speed: Speed | None = None
+    blend: Blend | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -354,6 +355,7 @@ class StartTask:
     condition: Expression | None = None
     comment: str = ""
     spelling: str = field(default="", compare=False)  # the vendor's word for the condition, see Wait
+    synchronised: bool = False  # the task's moves keep step with this one (INFORM SYNC)
 
 
 @dataclass(frozen=True, slots=True)

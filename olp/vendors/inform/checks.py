@@ -1,0 +1,190 @@
+"""What can be wrong with a job whose lines are all fine: points, labels, blocks, ends, line ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from olp.control import pair
+from olp.diagnostic import Severity, Span
+from olp.expression import Position, Store, Taught
+from olp.program import Begin, Comment, End, Label, LineKind, Move, Reference, Routine
+from olp.vendors.inform.findings import Findings
+from olp.vendors.inform.header import Header
+
+_FAMILY = {Store.ROBOT: "C", Store.BASE: "BC", Store.STATION: "EC"}
+_LABEL_LENGTH = 8
+_RECORDS = ("/JOB", "//NAME", "//POS", "//INST")
+
+
+def is_readable(findings: Findings) -> bool:
+    """Whether the file is text with at least one record of a job; if not, one error says so."""
+    source = findings.source
+    if source.encoding.startswith("utf-16") or b"\0" in source.raw:
+        return _refuse(findings, "P001", "this is no job text but binary or UTF-16", "save it as plain text")
+    if not any(line.lstrip().startswith(_RECORDS) for line in source.lines if "/" in line):
+        what = "the file is empty" if not source.raw.strip() else "this is no job: it has no header"
+        return _refuse(findings, "P006", what, "a job begins with /JOB, //NAME, //POS and //INST")
+    return True
+
+
+def _refuse(findings: Findings, code: str, message: str, help: str) -> bool:
+    findings.error(code, message, Span(0), help=help)
+    for number, line in enumerate(findings.source.lines):
+        findings.kinds[number] = LineKind.ERROR if line.strip() else LineKind.BLANK
+    return False
+
+
+def check_routine(findings: Findings, header: Header, routine: Routine) -> None:
+    """Everything that holds for one job."""
+    if _is_complete(findings, header, routine):
+        _check_npos(findings, header)
+        _check_points(findings, routine)
+        findings.extend(pair([one for one in routine.body if type(one) is not Move]).problems)
+        _check_labels(findings, routine)
+    _check_widths(findings, routine)
+
+
+def _is_complete(findings: Findings, header: Header, routine: Routine) -> bool:
+    last = Span(routine.last_line, 1, len(findings.source.line(routine.last_line)) + 1)
+    for section in ("NAME", "POS", "INST"):
+        if section not in header.sections:
+            findings.error("P007", f"the job has no //{section}", last, help="is the file cut off?")
+            if section == "INST":
+                return False
+    statements = [one for one in routine.body[:50] if type(one) is not Comment]
+    if not statements or type(statements[0]) is not Begin:
+        line = statements[0].line if statements else routine.last_line
+        span = Span(line, 1, len(findings.source.line(line)) + 1)
+        findings.error(
+            "P008", "the instructions do not begin with NOP", span, help="add NOP before this line"
+        )
+    _check_end(findings, routine, last)
+    return True
+
+
+def _check_end(findings: Findings, routine: Routine, last: Span) -> None:
+    ends = [one.line for one in routine.body if type(one) is End]
+    if not ends:
+        findings.error(
+            "P009", "the job has no END", last, help="is the file cut off? add END as the last line"
+        )
+        return
+    after = next((one for one in routine.body if one.line > ends[0] and type(one) is not Comment), None)
+    if after is not None:
+        text = findings.source.line(after.line)
+        findings.error(
+            "P022",
+            "an instruction behind END is never executed",
+            Span(after.line, 1, len(text.rstrip()) + 1),
+            help=f"END stands in line {ends[0]}",
+        )
+
+
+def _check_npos(findings: Findings, header: Header) -> None:
+    if header.npos is None:
+        return
+    order = [(s, t) for t in (True, False) for s in (Store.ROBOT, Store.BASE, Store.STATION)]
+    counts = tuple(len(header.points.blocks.get(key, ())) for key in order)
+    if len(header.npos) == 4:  # ERC: robot and external axes, taught and variable
+        counts = (counts[0], counts[1] + counts[2], counts[3], counts[4] + counts[5])
+    if header.npos == counts:
+        return
+    text = findings.source.line(header.npos_line)
+    shown = ",".join(map(str, counts))
+    findings.error(
+        "P017",
+        f"///NPOS {','.join(map(str, header.npos))} does not fit the rows",
+        Span(header.npos_line, text.find("NPOS") + 6, len(text.rstrip()) + 1),
+        help=f"counted {shown}; is the file cut off?",
+    )
+
+
+def _check_points(findings: Findings, routine: Routine) -> None:
+    blocks = routine.points.blocks
+    known = {store: blocks[store, True].rows if (store, True) in blocks else {} for store in _FAMILY}
+    robot = known[Store.ROBOT]
+    for statement in routine.body:
+        if type(statement) is not Move and type(statement) is not Reference:
+            continue
+        targets: Iterable[Position] = statement.targets
+        if statement.parts:
+            targets = [*targets, *(t for part in statement.parts for t in part.targets)]
+        for target in targets:
+            if type(target) is not Taught:
+                continue
+            rows = robot if target.store is Store.ROBOT else known[target.store]
+            if target.number not in rows:
+                _missing(findings, target, rows, statement.line)
+
+
+def _missing(findings: Findings, target: Taught, rows: Iterable[int], line: int) -> None:
+    family = _FAMILY[target.store]
+    nearest = min(rows, key=lambda number: abs(number - target.number), default=None)
+    help = "the job has none" if nearest is None else f"the nearest one is {family}{nearest:05}"
+    text = findings.source.line(line)
+    column = _column(text, family, target.number)
+    end = column + len(text[column - 1 :].split(" ")[0]) if column else len(text.rstrip()) + 1
+    message = f"there is no position {family}{target.number:05}"
+    findings.error("P030", message, Span(line, column or 1, end), help=help)
+
+
+def _column(text: str, family: str, number: int) -> int:
+    """Where the position is named in the line, from 1; 0 when it is not found."""
+    import re
+
+    match = re.search(rf"(?<![A-Z]){family}0*{number}(?!\d)", text)
+    return match.start() + 1 if match else 0
+
+
+def _check_labels(findings: Findings, routine: Routine) -> None:
+    for statement in routine.body:
+        if type(statement) is Label and len(statement.name) > _LABEL_LENGTH:
+            span = Span(statement.line, 1, len(statement.name) + 2)
+            message = f"label *{statement.name} has more than {_LABEL_LENGTH} characters"
+            help = "older controllers refuse it"
+            findings.once(Severity.INFO, "P032", "label", message, span, help)
+
+
+def _check_widths(findings: Findings, routine: Routine) -> None:
+    """Rows of one family have one width: another one is a row that lost or won a value."""
+    import numpy as np
+
+    for (store, _), block in routine.points.blocks.items():
+        if len(block) < 2 or not np.isnan(block.values[:, -1]).any():
+            continue
+        lines = findings.source.lines
+        widths = np.array([lines[line - 1].count(",") + 1 for line in block.lines.tolist()])
+        # Where several groups share the C points, a station's rows are shorter than a robot's.
+        mixed = store is Store.ROBOT and len(routine.groups) > 1
+        for part in (widths < 6, widths >= 6) if mixed else (widths > 0,):
+            _check_equal(findings, block.lines[part].tolist(), widths[part].tolist())
+
+
+def _check_equal(findings: Findings, lines: list[int], widths: list[int]) -> None:
+    usual = max(set(widths), key=widths.count, default=0)
+    for line, width in zip(lines, widths, strict=True):
+        if width != usual:
+            text = findings.source.line(line)
+            span = Span(line, text.find("=") + 2, len(text.rstrip()) + 1)
+            message = f"{width} values, where the other rows have {usual}"
+            findings.error("P012", message, span, help=f"expected {usual} numbers with commas")
+
+
+def check_text(findings: Findings) -> None:
+    """Tabs and line ends, told once for the file."""
+    source = findings.source
+    if b"\t" in source.raw:
+        number = next(n for n, line in enumerate(source.lines, 1) if "\t" in line)
+        column = source.line(number).find("\t") + 1
+        findings.info(
+            "P034", "the text holds tabs", Span(number, column, column + 1), help="controllers write blanks"
+        )
+    if source.raw.count(b"\r\n") != source.raw.count(b"\n") or source.raw.count(b"\r") != source.raw.count(
+        b"\r\n"
+    ):
+        findings.info(
+            "P035",
+            "not all lines end in CR LF, which the controller insists on",
+            Span(0),
+            help="olp writes CR LF",
+        )

@@ -1,0 +1,148 @@
+"""Lowers move lines: MOVx, IMOV, SMOVx, REFP with their tags and second parts."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+from lark import Token
+
+from olp.expression import FrameRef, Position
+from olp.program import (
+    Blend,
+    BlendKind,
+    Move,
+    MovePart,
+    Path,
+    Reference,
+    Search,
+    SetSpeed,
+    Speed,
+    SpeedUnit,
+)
+from olp.units import mm
+from olp.vendors.inform import values
+from olp.vendors.inform.expressions import BrokenLineError, ExpressionRules
+
+PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR, "S": Path.SPLINE}
+_CONTINUOUS = Blend(BlendKind.CONTINUOUS)
+
+
+class Tag(NamedTuple):
+    """One word after a move's positions: a field of Move, its value, and the word for messages."""
+
+    field: str
+    value: Any
+    word: str
+
+
+def level(written: Any) -> Blend:
+    """PL=n."""
+    return Blend(BlendKind.LEVEL, values.quantity(written, values.LEVEL))
+
+
+class MoveRules(ExpressionRules):
+    def move(self, children: list[Any]) -> Move:
+        word, rest = children[0], children[1:]
+        targets, tags, parts = _sorted(rest)
+        fields = _fields(word, tags)
+        other = tuple(tag.value for tag in tags if tag.field == "other")
+        if other:
+            fields["other"] = other
+        if word == "IMOV":
+            fields.setdefault("relative", FrameRef("own"))
+            spoken = fields.get("speed")
+            joint = spoken is not None and spoken.unit is SpeedUnit.FRACTION
+            path = Path.JOINT if joint else Path.LINEAR
+        elif "relative" in fields:
+            raise _misplaced(word, "a coordinate system belongs to IMOV only")
+        else:
+            path = PATHS[word[-1]]
+        if word[0] == "S":
+            fields["coordinated"] = True
+        return Move(0, path, targets, parts=parts, **fields)
+
+    def part(self, children: list[Any]) -> MovePart:
+        _, word, *rest = children
+        if word[:3] != "MOV":
+            raise _misplaced(word, "the second part of a move is MOVJ, MOVL, MOVC or REFP")
+        targets, tags, _ = _sorted(rest)
+        return MovePart(PATHS[word[-1]], targets, **_fields(word, tags))
+
+    def reference_part(self, children: list[Any]) -> MovePart:
+        return MovePart(None, tuple(children[2:]))
+
+    def reference(self, children: list[Any]) -> Reference:
+        word, number, *rest = children
+        parts = tuple(part for part in rest if type(part) is MovePart)
+        targets = tuple(part for part in rest if type(part) is not MovePart)
+        return Reference(0, number, targets, parts, coordinated=word[0] == "S")
+
+    def set_speed(self, children: list[Speed]) -> SetSpeed:
+        return SetSpeed(0, tuple(children))
+
+    def level(self, children: list[Any]) -> Tag:
+        return Tag("blend", level(children[1]), "PL=")
+
+    def rate(self, children: list[Any]) -> Tag:
+        field = "acceleration" if children[0] == "ACC=" else "deceleration"
+        return Tag(field, values.quantity(children[1], values.RATE), str(children[0]))
+
+    def radius(self, children: list[Any]) -> Tag:
+        return Tag("blend", Blend(BlendKind.RADIUS, values.quantity(children[1], (mm, mm))), "CR=")
+
+    def other(self, children: list[Any]) -> Tag:
+        return Tag("other", (str(children[0])[:-1], children[1]), str(children[0]))
+
+    def continuous(self, _: list[Token]) -> Tag:
+        return Tag("blend", _CONTINUOUS, "CONT")
+
+    def end_of_arc(self, _: list[Token]) -> Tag:
+        return Tag("end_of_arc", True, "FPT")
+
+    def no_wait(self, children: list[Token]) -> Tag:
+        return Tag("no_wait", True, str(children[0]))
+
+    def passes(self, children: list[Token]) -> Tag:
+        return Tag("passes", str(children[0]), str(children[0]))
+
+    def relative(self, children: list[FrameRef]) -> Tag:
+        return Tag("relative", children[0], "the coordinate system")
+
+    def search(self, children: list[Any]) -> Tag:
+        signal, _, state, time, _, distance = children
+        travel = None if distance is None else values.quantity(distance, values.DISTANCE)
+        return Tag("search", Search(signal, state == "ON", time, travel), "SRCH")
+
+    def until(self, children: list[Any]) -> Tag:
+        return Tag("until", children[0], "UNTIL")
+
+
+def _sorted(rest: list[Any]) -> tuple[tuple[Position, ...], list[Tag], tuple[MovePart, ...]]:
+    targets, tags, parts = [], [], []
+    for item in rest:
+        kind = type(item)
+        if kind is Tag:
+            tags.append(item)
+        elif kind is Speed:
+            tags.append(Tag("speed", item, "the speed"))
+        elif kind is MovePart:
+            parts.append(item)
+        else:
+            targets.append(item)
+    return tuple(targets), tags, tuple(parts)
+
+
+def _fields(word: Token, tags: list[Tag]) -> dict[str, Any]:
+    fields: dict[str, Any] = {}
+    for tag in tags:
+        if tag.field == "other":
+            continue
+        if tag.field in fields:
+            raise _misplaced(word, f"{tag.word} contradicts an earlier word of this line")
+        fields[tag.field] = tag.value
+    return fields
+
+
+def _misplaced(word: Token, message: str) -> BrokenLineError:
+    column = word.column or 1
+    return BrokenLineError(message, column, column + len(word))

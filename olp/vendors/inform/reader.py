@@ -1,0 +1,75 @@
+"""A whole file: its jobs, each with header and instructions, and everything that is wrong with it."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from olp.diagnostic import Span
+from olp.program import Program, Routine
+from olp.source import Source
+from olp.vendors.inform import checks
+from olp.vendors.inform.fast import MoveLines
+from olp.vendors.inform.findings import Findings
+from olp.vendors.inform.header import HeaderReader
+from olp.vendors.inform.instructions import Instructions
+
+
+def read_program(source: Source) -> Program:
+    """The program in a text of one or more jobs. Never raises on bad text."""
+    findings = Findings(source)
+    routines: tuple[Routine, ...] = ()
+    if checks.is_readable(findings):
+        with _no_garbage_collection():
+            routines = tuple(_routines(findings))
+        checks.check_text(findings)
+    return Program("inform", source, routines, findings.result(), bytes(findings.kinds))
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _routines(findings: Findings) -> Iterator[Routine]:
+    lines = findings.source.lines
+    starts = [number for number, line in enumerate(lines) if line[:4] == "/JOB" and line.strip() == "/JOB"]
+    first = starts[0] if starts else len(lines)
+    early = next((number for number in range(first) if lines[number].strip()), None)
+    if early is not None:
+        starts.insert(0, early)
+        span = Span(early + 1, 1, len(lines[early]) + 1)
+        findings.error("P015", "a job begins with /JOB", span, help="add the line /JOB before this one")
+    moves = MoveLines()
+    for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
+        yield _routine(findings, moves, start, stop)
+
+
+def _routine(findings: Findings, moves: MoveLines, start: int, stop: int) -> Routine:
+    header = HeaderReader(findings, start, stop).read()
+    instructions = Instructions(findings, moves, header.aliases)
+    body = instructions.read(findings.source.lines[header.body : stop], header.body + 1)
+    routine = Routine(
+        header.name,
+        start + 1,
+        tuple(body),
+        header.points,
+        tuple(header.groups),
+        header.comment,
+        header.relative_to,
+        header.locals,
+        header.arguments,
+        header.aliases,
+        header.details,
+        stop,
+    )
+    checks.check_routine(findings, header, routine)
+    return routine

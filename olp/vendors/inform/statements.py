@@ -1,0 +1,404 @@
+"""Lowers every instruction that is no move: one short method per rule of the grammar."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Final, NamedTuple, cast
+
+from lark import Token
+
+from olp.expression import (
+    Argument,
+    Element,
+    Expression,
+    FrameRef,
+    Function,
+    Number,
+    Quantity,
+    Signal,
+    State,
+    SystemValue,
+    Text,
+    Unknown,
+    Variable,
+)
+from olp.program import (
+    Assign,
+    Begin,
+    Call,
+    Case,
+    Clear,
+    Comment,
+    Default,
+    DefineFrame,
+    Disabled,
+    Dwell,
+    Else,
+    ElseIf,
+    End,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    ExternalTool,
+    For,
+    If,
+    Jump,
+    Label,
+    Message,
+    Next,
+    Pause,
+    Process,
+    PulseOutput,
+    ReadInput,
+    Return,
+    SetOutput,
+    ShiftOff,
+    ShiftOn,
+    StartTask,
+    Statement,
+    Switch,
+    Synchronise,
+    Update,
+    Wait,
+    WaitTask,
+    While,
+)
+from olp.vendors.inform import values
+from olp.vendors.inform.expressions import BrokenLineError, Remark
+from olp.vendors.inform.moves import MoveRules
+from olp.vendors.inform.names import unmangle
+
+FUNCTIONS: Final = {
+    "SQRT": "sqrt",
+    "SIN": "sin",
+    "COS": "cos",
+    "ATAN": "atan",
+    "MULMAT": "pose-product",
+    "INVMAT": "pose-inverse",
+    "CNVRT": "convert",
+    "CONVSFT": "convert-shift",
+    "MSHIFT": "shift-between",
+    "VAL": "value-of-text",
+    "VAL2STR": "text-of-value",
+    "ASC": "code-of-character",
+    "CHR$": "character-of-code",
+    "MID$": "part-of-text",
+    "LEN": "length-of-text",
+    "CAT$": "joined-text",
+    "STRSTR": "position-in-text",
+}
+_OPERATORS = {
+    "ADD": "+",
+    "SUB": "-",
+    "MUL": "*",
+    "DIV": "/",
+    "AND": "and",
+    "OR": "or",
+    "XOR": "xor",
+    "NOT": "not",
+    "INC": "+",
+    "DEC": "-",
+}
+_POSITION_VALUES = {0: "position-pulse", 1: "position-pose"}
+
+
+class Suffix(NamedTuple):
+    """`IF …` or `IFEXPRESS …` behind an instruction."""
+
+    word: str
+    condition: Expression
+
+
+_NO_SUFFIX = Suffix("", None)  # type: ignore[arg-type]
+
+
+def _suffix(children: list[Any]) -> tuple[list[Any], Suffix]:
+    """The children before the suffix, and the suffix or an empty one."""
+    if children and type(children[-1]) is Suffix:
+        return children[:-1], children[-1]
+    return children, _NO_SUFFIX
+
+
+class InstructionRules(MoveRules):
+    """The whole instruction. Statements come with line 0; the reader stamps the true one on them."""
+
+    def instruction(self, children: list[Any]) -> Statement:
+        if len(children) == 1:
+            return children[0] if type(children[0]) is not Token else _comment(children[0])
+        first, last = children[0], children[-1]
+        if type(first) is Token:
+            self.remarks.append(Remark("P040", str(first), first.column or 1))
+        statement: Statement = children[1] if type(first) is Token else first
+        if type(last) is Token and not isinstance(statement, Disabled):
+            if last[0] == "'":
+                self.remarks.append(Remark("P033", str(last), last.column or 1))
+            statement = replace(cast(Any, statement), comment=_comment(last).text)
+        return statement
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def assigned(self, children: list[Expression]) -> Expression:
+        return children[0]
+
+    function_value = assigned
+
+    def argument_value(self, children: list[Any]) -> Expression:
+        value: Expression = children[1]
+        return value
+
+    def assign(self, children: list[Any]) -> Assign:
+        return Assign(0, children[0], children[1])
+
+    def set_element(self, children: list[Any]) -> Assign:
+        variable, index, value = children
+        return Assign(0, Element(variable, index), value)
+
+    def get_element(self, children: list[Any]) -> Assign:
+        target, variable, index = children
+        return Assign(0, target, Element(variable, index))
+
+    def get_system(self, children: list[Any]) -> Assign:
+        target, word = children
+        if word == "$RV":
+            return Assign(0, target, SystemValue("returned"))
+        variable = values.variable(word[1:])
+        number = _whole(variable.index)
+        if word.startswith("$PX") and number in _POSITION_VALUES:
+            return Assign(0, target, SystemValue(_POSITION_VALUES[number]))
+        return Assign(0, target, SystemValue(variable.store.value, number))
+
+    def get_argument(self, children: list[Any]) -> Assign:
+        return Assign(0, children[0], Argument(_whole(values.number(children[2]))))
+
+    def get_register(self, children: list[Any]) -> Assign:
+        target, signal, *half = children
+        return Assign(0, target, _half(signal, half))
+
+    def set_register(self, children: list[Any]) -> SetOutput:
+        signal, *half, value = children
+        return SetOutput(0, _half(signal, half), value)
+
+    def get_tool(self, children: list[Any]) -> Assign:
+        target, tool = children
+        return Assign(0, target, Function("tool-data", (tool.number,)))
+
+    def set_tool(self, children: list[Any]) -> Assign:
+        tool, position = children
+        return Assign(0, Function("tool-data", (tool.number,)), position)
+
+    def get_position(self, children: list[Any]) -> Assign:
+        return Assign(0, children[0], Function("step-position", (children[2],)))
+
+    def get_parameter(self, children: list[Any]) -> Assign:
+        target, _, kind, _, number = children
+        return Assign(0, target, Function("parameter", (kind, number)))
+
+    def function(self, children: list[Any]) -> Assign:
+        word, target, *arguments = children
+        return Assign(0, target, Function(FUNCTIONS[word], tuple(arguments)))
+
+    def update(self, children: list[Any]) -> Update:
+        word, target, *operand = children
+        counts = word in ("INC", "DEC")
+        if counts == bool(operand):
+            column = (word.column or 1) + len(word)
+            message = f"{word} takes one variable" if counts else f"{word} takes two values"
+            raise BrokenLineError(
+                message, word.column or 1, column, wanted=f"{word} {'B000' if counts else 'B000 1'}"
+            )
+        return Update(0, _OPERATORS[word], target, Number(1) if counts else operand[0])
+
+    def clear(self, children: list[Any]) -> Clear | Process:
+        target = children[0]
+        if target == "STACK":
+            return Clear(0, None)
+        if target == "MPF":
+            return Process(0, "CLEAR", (("", Unknown("MPF")),))
+        return Clear(0, target, children[1] if len(children) > 1 else Number(1))
+
+    def clear_count(self, children: list[Any]) -> Expression | None:
+        return None if children[0] == "ALL" else children[0]
+
+    # --- frames -----------------------------------------------------------------------------------------
+
+    def define_frame(self, children: list[Any]) -> DefineFrame:
+        frame, *points = children
+        master = type(points[-1]) is Token
+        return DefineFrame(0, frame, tuple(points[:-1] if master else points), master)
+
+    def shift_on(self, children: list[Any]) -> ShiftOn:
+        word, offset, *frame = children
+        return ShiftOn(0, offset, frame[0] if frame else None, coordinated=word[:2] == "SS")
+
+    def shift_off(self, children: list[Token]) -> ShiftOff:
+        return ShiftOff(0, coordinated=children[0][:2] == "SS")
+
+    def tool_on(self, children: list[FrameRef]) -> ExternalTool:
+        return ExternalTool(0, children[0].number)
+
+    def tool_off(self, _: list[Any]) -> ExternalTool:
+        return ExternalTool(0, None)
+
+    # --- signals and time -------------------------------------------------------------------------------
+
+    def digital_output(self, children: list[Any]) -> SetOutput:
+        signal, value = children
+        return SetOutput(0, signal, State(value == "ON") if type(value) is Token else value)
+
+    def analog_output(self, children: list[Any]) -> SetOutput:
+        return SetOutput(0, children[0], children[1])
+
+    def pulse(self, children: list[Any]) -> PulseOutput:
+        (signal, duration), suffix = _suffix(children)
+        return PulseOutput(0, signal, duration, suffix.condition, spelling=suffix.word)
+
+    def digital_input(self, children: list[Any]) -> ReadInput:
+        return ReadInput(0, children[0], children[1])
+
+    def timer(self, children: list[Quantity]) -> Dwell:
+        return Dwell(0, children[0])
+
+    def wait(self, children: list[Any]) -> Wait | Dwell:
+        *conditions, time = children
+        if conditions:
+            return Wait(0, conditions[-1], time, spelling=str(conditions[0]) if len(conditions) > 1 else "")
+        if time is None:
+            raise BrokenLineError("WAIT says not what for", 1, 5, wanted="WAIT IN#(1)=ON or WAIT T=1.00")
+        return Dwell(0, time)
+
+    # --- control flow -----------------------------------------------------------------------------------
+
+    def suffix(self, children: list[Any]) -> Suffix:
+        return Suffix(str(children[0]), children[1])
+
+    def label(self, children: list[Token]) -> Label:
+        return Label(0, children[0][1:])
+
+    def jump(self, children: list[Any]) -> Jump:
+        (word, target), suffix = _suffix(children)
+        if word == "JMP":
+            self.remarks.append(Remark("P036", "JMP", word.column or 1))
+        name = target[1:] if type(target) is Token else target
+        return Jump(0, name, suffix.condition, spelling=suffix.word)
+
+    def call(self, children: list[Any]) -> Call:
+        (word, job, *arguments), suffix = _suffix(children)
+        jump = word == "JUMP"
+        name = job[4:].strip()
+        return Call(0, name, tuple(arguments), suffix.condition, jump=jump, spelling=suffix.word)
+
+    def macro(self, children: list[Any]) -> Call:
+        (_, number, *arguments), suffix = _suffix(children)
+        return Call(0, "", tuple(arguments), suffix.condition, macro=number, spelling=suffix.word)
+
+    def return_(self, children: list[Any]) -> Return:
+        value, suffix = _suffix(children)
+        return Return(0, value[0] if value else None, suffix.condition, spelling=suffix.word)
+
+    def if_(self, children: list[Any]) -> If:
+        return If(0, children[1], spelling=str(children[0]))
+
+    def else_if(self, children: list[Any]) -> ElseIf:
+        return ElseIf(0, children[1], spelling=str(children[0]))
+
+    def else_(self, _: list[Any]) -> Else:
+        return Else(0)
+
+    def end_if(self, _: list[Any]) -> EndIf:
+        return EndIf(0)
+
+    def while_(self, children: list[Any]) -> While:
+        return While(0, children[1], spelling=str(children[0]))
+
+    def end_while(self, _: list[Any]) -> EndWhile:
+        return EndWhile(0)
+
+    def for_(self, children: list[Any]) -> For:
+        variable, _, start, _, stop, *step = children
+        return For(0, variable, start, stop, step[1] if step else None)
+
+    def next_(self, children: list[Variable]) -> Next:
+        return Next(0, children[0] if children else None)
+
+    def switch(self, children: list[Expression]) -> Switch:
+        return Switch(0, children[0])
+
+    def case(self, children: list[Expression]) -> Case:
+        return Case(0, tuple(children))
+
+    def default(self, _: list[Any]) -> Default:
+        return Default(0)
+
+    def end_switch(self, _: list[Any]) -> EndSwitch:
+        return EndSwitch(0)
+
+    def begin(self, _: list[Any]) -> Begin:
+        return Begin(0)
+
+    def end(self, _: list[Any]) -> End:
+        return End(0)
+
+    def disabled(self, children: list[Token]) -> Disabled:
+        return Disabled(0, children[0].strip())
+
+    # --- operator, tasks, process -----------------------------------------------------------------------
+
+    def pause(self, children: list[Any]) -> Pause:
+        _, suffix = _suffix(children)
+        return Pause(0, suffix.condition, spelling=suffix.word)
+
+    def start_task(self, children: list[Any]) -> StartTask:
+        (job, task, *sync), suffix = _suffix(children)
+        name = job[4:].strip()
+        return StartTask(0, name, str(task), suffix.condition, spelling=suffix.word, synchronised=bool(sync))
+
+    def wait_task(self, children: list[Token]) -> WaitTask:
+        return WaitTask(0, str(children[0]))
+
+    def synchronise(self, children: list[Any]) -> Synchronise:
+        return Synchronise(0, children[0], children[2] if len(children) > 1 else None)
+
+    def message(self, children: list[Expression]) -> Message:
+        return Message(0, children[0])
+
+    def process(self, children: list[Any]) -> Process:
+        return Process(0, str(children[0]), tuple(children[1:]))
+
+    def tagged(self, children: list[Any]) -> tuple[str, Expression]:
+        return str(children[0]).removesuffix("="), children[1]
+
+    def word(self, children: list[Token]) -> tuple[str, Expression]:
+        word = unmangle(str(children[0]))
+        known = self.aliases.get(word)
+        if known is not None:
+            self.named_any = True
+            return "", known
+        return "", Unknown(word)
+
+    def positional(self, children: list[Expression]) -> tuple[str, Expression]:
+        return "", children[0]
+
+    def positional_number(self, children: list[Token]) -> tuple[str, Expression]:
+        return "", values.number(children[0])
+
+    def positional_text(self, children: list[Token]) -> tuple[str, Expression]:
+        return "", Text(children[0][1:-1])
+
+    def positional_taught(self, children: list[Token]) -> tuple[str, Expression]:
+        return "", values.taught(children[0])
+
+    def positional_state(self, children: list[Token]) -> tuple[str, Expression]:
+        return "", State(children[0] == "ON")
+
+
+def _comment(token: Token) -> Comment:
+    return Comment(0, token[2 if token.startswith("//") else 1 :].rstrip())
+
+
+def _half(signal: Signal, half: list[Token]) -> Signal:
+    return replace(signal, part=half[0].lower()) if half else signal
+
+
+def _whole(number: Expression) -> int:
+    assert type(number) is Number
+    return int(number.value)

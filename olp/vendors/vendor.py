@@ -1,0 +1,71 @@
+"""What a vendor's language is to the rest of olp, and how the vendors are found."""
+
+from __future__ import annotations
+
+import pkgutil
+from abc import ABC, abstractmethod
+from functools import cache
+from importlib import import_module
+from typing import ClassVar
+
+from olp.diagnostic import OlpError, error
+from olp.program import Program
+from olp.source import Source
+
+
+class Vendor(ABC):
+    """One language. A package or module `olp.vendors.<name>` holds one instance, called `VENDOR`.
+
+    `comment_prefix`: what opens a comment on a line of its own. `trailing_comment_prefix`: what opens one after an
+    instruction, blanks included. `comment_length`: characters that the controller keeps, without the prefix.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    suffixes: ClassVar[tuple[str, ...]]
+    comment_prefix: ClassVar[str]
+    trailing_comment_prefix: ClassVar[str]
+    comment_length: ClassVar[int]
+    newline: ClassVar[str] = "\r\n"
+
+    @abstractmethod
+    def sniff(self, source: Source) -> bool:
+        """Whether the text looks like this language, whatever its file is called."""
+
+    @abstractmethod
+    def read(self, source: Source) -> Program:
+        """The program. Never raises on bad text: what is wrong stands in `Program.diagnostics`."""
+
+
+@cache
+def vendor_names() -> tuple[str, ...]:
+    """The names of all vendors, sorted."""
+    import olp.vendors
+
+    found = (module.name for module in pkgutil.iter_modules(olp.vendors.__path__))
+    return tuple(sorted(name for name in found if name != "vendor"))
+
+
+def vendor_suffixes() -> tuple[str, ...]:
+    """The file suffixes of all vendors, lower case, sorted."""
+    return tuple(sorted({suffix for name in vendor_names() for suffix in find_vendor(name).suffixes}))
+
+
+def find_vendor(name: str) -> Vendor:
+    """The vendor called `name`. Raises OlpError (P003) that lists the known ones."""
+    if name not in vendor_names():
+        known = ", ".join(vendor_names())
+        raise OlpError(error("P003", f"unknown vendor '{name}'", help=f"known vendors: {known}"))
+    vendor = import_module(f"olp.vendors.{name}").VENDOR
+    assert isinstance(vendor, Vendor)
+    return vendor
+
+
+def recognise(source: Source) -> Vendor | None:
+    """The vendor whose language `source` is: by the file's suffix, else by its text; None when no one knows it."""
+    vendors = [find_vendor(name) for name in vendor_names()]
+    path = source.path.lower()
+    by_suffix = [vendor for vendor in vendors if path.endswith(vendor.suffixes)]
+    if len(by_suffix) == 1:
+        return by_suffix[0]
+    return next((vendor for vendor in by_suffix or vendors if vendor.sniff(source)), None)
