@@ -54,7 +54,7 @@ def branches(robot: Robot, positions: ArrayLike, rotations: ArrayLike) -> Array:
     centres = turn_centres(robot)
     for start in range(0, count, BLOCK):
         part = slice(start, start + BLOCK)
-        arms = solve_arms(links, position[part].T, rotation[part].transpose(1, 2, 0))
+        arms = solve_arms(links, *columns(position[part], rotation[part]))
         for number, arm in enumerate(arms.reshape(4, 6, -1)):
             result[2 * number, :, part] = _readings(links, arm, centres)
             arm[3], arm[4], arm[5] = flipped(arm[3]), -arm[4], flipped(arm[5])
@@ -73,6 +73,11 @@ def as_poses(positions: ArrayLike, rotations: ArrayLike) -> tuple[Array, Array]:
     return position, rotation
 
 
+def columns(position: Array, rotation: Array) -> tuple[Array, Array]:
+    """Poses (m, 3), (m, 3, 3) as (3, m), (3, 3, m), laid out so that every component is one run of memory."""
+    return np.ascontiguousarray(position.T), np.ascontiguousarray(rotation.transpose(1, 2, 0))
+
+
 def _by_flags(
     robot: Robot, links: Links, position: Array, rotation: Array, flags: NDArray[np.int64]
 ) -> tuple[Array, NDArray[np.bool_]]:
@@ -82,7 +87,7 @@ def _by_flags(
     for start in range(0, count, BLOCK):
         part = slice(start, start + BLOCK)
         flip, upper, front = (signs[i] if flags.ndim == 1 else signs[part, i] for i in range(3))
-        solved = solve(links, position[part].T, rotation[part].transpose(1, 2, 0), front, -upper, flip)
+        solved = solve(links, *columns(position[part], rotation[part]), front, -upper, flip)
         for row, angle in zip(standard, solved, strict=True):
             row[part] = angle
     readings = wrap(from_standard(links, standard.T), turn_centres(robot))

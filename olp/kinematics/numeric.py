@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.kinematics.chain import as_joints, forward, jacobian
+from olp.kinematics.configuration import wrap
 from olp.robots.model import Robot
 
 Array = NDArray[np.float64]
@@ -23,6 +24,7 @@ def solve_from(
     """Joints (n, k) [rad | m] near `start` (k,) or (n, k) for poses (n, 3) [m], (n, 3, 3), and (n,) solved.
 
     Where the start leads nowhere, fixed pseudo-random starts inside the limits follow; nan if all fail.
+    Turning axes end within half a turn of the start.
     Raises OlpError: K001 no geometry, K002 number of axes.
     """
     seeds = np.broadcast_to(as_joints(robot, start), (len(position), len(robot.axes)))
@@ -35,6 +37,8 @@ def solve_from(
         tries = random.uniform(robot.lower, robot.upper, (len(open_poses), len(robot.axes)))
         found, good = newton(robot, position[open_poses], rotation[open_poses], tries)
         joints[open_poses[good]], solved[open_poses] = found[good], good
+    turning = np.array([not axis.linear for axis in robot.axes])
+    joints = np.where(turning, wrap(joints, seeds), joints)
     joints[~solved] = np.nan
     return joints, solved
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.kinematics.chain import BLOCK, as_joints, geometry_of
 from olp.kinematics.configuration import links_of, to_standard, turn_centres, wrap
-from olp.kinematics.inverse import as_poses
+from olp.kinematics.inverse import as_poses, columns
 from olp.kinematics.numeric import solve_from
 from olp.kinematics.spherical import STRAIGHT_WRIST, flipped, solve_arms
 from olp.robots.model import Links, Robot
@@ -69,7 +69,7 @@ def _follow(
     state = _Branches(robot, links, start)
     for begin in range(0, len(position), BLOCK):
         part = slice(begin, begin + BLOCK)
-        arms = solve_arms(links, position[part].T, rotation[part].transpose(1, 2, 0))
+        arms = solve_arms(links, *columns(position[part], rotation[part]))
         yield part, state.continued(arms)
 
 
