@@ -34,7 +34,7 @@ class ConstantAcceleration(MotionModel):
         v1, problem = _end_speeds(moves)
         # Lengths first and times from them: between nearly equal speeds their difference is mostly rounding.
         peak = np.sqrt((2 * length * a * d + v0**2 * d + v1**2 * a) / (a + d))
-        triangle = (peak < moves.speed) & (v0 <= moves.speed)
+        triangle = peak < moves.speed
         top = np.where(triangle, np.maximum(peak, np.maximum(v0, v1)), np.maximum(moves.speed, v1))
         all_brakes = (problem == Problem.CANNOT_BRAKE) & (top == v1)
         rate = np.where((top < v0) | all_brakes, -d, a)
