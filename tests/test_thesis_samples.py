@@ -12,6 +12,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+import olp
+
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "samples" / "up20"
 
@@ -92,6 +94,18 @@ def test_the_recording_has_the_columns_a_recording_needs() -> None:
     needed = {"move", "duration_s", "sim_s", "type", "speed_mm_s", "accel_mm_s2", "job", "line"}
     assert needed | {f"{a}_{end}_mm" for a in "xyz" for end in ("start", "end")} <= set(ROWS[0])
     assert [row["move"] for row in ROWS] == [str(i + 1) for i in range(146)]
+
+
+@pytest.mark.parametrize("job", sorted(f.name for f in FOLDER.glob("*.JBI")))
+def test_olp_times_each_measured_line_as_the_formula_of_the_simulation_does(job: str) -> None:
+    program = olp.read(FOLDER / job)
+    table = program.plan().time(acceleration=0.4).set_index("line")
+    assert not program.diagnostics
+    for i, row in enumerate(ROWS):
+        if row["job"] == job:
+            timed = table.loc[int(row["line"])]
+            assert timed["distance_mm"] == pytest.approx(EXPERIMENT.length[i] * 1000)
+            assert timed["duration_s"] == pytest.approx(EXPERIMENT.length[i] / 0.3 + 0.3 / 0.4)
 
 
 # The figures
