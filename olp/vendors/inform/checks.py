@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from olp.control import pair
 from olp.diagnostic import Severity, Span
 from olp.expression import Position, Store, Taught
-from olp.program import Begin, Comment, End, Label, LineKind, Move, Reference, Routine
+from olp.program import Begin, Comment, End, Label, LineKind, Move, Reference, Routine, Statement
 from olp.vendors.inform.findings import Findings
 from olp.vendors.inform.header import Header
 
@@ -34,18 +34,21 @@ def _refuse(findings: Findings, code: str, message: str, help: str) -> bool:
     return False
 
 
-def check_routine(findings: Findings, header: Header, routine: Routine) -> None:
-    """Everything that holds for one job."""
+def check_routine(findings: Findings, header: Header, routine: Routine, markers: Sequence[Statement]) -> None:
+    """Everything that holds for one job. `markers`: stand for broken lines that open or continue a block."""
     if _is_complete(findings, header, routine):
         _check_npos(findings, header)
-        _check_points(findings, routine)
-        findings.extend(pair([one for one in routine.body if type(one) is not Move]).problems)
+        _check_points(findings, header, routine)
+        flow = [one for one in routine.body if type(one) is not Move]
+        if markers:
+            flow = sorted([*flow, *markers], key=lambda one: one.line)
+        findings.extend(pair(flow).problems)
         _check_labels(findings, routine)
     _check_widths(findings, routine)
 
 
 def _is_complete(findings: Findings, header: Header, routine: Routine) -> bool:
-    last = Span(routine.last_line, 1, len(findings.source.line(routine.last_line)) + 1)
+    last = findings.whole_line(routine.last_line)
     for section in ("NAME", "POS", "INST"):
         if section not in header.sections:
             findings.error("P007", f"the job has no //{section}", last, help="is the file cut off?")
@@ -71,17 +74,13 @@ def _check_end(findings: Findings, routine: Routine, last: Span) -> None:
         return
     after = next((one for one in routine.body if one.line > ends[0] and type(one) is not Comment), None)
     if after is not None:
-        text = findings.source.line(after.line)
-        findings.error(
-            "P022",
-            "an instruction behind END is never executed",
-            Span(after.line, 1, len(text.rstrip()) + 1),
-            help=f"END stands in line {ends[0]}",
-        )
+        message = "an instruction behind END is never executed"
+        span = findings.whole_line(after.line)
+        findings.error("P022", message, span, help=f"END stands in line {ends[0]}")
 
 
 def _check_npos(findings: Findings, header: Header) -> None:
-    if header.npos is None:
+    if header.npos is None or header.broken_rows:
         return
     order = [(s, t) for t in (True, False) for s in (Store.ROBOT, Store.BASE, Store.STATION)]
     counts = tuple(len(header.points.blocks.get(key, ())) for key in order)
@@ -99,7 +98,8 @@ def _check_npos(findings: Findings, header: Header) -> None:
     )
 
 
-def _check_points(findings: Findings, routine: Routine) -> None:
+def _check_points(findings: Findings, header: Header, routine: Routine) -> None:
+    broken = header.broken_rows
     blocks = routine.points.blocks
     known = {store: blocks[store, True].rows if (store, True) in blocks else {} for store in _FAMILY}
     robot = known[Store.ROBOT]
@@ -113,7 +113,7 @@ def _check_points(findings: Findings, routine: Routine) -> None:
             if type(target) is not Taught:
                 continue
             rows = robot if target.store is Store.ROBOT else known[target.store]
-            if target.number not in rows:
+            if target.number not in rows and (target.store, True, target.number) not in broken:
                 _missing(findings, target, rows, statement.line)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from olp.expression import Position, Taught
+from olp.expression import Position, Store, Taught
 from olp.program import Blend, BlendKind, Move, MovePart, Path, Speed
 from olp.vendors.inform import values
 
@@ -38,7 +38,11 @@ class MoveLines:
         if match is None:
             return None
         word, where, spoken, level, second, comment = match.groups()
-        targets = self._targets.get(where) or self._find_targets(where)
+        if where[0] == "C" and where.isalnum():
+            # Nearly every taught point is used once: sharing them would cost more than it saves.
+            targets: tuple[Position, ...] = (Taught(Store.ROBOT, int(where[1:])),)
+        else:
+            targets = self._targets.get(where) or self._find_targets(where)
         try:
             speed, blend, parts = self._speeds[spoken], self._blends[level], self._parts[second]
         except KeyError:

@@ -45,21 +45,31 @@ class Findings:
     def info(self, code: str, message: str, span: Span, help: str = "") -> None:
         self.add(Severity.INFO, code, message, span, help)
 
+    def told(self, code: str, key: str) -> bool:
+        """Whether `once` knows this finding already."""
+        return (code, key) in self._repeated
+
     def once(self, severity: Severity, code: str, key: str, message: str, span: Span, help: str = "") -> None:
         """A finding told at its first place only, with the number of its places."""
         known = self._repeated.get((code, key))
         if known is not None:
+            if severity is Severity.ERROR:
+                self.kinds[span.line - 1] = LineKind.ERROR
             self._repeated[code, key] = (known[0], known[1] + 1)
             return
         self._repeated[code, key] = (len(self._found), 1)
         self.add(severity, code, message, span, help)
 
     def extend(self, diagnostics: list[Diagnostic]) -> None:
-        """Findings of others: file and text are filled in."""
+        """Findings of others about whole lines: file and text are filled in."""
         for one in diagnostics:
-            self.add(
-                one.severity, one.code, one.message, Span(one.line, one.column, one.end_column), one.help
-            )
+            self.add(one.severity, one.code, one.message, self.whole_line(one.line), one.help)
+
+    def whole_line(self, number: int) -> Span:
+        """The text of a line, without the blanks around it."""
+        text = self.source.line(number)
+        start = len(text) - len(text.lstrip()) + 1
+        return Span(number, start, max(len(text.rstrip()), start) + 1)
 
     def result(self) -> tuple[Diagnostic, ...]:
         """All findings in the order of the text."""

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from threading import Lock
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from lark import Lark
 
@@ -14,15 +14,18 @@ from olp.expression import Variable
 from olp.program import Statement
 from olp.resources import read_text
 from olp.vendors.inform.expressions import Remark
-from olp.vendors.inform.statements import InstructionRules
+from olp.vendors.inform.statements import InstructionRules, SwitchAndCase
 
 _PLAIN_WORDS = re.compile(r"[A-Z][A-Z0-9$]+")
 
 
 class Parsed(NamedTuple):
-    """One instruction, with line 0. `named`: names of //ALIAS took part, so it holds for its job only."""
+    """One instruction, with line 0: one statement, but two for `SWITCH a CASE 1`.
 
-    statement: Statement
+    `named`: names of //ALIAS took part, so it holds for its job only.
+    """
+
+    statements: tuple[Statement, ...]
     remarks: tuple[Remark, ...]
     named: bool
 
@@ -49,8 +52,9 @@ class InstructionParser:
         with self._lock:
             rules = self._rules
             rules.aliases, rules.remarks, rules.named_any = aliases, [], False
-            statement: Statement = self._lark.parse(line)  # type: ignore[assignment]
-            return Parsed(statement, tuple(rules.remarks), rules.named_any)
+            parsed: Any = self._lark.parse(line)
+            statements: tuple[Any, ...] = tuple(parsed) if isinstance(parsed, SwitchAndCase) else (parsed,)
+            return Parsed(statements, tuple(rules.remarks), rules.named_any)
 
     def _instruction_words(self) -> frozenset[str]:
         """Every word that can open an instruction, as the grammar lists them."""

@@ -12,7 +12,7 @@ from olp.expression import FrameRef, Store, Variable
 from olp.points import PointTable
 from olp.program import ControlGroup, LineKind
 from olp.vendors.inform.findings import Findings
-from olp.vendors.inform.positions import Positions
+from olp.vendors.inform.positions import KINDS, ROW, Positions
 from olp.vendors.inform.values import STORES, number
 
 _RECORD = re.compile(r"\s*(/{1,4})([A-Z]+\d?)(?:\s+(.*?))?\s*")
@@ -42,6 +42,7 @@ class Header:
     body: int = 0
     npos: tuple[int, ...] | None = None
     npos_line: int = 0
+    broken_rows: set[tuple[Store, bool, int]] = field(default_factory=set)
 
 
 class HeaderReader:
@@ -66,11 +67,12 @@ class HeaderReader:
                 self.index += 1
             elif self._begins_body(line, match):
                 break
-            else:
+            elif not self._positions_too_early(match, line):
                 self._other(line, match)
         header = self.header
         header.body = self.index
         header.points = self.positions.table()
+        header.broken_rows = self.positions.broken
         header.npos, header.npos_line = self.positions.npos, self.positions.npos_line
         return header
 
@@ -187,6 +189,20 @@ class HeaderReader:
             self.findings.kinds[self.index] = LineKind.FREE_TEXT
         self.header.details["COMMENT"] = "\n".join(rows)
 
+    def _positions_too_early(self, match: re.Match[str] | None, line: str) -> bool:
+        """Rows or their records where //POS is missing: told once, then read as if it stood there."""
+        if self.section not in ("", "NAME"):
+            return False
+        row = match is None and ROW.match(line)
+        if not row and (
+            match is None or match[2] not in ("NPOS", "POSTYPE", "TOOL", "USER", "RCONF", *KINDS)
+        ):
+            return False
+        self._error("P014", "positions begin with //POS", "the line //POS before this one")
+        self.section = "POS"
+        self.header.sections.add("POS")
+        return True
+
     # --- everything else --------------------------------------------------------------------------------
 
     def _other(self, line: str, match: re.Match[str] | None) -> None:
@@ -231,8 +247,8 @@ class HeaderReader:
         if match is not None:
             place = f"//{self.section}" if self.section else "the header"
             self._error("P015", f"no record {match[1]}{match[2]} is known in {place}", _records(self.section))
-        elif re.match(r"\s*(?:C|BC|EC|P|BP|EX|E)\d+=", line):
-            self._error("P014", "a position row outside //POS", "move it below //POS")
+        elif ROW.match(line):
+            self._error("P014", "a position row outside //POS", "it below //POS")
         elif self.section == "ALIAS":
             self._error("P015", "this is no row of //ALIAS", "a variable and its name, such as LD000 SPEED")
         else:

@@ -6,13 +6,36 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from operator import attrgetter
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from olp.diagnostic import Severity, Span
-from olp.expression import Variable
-from olp.program import Comment, LineKind, Opaque, Statement
+from olp.expression import Number, Store, Unknown, Variable
+from olp.program import (
+    Begin,
+    Case,
+    Comment,
+    Default,
+    Else,
+    ElseIf,
+    End,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    If,
+    LineKind,
+    Next,
+    Opaque,
+    Statement,
+    Switch,
+    While,
+)
 from olp.vendors.inform.fast import MoveLines
 from olp.vendors.inform.findings import Findings
+
+if TYPE_CHECKING:
+    from olp.vendors.inform.grammar import Parsed
+    from olp.vendors.inform.problems import Problem
 
 _FIRST_WORD = re.compile(r"\s*([^\s*(=#\"']*)")
 _OPERATORS = "+-*/("
@@ -23,9 +46,29 @@ _MOST_CHARACTERS = 4096
 _MOST_BROKEN = 2000
 _MOST_CACHED = 50_000
 
+_UNKNOWN = Unknown("")
+_MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
+    "IFTHEN": lambda line: If(line, _UNKNOWN),
+    "IFTHENEXP": lambda line: If(line, _UNKNOWN),
+    "ELSEIF": lambda line: ElseIf(line, _UNKNOWN),
+    "ELSEIFEXP": lambda line: ElseIf(line, _UNKNOWN),
+    "ELSE": lambda line: Else(line),
+    "ENDIF": lambda line: EndIf(line),
+    "WHILE": lambda line: While(line, _UNKNOWN),
+    "WHILEEXP": lambda line: While(line, _UNKNOWN),
+    "ENDWHILE": lambda line: EndWhile(line),
+    "FOR": lambda line: For(line, Variable(Store.BYTE, Number(0)), _UNKNOWN, _UNKNOWN),
+    "NEXT": lambda line: Next(line, None),
+    "SWITCH": lambda line: Switch(line, _UNKNOWN),
+    "CASE": lambda line: Case(line, ()),
+    "DEFAULT": lambda line: Default(line),
+    "ENDSWITCH": lambda line: EndSwitch(line),
+}
+
 # A statement's class and all its values but the line.
 _Template = tuple[Callable[..., Statement], tuple[Any, ...]]
-_seen: dict[str, _Template] = {}
+# NOP and END stand in every job: a job of plain moves needs no grammar at all.
+_seen: dict[str, _Template] = {"NOP": (Begin, ("",)), "END": (End, ("",))}
 
 
 class Instructions:
@@ -38,7 +81,8 @@ class Instructions:
         self._aliases = aliases
         self._own: dict[str, _Template] = {}
         self._mangle: Callable[[str], str] | None = None
-        self._broken: dict[str, int] = {}
+        self._broken = 0
+        self.markers: list[Statement] = []  # stand for broken lines that open or continue a block
 
     def read(self, lines: Sequence[str], first: int) -> list[Statement]:
         """The statements in `lines`, the first of which is line `first` of the file."""
@@ -48,87 +92,99 @@ class Instructions:
             statement: Statement | None = move(line, number)
             if statement is None:
                 template = own.get(line) or seen.get(line)
-                statement = template[0](number, *template[1]) if template else self._read(line, number)
-                if statement is None:
+                if template is None:
+                    body.extend(self._read(line, number))
                     continue
-                if type(statement) is Comment:
-                    kinds[number - 1] = LineKind.COMMENT
-                elif type(statement) is not Opaque:
-                    kinds[number - 1] = LineKind.STATEMENT
-            else:
-                kinds[number - 1] = LineKind.STATEMENT
+                statement = template[0](number, *template[1])
+            kinds[number - 1] = LineKind.STATEMENT
             body.append(statement)
         return body
 
-    def _read(self, line: str, number: int) -> Statement | None:
+    def _read(self, line: str, number: int) -> tuple[Statement, ...]:
         text = line.rstrip("\x1a \t")
         if not text.strip():
-            return None
-        if text[0] == "'":
-            return Comment(number, text[1:])
+            return ()
+        if text.lstrip(" \t").startswith(("'", "//")):
+            return (self._comment(text, number),)
         if len(text) > _MOST_CHARACTERS or (
             len(text) > _MOST_OPERATORS and sum(map(text.count, _OPERATORS)) > _MOST_OPERATORS
         ):
             message = f"an instruction of {len(text)} characters is longer than any controller takes"
             help = f"at most {_MOST_CHARACTERS} characters and {_MOST_OPERATORS} operators are read"
             self._findings.error("P023", message, Span(number, 1, len(text) + 1), help)
-            return None
+            return ()
         word = _first_word(text)
+        if word and word[0].isalpha() and word not in self._words():
+            return (self._opaque(text, word, number),)
+        return self._parse(text, line, number)
+
+    def _words(self) -> frozenset[str]:
         from olp.vendors.inform.grammar import instruction_parser
 
-        if word and word not in instruction_parser().words:
-            return self._opaque(text, word, number)
-        return self._parse(text, line, number)
+        return instruction_parser().words
+
+    def _comment(self, text: str, number: int) -> Comment:
+        self._kinds[number - 1] = LineKind.COMMENT
+        text = text.lstrip(" \t")
+        return Comment(number, text[1 if text[0] == "'" else 2 :])
 
     def _opaque(self, text: str, word: str, number: int) -> Opaque:
         from difflib import get_close_matches
 
-        from olp.vendors.inform.grammar import instruction_parser
-
         self._kinds[number - 1] = LineKind.OPAQUE
         start = len(text) - len(text.lstrip()) + 1
-        near = get_close_matches(word[:40].upper(), instruction_parser().words, 1, 0.75)
-        self._findings.once(
-            Severity.INFO,
-            "P021",
-            word,
-            f"{word[:40]} is kept but not modelled",
-            Span(number, start, start + len(word)),
-            help=f"did you mean {near[0]}?" if near else "its effect on the time is unknown",
-        )
+        if self._findings.told("P021", word):
+            help = ""
+        else:
+            near = get_close_matches(word[:20].upper(), self._words(), 1, 0.75)
+            help = f"did you mean {near[0]}?" if near else "its effect on the time is unknown"
+        message = f"{word[:40]} is kept but not modelled"
+        span = Span(number, start, start + len(word))
+        self._findings.once(Severity.INFO, "P021", word, message, span, help)
         return Opaque(number, text.strip())
 
-    def _parse(self, text: str, line: str, number: int) -> Statement | None:
+    def _parse(self, text: str, line: str, number: int) -> tuple[Statement, ...]:
         from lark.exceptions import UnexpectedInput
 
         from olp.vendors.inform.expressions import BrokenLineError
-        from olp.vendors.inform.grammar import instruction_parser
         from olp.vendors.inform.problems import Problem, explain
 
+        if self._broken >= _MOST_BROKEN:
+            self._give_up(number)
+            return ()
         try:
-            try:
-                parsed = instruction_parser().parse(self._mangled(text, False), self._aliases)
-            except UnexpectedInput:
-                again = self._mangled(text, True)
-                if again == text:
-                    raise
-                parsed = instruction_parser().parse(again, self._aliases)
+            parsed = self._parsed(text)
         except UnexpectedInput as refused:
-            self._report(explain(refused, text), number)
-            return None
+            self._report(explain(refused, text), text, number)
+            return ()
         except BrokenLineError as broken:
             problem = Problem(broken.message, broken.column, broken.end_column, broken.wanted)
-            self._report(problem, number)
-            return None
-        statement = parsed.statement
-        template = (type(statement), _values(statement))
-        if not parsed.remarks:
-            _remember(self._own if parsed.named else _seen, line, template)
+            self._report(problem, text, number)
+            return ()
+        self._kinds[number - 1] = LineKind.STATEMENT
+        templates = [(type(one), _values(one)) for one in parsed.statements]
+        if not parsed.remarks and len(templates) == 1:
+            _remember(self._own if parsed.named else _seen, line, templates[0])
         for remark in parsed.remarks:
             self._remark(
                 remark.code, remark.text, Span(number, remark.column, remark.column + len(remark.text))
             )
-        return template[0](number, *template[1])
+        return tuple(kind(number, *values) for kind, values in templates)
+
+    def _parsed(self, text: str) -> Parsed:
+        """Once with odd names of //ALIAS guarded; if the grammar refuses that, with all of them."""
+        from lark.exceptions import UnexpectedInput
+
+        from olp.vendors.inform.grammar import instruction_parser
+
+        once = self._mangled(text, every=False)
+        try:
+            return instruction_parser().parse(once, self._aliases)
+        except UnexpectedInput:
+            again = self._mangled(text, every=True)
+            if again == once:
+                raise
+        return instruction_parser().parse(again, self._aliases)
 
     def _mangled(self, text: str, every: bool) -> str:
         from olp.vendors.inform.names import Mangler, is_plain
@@ -141,22 +197,30 @@ class Instructions:
             self._mangle = Mangler(name for name in self._aliases if not is_plain(name))
         return self._mangle(text)
 
-    def _report(self, problem: Any, number: int) -> None:
-        self._broken["lines"] = self._broken.get("lines", 0) + 1
+    def _report(self, problem: Problem, text: str, number: int) -> None:
+        self._broken += 1
+        word = _first_word(text)
+        if word in _MARKERS:
+            self.markers.append(_MARKERS[word](number))
         help = f"expected {problem.wanted}" if problem.wanted else ""
-        self._findings.error(
-            "P020", problem.message, Span(number, problem.column, problem.end_column), help=help
-        )
+        span = Span(number, problem.column, problem.end_column)
+        self._findings.error("P020", problem.message, span, help=help)
+
+    def _give_up(self, number: int) -> None:
+        """Thousands of broken lines mean that this is no job: stop explaining each."""
+        self._kinds[number - 1] = LineKind.ERROR
+        message = f"more than {_MOST_BROKEN} broken lines: from here on lines new to olp are not examined"
+        self._findings.once(Severity.ERROR, "P024", "", message, Span(number, 1, 2), "correct the first ones")
 
     def _remark(self, code: str, text: str, span: Span) -> None:
-        severity, key, message, help = REMARKS[code]
+        severity, key, message, help = _REMARKS[code]
         self._findings.once(
             severity, code, text if key else code, message.format(text), span, help.format(text)
         )
 
 
 # code: severity, whether each text is told on its own, message, help
-REMARKS: Final = {
+_REMARKS: Final = {
     "P033": (
         Severity.WARNING,
         False,

@@ -36,6 +36,7 @@ POSTYPES: Final = ("PULSE", "ANGLE", "BASE", "ROBOT", "USER", "TOOL", "MTOOL")
 _FRAMES = {"BASE": "base", "ROBOT": "robot", "USER": "user", "TOOL": "tool", "MTOOL": "master-tool"}
 
 ROW = re.compile(r"\s*(BC|BP|EC|EX|C|P|E)(\d+)=(.*)")
+_ROW_NAME = re.compile(r"\s*(BC|BP|EC|EX|C|P|E)(\d+)")
 _NUMBER = r"-?\d++(?:\.\d*+)?"
 _FIELD = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)?\s*")
 _WHOLE = re.compile(r"-?\d{1,9}", re.ASCII)
@@ -68,6 +69,7 @@ class Positions:
         self.findings = findings
         self.npos: tuple[int, ...] | None = None
         self.npos_line = 0
+        self.broken: set[tuple[Store, bool, int]] = set()  # rows that have an error of their own
         self._tool = 0
         self._user: int | None = None
         self._postype = ""
@@ -184,6 +186,7 @@ class Positions:
                 end = column + max(len(text), 1)
                 message = f"'{text.strip()}' is no number"
                 self.findings.error("P010", message, Span(line, column, end), help="expected a number")
+                self._remember_broken(match)
                 return
             values.append(float(text) if text.strip() else float("nan"))
             column += len(text) + 1
@@ -193,6 +196,7 @@ class Positions:
             )
             span = Span(line, match.start(3) + 1, match.end(3) + 1)
             self.findings.error("P012", message, span, help="expected 1 to 8 numbers with commas")
+            self._remember_broken(match)
             return
         family = self._families.setdefault(match[1], _Family())
         family.numbers.append(int(match[2][:18]))
@@ -207,13 +211,14 @@ class Positions:
         if line.lstrip().startswith("'"):
             self.findings.kinds[number - 1] = LineKind.COMMENT
             return
-        start = len(line) - len(line.lstrip()) + 1
-        self.findings.error(
-            "P010",
-            "this is no position row",
-            Span(number, start, len(line.rstrip()) + 1),
-            help="expected a row such as C00001=412.310,-87.045,33.120,178.4410,-12.0071,91.3300",
-        )
+        example = "C00001=412.310,-87.045,33.120,178.4410,-12.0071,91.3300"
+        span = self.findings.whole_line(number)
+        self.findings.error("P010", "this is no position row", span, help=f"expected a row such as {example}")
+        self._remember_broken(_ROW_NAME.match(line))
+
+    def _remember_broken(self, match: re.Match[str] | None) -> None:
+        store, taught = FAMILIES[match[1]] if match else (Store.ROBOT, True)
+        self.broken.add((store, taught, int(match[2][:18]) if match else -1))
 
     # --- result -----------------------------------------------------------------------------------------
 

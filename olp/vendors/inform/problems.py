@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import Final, NamedTuple
 
@@ -81,6 +82,11 @@ WORDS: Final = {
 # The end of a line and a comment fit nearly everywhere and help nobody who misses something else.
 _LAST = ("the end of the line", "a comment such as //seam start")
 _MOST = 6
+_NUMBER_BEFORE = re.compile(r"(?<![\w.])[\d.]+$")
+_NUMBER_GOES_ON = frozenset(".0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_")
+_BARE_TAG = re.compile(r"([A-Z]+=)(?:\s+[A-Z]+|\s*)$")
+_WORD_BEFORE = re.compile(r"[^\W\d]\w*$")
+_KNOWN_TAGS = frozenset({"V=", "VJ=", "VR=", "PL=", "ACC=", "DEC=", "CR=", "T=", "UF#", "SRCH="})
 
 
 class Problem(NamedTuple):
@@ -102,19 +108,57 @@ def explain(problem: UnexpectedInput, line: str) -> Problem:
     else:
         assert isinstance(problem, UnexpectedEOF)
         expected, at_end = problem.expected, True
-    wanted = sentence(expected)
+    names = set(expected)
     length = len(line.rstrip())
     column = problem.column if not at_end and 0 < problem.column <= length else length + 1
     if column > length:
-        return Problem("the line ends too early", column, column + 1, wanted)
+        return Problem("the line ends too early", column, column + 1, sentence(names))
+    return _odd_word(line, column) or _unknown_tag(line, column, names) or _unexpected(line, column, names)
+
+
+def _unexpected(line: str, column: int, names: set[str]) -> Problem:
     word = _word(line, column)
-    return Problem(f"'{_shown(word)}' is not expected here", column, column + len(word), wanted)
+    return Problem(f"'{_shown(word)}' is not expected here", column, column + len(word), sentence(names))
+
+
+def _odd_word(line: str, column: int) -> Problem | None:
+    """A text without its end, a number with two points, a tag without its value."""
+    if line[column - 1] == '"':
+        return Problem("a text that is never closed", column, len(line) + 1, 'a " at its end')
+    glued = _NUMBER_BEFORE.search(line[: column - 1])
+    if glued is not None and line[column - 1] in _NUMBER_GOES_ON:
+        start, word = glued.start() + 1, glued[0] + _word(line, column)
+        return Problem(f"'{_shown(word)}' is no number", start, start + len(word), "a number")
+    bare = _BARE_TAG.search(line[: column - 1])
+    if bare is not None and not (bare.end() == column - 1 and line[column - 1] not in " \t="):
+        return Problem(
+            f"{bare[1]} has no value", bare.start(1) + 1, bare.end(1) + 1, "a number or a variable"
+        )
+    return None
+
+
+def _unknown_tag(line: str, column: int, names: set[str]) -> Problem | None:
+    """`VV=1`: the grammar takes VV for a name and stumbles over the `=` only."""
+    before = _WORD_BEFORE.search(line[: column - 1])
+    if before is None or line[column - 1] not in "=#" or "COMPARE" in names:
+        return None
+    start, word = before.start() + 1, before[0] + line[column - 1]
+    if word in _KNOWN_TAGS:
+        missing = WORDS["TAUGHT"] if "TAUGHT" in names else sentence(names)
+        return Problem(f"'{word}' is not expected here", start, start + len(word), missing)
+    wanted = sentence(names - {"NAME", "VARIABLE", "ARRAY", "TAUGHT"})
+    return Problem(f"'{_shown(word)}' is not known here", start, start + len(word), wanted)
 
 
 def sentence(expected: Iterable[str]) -> str:
     """`expected` terminals in words: the likely ones first, not more than six."""
+    names = set(expected)
+    if "PLUS" in names:
+        names.discard("NUMBER")  # a number with a sign continues a sum
+    if "COMPARE" in names:
+        names.discard("EQUAL")
     order = {name: place for place, name in enumerate(WORDS)}
-    known = sorted(set(expected) & set(order), key=order.__getitem__)
+    known = sorted(names & set(order), key=order.__getitem__)
     words = list(dict.fromkeys(WORDS[name] for name in known))
     likely = [word for word in words if word not in _LAST] or words
     shown = likely[:_MOST]

@@ -71,5 +71,5 @@ def _routine(findings: Findings, moves: MoveLines, start: int, stop: int) -> Rou
         header.details,
         stop,
     )
-    checks.check_routine(findings, header, routine)
+    checks.check_routine(findings, header, routine, instructions.markers)
     return routine

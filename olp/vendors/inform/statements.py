@@ -109,6 +109,13 @@ class Suffix(NamedTuple):
     condition: Expression
 
 
+class SwitchAndCase(NamedTuple):
+    """`SWITCH a CASE 1` on one line: two statements."""
+
+    switch: Switch
+    case: Case
+
+
 _NO_SUFFIX = Suffix("", None)  # type: ignore[arg-type]
 
 
@@ -122,17 +129,20 @@ def _suffix(children: list[Any]) -> tuple[list[Any], Suffix]:
 class InstructionRules(MoveRules):
     """The whole instruction. Statements come with line 0; the reader stamps the true one on them."""
 
-    def instruction(self, children: list[Any]) -> Statement:
+    def instruction(self, children: list[Any]) -> Statement | SwitchAndCase:
         if len(children) == 1:
             return children[0] if type(children[0]) is not Token else _comment(children[0])
         first, last = children[0], children[-1]
         if type(first) is Token:
             self.remarks.append(Remark("P040", str(first), first.column or 1))
-        statement: Statement = children[1] if type(first) is Token else first
+        statement: Statement | SwitchAndCase = children[1] if type(first) is Token else first
         if type(last) is Token and not isinstance(statement, Disabled):
             if last[0] == "'":
                 self.remarks.append(Remark("P033", str(last), last.column or 1))
-            statement = replace(cast(Any, statement), comment=_comment(last).text)
+            text = _comment(last).text
+            if isinstance(statement, SwitchAndCase):
+                return statement._replace(case=replace(statement.case, comment=text))
+            statement = replace(cast(Any, statement), comment=text)
         return statement
 
     # --- values -----------------------------------------------------------------------------------------
@@ -320,11 +330,12 @@ class InstructionRules(MoveRules):
     def next_(self, children: list[Variable]) -> Next:
         return Next(0, children[0] if children else None)
 
-    def switch(self, children: list[Expression]) -> Switch:
-        return Switch(0, children[0])
+    def switch(self, children: list[Any]) -> Switch | SwitchAndCase:
+        value, *case = children
+        return SwitchAndCase(Switch(0, value), self.case(case)) if case else Switch(0, value)
 
-    def case(self, children: list[Expression]) -> Case:
-        return Case(0, tuple(children))
+    def case(self, children: list[Any]) -> Case:
+        return Case(0, tuple(children[1:]))
 
     def default(self, _: list[Any]) -> Default:
         return Default(0)
