@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 
 import olp.robots
+from olp.commands.robots import as_markdown, load_all
 from olp.diagnostic import OlpError
-from olp.kinematics import forward, joints_to_pulses
+from olp.geometry import rotation_from_angles
+from olp.kinematics import branches, forward, joints_to_pulses, within_limits
 from olp.robot import candidates_for_pulses, load_robot, robot_names
 from olp.robots.reader import SOURCE_GROUPS, number_groups
 from olp.units import deg
 
+DOCS = Path(__file__).parent.parent / "docs" / "robots.md"
 FILES = sorted(Path(olp.robots.__file__).parent.glob("*/*.toml"))
 
 OWN = """
@@ -322,3 +325,37 @@ def test_small_pulses_fit_every_six_axis_robot_with_known_ratios_and_no_other():
     assert len(expected) >= 7
     assert {fit.robot.name for fit in candidates_for_pulses([0, 0], [9, 9])} == {"yaskawa/d500b"}
     assert candidates_for_pulses([0] * 6, [10**8] * 6) == []
+
+
+def test_the_up20_reaches_the_teach_points_of_the_experiments_made_with_it():
+    """Tables A.1 to A.6 of Apostolovic's thesis lie between these corners, flange forward, B clear of straight."""
+    robot = load_robot("yaskawa/up20")
+    corners = np.array([(x, y, z) for x in (0.71, 1.35) for y in (-0.7, 0.7) for z in (0.1, 0.74)])
+    forward_looking = np.tile(rotation_from_angles(np.array([180.0, -90.0, 0.0]) * deg), (len(corners), 1, 1))
+    joints = branches(robot, corners, forward_looking)[:, 0]
+    assert within_limits(robot, joints).all()
+    np.testing.assert_allclose(forward_looking[0][:, 2], [1, 0, 0], atol=1e-12)
+
+
+def test_the_table_in_the_docs_is_what_the_command_prints():
+    text = DOCS.read_text(encoding="utf-8")
+    printed = as_markdown(load_all(robot_names()), verbose=False)
+    assert f"\n\n{printed}\n\n" in text
+
+
+def test_the_example_in_the_docs_is_a_robot(tmp_path):
+    blocks = DOCS.read_text(encoding="utf-8").split("```toml\n")[1:]
+    example, chain = (block.split("```")[0] for block in blocks)
+    robot = load_robot(written(tmp_path, example))
+    assert robot.knows_pulses
+    assert robot.geometry.links.a2 == pytest.approx(0.612)
+    axes = """
+maker = "Own"
+model = "Tilting rail"
+axes = [
+  { name = "X", lower_mm = -10, upper_mm = 20, speed_mm_s = 30 },
+  { name = "C", lower_deg = -10, upper_deg = 20, speed_deg_s = 30 },
+]
+"""
+    two = load_robot(written(tmp_path, axes + chain + '[sources]\nlimits = "a"\nspeed = "a"\nchain = "a"\n'))
+    np.testing.assert_allclose(forward(two, [[0.5, 0.0]])[0], [[0.120, 0.5, 0.350 + 0.040 + 0.095]])
