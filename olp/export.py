@@ -1,0 +1,131 @@
+"""Writes a program in a vendor's language: from what was understood, not from the text that was read.
+
+Every vendor that can be written has a template `templates/<vendor>.j2`, which holds the shape of a file, and a
+module `olp.vendors.<vendor>.writer`, which spells the words. Whatever the language cannot say is found before
+anything is written.
+
+Codes: X001 a language that cannot be written, X002 something that the language cannot say, X003 a character
+that the encoding does not have.
+"""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+from typing import Protocol, cast
+
+from olp import resources
+from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
+from olp.program import Program
+
+_ERRORS = "surrogateescape"  # bytes that could not be read are written as they were, see `source`
+_FALLBACK = "cp1252"  # what controllers sold in Europe and America write
+
+
+class Writer(Protocol):
+    """The module `olp.vendors.<vendor>.writer`."""
+
+    def write(self, program: Program, date: str) -> tuple[dict[str, object], list[Diagnostic]]:
+        """The values for the vendor's template, and an error for everything that the language cannot say."""
+
+
+def writable() -> tuple[str, ...]:
+    """The vendors whose language can be written, sorted."""
+    from olp.vendors.vendor import vendor_names
+
+    templates = set(resources.names("templates", ".j2"))
+    return tuple(name for name in vendor_names() if name in templates)
+
+
+def refuse_unwritable(vendor: str) -> None:
+    """Raises OlpError (X001), which lists the languages that can be written."""
+    if vendor not in writable():
+        raise OlpError(
+            error("X001", f"olp cannot write '{vendor}'", help=f"it writes: {', '.join(writable())}")
+        )
+
+
+def export(
+    program: Program,
+    vendor: str,
+    output: str | os.PathLike[str] | None = None,
+    *,
+    template: str | os.PathLike[str] | None = None,
+    encoding: str | None = None,
+    date: str | None = None,
+) -> bytes:
+    """The program in `vendor`'s language, also written to the file `output` if that is given.
+
+    `template`: a jinja2 file instead of the vendor's own. `encoding`: a Python codec (None: the program's own).
+    `date`: YYYY/MM/DD HH:MM for files that hold one (None: the program's own, or now).
+    Raises OlpError with all errors of the program, all that the language cannot say (X…), or the template's (J…).
+    """
+    refuse_unwritable(vendor)
+    raise_errors([found.at(program.path) for found in program.diagnostics])
+    text = _text(program, vendor, template, date or _now())
+    data = _encoded(text, program, vendor, encoding or _encoding(program))
+    if output is not None:
+        from olp.commands.command import write_output
+
+        write_output(os.fspath(output), data, inputs=[program.path] if program.path else [])
+    return data
+
+
+def _text(program: Program, vendor: str, template: str | os.PathLike[str] | None, date: str) -> str:
+    from olp.templating import Limits, given, shipped
+
+    writer = cast(Writer, import_module(f"olp.vendors.{vendor}.writer"))
+    values, problems = writer.write(program, date)
+    raise_errors(problems)
+    renderer = shipped(vendor) if template is None else given(template)
+    size = len(program.source.raw) + sum(
+        len(routine.body) + len(routine.points) for routine in program.routines
+    )
+    limits = Limits(steps=100_000 + 10 * size, characters=1_000_000 + 100 * size, seconds=60.0)
+    return renderer.render(values, limits)
+
+
+def _now() -> str:
+    from datetime import datetime
+
+    return datetime.now().strftime("%Y/%m/%d %H:%M")
+
+
+def _encoding(program: Program) -> str:
+    """What the program was read in; a mark of the byte order, which controllers refuse, is left out."""
+    encoding = program.source.encoding
+    if encoding == "ascii" or encoding.startswith(("utf-16", "utf-32")):
+        return _FALLBACK
+    return "utf-8" if encoding == "utf-8-sig" else encoding
+
+
+def _encoded(text: str, program: Program, vendor: str, encoding: str) -> bytes:
+    from olp.vendors.vendor import find_vendor
+
+    newline = find_vendor(vendor).newline
+    try:
+        return text.replace("\n", newline).encode(encoding, _ERRORS)
+    except LookupError:
+        raise OlpError(
+            error("X003", f"unknown encoding '{encoding}'", help="try cp1252, shift_jis or utf-8")
+        ) from None
+    except UnicodeEncodeError:
+        raise OlpError(*_unencodable(text, program, encoding)) from None
+
+
+def _unencodable(text: str, program: Program, encoding: str) -> list[Diagnostic]:
+    """One error per line of the new text that the encoding cannot hold."""
+    problems = []
+    for number, line in enumerate(text.split("\n"), 1):
+        try:
+            line.encode(encoding, _ERRORS)
+        except UnicodeEncodeError as problem:
+            span = Span(number, problem.start + 1, problem.end + 1)
+            message = f"{encoding} has no '{line[problem.start : problem.end]}'"
+            more = {
+                "file": program.path,
+                "source_line": line,
+                "help": "choose another --encoding, such as utf-8",
+            }
+            problems.append(error("X003", f"{message} (line of the new text)", span, **more))
+    return problems
