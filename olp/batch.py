@@ -13,6 +13,7 @@ from olp.report import Options, Part, load_report
 
 if TYPE_CHECKING:
     from olp.assumptions import Assumptions
+    from olp.program import Program
     from olp.timing import Timing
 
 # Below this many files starting the workers costs more than they save.
@@ -83,11 +84,16 @@ def time_file(path: str, job: Job) -> Part:
 
 def plan_and_time(path: str, job: Job) -> Timing:
     """Reads, plans and times one file. Raises OlpError when it cannot be read or planned at all."""
-    from olp.interpreter import run
     from olp.reading import read
+
+    return time_program(read(path, encoding=job.encoding), job)
+
+
+def time_program(program: Program, job: Job) -> Timing:
+    """Plans and times a program. Raises OlpError when it cannot be planned at all."""
+    from olp.interpreter import run
     from olp.timing import time_plan
 
-    program = read(path, encoding=job.encoding)
     plan = run(
         program,
         robot=job.robot,

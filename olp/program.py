@@ -100,7 +100,7 @@ class Move:
     until: Expression | None = None  # the move ends early when this holds
     no_wait: bool = False  # the next statements run while this move is under way
     passes: str = ""  # multi-pass tag, as written (T00001)
-    other: tuple[str, ...] = ()  # further tags kept as written
+    other: tuple[tuple[str, Expression], ...] = ()  # further tags and their values, not modelled
 
 
 @dataclass(frozen=True, slots=True)
@@ -541,11 +541,13 @@ class Program:
 
         return run(self, robot=robot, **options)  # type: ignore[arg-type]
 
-    def export(self, vendor: str, output: str | os.PathLike[str] | None = None) -> bytes:
-        """The program in `vendor`'s language; see `olp.export`."""
+    def export(
+        self, vendor: str, output: str | os.PathLike[str] | None = None, **options: str | None
+    ) -> bytes:
+        """The program in `vendor`'s language; see `olp.export.export` for the options."""
         from olp.export import export
 
-        return export(self, vendor, output)
+        return export(self, vendor, output, **options)
 
 
 class LineKind:
