@@ -20,6 +20,7 @@ from olp.kinematics import (
     singularities,
     track,
     track_branches,
+    tracking,
     with_tool,
     within_limits,
     without_tool,
@@ -143,6 +144,17 @@ def test_track_does_not_depend_on_how_the_path_is_cut_into_blocks(monkeypatch):
     whole = track_branches(AR2010, *poses)
     monkeypatch.setattr("olp.kinematics.tracking.BLOCK", 37)
     np.testing.assert_allclose(track_branches(AR2010, *poses), whole, atol=1e-12)
+
+
+@pytest.mark.parametrize("robot", **named(WRIST_ARMS))
+def test_the_short_way_of_tracking_gives_what_following_all_branches_gives(robot, monkeypatch):
+    joints = swinging(robot, 700, amplitude=0.25, middle=np.array([0.3, 0.2, 0.1, 2.9, 0.0, -6.0]))
+    joints[:, 4] = 1.1 + 0.4 * np.sin(np.linspace(0.0, 9.0, 700)) - robot.geometry.links.zeros[4]
+    poses, start = forward(robot, joints), joints[0] + 0.01
+    calm = tracking._track_without_events(robot, robot.geometry.links, *poses, start)
+    assert calm is not None
+    monkeypatch.setattr(tracking, "_track_without_events", lambda *_: None)
+    np.testing.assert_allclose(calm, track(robot, *poses, start), atol=1e-12)
 
 
 def test_track_passes_over_the_shoulder_with_the_arm_leaning_back():
