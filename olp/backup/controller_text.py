@@ -17,8 +17,9 @@ MAX_ROW: Final = 2_000  # characters; a row of ten values has at most 120
 MAX_FINDINGS: Final = 50
 
 _FIELD = re.compile(r"[^,]*")
-_INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
-_INTEGER_ROW = re.compile(r"\s*[+-]?[0-9]{1,18}(?:,[+-]?[0-9]{1,18})*,?\s*")
+# The 24 arm flags of a position variable are one word.
+_INTEGER = re.compile(r"[+-]?[0-9]{1,24}")
+_INTEGER_ROW = re.compile(r"\s*[+-]?[0-9]{1,24}(?:,[+-]?[0-9]{1,24})*,?\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]{1,18}(?:\.[0-9]{0,18})?|\.[0-9]{1,18})(?:[eE][+-]?[0-9]{1,3})?")
 
 

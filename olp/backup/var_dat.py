@@ -7,6 +7,7 @@ with one variable a row: a quoted kind, flags, then up to eight values; `"UNUSED
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -17,6 +18,9 @@ _ORDER: Final = ("B", "I", "D", "R", "S", "P", "BP", "EX")
 _LIMITS: Final = {"B": (0, 255), "I": (-32768, 32767), "D": (-(2**31), 2**31 - 1)}
 _CARTESIAN: Final = ("RECTAN", "BASE", "ROBOT", "USER", "TOOL", "MTOOL")
 _MOST_VALUES: Final = 8
+# Rows of newer controllers: three marks, the 24 arm flags as one word, a mark and the tool, then the values.
+_ARM_FLAGS: Final = re.compile(r"[01]{24}")
+_FLAGS_WITH_ARM: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +161,7 @@ def _position_table(
     """`axes`: how many values ///PFNUM announces for this kind of variable; 0 when it does not say."""
     used: list[_Used] = []
     for number, row in enumerate(rows):
-        parts = fields(row)
+        parts = _split_kind(fields(row))
         word = parts[0][1]
         if not (len(word) > 2 and word[0] == word[-1] == '"'):
             findings.error(
@@ -173,6 +177,15 @@ def _position_table(
         variable = _position(kind, word, row, parts, flags, findings)
         if variable is not None:
             table[number] = variable
+
+
+def _split_kind(parts: list[tuple[int, str]]) -> list[tuple[int, str]]:
+    """The row's fields with the quoted kind as one of its own: controllers write `"PULSE"0,0,1` without a comma."""
+    column, first = parts[0]
+    end = first.find('"', 1) + 1
+    if not (first.startswith('"') and 0 < end < len(first)):
+        return parts
+    return [(column, first[:end]), (column + end, first[end:]), *parts[1:]]
 
 
 def _flag_count(kind: str, used: list[_Used], axes: int, findings: Findings) -> int:
@@ -191,7 +204,8 @@ def _flag_count(kind: str, used: list[_Used], axes: int, findings: Findings) -> 
     known = [count for count in leading if count is not None]
     shortest = min(len(entry.parts) for entry in used)
     width = axes if 0 < axes <= _MOST_VALUES else min(shortest, _MOST_VALUES)
-    count = min(known) if known else max(0, shortest - width)
+    flagged = all(len(entry.parts) > 3 and _ARM_FLAGS.fullmatch(entry.parts[3][1]) for entry in used)
+    count = _FLAGS_WITH_ARM if flagged else min(known) if known else max(0, shortest - width)
     if count:
         message = (
             f"the first {count} numbers of {kind} variables are taken as flags, the others as the values"
