@@ -14,8 +14,11 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 import olp
 from olp.program import Opaque, Program
+from olp.timing import time_plan
 
 _LINE = re.compile(rb"\r\n|\n|\r")
 _MARKS = (rb"/JOB", rb"//INST", rb"NOP", rb"END")
@@ -99,12 +102,15 @@ def is_complete(raw: bytes) -> bool:
 def plan_and_time(program: Program) -> str:
     """The class of outcome in a few words."""
     try:
-        table = program.plan(max_steps=MAX_STEPS).time()
+        timing = time_plan(program.plan(max_steps=MAX_STEPS))
     except olp.OlpError as refusal:
         return f"refused: {', '.join(sorted({d.code for d in refusal.diagnostics if d.severity == 'error'}))}"
     except Exception as problem:
         return f"crash: {problem!r}"
-    return "timed" if len(table) else "timed: nothing happens in it"
+    codes = ", ".join(sorted({d.code for d in timing.diagnostics if d.severity == "error"}))
+    if np.isnan(timing.duration_s).all() and len(timing.duration_s):
+        return f"no step timed: {codes}"
+    return f"timed, with errors: {codes}" if codes else "timed"
 
 
 def figures(outcomes: list[Outcome]) -> tuple[list[tuple[str, str, str]], bool]:

@@ -19,10 +19,13 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
+import numpy as np
+
 import olp
 from olp.program import Comment, LineKind, Opaque, Program
 from olp.reading import read_source
 from olp.source import decode
+from olp.timing import Timing, time_plan
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 SUFFIXES = (".jbi",)
@@ -103,9 +106,7 @@ def try_once(path: Path, raw: bytes, damaged: bytes) -> tuple[str, list[tuple[st
         program = read_source(decode(damaged, str(path)))
         wrong = list(check(program, raw, damaged))
         stage = "plan"
-        table = program.plan(max_steps=MAX_STEPS).time()
-        if not (table["duration_s"].to_numpy(dtype=float) >= 0).all():
-            wrong.append(("no time", "a duration is negative or no number"))
+        wrong += check_times(time_plan(program.plan(max_steps=MAX_STEPS)))
         return "timed", wrong
     except olp.OlpError as refusal:
         silent = (
@@ -137,6 +138,14 @@ def check(program: Program, raw: bytes, damaged: bytes) -> Iterator[tuple[str, s
             return
     if loses_its_end(raw, damaged) and not any(d.severity == "error" for d in program.diagnostics):
         yield "silent half", "END is lost and no error says so"
+
+
+def check_times(timing: Timing) -> Iterator[tuple[str, str]]:
+    """A step without a time has a diagnostic; all others take at least nothing."""
+    if (timing.duration_s < 0).any() or np.isinf(timing.duration_s).any():
+        yield "no time", "a duration is negative or infinite"
+    if np.isnan(timing.duration_s).any() and not timing.diagnostics:
+        yield "no time", "a duration is unknown and nothing says why"
 
 
 def accounted(kind: int, text: str, reported: bool, statement: object, is_row: bool) -> bool:
@@ -211,7 +220,7 @@ def show(path: Path, number: int) -> int:
         for diagnostic in program.diagnostics:
             print(diagnostic.render())
         print(list(check(program, path.read_bytes(), damaged)))
-        print(program.plan(max_steps=MAX_STEPS).time())
+        print(time_plan(program.plan(max_steps=MAX_STEPS)).frame())
     except Exception:
         traceback.print_exc()
     return 0
