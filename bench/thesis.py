@@ -229,13 +229,8 @@ def accelerations(e: Experiment) -> Figure:
     good = (np.abs(profile.duration - e.robot) < 1e-9) & profile.reached
     notes = (f"from {a.min() / mm:.2f} to {a.max() / mm:.2f} mm/s², factors {a.min() / 0.4:.2f} to "
              f"{a.max() / 0.4:.2f}: {(a < 0.4).sum()} below 1, {(a > 0.8).sum()} above 2",)  # fmt: skip
-    return Figure(
-        "adjusted accelerations (6.1) give the measured time back, to 1e-9 s",
-        int(good.sum()),
-        0,
-        len(a),
-        notes,
-    )
+    name = "adjusted accelerations (6.1) give the measured time back, to 1e-9 s"
+    return Figure(name, int(good.sum()), 0, len(a), notes)
 
 
 def factors(e: Experiment) -> Figure:

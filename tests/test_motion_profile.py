@@ -89,3 +89,14 @@ def test_one_instant_per_move_and_many_instants_per_move_agree() -> None:
     assert moves.position(t).shape == (3,)
     for ask in (moves.position, moves.speed, moves.acceleration, moves.jerk, moves.time_at):
         assert ask(t / 10).tolist() == np.diag(ask(np.tile(t / 10, (3, 1)))).tolist()
+
+
+def test_picked_rows_are_the_same_motions_in_the_order_asked_for() -> None:
+    moves = load_model("linear").profile([0.3, 0.7, 2.0], [0.4, 0.5, 0.6], 2.0)
+    rows = np.array([2, 0, 0])
+    picked = moves.take(rows)
+    t = np.array([0.6, 0.2, 0.9])
+    assert picked.duration.tolist() == moves.duration[rows].tolist()
+    assert picked.position(t).tolist() == [moves.position(x)[row] for x, row in zip(t, rows, strict=True)]
+    assert picked.moves.speed.tolist() == [0.6, 0.4, 0.4]
+    assert not picked.defects().any()

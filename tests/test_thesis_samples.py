@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import olp
+from olp.kinematics import branches, configuration_of, within_limits
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "samples" / "up20"
@@ -96,6 +97,17 @@ def test_the_recording_has_the_columns_a_recording_needs() -> None:
     assert [row["move"] for row in ROWS] == [str(i + 1) for i in range(146)]
 
 
+def test_the_robot_reaches_every_point_in_the_posture_the_jobs_name() -> None:
+    robot = olp.load_robot("yaskawa/up20")
+    places = {tuple(row[f"{a}_{end}_mm"] for a in "xyz") for row in ROWS for end in ("start", "end")}
+    position = np.array(sorted(places), dtype=float) / 1000
+    # R = Rz(0) Ry(-90) Rx(180): the tool looks along +X.
+    rotation = np.broadcast_to(np.array([[0.0, 0, 1], [0, -1, 0], [1, 0, 0]]), (len(position), 3, 3))
+    joints = branches(robot, position, rotation)[:, 0]
+    assert not configuration_of(robot, joints).any()
+    assert within_limits(robot, joints).all()
+
+
 @pytest.mark.parametrize("job", sorted(f.name for f in FOLDER.glob("*.JBI")))
 def test_olp_times_each_measured_line_as_the_formula_of_the_simulation_does(job: str) -> None:
     program = olp.read(FOLDER / job)
@@ -137,6 +149,21 @@ def test_all_four_shapes_of_section_4_3_are_among_the_compared_phases() -> None:
         for k1, k2 in ((4.0, 4.0), (1.1, 6.3), (6.3, 1.1), (0.5, 0.3))
     }
     assert len(shapes) == 4
+
+
+def test_factors_depend_on_the_bearing_and_not_on_the_side_the_robot_turns_to() -> None:
+    factors = {
+        table: {
+            float(r["angle_deg"]): float(p["factor"])
+            for r, p in zip(ROWS, EXPERIMENT.printed, strict=True)
+            if r["table"] == table
+        }
+        for table in ("A.9", "A.10")
+    }
+    left, right = factors["A.9"], factors["A.10"]  # TOP_2 and TOP_3 mirror each other
+    between = float(BENCH.interpolated_factor(-8.0, list(left), list(left.values())))
+    assert between == pytest.approx(right[-8.0], abs=0.01)
+    assert left[8.0] < right[-8.0] - 0.08
 
 
 # Errata 30 to 36
@@ -196,6 +223,9 @@ def test_e36_described_trends_reach_beyond_their_data() -> None:
     def angles(table: str) -> list[float]:
         return [float(row["angle_deg"]) for row in ROWS if row["table"] == table]
 
+    # "the difference … decreases as the bearing increases", from 0 to 50 degrees: it grows again from 41 on.
+    assert np.abs(ERRORS[in_table("A.7")]).argmin() == 11
+    assert (ERRORS[in_table("A.7")][12:] > 0.02).all()
     assert max(angles("A.11")) == 0.0  # "both in the positive direction and in the negative direction"
     assert (
         12 < max(angles("A.15")) < 13
