@@ -14,7 +14,7 @@ from olp.diagnostic import OlpError
 from olp.geometry import rotation_from_angles
 from olp.kinematics import branches, forward, joints_to_pulses, within_limits
 from olp.robot import candidates_for_pulses, load_robot, robot_names
-from olp.robots.reader import SOURCE_GROUPS, number_groups
+from olp.robots.sources import SOURCE_GROUPS, number_groups
 from olp.units import deg
 
 DOCS = Path(__file__).parent.parent / "docs" / "robots.md"

@@ -9,6 +9,7 @@ from typing import Final, Literal, cast
 from olp.diagnostic import raise_errors
 from olp.robots.document import Document, Table
 from olp.robots.model import FLANGE_AT_ZERO, Axis, Geometry, Joint, Kind, Links, Robot, Vector
+from olp.robots.sources import check_sources, read_sources
 from olp.units import deg, mm, ms
 
 _KINDS: Final = ("arm", "positioner", "track")
@@ -34,10 +35,6 @@ _DIRECTIONS: Final[dict[str, Vector]] = {
 }
 # The one arm whose poses were checked; all arms given by link lengths alone are built the same way.
 _STANDARD_AXES: Final = ((2, 1.0), (1, 1.0), (1, -1.0), (0, -1.0), (1, -1.0), (0, -1.0))
-SOURCE_GROUPS: Final = (
-    "limits", "speed", "acceleration", "pulses", "links", "chain", "base_height", "blend_zones",
-    "linear_acceleration", "settling_time", "payload", "pose",
-)  # fmt: skip
 
 
 def read_robot(path: Path, name: str | None = None) -> Robot:
@@ -75,32 +72,12 @@ def read_robot(path: Path, name: str | None = None) -> Robot:
         settling_time=document.number(root, "settling_time_s", above=0.0),
         payload=document.number(root, "payload_kg", above=0.0),
         pose_verified=bool(verified),
-        sources=_sources(document),
+        sources=read_sources(document),
         inferred=document.words(root, "inferred"),
     )
-    _check_sources(document, robot)
+    check_sources(document, robot)
     raise_errors(document.problems)
     return robot
-
-
-def number_groups(robot: Robot) -> tuple[str, ...]:
-    """The groups of numbers that `robot` holds, each of which needs an entry in its `sources`."""
-    geometry = robot.geometry
-    held = {
-        "limits": True,
-        "speed": True,
-        "acceleration": any(axis.acceleration is not None for axis in robot.axes),
-        "pulses": any(axis.pulses_per_unit is not None for axis in robot.axes),
-        "links": geometry is not None and geometry.links is not None,
-        "chain": geometry is not None and geometry.links is None,
-        "base_height": geometry is not None and geometry.base_height is not None,
-        "blend_zones": robot.blend_zones is not None,
-        "linear_acceleration": robot.linear_acceleration is not None,
-        "settling_time": robot.settling_time is not None,
-        "payload": robot.payload is not None,
-        "pose": robot.pose_verified,
-    }
-    return tuple(group for group in SOURCE_GROUPS if held[group])
 
 
 def _axes(document: Document) -> tuple[Axis, ...]:
@@ -289,21 +266,3 @@ def _flange(document: Document, chain: Table, start: int) -> Rows:
         document.report("R005", "flange_x and flange_z must be perpendicular", "flange_x", start)
     y = (z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0])
     return cast(Rows, tuple(zip(x, y, z, strict=True)))
-
-
-def _sources(document: Document) -> dict[str, str]:
-    table = document.subtable("sources") or {}
-    start = document.table_start("sources")
-    document.known_keys(table, SOURCE_GROUPS, "sources", start)
-    return {key: document.word(table, key, start) or "" for key in table}
-
-
-def _check_sources(document: Document, robot: Robot) -> None:
-    groups = number_groups(robot)
-    missing = [group for group in groups if group not in robot.sources]
-    if missing:
-        advice = f'[sources] {missing[0]} = "data sheet of ..., page ..., or how it was measured"'
-        document.report("R006", f"no source is stated for: {', '.join(missing)}", "sources", help=advice)
-    for group in robot.inferred:
-        if group not in groups:
-            document.report("R005", f"inferred names {group!r}, which the file does not hold", "inferred")
