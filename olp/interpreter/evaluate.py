@@ -7,6 +7,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from olp.assumptions import VARIABLE_LETTERS
 from olp.expression import (
     POSITION_STORES,
     Argument,
@@ -29,7 +30,7 @@ from olp.expression import (
     Unknown,
     Variable,
 )
-from olp.interpreter.memory import INTEGERS, LETTERS, RANGES, PositionValue, SystemPosition, Value, zero
+from olp.interpreter.memory import INTEGERS, RANGES, PositionValue, SystemPosition, Value, zero
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 
@@ -86,10 +87,14 @@ def read_variable(m: Machine, store: Store, index: int, local: bool) -> Value:
     if value is not None:
         return value
     if store is Store.SYSTEM:
-        parts = ((part, read_variable(m, part, index, local)) for part in _POSITION_PARTS)
-        return SystemPosition(tuple((p, v) for p, v in parts if isinstance(v, PositionValue)))
+        parts = ((part, values.get((part, index))) for part in _POSITION_PARTS)
+        held = tuple(
+            (part, part_value) for part, part_value in parts if isinstance(part_value, PositionValue)
+        )
+        if held:
+            return SystemPosition(held)
     value = values[key] = zero(store)
-    name = f"{'L' if local else ''}{LETTERS[store]}{index:03d}"
+    name = f"{'L' if local else ''}{VARIABLE_LETTERS[store]}{index:03d}"
     if store in POSITION_STORES:
         del values[key]
         raise StatementError(
@@ -111,9 +116,10 @@ def write_variable(m: Machine, target: Variable, value: Value) -> None:
         return
     held = coerce(m, target.store, value)
     if target.local:
+        if m.frame.locals.get(key) != held:
+            m.memory.stamp += 1
+            m.memory.changed[(target.store, -1 - key[1])] = m.memory.stamp
         m.frame.locals[key] = held
-        m.memory.stamp += 1
-        m.memory.changed[(target.store, -1 - key[1])] = m.memory.stamp
     else:
         m.memory.put(key, held)
 

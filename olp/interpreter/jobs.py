@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import difflib
-import os
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from olp.control import ControlFlow, pair
 from olp.diagnostic import Diagnostic, OlpError
+from olp.interpreter.folder import files_by_name_record, files_by_stem, read_cached
+from olp.interpreter.regions import Region
 from olp.program import Program, Routine, Statement
 from olp.source import Source
-
-# A name stands in the first lines of a file; reading more of 10,000 files to find one job would take seconds.
-_HEAD = 4096
 
 
 @dataclass(slots=True)
@@ -29,6 +26,7 @@ class Job:
     loaded: bool = False  # its mechanisms and its global positions are known
     groups: tuple[tuple[int, ...], ...] = ()  # mechanism indices per control group
     roles: dict[tuple[int, str], int] = field(default_factory=dict)  # (part, kind of target) -> mechanism
+    regions: dict[tuple[int, int], Region] = field(default_factory=dict)  # loops met, by head and way back
     _flow: ControlFlow | None = None
 
     @property
@@ -48,9 +46,11 @@ class Jobs:
     sources: list[Source] = field(default_factory=list)
     found: list[Diagnostic] = field(default_factory=list)
     _jobs: dict[str, Job] = field(default_factory=dict)
-    _files: dict[str, Path] | None = None
+    _read_files: set[Path] = field(default_factory=set)
 
     def __post_init__(self) -> None:
+        if self.folder is not None and self.program.path:
+            self._read_files.add(self.folder / Path(self.program.path).name)
         self._add(self.program)
 
     def main(self) -> Job | None:
@@ -70,8 +70,8 @@ class Jobs:
 
     def near(self, name: str) -> list[str]:
         """Names that `name` may have meant."""
-        known = {**{key: key for key in self._jobs}, **{key: key for key in self._folder()}}
-        return difflib.get_close_matches(_key(name), known, n=3, cutoff=0.5)
+        files = files_by_stem(self.folder, Path(self.program.path).suffix) if self.folder is not None else {}
+        return difflib.get_close_matches(_key(name), {*self._jobs, *files}, n=3, cutoff=0.5)
 
     def _add(self, program: Program, file_name: str = "") -> None:
         source = len(self.sources)
@@ -84,52 +84,23 @@ class Jobs:
 
     def _read(self, key: str) -> None:
         """Reads the file called like the job, else the one whose head names it."""
-        files = self._folder()
-        path = files.get(key)
-        if path is None:
-            path = next((file for file in files.values() if key in _names(file)), None)
-        if path is None:
+        if self.folder is None:
             return
-        from olp.reading import read
-
+        suffix = Path(self.program.path).suffix
+        path = files_by_stem(self.folder, suffix).get(key) or files_by_name_record(self.folder, suffix).get(
+            key
+        )
+        if path is None or path in self._read_files:
+            return
+        self._read_files.add(path)
         try:
-            program = read(path)
+            program = read_cached(path)
         except OlpError as problem:
             self.found.extend(problem.diagnostics)
             return
         self.found.extend(program.diagnostics)
         self._add(program, _key(path.stem))
 
-    def _folder(self) -> dict[str, Path]:
-        """The program files beside the job by upper-case stem."""
-        if self._files is None:
-            self._files = dict(_program_files(self.folder, Path(self.program.path))) if self.folder else {}
-        return self._files
-
 
 def _key(name: str) -> str:
     return name.strip().upper()
-
-
-def _program_files(folder: Path, main: Path) -> Iterator[tuple[str, Path]]:
-    suffix = main.suffix.lower()
-    try:
-        with os.scandir(folder) as entries:
-            names = sorted(entry.name for entry in entries if entry.is_file())
-    except OSError:
-        return
-    for name in names:
-        path = folder / name
-        if path.suffix.lower() == suffix and path.name != main.name:
-            yield _key(path.stem), path
-
-
-def _names(path: Path) -> set[str]:
-    """Upper-case words after a name record in the head of a file."""
-    try:
-        with open(path, "rb") as file:
-            head = file.read(_HEAD)
-    except OSError:
-        return set()
-    lines = head.decode("latin-1").upper().splitlines()
-    return {line.split(None, 1)[1].strip() for line in lines if line.startswith("//NAME ") and len(line) > 7}

@@ -2,54 +2,140 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
-from olp.interpreter import moves, waiting
+from olp.diagnostic import Severity
+from olp.interpreter import data, flow, moves, waiting
 from olp.interpreter.state import OTHER_FRAME, Machine, StatementError
 from olp.program import (
+    Assign,
+    Call,
+    Case,
+    Clear,
+    Default,
+    DefineFrame,
     Dwell,
+    Else,
+    ElseIf,
+    End,
+    EndWhile,
+    ExternalTool,
+    For,
+    If,
+    Jump,
+    Label,
+    Message,
     Move,
+    Next,
+    Opaque,
+    Pause,
+    Process,
     PulseOutput,
+    ReadInput,
+    Return,
     SetOutput,
     SetSpeed,
+    ShiftOff,
+    ShiftOn,
+    StartTask,
+    Switch,
+    Synchronise,
+    Update,
+    Wait,
+    WaitTask,
+    While,
 )
+
+# A handler gives the index of the next statement, OTHER_FRAME after a call or return, or None to go on.
+# Comments, disabled statements, reference points and block ends do nothing and have none.
+HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
+    Move: moves.move,
+    SetSpeed: moves.set_speed,
+    Assign: data.assign,
+    Update: data.update,
+    Clear: data.clear,
+    ReadInput: data.read_input,
+    DefineFrame: data.define_frame,
+    ShiftOn: data.shift_on,
+    ShiftOff: data.shift_off,
+    ExternalTool: data.external_tool,
+    Dwell: waiting.dwell,
+    Wait: waiting.wait,
+    Pause: waiting.pause,
+    SetOutput: waiting.set_output,
+    PulseOutput: waiting.pulse_output,
+    Message: waiting.message,
+    Process: waiting.process,
+    Opaque: waiting.opaque,
+    StartTask: waiting.start_task,
+    WaitTask: waiting.wait_task,
+    Synchronise: waiting.synchronise,
+    Label: flow.label,
+    Jump: flow.jump,
+    If: flow.if_,
+    ElseIf: flow.end_of_branch,
+    Else: flow.end_of_branch,
+    While: flow.while_,
+    EndWhile: flow.end_while,
+    For: flow.for_,
+    Next: flow.next_,
+    Switch: flow.switch,
+    Case: flow.end_of_branch,
+    Default: flow.end_of_branch,
+    Call: flow.call,
+    Return: flow.return_,
+    End: flow.end,
+}
 
 
 def execute(m: Machine, max_steps: int) -> None:
     """Runs `m` to its end, at most `max_steps` statements."""
     left = max_steps
+    while left and not m.ended and not m.stop_reason:
+        left = _run_frame(m, left)
+    if not left and not m.ended and not m.stop_reason:
+        _report_limit(m, max_steps)
+
+
+def _run_frame(m: Machine, left: int) -> int:
+    """Runs the current routine until it calls, returns or stops; the number of statements still allowed."""
     handlers = HANDLERS
-    while m.frames is not None:
-        frame, body = m.frame, m.frame.job.body
-        size, pc = len(body), m.frame.pc
-        while pc < size and left:
-            left -= 1
-            statement = body[pc]
-            pc += 1
-            handler = handlers.get(type(statement))
-            if handler is None:
-                continue
-            frame.pc = pc
-            try:
-                following = handler(m, statement)
-            except StatementError as fault:
-                m.fault(fault)
-                continue
-            if following is not None:
-                if following == OTHER_FRAME:
-                    break
-                pc = following
-        else:
-            return
-        if m.stop_reason:
-            return
+    frame = m.frame
+    body, pc = frame.job.body, frame.pc
+    size = len(body)
+    while pc < size:
+        if not left:
+            return 0
+        left -= 1
+        statement = body[pc]
+        pc += 1
+        handler = handlers.get(type(statement))
+        if handler is None:
+            continue
+        frame.pc = pc
+        try:
+            following = handler(m, statement)
+        except StatementError as problem:
+            m.fault(problem)
+            if m.stop_reason:
+                return left
+            continue
+        if following is not None:
+            if following == OTHER_FRAME or m.stop_reason:
+                return left
+            pc = following
+    flow.leave(m)
+    return left
 
 
-HANDLERS: Mapping[type, Any] = {
-    Move: moves.move,
-    SetSpeed: moves.set_speed,
-    Dwell: waiting.dwell,
-    SetOutput: waiting.signal_step,
-    PulseOutput: waiting.signal_step,
-}
+def _report_limit(m: Machine, max_steps: int) -> None:
+    m.fault(
+        StatementError(
+            "I108",
+            f"the run was stopped after {max_steps} statements, here",
+            "say in olp.toml what ends the loop, or allow more with --max-steps",
+            Severity.WARNING,
+        )
+    )
+    m.stop(f"stopped after {max_steps} statements")

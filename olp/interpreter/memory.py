@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from olp.assumptions import SignalKey
 from olp.expression import POSITION_STORES, Store
 from olp.points import PointKind, PointState
 
@@ -33,29 +34,20 @@ RANGES: Mapping[Store, tuple[int, int]] = {
     Store.DOUBLE: (-(2**31), 2**31 - 1),
 }
 INTEGERS = frozenset(RANGES)
-LETTERS: Mapping[Store, str] = {
-    Store.BYTE: "B",
-    Store.INTEGER: "I",
-    Store.DOUBLE: "D",
-    Store.REAL: "R",
-    Store.STRING: "S",
-    Store.ROBOT: "P",
-    Store.BASE: "BP",
-    Store.STATION: "EX",
-    Store.SYSTEM: "PX",
-}
 EMPTY_PULSES = PositionValue(PointState(PointKind.PULSE), (0.0,) * 6)
 
 
 @dataclass(slots=True)
 class Memory:
-    """Global variables. `stamp` counts changes; `changed[key]` is the stamp of a variable's last change."""
+    """Global variables and signals. `stamp` counts changes.
+
+    `changed`: (kind or bus, index) -> stamp of the last change by the program; a local variable n counts as -1 - n.
+    """
 
     values: dict[Key, Value] = field(default_factory=dict)
-    signals: dict[tuple[str, int], int] = field(default_factory=dict)
+    signals: dict[SignalKey, int] = field(default_factory=dict)
     stamp: int = 0
-    changed: dict[Key, int] = field(default_factory=dict)
-    frames: dict[int, object] = field(default_factory=dict)
+    changed: dict[tuple[str, int], int] = field(default_factory=dict)
 
     def put(self, key: Key, value: Value) -> None:
         """Stores a global value."""

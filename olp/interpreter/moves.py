@@ -117,6 +117,7 @@ def _compound(m: Machine, s: Move) -> None:
     _report_unknowables(m, s)
     recorder = m.recorder
     recorder.step(m.frame.job.source, s.line)
+    arm = next((mech for _, mech, _ in rows if m.world.mechanisms[mech].is_robot), rows[0][1])
     for part_number, mechanism, target in rows:
         row_path, row_unit, row_speed = path, unit, speed
         if part_number:
@@ -124,7 +125,8 @@ def _compound(m: Machine, s: Move) -> None:
         if row_unit != FRACTION and not m.world.mechanisms[mechanism].is_robot:
             # A track or table under a linear move keeps step; only its own rated speed bounds it.
             row_path, row_unit, row_speed = _JOINT, FRACTION, 1.0
-        code, zone = (_UNTAGGED, _NAN) if s.blend is None else _blend(m, s.blend, mechanism)
+        blend = (s.parts[part_number - 1].blend if part_number else None) or s.blend
+        code, zone = (_UNTAGGED, _NAN) if blend is None else _blend(m, blend, arm)
         recorder.row(
             mechanism,
             target,

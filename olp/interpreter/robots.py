@@ -1,11 +1,84 @@
-"""What to say when a robot is missing."""
+"""What to say when a plan misses a robot, or asks one for what it cannot do."""
 
 from __future__ import annotations
 
-from olp.diagnostic import Diagnostic
+import numpy as np
+
+from olp.cell import Gap
+from olp.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.interpreter.state import Machine
+from olp.plan import PATHS, Plan, StepKind
+from olp.program import Path
+from olp.robot import candidates_for_pulses
+
+_MOST_NAMED = 6
+_SAY = 'say which one it is: --robot maker/model, or robot = "maker/model" in olp.toml'
 
 
-def missing_robots(m: Machine) -> list[Diagnostic]:
-    """One finding when positions could not be known for want of a robot."""
-    return []
+def missing_robots(m: Machine, plan: Plan) -> list[Diagnostic]:
+    """One finding per thing that leaves positions unknown, with what would help."""
+    found = [_finding(m, gap) for gap in m.world.cell.gaps.values() if gap.unusable]
+    return found + _joint_moves_without_axes(m, plan)
+
+
+def _finding(m: Machine, gap: Gap) -> Diagnostic:
+    file = m.jobs.program.path
+    if gap.key != "robot":
+        return error(
+            "I002", gap.says, file=file, help="use a robot file that has it, or teach the points as poses"
+        )
+    return error("I001", gap.says, file=file, help=f"{_SAY}; {_candidates(m)}")
+
+
+def _candidates(m: Machine) -> str:
+    """The library robots whose soft limits hold all pulses of the first arm without a robot."""
+    for index, mechanism in enumerate(m.world.mechanisms):
+        span = m.recorder.pulse_span(index) if mechanism.is_robot and mechanism.robot is None else None
+        if span is None:
+            continue
+        try:
+            fits = candidates_for_pulses(*(list(map(float, edge)) for edge in span))
+        except OlpError:
+            return "olp robots lists them"
+        names = [fit.robot.name for fit in fits]
+        if not names:
+            return f"no library robot with {len(span[0])} axes reaches all of the pulses"
+        more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+        return f"the pulses fit {', '.join(names[:_MOST_NAMED])}{more}"
+    return "olp robots lists them"
+
+
+def _joint_moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
+    """Joint moves to poses whose axes are unknown: they cannot be timed."""
+    moves = plan.moves
+    joint = moves.path == PATHS.index(Path.JOINT)
+    findings = []
+    for index, mechanism in enumerate(m.world.mechanisms):
+        robot = mechanism.robot
+        if not mechanism.is_robot or (robot is not None and robot.geometry is None):
+            continue
+        rows = np.nonzero(joint & (moves.mechanism == index))[0]
+        width = len(robot.axes) if robot is not None else 6
+        target = moves.target[rows]
+        lost = np.isnan(plan.positions.axes[target, :width]).any(axis=1)
+        lost &= ~np.isnan(plan.positions.position[target, 0])
+        if lost.any():
+            findings.append(_lost(m, plan, rows[lost], robot is None, mechanism.name))
+    return findings
+
+
+def _lost(
+    m: Machine, plan: Plan, rows: np.ndarray[tuple[int], np.dtype[np.intp]], no_robot: bool, name: str
+) -> Diagnostic:
+    steps = np.nonzero(plan.kind == StepKind.MOVE)[0]
+    step = int(steps[np.searchsorted(plan.row[steps], rows[0], side="right") - 1])
+    source, line = plan.sources[int(plan.source[step])], int(plan.line[step])
+    text = source.line(line)
+    span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+    count = f"{len(rows)} joint move{'s' if len(rows) > 1 else ''}"
+    if no_robot:
+        says = f"{count} to Cartesian points, the first one here: they need the robot {name}"
+        return error("I003", says, span, file=source.path, help=_SAY, source_line=text)
+    says = f"{name} does not reach the target of {count}, the first one here"
+    advice = "check the robot, the tool and the user frame that the points are written in"
+    return warning("I004", says, span, file=source.path, help=advice, source_line=text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from olp.assumptions import VARIABLE_LETTERS
 from olp.expression import (
     Argument,
     Binary,
@@ -21,7 +22,6 @@ from olp.expression import (
     Unknown,
     Variable,
 )
-from olp.interpreter.memory import LETTERS
 
 _TAUGHT_LETTERS = {"robot": "C", "base": "BC", "station": "EC"}
 
@@ -37,7 +37,7 @@ def spell(e: Expression) -> str:
             return "on" if on else "off"
         case Variable(store, index, local, name):
             place = f"{index.value:03d}" if isinstance(index, Number) else f"[{spell(index)}]"
-            return name or f"{'L' if local else ''}{LETTERS[store]}{place}"
+            return name or f"{'L' if local else ''}{VARIABLE_LETTERS[store]}{place}"
         case Taught(store, number):
             return f"{_TAUGHT_LETTERS.get(store, store)}{number:05d}"
         case Element(variable, index):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
 from olp.diagnostic import OlpError, error
+from olp.interpreter.initial import set_initial_values
 from olp.interpreter.jobs import Jobs
 from olp.interpreter.machine import execute
 from olp.interpreter.memory import Memory
@@ -42,15 +44,24 @@ def start(
         raise OlpError(*(program.diagnostics or (nothing,)))
     world = build_world(robot, assumptions, folder)
     recorder = Recorder(world.cell, tuple(jobs.sources))
-    m = Machine(recorder, world, Memory(), jobs, assumptions, cycles, Frame(main))
+    m = Machine(recorder, world, Memory(), jobs, assumptions, cycles, Frame(main), first_job=main.key)
     m.load(main)
+    set_initial_values(m)
     execute(m, max_steps)
     return _finish(m)
 
 
 def _finish(m: Machine) -> Plan:
-    m.recorder.sources = tuple(m.jobs.sources)
     m.hand_over_assumptions()
-    diagnostics = [*m.jobs.program.diagnostics, *m.jobs.found, *m.world.diagnostics, *m.diagnostics()]
-    diagnostics += missing_robots(m)
-    return m.recorder.finish(diagnostics, m.stop_reason)
+    plan = m.recorder.finish((), m.stop_reason)
+    found = [*m.jobs.program.diagnostics, *m.jobs.found, *m.world.diagnostics, *m.diagnostics()]
+    found += missing_robots(m, plan)
+    length = len(plan)
+    return replace(
+        plan,
+        diagnostics=tuple(dict.fromkeys(found)),
+        settings=m.assumptions.motion,
+        calls=tuple(
+            span if span.stop > span.start or not m.frames else span._replace(stop=length) for span in m.spans
+        ),
+    )

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from olp.assumptions import Assumptions
+from olp.assumptions import Assumptions, SignalKey
 from olp.diagnostic import Diagnostic, Severity, Span, error
-from olp.expression import Expression, Store
-from olp.interpreter.jobs import Job, Jobs
-from olp.interpreter.memory import Memory, PositionValue, Value
+from olp.expression import FrameRef
 from olp.interpreter.columns import NOWHERE
+from olp.interpreter.jobs import Job, Jobs
+from olp.interpreter.memory import Key, Memory, PositionValue, Value
 from olp.interpreter.recorder import Recorder
 from olp.interpreter.world import World, group_names
-from olp.program import Statement
+from olp.plan import CallSpan
 
 # What a handler returns: nothing (go on), the index of the next statement, or this: the call stack changed.
 OTHER_FRAME = -1
-Handler = Callable[["Machine", Statement], "int | None"]
 
 
 class StatementError(Exception):
@@ -28,12 +27,33 @@ class StatementError(Exception):
         super().__init__(message)
 
 
+class Entry(NamedTuple):
+    """What had happened when the head of a loop was passed: changes, moves and signal reads so far.
+
+    `number` tells apart how often the loop was reached from outside.
+    """
+
+    stamp: int
+    moves: int
+    reads: int
+    number: int
+
+
+class Shift(NamedTuple):
+    """What every taught target is moved by, along the axes of `frame`."""
+
+    offset: PositionValue
+    frame: FrameRef
+
+
 @dataclass(slots=True)
 class Loop:
-    """One way back to an earlier statement: how often it was taken, and what had happened when it was last taken."""
+    """One way back to an earlier statement, since the loop was reached from outside (entry number `entry`)."""
 
+    entry: int
     passes: int = 0
-    flipped: set[tuple[str, int]] = field(default_factory=set)
+    idle: int = 0  # passes in a row without a move
+    flipped: set[SignalKey] = field(default_factory=set)  # inputs turned over to end it
 
 
 @dataclass(slots=True)
@@ -43,13 +63,10 @@ class Frame:
     job: Job
     arguments: tuple[Value, ...] = ()
     pc: int = 0
-    locals: dict[tuple[Store, int], Value] = field(default_factory=dict)
-    loops: dict[int, Loop] = field(default_factory=dict)
-    entered: dict[int, tuple[int, int]] = field(
-        default_factory=dict
-    )  # label -> (memory stamp, moves) when passed
-    counters: dict[int, tuple[int, int]] = field(default_factory=dict)  # FOR at index -> (stop, step)
-    switches: dict[int, Value] = field(default_factory=dict)  # SWITCH at index -> its value
+    locals: dict[Key, Value] = field(default_factory=dict)
+    loops: dict[int, Loop] = field(default_factory=dict)  # by the statement that leads back
+    entered: dict[int, Entry] = field(default_factory=dict)  # by the loop's head
+    counters: dict[int, tuple[float, float]] = field(default_factory=dict)  # FOR at index -> (stop, step)
 
 
 @dataclass(slots=True)
@@ -64,15 +81,27 @@ class Machine:
     cycles: int
     frame: Frame
     frames: list[Frame] = field(default_factory=list)  # the callers, outermost first
-    plain: bool = True  # no shift is active: taught points are where they were taught
-    shift: object = None
+    plain: bool = True  # taught points are where they were taught: no shift, no redefined tool or frame
+    shift: Shift | None = None
     returned: Value | None = None
+    ended: bool = False
     stop_reason: str = ""
     moves: int = 0
+    reads: int = 0  # signals read so far
+    entries: int = 0  # loops reached so far
+    listed: int = 0  # stamp of the last step through a list of inputs from olp.toml
+    first_job: int = 0
+    jumped: dict[int, int] = field(default_factory=dict)  # routine -> how often it was jumped to
     modal: dict[int, float] = field(default_factory=dict)  # speed unit -> SI value set by SPEED
     last: dict[int, float] = field(default_factory=dict)  # speed unit -> SI value of the last move
-    tasks: set[str] = field(default_factory=set)
-    inputs_read: dict[tuple[str, int], bool] = field(default_factory=dict)  # since the last way back
+    tool_now: dict[int, int] = field(
+        default_factory=dict
+    )  # tool -> its number in the cell since it was redefined
+    user_now: dict[int, int] = field(default_factory=dict)  # user frame -> likewise
+    visits: dict[SignalKey, int] = field(default_factory=dict)  # how often a listed input was read
+    inputs_read: dict[SignalKey, int] = field(default_factory=dict)  # -> value of `reads` at its last read
+    spans: list[CallSpan] = field(default_factory=list)
+    _topics: dict[str, tuple[int, int]] = field(default_factory=dict)
     _assumed: dict[tuple[int, int, str], int] = field(default_factory=dict)
     _found: dict[tuple[str, str, int, str], Diagnostic] = field(default_factory=dict)
 
@@ -89,6 +118,12 @@ class Machine:
     def assume(self, says: str, line: int | None = None) -> None:
         """Reports something taken for granted at the current line, counted when it repeats."""
         key = (self.frame.job.source, self.line if line is None else line, says)
+        self._assumed[key] = self._assumed.get(key, 0) + 1
+
+    def assume_once(self, topic: str, says: str) -> None:
+        """Reports something at the first line that needs it, whatever the number of further lines."""
+        first = self._topics.setdefault(topic, (self.frame.job.source, self.line))
+        key = (*first, says)
         self._assumed[key] = self._assumed.get(key, 0) + 1
 
     def report(self, finding: Diagnostic) -> None:
@@ -119,6 +154,7 @@ class Machine:
         if job.loaded:
             return
         job.loaded = True
+        self.recorder.sources = tuple(self.jobs.sources)
         names = group_names([group.mechanisms for group in job.routine.groups])
         job.groups = tuple(tuple(self.add_mechanism(name) for name in group) for group in names)
         for (store, taught), block in job.routine.points.blocks.items():
@@ -142,6 +178,3 @@ class Machine:
     def stop(self, reason: str) -> None:
         """Ends the run after the current statement."""
         self.stop_reason = reason
-
-
-Evaluate = Callable[[Machine, Expression], Value]

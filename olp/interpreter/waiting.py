@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
-from olp.interpreter.evaluate import quantity
+from olp.assumptions import signal_name
+from olp.expression import Expression
+from olp.interpreter.evaluate import evaluate, holds, quantity
+from olp.interpreter.flow import test
+from olp.interpreter.signals import impose, key_of, signals_of, write_signal
+from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
-from olp.program import Dwell, PulseOutput, SetOutput
+from olp.program import (
+    Dwell,
+    Message,
+    Opaque,
+    Pause,
+    Process,
+    PulseOutput,
+    SetOutput,
+    StartTask,
+    Synchronise,
+    Wait,
+    WaitTask,
+)
 
 
 def dwell(m: Machine, s: Dwell) -> None:
@@ -14,5 +31,100 @@ def dwell(m: Machine, s: Dwell) -> None:
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
 
-def signal_step(m: Machine, s: SetOutput | PulseOutput) -> None:
+def wait(m: Machine, s: Wait) -> None:
+    """Waits for a condition: as long as olp.toml says, at most its own limit."""
+    limit = None if s.timeout is None else quantity(m, s.timeout)
+    if limit is not None and limit < 0.0:
+        raise StatementError("I305", f"a limit of {limit:g} s is left out", "write a time of zero or more")
+    seconds = _fixed(m, s.condition, limit)
+    if seconds is None:
+        seconds = _expected(m, s.condition)
+        if limit is not None and seconds >= limit > 0.0:
+            seconds = limit
+        else:
+            impose(m, s.condition)
+    m.recorder.wait(m.frame.job.source, s.line, seconds)
+
+
+def _fixed(m: Machine, condition: Expression, limit: float | None) -> float | None:
+    """The duration [s] where everything in the condition is known; None where an input still has to come."""
+    signals = signals_of(condition)
+    if any(key_of(m, signal) not in m.assumptions.inputs for signal in signals):
+        return None
+    if not holds(m, condition):
+        if limit is not None:
+            return limit
+        m.assume(f"the wait for {spell(condition)} is taken to end although nothing here makes it true")
+        return _default(m)
+    # An input that olp.toml gives is on when the wait begins, unless its [waits] say how long it takes.
+    times = [m.assumptions.waits[key] for s in signals if (key := key_of(m, s)) in m.assumptions.waits]
+    seconds = max(times, default=0.0)
+    return seconds if limit is None else min(seconds, limit)
+
+
+def _expected(m: Machine, condition: Expression) -> float:
+    """The duration [s] until the signals come."""
+    keys = [key_of(m, signal) for signal in signals_of(condition)]
+    times = [m.assumptions.waits[key] for key in keys if key in m.assumptions.waits]
+    if times:
+        return max(times)
+    seconds = _default(m)
+    names = ", ".join(dict.fromkeys(signal_name(key) for key in keys))
+    m.assume(f"the wait for {names} is taken to last {seconds:g} s")
+    return seconds
+
+
+def _default(m: Machine) -> float:
+    given = m.assumptions.default_wait
+    return 0.0 if given is None else given
+
+
+def pause(m: Machine, s: Pause) -> None:
+    if s.condition is not None and not test(m, s.condition):
+        return
+    seconds = m.assumptions.pause
+    if seconds is None:
+        seconds = 0.0
+        m.assume("the operator is taken to start the program again at once")
+    m.recorder.wait(m.frame.job.source, s.line, seconds)
+
+
+def set_output(m: Machine, s: SetOutput) -> None:
+    write_signal(m, s.signal, evaluate(m, s.value))
     m.recorder.signal(m.frame.job.source, s.line)
+
+
+def pulse_output(m: Machine, s: PulseOutput) -> None:
+    if s.condition is None or test(m, s.condition):
+        m.recorder.signal(m.frame.job.source, s.line)
+
+
+def message(m: Machine, s: Message) -> None:
+    m.recorder.signal(m.frame.job.source, s.line)
+
+
+def process(m: Machine, s: Process) -> None:
+    seconds = m.assumptions.process.get(s.name.lower())
+    if seconds is None:
+        seconds = 0.0
+        m.assume_once(s.name, f"{s.name} is taken to take no time and to change no variable")
+    m.recorder.signal(m.frame.job.source, s.line, seconds)
+
+
+def opaque(m: Machine, s: Opaque) -> None:
+    m.assume(f"this statement is not known and taken to do nothing: {s.text.strip()[:40]}")
+
+
+def start_task(m: Machine, s: StartTask) -> None:
+    if s.condition is None or test(m, s.condition):
+        m.assume(f"{s.routine} runs in a task of its own: its moves and times are not in this plan")
+
+
+def wait_task(m: Machine, s: WaitTask) -> None:
+    m.assume(f"the wait for task {s.task} is taken to last 0 s")
+    m.recorder.wait(m.frame.job.source, s.line, 0.0)
+
+
+def synchronise(m: Machine, s: Synchronise) -> None:
+    m.assume(f"the other tasks are taken to be at point {spell(s.number)} already")
+    m.recorder.wait(m.frame.job.source, s.line, 0.0)

@@ -13,6 +13,7 @@ from olp.cell import Cell, Mechanism, Tool
 from olp.diagnostic import Diagnostic, OlpError
 from olp.expression import Store
 from olp.geometry import Pose
+from olp.interpreter.folder import backup_of, robot_of_backup
 from olp.robot import load_robot
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ class World:
     cell: Cell
     mechanisms: list[Mechanism]
     assumptions: Assumptions
+    tools: dict[int, Tool]  # those of the cell
     backup: Backup | None = None
     chosen: Robot | None = None
     diagnostics: list[Diagnostic] = field(default_factory=list)
@@ -86,8 +88,6 @@ class World:
     def _robot_of_backup(self, name: str) -> Robot | None:
         if self.backup is None or not self.backup.groups:
             return None
-        from olp.interpreter.backup_robot import robot_of_backup
-
         try:
             return robot_of_backup(self.backup, name)
         except OlpError as problem:
@@ -103,13 +103,8 @@ class World:
 
 def build_world(robot: str | Robot | None, assumptions: Assumptions, folder: Path | None) -> World:
     """The world of a program whose files are in `folder`. Raises OlpError for a robot that does not exist."""
-    backup = None
-    diagnostics: list[Diagnostic] = list(assumptions.diagnostics)
-    if folder is not None and _has_controller_files(folder):
-        from olp.backup import read_backup
-
-        backup = read_backup(folder)
-        diagnostics.extend(backup.diagnostics)
+    backup = backup_of(folder) if folder is not None else None
+    diagnostics = [*assumptions.diagnostics, *(backup.diagnostics if backup is not None else ())]
     mechanisms: list[Mechanism] = []
     tools: dict[int, Tool] = {}
     frames: dict[int, Pose] = {}
@@ -121,20 +116,7 @@ def build_world(robot: str | Robot | None, assumptions: Assumptions, folder: Pat
         frames = {n: Pose.from_xyz_angles((*f.position, *f.angles)) for n, f in backup.user_frames.items()}
     chosen = load_robot(robot) if isinstance(robot, (str, Path)) else robot
     cell = Cell(mechanisms, tools, frames)
-    return World(cell, mechanisms, assumptions, backup, chosen, diagnostics)
-
-
-_CONTROLLER_SUFFIXES = (".cnd", ".dat", ".prm", ".sys")
-
-
-def _has_controller_files(folder: Path) -> bool:
-    import os
-
-    try:
-        with os.scandir(folder) as entries:
-            return any(entry.name.lower().endswith(_CONTROLLER_SUFFIXES) for entry in entries)
-    except OSError:
-        return False
+    return World(cell, mechanisms, assumptions, tools, backup, chosen, diagnostics)
 
 
 def group_names(groups: Sequence[Sequence[str]]) -> tuple[tuple[str, ...], ...]:

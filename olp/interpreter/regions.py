@@ -1,0 +1,111 @@
+"""What a loop depends on: the statements that leave it and the variables that decide."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from olp.control import ControlFlow
+from olp.expression import (
+    Binary,
+    Compare,
+    Element,
+    Expression,
+    Function,
+    Logic,
+    Number,
+    Signal,
+    Unary,
+    Variable,
+)
+from olp.program import Call, Case, ElseIf, End, If, Jump, Return, Statement, Switch, While
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """The statements between the head of a loop and the way back to it.
+
+    `exits`: indices of statements that leave it. `reads`: (kind or bus, index, local) of all variables and signals
+    that decide whether it is left or goes on; index None when it is computed.
+    """
+
+    exits: tuple[int, ...]
+    reads: frozenset[tuple[str, int | None, bool]]
+
+
+def region(body: tuple[Statement, ...], flow: ControlFlow, first: int, last: int) -> Region:
+    """The region of the loop from `first` to the statement `last` that leads back."""
+    exits = tuple(i for i in range(first, last) if _leaves(body[i], flow, first, last))
+    deciding = list(_conditions(body[last]))
+    if isinstance(body[first], While):
+        deciding.extend(_conditions(body[first]))
+    for index in exits:
+        deciding.extend(_conditions(body[index]))
+        for opener, end in flow.end.items():
+            if first <= opener < index < end and flow.opener.get(opener) == opener:
+                deciding.extend(c for marker in _markers(flow, opener) for c in _conditions(body[marker]))
+        deciding.extend(
+            c for i in range(first, index) if _skips(body[i], flow, i, index) for c in _conditions(body[i])
+        )
+    return Region(exits, frozenset(read for condition in deciding for read in reads_of(condition)))
+
+
+def _leaves(statement: Statement, flow: ControlFlow, first: int, last: int) -> bool:
+    if isinstance(statement, (Return, End)):
+        return True
+    if isinstance(statement, Call):
+        return statement.jump
+    if isinstance(statement, Jump):
+        target = flow.labels.get(statement.target) if isinstance(statement.target, str) else None
+        return target is None or not first <= target <= last
+    return False
+
+
+def _skips(statement: Statement, flow: ControlFlow, index: int, over: int) -> bool:
+    """Whether a jump inside the loop can pass over an exit."""
+    if not isinstance(statement, Jump) or not isinstance(statement.target, str):
+        return False
+    return flow.labels.get(statement.target, index) > over
+
+
+def _markers(flow: ControlFlow, opener: int) -> Iterator[int]:
+    marker, end = opener, flow.end[opener]
+    while marker < end:
+        yield marker
+        marker = flow.after[marker]
+
+
+def _conditions(statement: Statement) -> Iterator[Expression]:
+    if isinstance(statement, (If, ElseIf, While)):
+        yield statement.condition
+    elif isinstance(statement, (Jump, Return, Call)):
+        if statement.condition is not None:
+            yield statement.condition
+        if isinstance(statement, Jump) and not isinstance(statement.target, str):
+            yield statement.target
+    elif isinstance(statement, Switch):
+        yield statement.value
+    elif isinstance(statement, Case):
+        yield from statement.values
+
+
+def reads_of(e: Expression) -> Iterator[tuple[str, int | None, bool]]:
+    """(kind or bus, index, local) of every variable and signal in an expression."""
+    if isinstance(e, (Variable, Signal)):
+        kind = e.store if isinstance(e, Variable) else e.bus
+        index = int(e.index.value) if isinstance(e.index, Number) else None
+        yield kind, index, isinstance(e, Variable) and e.local
+        yield from reads_of(e.index)
+    elif isinstance(e, (Compare, Binary)):
+        yield from reads_of(e.left)
+        yield from reads_of(e.right)
+    elif isinstance(e, Logic):
+        for part in (e.first, *(condition for _, condition in e.rest)):
+            yield from reads_of(part)
+    elif isinstance(e, Unary):
+        yield from reads_of(e.operand)
+    elif isinstance(e, Function):
+        for argument in e.arguments:
+            yield from reads_of(argument)
+    elif isinstance(e, Element):
+        yield from reads_of(e.variable)
