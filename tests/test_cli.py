@@ -89,7 +89,7 @@ def test_every_command_answers_an_unknown_option_with_a_diagnostic(
 
 
 def test_the_listing_of_the_folder_is_the_list_of_commands() -> None:
-    files = {file.stem for file in (ROOT / "olp/commands").glob("*.py")} - {"__init__", "command"}
+    files = {file.stem for file in (ROOT / "olp/commands").glob("[!_]*.py")} - {"command"}
     assert {name.replace(" ", "_") for name in commands.names()} == files
 
 

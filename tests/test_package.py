@@ -84,6 +84,16 @@ def test_the_installed_command_answers_from_an_empty_folder(olp: Run) -> None:
     assert olp("--help").stdout == call(sys.executable, "-m", "olp", "--help", cwd=ROOT).stdout
 
 
+def test_the_installed_command_times_a_sample(olp: Run) -> None:
+    sample = ROOT / "samples" / "inform" / "generations" / "dx200.jbi"
+    installed, checkout = (
+        olp("time", sample, "--format", "json"),
+        call(sys.executable, "-m", "olp", "time", str(sample), "--format", "json", cwd=ROOT),
+    )
+    assert installed.returncode == 0, installed.stderr
+    assert installed.stdout == checkout.stdout
+
+
 @pytest.mark.parametrize("kind", ["zip", "checkout"])
 def test_grammars_and_templates_are_found_however_olp_is_installed(
     kind: str, wheel: Path, tmp_path: Path
