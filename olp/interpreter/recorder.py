@@ -6,18 +6,19 @@ statement only leaves a few numbers, and numpy does the rest at the end.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from olp.cell import Cell
+from olp.cell import Cell, Floats
 from olp.diagnostic import Diagnostic
 from olp.expression import Store
 from olp.interpreter.columns import NOWHERE, Batch, MoveRow, columns
 from olp.plan import Assumption, Plan, StepKind
-from olp.points import PointState, PointTable
+from olp.points import PointKind, PointState, PointTable
 from olp.source import Source
 
 if TYPE_CHECKING:
@@ -74,6 +75,28 @@ class Recorder:
         batch.values.append(values)
         return index
 
+    def written(self, index: int) -> tuple[PointState, Sequence[float]]:
+        """State and numbers of an entry of the pool."""
+        for batch in self._batches.values():
+            row = bisect_left(batch.rows, index)  # entries are appended in order
+            if row < len(batch.rows) and batch.rows[row] == index:
+                return batch.state, batch.values[row]
+        raise IndexError(index)
+
+    def pulse_span(self, mechanism: int) -> tuple[Floats, Floats] | None:
+        """Smallest and largest pulse of each axis of all recorded positions, None when there are none in pulses."""
+        rows = [
+            np.asarray(values, dtype=np.float64)
+            for batch in self._batches.values()
+            if batch.mechanism == mechanism and batch.state.kind is PointKind.PULSE
+            for values in batch.values
+        ]
+        width = min((len(row) for row in rows), default=0)
+        if not width:
+            return None
+        table = np.nan_to_num(np.stack([row[:width] for row in rows]))
+        return table.min(axis=0), table.max(axis=0)
+
     def step(self, source: int, line: int) -> None:
         """Begins a move; one `row` per mechanism follows."""
         self._kind.append(StepKind.MOVE)
@@ -101,6 +124,11 @@ class Recorder:
         """
         start = self.at[mechanism]
         self.at[mechanism] = target
+        if start == NOWHERE:
+            name = self.cell.mechanisms[mechanism].name
+            self.assume(
+                self._source[-1], self._line[-1], f"{name} already stands at the target of its first move"
+            )
         self._moves.append(
             (
                 start,
