@@ -92,6 +92,13 @@ def test_one_configuration_serves_all_poses_and_each_pose_may_have_its_own():
     assert (configuration_of(AR2010, once[reachable]) == (1, 0, 0, 0, 1, 0)).all()
 
 
+def test_the_five_flags_of_an_old_controller_and_the_24_of_a_new_one_say_the_same():
+    poses = forward(AR2010, random_joints(AR2010, 20))
+    six, _ = inverse(AR2010, *poses, (1, 0, 0, 0, 1, 0))
+    for flags in ((1, 0, 0, 0, 1), (1, 0, 0, 0, 1, 0) + 18 * (0,)):
+        np.testing.assert_array_equal(inverse(AR2010, *poses, flags)[0], six)
+
+
 def test_poses_out_of_reach_are_nan_and_marked():
     positions, rotations = forward(AR2010, random_joints(AR2010, 5))
     positions[2] = (3.0, 0.4, 1.2)
@@ -295,7 +302,7 @@ def test_limits_are_checked_axis_by_axis():
         (lambda: pulses_to_joints(SIA20D, np.zeros((1, 7))), "K003", "S, L, U, R, B, T, E"),
         (lambda: configuration_of(HC10, np.zeros((1, 6))), "K004", "spherical"),
         (lambda: inverse(AR2010, np.zeros((2, 3)), np.zeros((3, 3, 3))), "K005", "shapes"),
-        (lambda: inverse(AR2010, np.zeros((1, 3)), np.eye(3), (0, 0, 0)), "K005", "six flags"),
+        (lambda: inverse(AR2010, np.zeros((1, 3)), np.eye(3), (0, 0)), "K005", "to six flags"),
     ],
 )
 def test_wrong_calls_are_refused_in_words(call, code, words):

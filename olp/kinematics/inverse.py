@@ -24,7 +24,8 @@ def inverse(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Joints (n, k) [rad] of flange poses (n, 3) [m], (n, 3, 3), and which poses (n,) can be reached at all.
 
-    Spherical wrists: the branch and turns of `configuration`, RCONF's first six flags, (n, 6) or (6,).
+    Spherical wrists: the branch and turns of `configuration`, RCONF's first six flags, (n, 6) or (6,); later
+    ones are not looked at, turn flags that an old controller does not write (ERC has five in all) are 0.
     Other chains have no such flags: the solution near `seed` (k,) or (n, k) [rad], by default near mid-range.
     Joints out of reach are nan; soft limits are not looked at (`within_limits` does).
     Raises OlpError: K001 no geometry, K005 poses of wrong shape.
@@ -34,10 +35,7 @@ def inverse(
     if geometry.links is None:
         start = (robot.lower + robot.upper) / 2.0 if seed is None else seed
         return solve_from(robot, position, rotation, start)
-    flags = np.asarray(configuration, dtype=np.int64)
-    if flags.shape[-1] < 6 or flags.ndim > 2:
-        raise OlpError(error("K005", f"a configuration has six flags, not {flags.shape}"))
-    return _by_flags(robot, geometry.links, position, rotation, flags[..., :6])
+    return _by_flags(robot, geometry.links, position, rotation, as_flags(configuration, len(position)))
 
 
 def branches(robot: Robot, positions: ArrayLike, rotations: ArrayLike) -> Array:
@@ -71,6 +69,15 @@ def as_poses(positions: ArrayLike, rotations: ArrayLike) -> tuple[Array, Array]:
         message = f"poses need shapes (n, 3) and (n, 3, 3), not {position.shape} and {rotation.shape}"
         raise OlpError(error("K005", message))
     return position, rotation
+
+
+def as_flags(configuration: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Flags (6,) or (count, 6) from three or more per pose. Raises OlpError (K005)."""
+    flags = np.asarray(configuration, dtype=np.int64)
+    if flags.ndim not in (1, 2) or flags.shape[-1] < 3 or (flags.ndim == 2 and len(flags) != count):
+        raise OlpError(error("K005", f"a configuration has three to six flags, not shape {flags.shape}"))
+    missing = max(0, 6 - flags.shape[-1])
+    return np.pad(flags[..., :6], [(0, 0)] * (flags.ndim - 1) + [(0, missing)])
 
 
 def columns(position: Array, rotation: Array) -> tuple[Array, Array]:
