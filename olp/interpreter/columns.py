@@ -56,7 +56,8 @@ def _resolve(cell: Cell, batches: Iterable[Batch], count: int) -> tuple[Position
         resolved = cell.resolve(batch.mechanism, batch.state, _rectangle(batch.values))
         position[rows] = resolved.position
         quaternion[rows] = quaternions(resolved)
-        axes[rows, : resolved.axes.shape[1]] = resolved.axes
+        known = min(resolved.axes.shape[1], axes.shape[1])  # seven pulses of an unknown arm tell nothing
+        axes[rows, :known] = resolved.axes[:, :known]
         if cell.mechanisms[batch.mechanism].is_robot:
             tools[rows] = batch.state.tool
     return Positions(position, quaternion, axes), tools

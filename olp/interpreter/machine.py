@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from olp.diagnostic import Severity
-from olp.interpreter import data, flow, moves, waiting
+from olp.interpreter import data, flow, moves, speeds, waiting
 from olp.interpreter.state import OTHER_FRAME, Machine, StatementError
 from olp.program import (
     Assign,
@@ -51,7 +51,7 @@ from olp.program import (
 # Comments, disabled statements, reference points and block ends do nothing and have none.
 HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
     Move: moves.move,
-    SetSpeed: moves.set_speed,
+    SetSpeed: speeds.set_speed,
     Assign: data.assign,
     Update: data.update,
     Clear: data.clear,

@@ -3,31 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from olp.diagnostic import Severity
-from olp.expression import Number, Position, Store, Taught, Variable
-from olp.interpreter.evaluate import number, quantity
+from olp.expression import Position, Store, Taught, Variable
+from olp.interpreter.evaluate import quantity
+from olp.interpreter.speeds import FRACTION, JOINT, PATH_CODES, move_speed, part_speed, share
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.interpreter.targets import place
 from olp.interpreter.world import KIND_PREFIX
-from olp.plan import PATHS, BlendCode
-from olp.program import Blend, BlendKind, Move, MovePart, Path, SetSpeed, Speed, SpeedUnit
+from olp.plan import BlendCode
+from olp.program import Blend, BlendKind, Move
 
-FRACTION, TRAVEL, TURN = 0, 1, 2
-UNITS: Mapping[SpeedUnit, int] = {
-    SpeedUnit.FRACTION: FRACTION,
-    SpeedUnit.TRAVEL: TRAVEL,
-    SpeedUnit.TURN: TURN,
-}
-_PATH_CODES: Mapping[Path, int] = {path: code for code, path in enumerate(PATHS)}
-_JOINT = _PATH_CODES[Path.JOINT]
 _EXACT, _ZONE, _UNTAGGED = int(BlendCode.EXACT), int(BlendCode.ZONE), int(BlendCode.UNTAGGED)
-# Nobody says how fast a move without any speed is; the slowest taught presets of the controllers, so that a
-# prediction from them stands out.
-_DEFAULT_SPEED: Mapping[int, float] = {FRACTION: 0.0078, TRAVEL: 0.011}
-_SHOWN: Mapping[int, str] = {FRACTION: "0.78 % of the rated joint speed", TRAVEL: "11 mm/s"}
 _HIGHEST_LEVEL = 8
 _NAN = math.nan
 
@@ -46,20 +34,14 @@ def move(m: Machine, s: Move) -> None:
         target = recorder.taught(mechanism, job.key, job.routine.points, store, taught.number)
         if target is None:
             raise _missing(taught)
-        path = _PATH_CODES[s.path]
-        unit, speed = _speed(m, s.speed, path)
+        path = PATH_CODES[s.path]
+        unit, speed = move_speed(m, s.speed, path)
         code, zone = (_UNTAGGED, _NAN) if s.blend is None else _blend(m, s.blend, mechanism)
         recorder.step(job.source, s.line)
         recorder.row(mechanism, target, path, unit, speed, code, zone, 1.0, 1.0, s.end_of_arc)
         m.moves += 1
         return
     _compound(m, s)
-
-
-def set_speed(m: Machine, s: SetSpeed) -> None:
-    """Keeps the speeds for the moves that name none."""
-    for speed in s.speeds:
-        m.modal[UNITS[speed.unit]] = _checked(m, UNITS[speed.unit], quantity(m, speed.value))
 
 
 def role(m: Machine, part: int, store: Store) -> int:
@@ -104,16 +86,16 @@ def _missing(position: Position) -> StatementError:
 
 def _compound(m: Machine, s: Move) -> None:
     """A move of several mechanisms, or with anything besides target, speed and blend."""
-    path = _PATH_CODES[s.path]
+    path = PATH_CODES[s.path]
     rows = _targets_of(m, s.targets, 0, s)
     for number_, part in enumerate(s.parts, 1):
         if part.path is not None:
             rows += _targets_of(m, part.targets, number_, s)
     if not rows:
         return
-    unit, speed = _speed(m, s.speed, path)
-    acceleration = 1.0 if s.acceleration is None else _share(m, quantity(m, s.acceleration), "acceleration")
-    deceleration = 1.0 if s.deceleration is None else _share(m, quantity(m, s.deceleration), "deceleration")
+    unit, speed = move_speed(m, s.speed, path)
+    acceleration = 1.0 if s.acceleration is None else share(m, quantity(m, s.acceleration), "acceleration")
+    deceleration = 1.0 if s.deceleration is None else share(m, quantity(m, s.deceleration), "deceleration")
     _report_unknowables(m, s)
     recorder = m.recorder
     recorder.step(m.frame.job.source, s.line)
@@ -121,10 +103,10 @@ def _compound(m: Machine, s: Move) -> None:
     for part_number, mechanism, target in rows:
         row_path, row_unit, row_speed = path, unit, speed
         if part_number:
-            row_path, row_unit, row_speed = _part_speed(m, s.parts[part_number - 1])
+            row_path, row_unit, row_speed = part_speed(m, s.parts[part_number - 1], (unit, speed))
         if row_unit != FRACTION and not m.world.mechanisms[mechanism].is_robot:
             # A track or table under a linear move keeps step; only its own rated speed bounds it.
-            row_path, row_unit, row_speed = _JOINT, FRACTION, 1.0
+            row_path, row_unit, row_speed = JOINT, FRACTION, 1.0
         blend = (s.parts[part_number - 1].blend if part_number else None) or s.blend
         code, zone = (_UNTAGGED, _NAN) if blend is None else _blend(m, blend, arm)
         recorder.row(
@@ -161,71 +143,6 @@ def _stores(position: Taught | Variable) -> tuple[Store, ...]:
     if position.store is Store.SYSTEM:
         return (Store.ROBOT, Store.BASE, Store.STATION)
     return (position.store,)
-
-
-def _part_speed(m: Machine, part: MovePart) -> tuple[int, int, float]:
-    """(path, unit, speed) of a further group. Without a speed only its rated speed bounds it: it keeps step."""
-    assert part.path is not None
-    path = _PATH_CODES[part.path]
-    if part.speed is None:
-        return (_JOINT, FRACTION, 1.0) if path == _JOINT else (path, TRAVEL, _NAN)
-    unit = UNITS[part.speed.unit]
-    return path, unit, _checked(m, unit, quantity(m, part.speed.value))
-
-
-def _speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
-    """(unit, SI value) of a move's own speed, or of the one that holds."""
-    if speed is None:
-        return _modal_speed(m, FRACTION if path == _JOINT else TRAVEL)
-    unit = UNITS[speed.unit]
-    written, scale = speed.value
-    value = (written.value if type(written) is Number else number(m, written)) * scale
-    if value <= 0.0 or (unit == FRACTION and value > 1.0):
-        value = _checked(m, unit, value)
-    m.last[unit] = value
-    return unit, value
-
-
-def _modal_speed(m: Machine, unit: int) -> tuple[int, float]:
-    value = m.modal.get(unit) or m.last.get(unit)
-    if value is None:
-        m.assume(f"no speed was set before this move: {_SHOWN[unit]} is taken")
-        value = _DEFAULT_SPEED[unit]
-    elif unit not in m.modal:
-        m.assume("the move names no speed and none was set: that of the last move of its kind is taken")
-    return unit, value
-
-
-def _checked(m: Machine, unit: int, value: float) -> float:
-    """A usable speed: the controller refuses others."""
-    if value > 0.0 and (unit != FRACTION or value <= 1.0):
-        return value
-    if unit == FRACTION and value > 1.0:
-        m.fault(
-            StatementError("I302", f"a joint speed of {value:.0%} is taken as 100 %", "write at most 100 %")
-        )
-        return 1.0
-    default = _DEFAULT_SPEED.get(unit, 0.0)
-    fault = StatementError(
-        "I301",
-        "the speed is not above zero: the slowest preset is taken",
-        "set the variable it comes from, in the program or in olp.toml",
-        Severity.WARNING,
-    )
-    m.fault(fault)
-    return default or 0.1
-
-
-def _share(m: Machine, value: float, what: str) -> float:
-    """A fraction of the rated acceleration in (0, 1]."""
-    if 0.0 < value <= 1.0:
-        return value
-    m.fault(
-        StatementError(
-            "I303", f"{what} of {value:.0%} is taken as 100 %", "write 1 .. 100 %", Severity.WARNING
-        )
-    )
-    return 1.0
 
 
 def _blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from olp.assumptions import signal_name
+from olp.assumptions import SignalKey, signal_name
 from olp.expression import Expression
 from olp.interpreter.evaluate import evaluate, holds, quantity
 from olp.interpreter.flow import test
@@ -49,7 +49,7 @@ def wait(m: Machine, s: Wait) -> None:
 def _fixed(m: Machine, condition: Expression, limit: float | None) -> float | None:
     """The duration [s] where everything in the condition is known; None where an input still has to come."""
     signals = signals_of(condition)
-    if any(key_of(m, signal) not in m.assumptions.inputs for signal in signals):
+    if not all(_is_known(m, key_of(m, signal)) for signal in signals):
         return None
     if not holds(m, condition):
         if limit is not None:
@@ -60,6 +60,11 @@ def _fixed(m: Machine, condition: Expression, limit: float | None) -> float | No
     times = [m.assumptions.waits[key] for s in signals if (key := key_of(m, s)) in m.assumptions.waits]
     seconds = max(times, default=0.0)
     return seconds if limit is None else min(seconds, limit)
+
+
+def _is_known(m: Machine, key: SignalKey) -> bool:
+    """Whether olp.toml gives the signal, or the program has set it itself."""
+    return key in m.assumptions.inputs or key in m.memory.changed
 
 
 def _expected(m: Machine, condition: Expression) -> float:

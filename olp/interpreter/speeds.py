@@ -1,0 +1,104 @@
+"""How fast moves are: their own speed, or the one that holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from olp.diagnostic import Severity
+from olp.expression import Number
+from olp.interpreter.evaluate import number, quantity
+from olp.interpreter.state import Machine, StatementError
+from olp.plan import PATHS
+from olp.program import MovePart, Path, SetSpeed, Speed, SpeedUnit
+
+FRACTION, TRAVEL, TURN = 0, 1, 2
+UNITS: Mapping[SpeedUnit, int] = {
+    SpeedUnit.FRACTION: FRACTION,
+    SpeedUnit.TRAVEL: TRAVEL,
+    SpeedUnit.TURN: TURN,
+}
+PATH_CODES: Final[Mapping[Path, int]] = {path: code for code, path in enumerate(PATHS)}
+JOINT: Final = PATH_CODES[Path.JOINT]
+# Nobody says how fast a move without any speed is; the slowest taught presets of the controllers, so that a
+# prediction from them stands out.
+_DEFAULT_SPEED: Mapping[int, float] = {FRACTION: 0.0078, TRAVEL: 0.011}
+_SHOWN: Mapping[int, str] = {FRACTION: "0.78 % of the rated joint speed", TRAVEL: "11 mm/s"}
+
+
+def set_speed(m: Machine, s: SetSpeed) -> None:
+    """Keeps the speeds for the moves that name none."""
+    for speed in s.speeds:
+        m.modal[UNITS[speed.unit]] = _checked(m, UNITS[speed.unit], quantity(m, speed.value))
+
+
+def part_speed(m: Machine, part: MovePart, leading: tuple[int, float]) -> tuple[int, int, float]:
+    """(path, unit, speed) of a further group; `leading`: unit and speed of the leading one.
+
+    Without a speed of its own a group keeps step: on a joint path only its rated speed bounds it, on another one
+    the leading speed does.
+    """
+    assert part.path is not None
+    path = PATH_CODES[part.path]
+    value = 0.0 if part.speed is None else quantity(m, part.speed.value)
+    if part.speed is not None and value > 0.0:
+        unit = UNITS[part.speed.unit]
+        return path, unit, _checked(m, unit, value)
+    # Generators write VJ=0.0 for a table that only keeps step.
+    if path == JOINT or leading[0] == FRACTION:
+        return JOINT, FRACTION, 1.0
+    return path, *leading
+
+
+def move_speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
+    """(unit, SI value) of a move's own speed, or of the one that holds."""
+    if speed is None:
+        return _modal_speed(m, FRACTION if path == JOINT else TRAVEL)
+    unit = UNITS[speed.unit]
+    written, scale = speed.value
+    value = (written.value if type(written) is Number else number(m, written)) * scale
+    if value <= 0.0 or (unit == FRACTION and value > 1.0):
+        value = _checked(m, unit, value)
+    m.last[unit] = value
+    return unit, value
+
+
+def _modal_speed(m: Machine, unit: int) -> tuple[int, float]:
+    value = m.modal.get(unit) or m.last.get(unit)
+    if value is None:
+        m.assume(f"no speed was set before this move: {_SHOWN[unit]} is taken")
+        value = _DEFAULT_SPEED[unit]
+    elif unit not in m.modal:
+        m.assume("the move names no speed and none was set: that of the last move of its kind is taken")
+    return unit, value
+
+
+def _checked(m: Machine, unit: int, value: float) -> float:
+    """A usable speed: the controller refuses others."""
+    if value > 0.0 and (unit != FRACTION or value <= 1.0):
+        return value
+    if unit == FRACTION and value > 1.0:
+        says = f"a joint speed of {value:.0%} is taken as 100 %"
+        m.fault(StatementError("I302", says, "write at most 100 %", Severity.WARNING))
+        return 1.0
+    default = _DEFAULT_SPEED.get(unit, 0.0)
+    fault = StatementError(
+        "I301",
+        "the speed is not above zero: the slowest preset is taken",
+        "set the variable it comes from, in the program or in olp.toml",
+        Severity.WARNING,
+    )
+    m.fault(fault)
+    return default or 0.1
+
+
+def share(m: Machine, value: float, what: str) -> float:
+    """A fraction of the rated acceleration in (0, 1]."""
+    if 0.0 < value <= 1.0:
+        return value
+    m.fault(
+        StatementError(
+            "I303", f"{what} of {value:.0%} is taken as 100 %", "write 1 .. 100 %", Severity.WARNING
+        )
+    )
+    return 1.0
