@@ -62,7 +62,7 @@ class InstructionParser:
         words: set[str] = set()
         for name in (set(choices) & set(self.terminals)) - {"COMMENT", "LABEL"}:
             pattern = self.terminals[name].split("(?!")[0].split("(?=")[0]
-            words.update(_PLAIN_WORDS.findall(pattern))
+            words.update(_PLAIN_WORDS.findall(pattern.replace("\\", "")))
         return frozenset(words)
 
 

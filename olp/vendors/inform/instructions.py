@@ -68,7 +68,8 @@ _MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
 # A statement's class and all its values but the line.
 _Template = tuple[Callable[..., Statement], tuple[Any, ...]]
 # NOP and END stand in every job: a job of plain moves needs no grammar at all.
-_seen: dict[str, _Template] = {"NOP": (Begin, ("",)), "END": (End, ("",))}
+_PRESET: Final[dict[str, _Template]] = {"NOP": (Begin, ("",)), "END": (End, ("",))}
+_seen = dict(_PRESET)
 
 
 class Instructions:
