@@ -116,9 +116,18 @@ def try_once(path: Path, raw: bytes, damaged: bytes) -> tuple[str, list[tuple[st
     except Hang:
         return "crash", [("hang", f"{stage}: over {HANG} s")]
     except Exception as problem:
-        return "crash", [(f"{stage} raises", repr(problem))]
+        return "crash", [(f"{stage} raises", where(problem))]
     finally:
         signal.alarm(0)
+
+
+def where(problem: Exception) -> str:
+    """The exception and the innermost line of olp that let it pass."""
+    frames = traceback.extract_tb(problem.__traceback__)
+    inner = next((f for f in reversed(frames) if "/olp/" in f.filename), frames[-1])
+    return f"{type(problem).__name__} at {inner.filename.rpartition('/olp/')[2]}:{inner.lineno}: {problem}"[
+        :200
+    ]
 
 
 def check(program: Program, raw: bytes, damaged: bytes) -> Iterator[tuple[str, str]]:
@@ -154,7 +163,7 @@ def accounted(kind: int, text: str, reported: bool, statement: object, is_row: b
         return True
     match kind:
         case LineKind.BLANK:
-            return not text.strip("\x1a \t\f")
+            return not text.replace("\x1a", "").strip()
         case LineKind.POINT:
             return is_row
         case LineKind.STATEMENT:
@@ -243,9 +252,22 @@ def print_report(tallies: list[Tally]) -> int:
     )
     print(f"| bytes changed | 0 | {kinds['bytes']} |")
     print(f"| lines or halves lost in silence | 0 | {silent} |")
-    for sample, what, number, detail in failures[:60]:
-        print(f"\n- {what}: {detail}\n  python bench/mutations.py {sample} --show {number}")
+    print_groups(failures)
     return 1 if failures else 0
+
+
+def print_groups(failures: list[tuple[str, str, int, str]]) -> None:
+    """Failures of one kind and place together, with one example each."""
+    groups: dict[tuple[str, str], list[tuple[str, str, int, str]]] = {}
+    for failure in failures:
+        _, what, _, detail = failure
+        place = ":".join(detail.split(":")[:2]) if what.endswith("raises") else ""
+        groups.setdefault((what, place), []).append(failure)
+    for (what, _), found in sorted(groups.items(), key=lambda item: -len(item[1])):
+        sample, _, number, detail = found[0]
+        print(
+            f"\n- {what}, {len(found)} times: {detail}\n  python bench/mutations.py {sample} --show {number}"
+        )
 
 
 def slowest(tallies: list[Tally]) -> str:
