@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 
 from olp.control import pair
@@ -12,6 +14,7 @@ from olp.vendors.inform.findings import Findings
 from olp.vendors.inform.header import Header
 
 _FAMILY = {Store.ROBOT: "C", Store.BASE: "BC", Store.STATION: "EC"}
+_POSITION = re.compile(r"(?<![A-Z])(BC|EC|C|E)([0-9]{1,9})(?![0-9])")
 _LABEL_LENGTH = 8
 _RECORDS = ("/JOB", "//NAME", "//POS", "//INST")
 
@@ -99,10 +102,10 @@ def _check_npos(findings: Findings, header: Header) -> None:
 
 
 def _check_points(findings: Findings, header: Header, routine: Routine) -> None:
-    broken = header.broken_rows
     blocks = routine.points.blocks
     known = {store: blocks[store, True].rows if (store, True) in blocks else {} for store in _FAMILY}
     robot = known[Store.ROBOT]
+    missing: list[tuple[int, Taught]] = []
     for statement in routine.body:
         if type(statement) is not Move and type(statement) is not Reference:
             continue
@@ -113,27 +116,30 @@ def _check_points(findings: Findings, header: Header, routine: Routine) -> None:
             if type(target) is not Taught:
                 continue
             rows = robot if target.store is Store.ROBOT else known[target.store]
-            if target.number not in rows and (target.store, True, target.number) not in broken:
-                _missing(findings, target, rows, statement.line)
+            if target.number not in rows:
+                missing.append((statement.line, target))
+    numbers = {store: sorted(rows) for store, rows in known.items()} if missing else {}
+    for line, target in missing:
+        if (target.store, True, target.number) not in header.broken_rows:
+            _report_missing(findings, line, target, numbers[target.store])
 
 
-def _missing(findings: Findings, target: Taught, rows: Iterable[int], line: int) -> None:
+def _report_missing(findings: Findings, line: int, target: Taught, numbers: Sequence[int]) -> None:
     family = _FAMILY[target.store]
-    nearest = min(rows, key=lambda number: abs(number - target.number), default=None)
+    place = bisect_left(numbers, target.number)
+    near = numbers[max(place - 1, 0) : place + 1]
+    nearest = min(near, key=lambda number: abs(number - target.number), default=None)
     help = "the job has none" if nearest is None else f"the nearest one is {family}{nearest:05}"
-    text = findings.source.line(line)
-    column = _column(text, family, target.number)
-    end = column + len(text[column - 1 :].split(" ")[0]) if column else len(text.rstrip()) + 1
     message = f"there is no position {family}{target.number:05}"
-    findings.error("P030", message, Span(line, column or 1, end), help=help)
+    findings.error("P030", message, _span_of(findings, line, family, target.number), help=help)
 
 
-def _column(text: str, family: str, number: int) -> int:
-    """Where the position is named in the line, from 1; 0 when it is not found."""
-    import re
-
-    match = re.search(rf"(?<![A-Z]){family}0*{number}(?!\d)", text)
-    return match.start() + 1 if match else 0
+def _span_of(findings: Findings, line: int, family: str, number: int) -> Span:
+    """Where a position is named in the line; the whole line when it is not found."""
+    for match in _POSITION.finditer(findings.source.line(line)):
+        if match[1] in (family, "E") and int(match[2]) == number:
+            return Span(line, match.start() + 1, match.end() + 1)
+    return findings.whole_line(line)
 
 
 def _check_labels(findings: Findings, routine: Routine) -> None:

@@ -13,12 +13,13 @@ from olp.expression import Position, Store, Taught
 from olp.program import Blend, BlendKind, Move, MovePart, Path, Speed
 from olp.vendors.inform import values
 
-_NUMBER = r"\d+(?:\.\d*)?"
+_NUMBER = r"\d{1,9}(?:\.\d{0,9})?"
 _POSITION = r"(?:BC|EC|C|L?BP|L?EX|L?P)\d{1,6}"
 MOVE_LINE: Final = re.compile(
     rf"(MOV[JLC]|SMOV[LC]) ({_POSITION}(?: {_POSITION})?)"
     rf"(?: (VJ?={_NUMBER}))?(?: PL=(\d))?(?: {{1,2}}\+MOVJ ({_POSITION}(?: VJ={_NUMBER})?))?"
-    r"(?: *//(.*?))?\s*"
+    r"(?: *//(.*?))?\s*",
+    re.ASCII,
 )
 _PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR}
 

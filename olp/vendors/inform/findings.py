@@ -45,10 +45,6 @@ class Findings:
     def info(self, code: str, message: str, span: Span, help: str = "") -> None:
         self.add(Severity.INFO, code, message, span, help)
 
-    def told(self, code: str, key: str) -> bool:
-        """Whether `once` knows this finding already."""
-        return (code, key) in self._repeated
-
     def once(self, severity: Severity, code: str, key: str, message: str, span: Span, help: str = "") -> None:
         """A finding told at its first place only, with the number of its places."""
         known = self._repeated.get((code, key))

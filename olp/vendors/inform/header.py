@@ -16,8 +16,9 @@ from olp.vendors.inform.positions import KINDS, ROW, Positions
 from olp.vendors.inform.values import STORES, number
 
 _RECORD = re.compile(r"\s*(/{1,4})([A-Z]+\d?)(?:\s+(.*?))?\s*")
-_SYMBOL = re.compile(r"\s*(L?)(BP|EX|[BIDRSP])(\d+)\s+(.*?)\s*")
-_MECHANISM = re.compile(r"(?:RB|BS|ST)\d{1,2}")
+_SYMBOL = re.compile(r"\s*(L?)(BP|EX|[BIDRSP])(\d{1,9})\s+(.*?)\s*", re.ASCII)
+_COUNT = re.compile(r"\d{1,9}", re.ASCII)
+_MECHANISM = re.compile(r"(?:RB|BS|ST)[0-9]{1,2}")
 
 # The order of every list of counts or types in a header.
 _ORDER: Final = ("B", "I", "D", "R", "S", "P", "BP", "EX")
@@ -144,16 +145,16 @@ class HeaderReader:
         number_text = number_text.strip()
         if word in ("BASE", "ROBOT", "PULSE", "TOOL"):
             self.header.relative_to = FrameRef(word.lower())
-        elif word == "USER" and number_text.isdecimal():
+        elif word == "USER" and _COUNT.fullmatch(number_text):
             self.header.relative_to = FrameRef("user", number(number_text))
-        elif word.isdecimal():
+        elif _COUNT.fullmatch(word):
             self.header.relative_to = FrameRef("user", number(word))
         else:
-            self._error("P011", f"no coordinate system '{value}'", "BASE, ROBOT or USER 1")
+            self._error("P011", f"no coordinate system '{value[:40]}'", "BASE, ROBOT or USER 1")
 
     def _locals(self, value: str) -> None:
         counts = [part.strip() for part in value.split(",")]
-        if not all(part.isdecimal() for part in counts):
+        if not all(_COUNT.fullmatch(part) for part in counts):
             self._error("P011", "///LVARS needs eight numbers with commas", "///LVARS 0,0,1,0,0,0,0,0")
         elif self.section == "INST":
             pairs = zip(_ORDER, counts, strict=False)
@@ -163,7 +164,7 @@ class HeaderReader:
         kinds = [part.strip() for part in value.split(",")]
         unknown = [kind for kind in kinds if kind and kind not in STORES]
         if unknown:
-            self._error("P011", f"no type '{unknown[0]}'", "B, I, D, R, S, P, BP or EX")
+            self._error("P011", f"no type '{unknown[0][:40]}'", "B, I, D, R, S, P, BP or EX")
             return
         types = [STORES.get(kind) for kind in kinds]
         while types and types[-1] is None:
@@ -175,7 +176,7 @@ class HeaderReader:
         mechanisms = [part.strip() for part in value.split(",")]
         wrong = [part for part in mechanisms if _MECHANISM.fullmatch(part) is None]
         if wrong:
-            self._error("P011", f"no control group '{wrong[0]}'", "RB1, BS1 or ST1, with commas")
+            self._error("P011", f"no control group '{wrong[0][:40]}'", "RB1, BS1 or ST1, with commas")
             return
         self.header.groups.append(ControlGroup(tuple(mechanisms)))
 
@@ -235,9 +236,9 @@ class HeaderReader:
         if match is None or not match[4]:
             return False
         local, kind, digits, name = match.groups()
-        index = number(str(int(digits[:9])))
+        index = number(str(int(digits)))
         if name in self.header.aliases:
-            message = f"the name {name} stands twice in //ALIAS; the first one counts"
+            message = f"the name {name[:40]} stands twice in //ALIAS; the first one counts"
             self.findings.warning("P042", message, self._span(), help="give each variable its own name")
         self.header.aliases.setdefault(name, Variable(STORES[kind], index, bool(local), name))
         self.findings.kinds[self.index] = LineKind.RECORD

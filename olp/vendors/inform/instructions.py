@@ -43,7 +43,10 @@ _MOST_OPERATORS = (
     200  # a nesting that no controller takes, and that would exhaust the stack of an interpreter
 )
 _MOST_CHARACTERS = 4096
+_LONG_NUMBER = re.compile(r"\d{19,}")
+_STRING = re.compile(r'"[^"]*"')
 _MOST_BROKEN = 2000
+_MOST_SUGGESTED = 50  # unknown words that are compared with all known ones
 _MOST_CACHED = 50_000
 
 _UNKNOWN = Unknown("")
@@ -81,7 +84,8 @@ class Instructions:
         self._moves = moves
         self._aliases = aliases
         self._own: dict[str, _Template] = {}
-        self._mangle: Callable[[str], str] | None = None
+        self._manglers: dict[bool, Callable[[str], str]] = {}
+        self._unknown: set[str] = set()
         self._broken = 0
         self.markers: list[Statement] = []  # stand for broken lines that open or continue a block
 
@@ -107,17 +111,31 @@ class Instructions:
             return ()
         if text.lstrip(" \t").startswith(("'", "//")):
             return (self._comment(text, number),)
-        if len(text) > _MOST_CHARACTERS or (
-            len(text) > _MOST_OPERATORS and sum(map(text.count, _OPERATORS)) > _MOST_OPERATORS
-        ):
-            message = f"an instruction of {len(text)} characters is longer than any controller takes"
-            help = f"at most {_MOST_CHARACTERS} characters and {_MOST_OPERATORS} operators are read"
-            self._findings.error("P023", message, Span(number, 1, len(text) + 1), help)
+        if self._too_much(text, number):
             return ()
         word = _first_word(text)
         if word and word[0].isalpha() and word not in self._words():
             return (self._opaque(text, word, number),)
         return self._parse(text, line, number)
+
+    def _too_much(self, text: str, number: int) -> bool:
+        """Whether a line is beyond what any controller takes, which is told: it could only exhaust olp."""
+        digits = _LONG_NUMBER.search(_STRING.sub("", text))
+        if digits is not None:
+            self._findings.error(
+                "P023",
+                f"a number of {len(digits[0])} digits",
+                self._findings.whole_line(number),
+                "at most 18",
+            )
+            return True
+        operators = sum(map(text.count, _OPERATORS)) if len(text) > _MOST_OPERATORS else 0
+        if len(text) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS:
+            return False
+        message = f"an instruction of {len(text)} characters is longer than any controller takes"
+        help = f"at most {_MOST_CHARACTERS} characters and {_MOST_OPERATORS} operators are read"
+        self._findings.error("P023", message, self._findings.whole_line(number), help)
+        return True
 
     def _words(self) -> frozenset[str]:
         from olp.vendors.inform.grammar import instruction_parser
@@ -134,11 +152,11 @@ class Instructions:
 
         self._kinds[number - 1] = LineKind.OPAQUE
         start = len(text) - len(text.lstrip()) + 1
-        if self._findings.told("P021", word):
-            help = ""
-        else:
+        near: list[str] = []
+        if len(self._unknown) < _MOST_SUGGESTED and word not in self._unknown:
             near = get_close_matches(word[:20].upper(), self._words(), 1, 0.75)
-            help = f"did you mean {near[0]}?" if near else "its effect on the time is unknown"
+        self._unknown.add(word)
+        help = f"did you mean {near[0]}?" if near else "its effect on the time is unknown"
         message = f"{word[:40]} is kept but not modelled"
         span = Span(number, start, start + len(word))
         self._findings.once(Severity.INFO, "P021", word, message, span, help)
@@ -192,11 +210,9 @@ class Instructions:
 
         if not self._aliases:
             return text
-        if every:
-            return Mangler(self._aliases)(text)
-        if self._mangle is None:
-            self._mangle = Mangler(name for name in self._aliases if not is_plain(name))
-        return self._mangle(text)
+        if every not in self._manglers:
+            self._manglers[every] = Mangler(name for name in self._aliases if every or not is_plain(name))
+        return self._manglers[every](text)
 
     def _report(self, problem: Problem, text: str, number: int) -> None:
         self._broken += 1

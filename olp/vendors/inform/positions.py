@@ -35,10 +35,10 @@ KINDS: Final = {"PULSE": PointKind.PULSE, "RECTAN": PointKind.POSE, "ANGLE": Poi
 POSTYPES: Final = ("PULSE", "ANGLE", "BASE", "ROBOT", "USER", "TOOL", "MTOOL")
 _FRAMES = {"BASE": "base", "ROBOT": "robot", "USER": "user", "TOOL": "tool", "MTOOL": "master-tool"}
 
-ROW = re.compile(r"\s*(BC|BP|EC|EX|C|P|E)(\d+)=(.*)")
-_ROW_NAME = re.compile(r"\s*(BC|BP|EC|EX|C|P|E)(\d+)")
-_NUMBER = r"-?\d++(?:\.\d*+)?"
-_FIELD = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)?\s*")
+ROW = re.compile(r"\s*(BC|BP|EC|EX|C|P|E)(\d{1,9})=(.*)", re.ASCII)
+_ROW_NAME = re.compile(r"\s*(BC|BP|EC|EX|C|P|E)(\d{1,9})", re.ASCII)
+_NUMBER = r"-?\d{1,15}+(?:\.\d{0,15}+)?"
+_FIELD = re.compile(r"\s*(?:[+-]?(?:\d{1,15}\.?\d{0,15}|\.\d{1,15}))?\s*", re.ASCII)
 _WHOLE = re.compile(r"-?\d{1,9}", re.ASCII)
 _BULK = 4  # rows: below, numpy costs more than it saves
 _MOST_FIELDS = 12  # three stations of two axes, and room
@@ -48,7 +48,7 @@ _MOST_FIELDS = 12  # three stations of two axes, and room
 def _run(family: str, width: int) -> re.Pattern[str]:
     """Consecutive plain rows. Possessive, so that a broken row costs no backtracking."""
     more = rf"(?:,{_NUMBER}){{{width - 1}}}"
-    return re.compile(rf"(?:{family}\d{{1,6}}+={_NUMBER}{more}\n)*+")
+    return re.compile(rf"(?:{family}\d{{1,6}}+={_NUMBER}{more}\n)*+", re.ASCII)
 
 
 @dataclass(slots=True)
@@ -109,7 +109,7 @@ class Positions:
         return True
 
     def _whole(self, word: str, value: str, line: int) -> int | None:
-        if value.isdecimal() and len(value) < 9:
+        if _WHOLE.fullmatch(value) and int(value) >= 0:
             return int(value)
         self._bad(line, value, f"///{word} needs a number", f"///{word} 1")
         return None
@@ -184,7 +184,7 @@ class Positions:
         for text in fields:
             if _FIELD.fullmatch(text) is None:
                 end = column + max(len(text), 1)
-                message = f"'{text.strip()}' is no number"
+                message = f"'{text.strip()[:40]}' is no number"
                 self.findings.error("P010", message, Span(line, column, end), help="expected a number")
                 self._remember_broken(match)
                 return
@@ -199,7 +199,7 @@ class Positions:
             self._remember_broken(match)
             return
         family = self._families.setdefault(match[1], _Family())
-        family.numbers.append(int(match[2][:18]))
+        family.numbers.append(int(match[2]))
         family.values.append(values)
         family.states.append(state)
         family.lines.append(line)
@@ -218,7 +218,7 @@ class Positions:
 
     def _remember_broken(self, match: re.Match[str] | None) -> None:
         store, taught = FAMILIES[match[1]] if match else (Store.ROBOT, True)
-        self.broken.add((store, taught, int(match[2][:18]) if match else -1))
+        self.broken.add((store, taught, int(match[2]) if match else -1))
 
     # --- result -----------------------------------------------------------------------------------------
 

@@ -178,7 +178,7 @@ class InstructionRules(MoveRules):
         return Assign(0, target, SystemValue(variable.store.value, number))
 
     def get_argument(self, children: list[Any]) -> Assign:
-        return Assign(0, children[0], Argument(_whole(values.number(children[2]))))
+        return Assign(0, children[0], Argument(_argument_number(children[2])))
 
     def get_register(self, children: list[Any]) -> Assign:
         target, signal, *half = children
@@ -413,3 +413,10 @@ def _half(signal: Signal, half: list[Token]) -> Signal:
 def _whole(number: Expression) -> int:
     assert type(number) is Number
     return int(number.value)
+
+
+def _argument_number(token: Token) -> int:
+    if not token.isdecimal():
+        column = token.column or 1
+        raise BrokenLineError(f"'{token}' counts no argument", column, column + len(token), "1 to 8")
+    return int(token)
