@@ -185,6 +185,11 @@ def test_a_changed_tool_takes_the_proof_away(cell: Path) -> None:
     assert re.search(r"frames 1, 7 miss the stored frames by 0\.\d+ mm and 0\.\d+ deg", finding.message)
 
 
+def test_frames_taught_with_another_group_are_not_compared(cell: Path) -> None:
+    change(cell / "UFRAME.CND", lambda text: text.replace("///GROUP 1,0", "///GROUP 0,1", 1))
+    assert imported(cell).sources["pose"].startswith("user frames 7 computed")
+
+
 def test_frames_that_cannot_tell_an_axis_sense_prove_nothing(cell: Path) -> None:
     """A tool on the flange's axis does not move when T turns."""
     arm, tip = ARMS["yrc1000"], (0.0, 0.0, 219.405)
@@ -369,11 +374,20 @@ def test_the_command_tells_every_problem_at_once(cell: Path, capsys: pytest.Capt
     assert not (cell.parent / "my.toml").exists()
 
 
-@pytest.mark.parametrize("where", ["nowhere", "."])
+def test_errors_come_before_warnings(cell: Path) -> None:
+    (cell / "SC.PRM").unlink()
+    set_slot(cell, 1075, 0)
+    kinds = [is_error for _, is_error in codes(cell)]
+    assert kinds[0]
+    assert kinds == sorted(kinds, reverse=True)
+    assert not kinds[-1]
+
+
+@pytest.mark.parametrize(("where", "code"), [("nowhere", "B001"), (".", "B009")])
 def test_a_folder_without_parameters_is_bad_input(
-    where: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    where: str, code: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["robot", "import", str(tmp_path / where)]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err.count("error[") == 1
+    assert captured.err.count("error[") == captured.err.count(f"error[{code}]") == 1

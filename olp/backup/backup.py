@@ -24,9 +24,12 @@ CONDITION_FILES: Final = ("TOOL.CND", "UFRAME.CND", "VAR.DAT", "MACRO.DAT", "SYS
 PARAMETER_FILES: Final = ("RC.PRM", "SC.PRM", "ALL.PRM")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Backup:
-    """What the controller files of one folder say, in SI."""
+    """What the controller files of one folder say, in SI.
+
+    Compared by identity, so that it can be a cache's key.
+    """
 
     folder: str
     files: tuple[str, ...] = ()  # names as found, sorted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import lru_cache
 
 from olp.backup.backup import Backup
 from olp.backup.frame_check import FrameAgreement, Stance
@@ -19,6 +20,7 @@ from olp.diagnostic import raise_errors
 from olp.units import deg, mm, ms
 
 
+@lru_cache(maxsize=16)
 def robot_toml(backup: Backup, group: str = "R1", name: str = "") -> str:
     """The robot file of one control group, called `name` (maker/model) or after SYSTEM.SYS.
 
@@ -128,9 +130,8 @@ def _sources(
 
 
 def _shown(value: float) -> str:
-    """A number without needless zeros and never -0: a TOML integer where it is whole."""
-    text = f"{value:.9f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
+    """A number without needless zeros: a TOML integer where it is whole."""
+    return f"{value:.9f}".rstrip("0").rstrip(".")
 
 
 def _quoted(text: str) -> str:

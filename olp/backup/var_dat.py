@@ -174,7 +174,7 @@ def _position_table(
         if word not in ("PULSE", "ANGLE", *_CARTESIAN):
             findings.warning("B006", f"{kind}{number:03d} has the kind {word!r} and is left out", row)
             continue
-        variable = _position(kind, word, row, parts, flags, findings)
+        variable = _position(word, row, parts, flags, findings)
         if variable is not None:
             table[number] = variable
 
@@ -218,7 +218,7 @@ def _flag_count(kind: str, used: list[_Used], axes: int, findings: Findings) -> 
 
 
 def _position(
-    kind: str, word: str, row: Row, parts: list[tuple[int, str]], flags: int, findings: Findings
+    word: str, row: Row, parts: list[tuple[int, str]], flags: int, findings: Findings
 ) -> PositionVariable | None:
     if not flags < len(parts) <= flags + _MOST_VALUES:
         findings.error("B004", f"{len(parts)} numbers are not {flags} flags and up to 8 values", row)
@@ -232,6 +232,6 @@ def _position(
     if word == "ANGLE":
         values = tuple(value * deg for value in values)
     elif word in _CARTESIAN:
-        lengths = 3 if kind == "P" else len(values)
-        values = tuple(value * (mm if axis < lengths else deg) for axis, value in enumerate(values))
+        # Three lengths, then angles; a base has one to three lengths and no angles.
+        values = tuple(value * (mm if axis < 3 else deg) for axis, value in enumerate(values))
     return PositionVariable(word, values, marks, row.line)
