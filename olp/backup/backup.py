@@ -6,9 +6,11 @@ Every file is optional; nothing is raised, everything wrong is a finding.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from olp.backup.controller_text import Findings, Row, read_rows
 from olp.backup.macro_dat import read_macro_dat
@@ -18,6 +20,8 @@ from olp.backup.tool_cnd import ToolData, read_tool_cnd
 from olp.backup.uframe_cnd import UserFrame, read_uframe_cnd
 from olp.backup.var_dat import Variables, read_var_dat
 from olp.diagnostic import Diagnostic, error
+
+T = TypeVar("T")
 
 CONDITION_FILES: Final = ("TOOL.CND", "UFRAME.CND", "VAR.DAT", "MACRO.DAT", "SYSTEM.SYS")
 # Where both hold a section, the smaller file wins: a controller writes it last.
@@ -54,50 +58,32 @@ class Backup:
 def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
     """The controller files that stand directly in `folder`, whatever the case of their names.
 
-    Raises nothing.
+    Raises nothing: what is wrong is in `diagnostics`.
     """
     collected: list[Diagnostic] = []
     paths = _find(Path(folder), collected)
 
-    def rows_of(name: str) -> tuple[tuple[Row, ...], Findings]:
-        findings = Findings(str(paths[name]))
-        return read_rows(paths[name], findings, encoding), findings
-
-    system: SystemInfo | None = None
-    tools: dict[int, ToolData] = {}
-    frames: dict[int, UserFrame] = {}
-    variables: Variables | None = None
-    macros: dict[int, str] = {}
-    for name in CONDITION_FILES:
+    def read(name: str, reader: Callable[[tuple[Row, ...], Findings], T], absent: T) -> T:
         if name not in paths:
-            continue
-        rows, findings = rows_of(name)
-        if name == "TOOL.CND":
-            tools = read_tool_cnd(rows, findings)
-        elif name == "UFRAME.CND":
-            frames = read_uframe_cnd(rows, findings)
-        elif name == "VAR.DAT":
-            variables = read_var_dat(rows, findings)
-        elif name == "MACRO.DAT":
-            macros = read_macro_dat(rows, findings)
-        else:
-            system = read_system_sys(rows, findings)
+            return absent
+        findings = Findings(str(paths[name]))
+        result = reader(read_rows(paths[name], findings, encoding), findings)
         collected.extend(findings.all())
+        return result
+
+    system = read("SYSTEM.SYS", read_system_sys, None)
     parameters = ParameterFile({}, {})
     for name in PARAMETER_FILES:
-        if name in paths:
-            rows, findings = rows_of(name)
-            found = read_parameters(rows, name, _hint(system), findings)
-            parameters = _merged(parameters, found, findings)
-            collected.extend(findings.all())
+        merge = partial(_read_parameters, name=name, hint=_hint(system), before=parameters)
+        parameters = read(name, merge, parameters)
     return Backup(
         folder=str(folder),
         files=tuple(sorted(path.name for path in paths.values())),
         system=system,
-        tools=tools,
-        user_frames=frames,
-        variables=variables,
-        macros=macros,
+        tools=read("TOOL.CND", read_tool_cnd, {}),
+        user_frames=read("UFRAME.CND", read_uframe_cnd, {}),
+        variables=read("VAR.DAT", read_var_dat, None),
+        macros=read("MACRO.DAT", read_macro_dat, {}),
         groups=parameters.groups,
         zones=parameters.zones,
         diagnostics=tuple(collected),
@@ -136,8 +122,11 @@ def _hint(system: SystemInfo | None) -> Layout | None:
     return next((lay for lay in LAYOUTS if system.controller in lay.controllers.split(", ")), None)
 
 
-def _merged(before: ParameterFile, found: ParameterFile, findings: Findings) -> ParameterFile:
-    """`before` wins where both hold a group; a difference in what is used is reported."""
+def _read_parameters(
+    rows: tuple[Row, ...], findings: Findings, *, name: str, hint: Layout | None, before: ParameterFile
+) -> ParameterFile:
+    """A parameter file added to `before`, which wins where both hold a group; differences are reported."""
+    found = read_parameters(rows, name, hint, findings)
     for number, parameters in found.groups.items():
         known = before.groups.get(number)
         if known is not None and _numbers(known) != _numbers(parameters):
