@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from olp.diagnostic import Severity
+from olp.diagnostic import OlpError, Severity
 from olp.interpreter import data, flow, moves, speeds, waiting
 from olp.interpreter.state import OTHER_FRAME, Machine, StatementError
 from olp.program import (
@@ -116,8 +116,8 @@ def _run_frame(m: Machine, left: int) -> int:
         frame.pc = pc
         try:
             following = handler(m, statement)
-        except StatementError as problem:
-            m.fault(problem)
+        except (StatementError, OlpError) as problem:
+            _report(m, problem)
             if m.stop_reason:
                 return left
             continue
@@ -127,6 +127,15 @@ def _run_frame(m: Machine, left: int) -> int:
             pc = following
     flow.leave(m)
     return left
+
+
+def _report(m: Machine, problem: StatementError | OlpError) -> None:
+    """Keeps what went wrong, at the line of the current statement."""
+    if isinstance(problem, StatementError):
+        m.fault(problem)
+        return
+    for finding in problem.diagnostics:
+        m.fault(StatementError(finding.code, finding.message, finding.help, finding.severity))
 
 
 def _report_limit(m: Machine, max_steps: int) -> None:

@@ -1,0 +1,248 @@
+"""Loops without an end: one cycle of the main loop, and inputs that a loop waits for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from interpreter_jobs import findings, plan_of, program, said, visited, waits, write_jobs
+
+from olp.assumptions import Assumptions, SignalKey
+from olp.expression import Store
+from olp.interpreter import run
+from olp.reading import read
+
+MAIN_LOOP = "MOVL C00000 V=50.0\n*START\nMOVL C00001 V=50.0\nMOVL C00002 V=50.0\nINC B011\nJUMP *START"
+
+
+def inputs(**values: int | list[int]) -> Assumptions:
+    return Assumptions(
+        inputs={
+            SignalKey("in", int(name[2:])): tuple(value) if isinstance(value, list) else (value,)
+            for name, value in values.items()
+        }
+    )
+
+
+def test_the_main_loop_runs_once_and_says_where_it_stopped() -> None:
+    plan = plan_of(MAIN_LOOP)
+    assert visited(plan) == [0, 1, 2]
+    start = plan.sources[0].lines.index("*START") + 1
+    expected = f"the loop from line {start} to line {start + 4} has no end: stopped after 1 cycle"
+    assert plan.stop_reason == expected
+    assert f"{start + 4}: {expected}" in said(plan)
+    assert not findings(plan)
+
+
+@pytest.mark.parametrize("cycles", [1, 2, 5])
+def test_the_main_loop_runs_as_often_as_asked(cycles: int) -> None:
+    assert visited(plan_of(MAIN_LOOP, cycles=cycles)) == [0] + [1, 2] * cycles
+
+
+def test_a_while_loop_whose_condition_never_changes_is_a_main_loop() -> None:
+    body = "SET B000 1\nWHILE B000=1\nMOVL C00001 V=50.0\nENDWHILE\nMOVL C00009 V=50.0"
+    plan = plan_of(body)
+    assert visited(plan) == [1]
+    assert "has no end" in plan.stop_reason
+
+
+def test_a_main_loop_in_a_called_job_ends_the_run_as_well(tmp_path: Path) -> None:
+    main = write_jobs(
+        tmp_path, {"MAIN": "CALL JOB:PROD\nMOVL C00009 V=50.0", "PROD": "*A\nMOVL C00001 V=50.0\nJUMP *A"}
+    )
+    plan = run(read(main))
+    assert visited(plan) == [1]
+    assert "has no end" in plan.stop_reason
+    assert [(c.start, c.stop) for c in plan.calls] == [(0, 1)]
+
+
+def test_a_loop_that_counts_with_an_unconditional_way_back_is_no_main_loop() -> None:
+    body = """
+    SET B000 0
+    *A
+    JUMP *OUT IF B000=3
+    MOVL C00001 V=50.0
+    INC B000
+    JUMP *A
+    *OUT
+    MOVL C00009 V=50.0
+    """
+    plan = plan_of(body)
+    assert visited(plan) == [1, 1, 1, 9]
+    assert not plan.stop_reason
+
+
+def test_a_counting_loop_whose_exit_stands_in_a_block_is_no_main_loop() -> None:
+    body = """
+    SET B000 0
+    *A
+    MOVL C00001 V=50.0
+    INC B000
+    IFTHENEXP B000=3
+    JUMP *OUT
+    ENDIF
+    JUMP *A
+    *OUT
+    MOVL C00009 V=50.0
+    """
+    assert visited(plan_of(body)) == [1, 1, 1, 9]
+
+
+def test_a_counting_loop_whose_exit_is_skipped_by_a_jump_is_no_main_loop() -> None:
+    body = """
+    SET B000 0
+    *A
+    MOVL C00001 V=50.0
+    INC B000
+    JUMP *ON IF B000<3
+    JUMP *OUT
+    *ON
+    JUMP *A
+    *OUT
+    MOVL C00009 V=50.0
+    """
+    assert visited(plan_of(body)) == [1, 1, 1, 9]
+
+
+def test_a_counter_that_does_not_decide_about_the_exit_does_not_keep_the_loop_alive() -> None:
+    body = """
+    *A
+    FOR LI000 START= 0 TO 1
+    MOVL C00001 V=50.0
+    NEXT LI000
+    INC B011
+    JUMP *A IF IN#(6)=OFF
+    MOVL C00009 V=50.0
+    """
+    plan = plan_of(body)
+    assert visited(plan) == [1, 1, 9]
+    assert "IN#(6) is taken to change to ON, which ends the loop" in said(plan)
+
+
+def test_a_main_loop_that_an_input_ends_goes_on_behind_it_after_the_wanted_cycles() -> None:
+    body = "*A\nMOVL C00001 V=50.0\nJUMP *A IF IN#(6)=OFF\nMOVL C00009 V=50.0"
+    assert visited(plan_of(body)) == [1, 9]
+    assert visited(plan_of(body, cycles=3)) == [1, 1, 1, 9]
+
+
+def test_an_exit_at_the_head_of_the_main_loop_is_taken_after_a_whole_cycle() -> None:
+    body = """
+    *A
+    JUMP *OUT IF IN#(6)=ON
+    MOVL C00001 V=50.0
+    MOVL C00002 V=50.0
+    JUMP *A
+    *OUT
+    MOVL C00009 V=50.0
+    """
+    assert visited(plan_of(body)) == [1, 2, 9]
+
+
+def test_an_input_that_the_user_fixed_is_never_turned_over() -> None:
+    body = "*A\nMOVL C00001 V=50.0\nJUMP *A IF IN#(6)=OFF\nMOVL C00009 V=50.0"
+    plan = plan_of(body, inputs(IN6=0))
+    assert visited(plan) == [1]
+    assert "has no end" in plan.stop_reason
+    assert visited(plan_of(body, inputs(IN6=1))) == [1, 9]
+
+
+def test_a_list_of_inputs_is_read_one_by_one_and_its_last_value_stays() -> None:
+    body = """
+    *A
+    MOVL C00001 V=50.0
+    JUMP *A IF IN#(6)=OFF
+    MOVL C00009 V=50.0
+    JUMP *B IF IN#(6)=ON
+    MOVL C00008 V=50.0
+    *B
+    """
+    plan = plan_of(body, inputs(IN6=[0, 0, 1]))
+    assert visited(plan) == [1, 1, 1, 9]
+
+
+@pytest.mark.parametrize(
+    "poll",
+    [
+        "*P\nJUMP *P IF IN#(3)=OFF",
+        "*P\nTIMER T=0.10\nJUMP *P IF IN#(3)=OFF",
+        "*P\nJUMP *GO IF IN#(3)=ON\nJUMP *P\n*GO",
+        "*P\nDIN B005 IN#(3)\nJUMP *P IF B005=0",
+        "WHILEEXP IN#(3)=OFF\nTIMER T=0.10\nENDWHILE",
+        "*P\nIFTHENEXP IN#(3)=ON\nJUMP *GO\nENDIF\nJUMP *P\n*GO",
+        "*P\nJUMP *P IF IN#(3)=OFF ORIF IN#(4)=OFF",
+        "SET D000 0\n*P\nINC D000\nJUMP *B IF D000>900000\nJUMP *P IF IN#(3)=OFF\nJUMP *G\n*B\nMOVL C00007 V=5.0\n*G",
+    ],
+)
+def test_a_loop_that_polls_an_input_ends_because_the_input_is_taken_to_change(poll: str) -> None:
+    plan = plan_of(f"MOVL C00001 V=50.0\n{poll}\nMOVL C00002 V=50.0")
+    assert visited(plan) == [1, 2]
+    assert "IN#(3) is taken to change to ON" in said(plan)
+    assert not plan.stop_reason
+    assert not findings(plan)
+
+
+def test_polling_works_again_each_time_round_the_main_loop() -> None:
+    body = """
+    *A
+    *ON
+    JUMP *ON IF IN#(3)=OFF
+    MOVL C00001 V=50.0
+    *OFF
+    JUMP *OFF IF IN#(3)=ON
+    MOVL C00002 V=50.0
+    JUMP *A
+    """
+    assert visited(plan_of(body, cycles=3)) == [1, 2] * 3
+
+
+def test_a_wait_for_an_input_makes_it_true_for_what_follows() -> None:
+    body = "WAIT IN#(8)=ON\nIFTHENEXP IN#(8)=ON\nMOVL C00001 V=50.0\nELSE\nMOVL C00002 V=50.0\nENDIF"
+    plan = plan_of(body)
+    assert visited(plan) == [1]
+    assert waits(plan) == [0.0]
+
+
+def test_a_loop_that_waits_for_another_task_is_left_and_reported() -> None:
+    plan = plan_of("*P\nJUMP *P IF B010=0\nMOVL C00001 V=50.0", Assumptions(variables={(Store.BYTE, 10): 0}))
+    assert visited(plan) == [1]
+    assert "waits for something outside" in said(plan)
+
+
+@pytest.mark.parametrize(
+    "body", ["*A\nJUMP *A", "*A\nTIMER T=0.50\nJUMP *A", "*A\nDOUT OT#(1) ON\nDOUT OT#(1) OFF\nJUMP *A"]
+)
+def test_a_loop_that_does_nothing_for_ever_is_stopped(body: str) -> None:
+    plan = plan_of(body)
+    assert "has no end" in plan.stop_reason
+    assert len(plan) <= 2
+
+
+def test_an_exit_inside_a_subroutine_that_moves_while_it_polls_is_found(tmp_path: Path) -> None:
+    main = write_jobs(
+        tmp_path,
+        {
+            "MAIN": "CALL JOB:SHAKE\nMOVL C00009 V=50.0",
+            "SHAKE": "*A\nMOVL C00001 V=50.0\nMOVL C00002 V=50.0\nJUMP *A IF IN#(8)=OFF",
+        },
+    )
+    plan = run(read(main))
+    assert visited(plan) == [1, 2, 9]
+    assert "IN#(8) is taken to change" in said(plan)
+
+
+def test_every_run_of_any_loop_ends(tmp_path: Path) -> None:
+    body = """
+    *A
+    JUMP *B IF IN#(1)=ON
+    *C
+    INC B000
+    JUMP *A IF B000<200
+    JUMP *D
+    *B
+    SET B000 0
+    JUMP *C
+    *D
+    JUMP *A
+    """
+    plan = run(program(body), assumptions=Assumptions(), max_steps=5000)
+    assert plan.stop_reason
