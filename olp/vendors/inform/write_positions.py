@@ -32,7 +32,7 @@ _POSTYPES: Final = {
     "tool": "TOOL",
     "master-tool": "MTOOL",
 }
-_LENGTH_DECIMALS, _ANGLE_DECIMALS = 3, 4
+_LENGTH_DECIMALS, _ANGLE_DECIMALS, _OLD_ANGLE_DECIMALS = 3, 4, 2
 _MOST_DECIMALS = 9
 _FLAGS = 24  # of ///RCONF, all generations since the NX100
 
@@ -103,7 +103,8 @@ class PositionWriter:
     def _rows(self, name: str, block: PointBlock, rows: slice, state: PointState) -> Iterator[str]:
         letter = "E" if self.old and name == "EC" else name
         numbers, values = block.numbers[rows].tolist(), block.values[rows]
-        scale, decimals = _units(block.store, state.kind, values.shape[1])
+        angle_decimals = _OLD_ANGLE_DECIMALS if self.old else _ANGLE_DECIMALS
+        scale, decimals = _units(block.store, state.kind, values.shape[1], angle_decimals)
         rounded = _rounded(values / scale, decimals) + 0.0  # turns -0 into 0
         plain = np.asarray(~np.isnan(rounded).any(axis=1))
         if self.exact or state.kind is PointKind.PULSE:
@@ -128,13 +129,15 @@ class PositionWriter:
         return ",".join(texts)
 
 
-def _units(store: Store, kind: PointKind, width: int) -> tuple[NDArray[np.float64], list[int]]:
+def _units(
+    store: Store, kind: PointKind, width: int, angle_decimals: int
+) -> tuple[NDArray[np.float64], list[int]]:
     """SI per written unit, and decimals, of each value of a row."""
     if kind is PointKind.PULSE:
         return np.ones(width), [0] * width
     lengths = width if store is Store.BASE else 3 if kind is PointKind.POSE and store is Store.ROBOT else 0
     scale = np.where(np.arange(width) < lengths, mm, deg)
-    return scale, [_LENGTH_DECIMALS if at < lengths else _ANGLE_DECIMALS for at in range(width)]
+    return scale, [_LENGTH_DECIMALS if at < lengths else angle_decimals for at in range(width)]
 
 
 def _rounded(values: NDArray[np.float64], decimals: list[int]) -> NDArray[np.float64]:

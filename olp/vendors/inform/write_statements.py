@@ -63,7 +63,7 @@ from olp.program import (
 )
 from olp.vendors.inform import values
 from olp.vendors.inform.statements import FUNCTIONS
-from olp.vendors.inform.write_values import CannotSayError, Words, is_simple
+from olp.vendors.inform.write_values import CannotSayError, Words, decimal, is_simple
 
 _FUNCTION_WORDS: Final = {name: word for word, name in FUNCTIONS.items()}
 _UPDATES: Final = {
@@ -260,6 +260,8 @@ def _process(words: Words, s: Process) -> str:
 def _argument(words: Words, tag: str, value: Expression) -> str:
     if tag.endswith("#"):
         return f"{tag}({words.value(value)})"
+    if tag == "T" and type(value) is Number:
+        return f"T={decimal(float(value.value), 2)}"
     return f"{tag}={words.value(value)}" if tag else words.value(value)
 
 
