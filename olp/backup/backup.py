@@ -24,7 +24,7 @@ from olp.diagnostic import Diagnostic, error
 T = TypeVar("T")
 
 CONDITION_FILES: Final = ("TOOL.CND", "UFRAME.CND", "VAR.DAT", "MACRO.DAT", "SYSTEM.SYS")
-# Where both hold a section, the smaller file wins: a controller writes it last.
+# In this order: where ALL.PRM differs from the other two, they win and the difference is reported.
 PARAMETER_FILES: Final = ("RC.PRM", "SC.PRM", "ALL.PRM")
 
 

@@ -13,7 +13,7 @@ from typing import Final
 
 from olp.backup.controller_text import Findings, Row
 
-# The longest prefix comes first. Software numbers of published backups and of Yaskawa's manuals.
+# First letters of the software number. YAS and DN were seen in published backups, the others in none.
 CONTROLLERS: Final = {
     "YAS": "YRC1000",
     "YBS": "YRC1000micro",
