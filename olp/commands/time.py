@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from olp.colour import RED, YELLOW, paint, wanted
 from olp.commands.command import expand_paths, write_output
 
 if TYPE_CHECKING:
@@ -15,13 +16,14 @@ if TYPE_CHECKING:
     from olp.report import Part
 
 SUMMARY = "say how long every line of a program takes, and why"
-FORMATS = ("text", "json", "csv", "markdown")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
+    from olp.report import report_names
+
     parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
     parser.add_argument(
-        "--format", default="text", metavar="F", help=f"one of {', '.join(FORMATS)} (default: text)"
+        "--format", default="text", metavar="F", help=f"one of {', '.join(report_names())} (default: text)"
     )
     parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
     add_timing_arguments(parser)
@@ -99,7 +101,7 @@ def job_of(args: Namespace, count: int) -> Job:
     segments = not getattr(args, "summary", False) and (count == 1 or args.segments or report != "text")
     return Job(
         format=report,
-        options=Options(segments, terminal_width() if report == "text" and not args.output else 0),
+        options=Options(segments, *terminal(args) if report == "text" else ()),
         robot=args.robot,
         model=args.model,
         acceleration=None if args.accel is None else args.accel * 1e-3,
@@ -110,12 +112,14 @@ def job_of(args: Namespace, count: int) -> Job:
     )
 
 
-def terminal_width() -> int:
-    """Characters per line of the terminal, 0 (no limit) when the output goes elsewhere."""
+def terminal(args: Namespace) -> tuple[int, bool]:
+    """Characters per line of the terminal (0: no limit, the output goes elsewhere), and whether it shows colour."""
     import shutil
     import sys
 
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+    if args.output or not sys.stdout.isatty():
+        return 0, False
+    return shutil.get_terminal_size().columns, wanted(sys.stdout)
 
 
 def with_progress(count: int, work: Callable[[Callable[[int], None] | None], list[Part]]) -> list[Part]:
@@ -147,5 +151,12 @@ def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
 
     if not diagnostics:
         return
-    text = "\n\n".join(d.render() for d in diagnostics)
-    print(text, file=sys.stderr)
+    colour = wanted(sys.stderr)
+    print("\n\n".join(_shown(d, colour) for d in diagnostics), file=sys.stderr)
+
+
+def _shown(diagnostic: Diagnostic, colour: bool) -> str:
+    head, *rest = diagnostic.render().split("\n")
+    if colour:
+        head = paint(head, RED if diagnostic.is_error else YELLOW)
+    return "\n".join([head, *rest])

@@ -6,9 +6,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from olp.plan import Assumption
     from olp.timing import Timing
 
 HEADER = ("line", "statement", "mm", "V mm/s", "top mm/s", "mm/s²", "limited by", "time s", "end s")
@@ -36,8 +33,7 @@ def _statement(segment: dict[str, Any], timing: Timing) -> str:
     text: str = segment["statement"]
     if segment["file"] == timing.plan.path:
         return text
-    name = segment["file"].replace("\\", "/").rpartition("/")[2]
-    return f"{name}: {text}"
+    return f"{_name(segment['file'])}: {text}"
 
 
 def _speed(segment: dict[str, Any]) -> str:
@@ -57,17 +53,24 @@ def totals(timing: Timing) -> str:
     return f"total {timing.total_s:.3f} s ({parts}), {robot}, {timing.model} acceleration model"
 
 
-def grouped(assumptions: Sequence[Assumption]) -> list[str]:
-    """Assumptions that say the same once, with all their lines."""
+def grouped(timing: Timing) -> list[str]:
+    """What was assumed, each sentence once with all its lines; lines of another job name it."""
     lines: dict[tuple[str, str], list[int]] = {}
-    for assumption in assumptions:
+    for assumption in timing.assumptions:
         lines.setdefault((assumption.says, assumption.file), []).append(assumption.line)
-    return [_with_lines(says, numbers) for (says, _), numbers in lines.items()]
+    return [
+        _with_lines(says, "" if file in ("", timing.plan.path) else _name(file) + " ", numbers)
+        for (says, file), numbers in lines.items()
+    ]
 
 
-def _with_lines(says: str, numbers: list[int]) -> str:
+def _with_lines(says: str, file: str, numbers: list[int]) -> str:
     known = sorted({n for n in numbers if n})
     if not known:
         return says
     shown = ", ".join(map(str, known[:8])) + (f" and {len(known) - 8} more" if len(known) > 8 else "")
-    return f"line {shown}: {says}" if len(known) == 1 else f"lines {shown}: {says}"
+    return f"{file}line{'s' * (len(known) > 1)} {shown}: {says}"
+
+
+def _name(path: str) -> str:
+    return path.replace("\\", "/").rpartition("/")[2]

@@ -33,7 +33,7 @@ class Markdown(Report):
             lines += [f"**{_table.totals(timing)}**", ""]
             if timing.assumptions:
                 lines += ["Assumed:", ""]
-                lines += [f"- {_escape(says)}" for says in _table.grouped(timing.assumptions)] + [""]
+                lines += [f"- {_escape(says)}" for says in _table.grouped(timing)] + [""]
         if diagnostics:
             lines += [f"- `{d.severity}[{d.code}]` {d.line}: {_escape(d.message)}" for d in diagnostics] + [
                 ""

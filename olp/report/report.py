@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How much is told. `segments`: each line, not only totals. `width`: characters per line, 0 for no limit."""
+    """How much is told. `segments`: each line, not only totals. `width`: characters per line, 0 for no limit.
+
+    `colour`: the report goes to a terminal that shows colour."""
 
     segments: bool = True
     width: int = 0
+    colour: bool = False
 
 
 @dataclass(frozen=True, slots=True)

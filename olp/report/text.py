@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from olp.colour import BOLD, DIM, RED, YELLOW, paint
 from olp.diagnostic import Diagnostic
 from olp.report import _table
 from olp.report.report import Options, Part, Report
@@ -12,7 +13,8 @@ from olp.report.report import Options, Part, Report
 if TYPE_CHECKING:
     from olp.timing import Timing
 
-_STATEMENT = 1
+_STATEMENT, _LIMITED = 1, 6
+_UNKNOWN = "unknown"
 _OVERVIEW = ("file", "total s", "motion s", "waits s", "I/O s", "assumed", "problems")
 
 
@@ -27,9 +29,12 @@ class Text(Report):
         if timing is None or not options.segments:
             return ""
         body = list(_table.rows(timing))
-        lines = [file, *_aligned([_table.HEADER, *body], _table.LEFT, options.width, _STATEMENT)]
-        lines += ["", _table.totals(timing)]
-        lines += [f"assumed: {says}" for says in _table.grouped(timing.assumptions)]
+        header, *rows = _aligned([_table.HEADER, *body], _table.LEFT, options.width, _STATEMENT)
+        if options.colour:
+            header, rows = paint(header, BOLD), list(map(_painted, rows, body))
+        total = _table.totals(timing)
+        lines = [file, header, *rows, "", paint(total, BOLD) if options.colour else total]
+        lines += [f"assumed: {says}" for says in _table.grouped(timing)]
         if timing.plan.stop_reason:
             lines.append(f"stopped: {timing.plan.stop_reason}")
         return "\n".join(lines) + "\n"
@@ -40,6 +45,16 @@ class Text(Report):
             return text
         overview = _aligned([_OVERVIEW, *map(_summary, parts), _sum(parts)], {0}, options.width, 0)
         return (text + "\n" if text else "") + "\n".join(overview) + "\n"
+
+
+def _painted(line: str, cells: Sequence[str]) -> str:
+    """What stands still is dim, what is not known is red, what never reaches its speed is yellow."""
+    if _UNKNOWN in cells:
+        return paint(line, RED)
+    limited = cells[_LIMITED]
+    if not limited:
+        return paint(line, DIM)
+    return paint(line, YELLOW) if limited.endswith("acceleration") else line
 
 
 def _summary(part: Part) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from olp.diagnostic import Diagnostic, Span, error
 from olp.motion import Profile, load_model
 from olp.plan import PATHS, Assumption, Plan, StepKind
+from olp.program import Path
 from olp.timing.chain import Chain, chain
 from olp.timing.demand import Demand, Limits, demand
 from olp.timing.result import COLUMNS, RowTimes, Timing
@@ -26,8 +27,9 @@ def time_plan(
 ) -> Timing:
     """Times every step of `plan`.
 
-    `model` and `acceleration` [m/s²] of linear moves override olp.toml, which overrides the robot; `parameters` go to the motion model (SI). Steps that
-    cannot be timed are nan and have a diagnostic. Raises OlpError for an unknown model or parameter.
+    `model` and `acceleration` [m/s²] of linear moves override olp.toml, which overrides the robot; `parameters` go to
+    the motion model (SI). Steps that cannot be timed are nan and have a diagnostic. Raises OlpError for an unknown
+    model or parameter.
     """
     settings = plan.settings
     chosen = load_model(model or str(settings.get("model", DEFAULT_MODEL)))
@@ -82,14 +84,15 @@ def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floa
         result[is_move] = values[first]
         return result
 
-    names = _kinds(plan)
     rules = _rules(wanted, profile)
     steps = np.nonzero(is_move)[0].tolist()
     for step, row in zip(steps, first.tolist(), strict=True):
-        kind[step], limited[step] = names[moves.path[row]], rules[row]
+        kind[step], limited[step] = str(PATHS[moves.path[row]]), rules[row]
     for step in np.nonzero(timed)[0].tolist():
         kind[step] = "wait" if plan.kind[step] == StepKind.WAIT else "signal"
-    metric = np.where(wanted.metric & ~wanted.unknown, 1.0, np.nan)
+    # The tool's path in a joint move is no line, so its speed along the chord would mislead.
+    travelling = wanted.metric & ~wanted.unknown & (moves.path != PATHS.index(Path.JOINT))
+    metric = np.where(travelling, 1.0, np.nan)
     return Timing(
         plan=plan,
         model=model,
@@ -120,10 +123,6 @@ def _row_times(
         rate = np.where((step_time > 0) & (rows < step_time), rows / step_time, 1.0)
     start = np.repeat(begins[is_move], per_step) - joined.ramp / 2
     return RowTimes(profile, start, joined.ramp, rate, np.where(wanted.unknown, 0.0, wanted.length))
-
-
-def _kinds(plan: Plan) -> list[str]:
-    return [str(path) for path in PATHS]
 
 
 def _rules(wanted: Demand, profile: Profile) -> list[str]:

@@ -72,6 +72,12 @@ def demand(plan: Plan, limits: Limits) -> Demand:
     for mechanism in np.unique(moves.mechanism[joint]):
         rows = np.nonzero(joint & (moves.mechanism == mechanism))[0]
         _axes(plan, moves, rows, int(mechanism), limits, result, names)
+    # A move to where the mechanism stands takes no time, whatever is not known about it.
+    still = result.unknown & (moves.start == moves.target)
+    result.unknown[still] = False
+    result.length[still] = 0.0
+    for values in (result.speed, result.acceleration, result.deceleration):
+        values[still] = 1.0
     result.acceleration *= moves.acceleration
     result.deceleration *= moves.deceleration
     result.names = tuple(names)

@@ -1,0 +1,197 @@
+"""Every report format over the same timings, and `olp time` as a user runs it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+import olp
+from olp.batch import Job, time_file, time_files
+from olp.diagnostic import OlpError
+from olp.report import Options, load_report, report_names
+from olp.timing import COLUMNS
+
+SAMPLES = Path(__file__).parent.parent / "samples"
+JOBS = sorted((SAMPLES / "up20").glob("*.JBI"))
+ANY_FORMAT = pytest.mark.parametrize("name", report_names())
+CONTRACT = {
+    "file",
+    "robot",
+    "total_s",
+    "motion_s",
+    "wait_s",
+    "io_s",
+    "low_s",
+    "high_s",
+    "segments",
+    "assumptions",
+}
+SEGMENT = {
+    "line",
+    "statement",
+    "kind",
+    "distance_mm",
+    "speed_mm_s",
+    "reached_mm_s",
+    "accel_mm_s2",
+    "limited_by",
+    "duration_s",
+    "end_s",
+}
+
+
+def report(name, paths, **options):
+    job = Job(format=name, robot="yaskawa/up20", options=Options(**options))
+    parts = time_files([str(p) for p in paths], job, workers=1)
+    return load_report(name).join(parts, job.options), parts
+
+
+def test_the_formats_of_the_contract_exist():
+    assert {"text", "json", "csv", "markdown"} <= set(report_names())
+
+
+def test_an_unknown_format_lists_those_there_are():
+    with pytest.raises(OlpError) as caught:
+        load_report("xml")
+    assert "markdown" in caught.value.diagnostics[0].help
+
+
+@ANY_FORMAT
+@pytest.mark.parametrize("segments", [True, False])
+def test_every_format_names_every_file_and_every_total(name, segments):
+    text, parts = report(name, JOBS[:3], segments=segments)
+    assert text.endswith("\n")
+    for job, part in zip(JOBS, parts, strict=False):
+        assert job.name in text
+        assert part.total_s is not None
+        if name in ("text", "markdown"):  # scripts get all digits, and a spreadsheet sums for itself
+            assert f"total {part.total_s:.3f} s" in text or f"{part.total_s:.3f}  " in text
+
+
+@ANY_FORMAT
+def test_a_file_that_cannot_be_read_does_not_stop_the_others(name, tmp_path):
+    missing = tmp_path / "gone.jbi"
+    text, parts = report(name, [JOBS[0], missing, JOBS[1]])
+    assert [p.failed for p in parts] == [False, True, False]
+    assert JOBS[1].name in text
+
+
+def test_json_has_the_keys_of_the_contract_and_numbers_that_add_up():
+    text, _ = report("json", JOBS[:2])
+    for program in json.loads(text):
+        assert CONTRACT | {"diagnostics"} <= set(program)
+        assert all(set(segment) >= SEGMENT for segment in program["segments"])
+        durations = [segment["duration_s"] for segment in program["segments"]]
+        assert sum(durations) == pytest.approx(program["total_s"])
+        assert program["segments"][-1]["end_s"] == pytest.approx(program["total_s"])
+
+
+def test_csv_is_one_table_that_a_spreadsheet_can_sum():
+    text, parts = report("csv", JOBS[:2])
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert tuple(rows[0]) == COLUMNS
+    for part in parts:
+        mine = [float(row["duration_s"]) for row in rows if row["file"] == part.file]
+        assert sum(mine) == pytest.approx(part.total_s, abs=1e-4)
+
+
+def test_the_library_gives_the_same_numbers_as_the_command():
+    frame = olp.read(JOBS[0]).plan(robot="yaskawa/up20").time()
+    program = json.loads(report("json", JOBS[:1])[0])[0]
+    assert list(frame.columns) == list(COLUMNS)
+    assert frame["duration_s"].to_list() == [s["duration_s"] for s in program["segments"]]
+
+
+def test_markdown_cells_cannot_break_the_table():
+    text, _ = report("markdown", JOBS[:1])
+    widths = {len(re.findall(r"(?<!\\)\|", line)) for line in text.splitlines() if line.startswith("|")}
+    assert len(widths) == 1
+
+
+def test_text_fits_the_terminal_and_has_no_colour_codes_unless_wanted():
+    plain, _ = report("text", JOBS[:1], width=96)
+    table = plain.split("\n\n")[0].splitlines()[1:]
+    assert max(map(len, table)) <= 96
+    assert "\x1b" not in plain
+    assert "\x1b[" in report("text", JOBS[:1], colour=True)[0]
+
+
+def test_many_files_on_two_cores_give_what_one_gives(tmp_path):
+    paths = []
+    for i in range(60):
+        paths.append(str(tmp_path / f"J{i:02}.JBI"))
+        Path(paths[-1]).write_bytes(JOBS[i % len(JOBS)].read_bytes())
+    job = Job(format="json", robot="yaskawa/up20")
+    assert time_files(paths, job, workers=2) == time_files(paths, job, workers=1)
+
+
+def test_a_part_says_how_much_was_assumed():
+    part = time_file(str(JOBS[0]), Job(robot="yaskawa/up20"))
+    assert part.assumed > 0
+    assert "assumed:" in part.text
+
+
+def test_time_writes_a_file_whole_and_never_over_its_input(tmp_path, capsys):
+    from olp.__main__ import main
+
+    job = tmp_path / "A.JBI"
+    job.write_bytes(JOBS[0].read_bytes())
+    out = tmp_path / "times.csv"
+    assert main(["time", str(job), "--robot", "yaskawa/up20", "--format", "csv", "-o", str(out)]) == 0
+    assert out.read_text(encoding="utf-8").startswith("line,statement,")
+    assert main(["time", str(job), "--robot", "yaskawa/up20", "-o", str(job)]) == 2
+    assert job.read_bytes() == JOBS[0].read_bytes()
+    assert "overwrite" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--robot", "yaskawa/up21"],
+        ["--model", "warp"],
+        ["--accel", "-5"],
+        ["--accel", "nan"],
+        ["--format", "xml"],
+        ["--assumptions", "nowhere.toml"],
+        ["--cycles", "0"],
+        ["--encoding", "klingon"],
+    ],
+)
+def test_wrong_options_are_told_with_status_2(words, capsys):
+    from olp.__main__ import main
+
+    assert main(["time", str(JOBS[0]), *words]) == 2
+    shown = capsys.readouterr()
+    assert "error[" in shown.err + shown.out
+    assert "Traceback" not in shown.err
+
+
+def test_track_is_a_table_with_units_and_ends_with_the_program(tmp_path):
+    import pandas
+
+    from olp.__main__ import main
+
+    out = tmp_path / "track.csv"
+    words = ["track", str(JOBS[0]), "--robot", "yaskawa/up20", "--dt", "0.05", "-o", str(out)]
+    assert main(words) == 0
+    table = pandas.read_csv(out)
+    total = json.loads(report("json", JOBS[:1])[0])[0]["total_s"]
+    assert table["t_s"].iloc[-1] == pytest.approx(total, abs=1e-6)
+    assert {"x_mm", "rz_deg", "line"} <= set(table.columns)
+    parquet = tmp_path / "track.parquet"
+    assert main([*words[:-1], str(parquet)]) == 0
+    assert pandas.read_parquet(parquet)["x_mm"].to_list() == pytest.approx(table["x_mm"].to_list(), abs=1e-6)
+
+
+def test_paths_are_shown_as_they_were_given(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("B.JBI").write_bytes(JOBS[0].read_bytes())
+    part = time_file("B.JBI", Job(robot="yaskawa/up20"))
+    assert part.file == "B.JBI"
+    assert os.sep not in part.text.splitlines()[0]
