@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from olp.program import Program, Statement
@@ -26,7 +27,8 @@ def job(
     name: str = "TEST",
 ) -> list[str]:
     """The lines of a whole job around the given ones."""
-    counts = [sum(row.startswith(f) and row[len(f)].isdigit() for row in points) for f in FAMILIES]
+    families = [re.sub(r"\d.*", "", row) for row in points]
+    counts = [sum(family == one or (one == "EC" and family == "E") for family in families) for one in FAMILIES]
     lines = ["/JOB", f"//NAME {name}", "//POS", f"///NPOS {','.join(map(str, counts))}", *points]
     if aliases:
         lines += ["//ALIAS", *aliases]

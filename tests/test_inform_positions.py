@@ -140,13 +140,20 @@ def test_every_family_lands_in_its_own_block() -> None:
     }
 
 
-def test_fields_left_empty_are_not_numbers_and_keep_the_width() -> None:
-    points = table("C000=-0.37,,,,,", "C001=1.5,2,3,4,5,6")
-    point = points.find(ROBOT, True, 0)
+def test_axes_that_a_station_lacks_are_left_empty_and_keep_the_width() -> None:
+    points = table("E000=-0.37,,,,,", "EC00001=1.5,2,3,4,5,6", groups="RB1,ST1")
+    point = points.find(STATION, True, 0)
     assert point is not None
     assert point.values[0] == -0.37
     assert len(point.values) == 6
     assert all(isnan(value) for value in point.values[1:])
+
+
+@pytest.mark.parametrize("values", ["1,2,3,,5,6", "1,2,3,4,5,", "", ",2,3,4,5,6", "1,2,3,4,5,6,"])
+def test_a_robot_position_with_a_value_missing_is_an_error(values: str) -> None:
+    program = read_lines(job(points=[f"C00000={values}"]))
+    assert [d.code for d in program.diagnostics] == ["P010"]
+    assert len(program.routines[0].points) == 0
 
 
 def test_numbers_of_three_four_and_five_digits_name_the_same_point() -> None:
@@ -201,11 +208,11 @@ def test_a_long_run_takes_the_bulk_path(monkeypatch: pytest.MonkeyPatch) -> None
     table(*(f"C{n:05}={n}.125,-2.5,3,4.0000,5,-6" for n in range(50)))
 
 
-def test_a_hundred_thousand_broken_rows_do_not_hang() -> None:
+def test_twenty_thousand_broken_rows_do_not_hang() -> None:
     import time
 
     rows = [f"C{n:05}=1,2,3,4,5,x" for n in range(20_000)] + ["C1=" + "1," * 100_000]
     begin = time.process_time()
     program = read_lines(job(points=rows))
     assert time.process_time() - begin < 2.0
-    assert sum(d.code == "P010" for d in program.diagnostics) == 20_000
+    assert sum(d.code == "P010" for d in program.diagnostics) == 20_001

@@ -167,7 +167,7 @@ def _check_widths(findings: Findings, routine: Routine) -> None:
 
 
 def _check_equal(findings: Findings, lines: list[int], widths: list[int]) -> None:
-    usual = max(set(widths), key=widths.count, default=0)
+    usual = max(sorted(set(widths), reverse=True), key=widths.count, default=0)
     for line, width in zip(lines, widths, strict=True):
         if width != usual:
             text = findings.source.line(line)

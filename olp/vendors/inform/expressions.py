@@ -54,13 +54,12 @@ class Remark(NamedTuple):
 
 
 class BrokenLineError(Exception):
-    """A line that is grammatical but makes no sense. `column`, `end_column`: 1-based, in the line."""
+    """A line that is grammatical but makes no sense. `word`: what in it is wrong; `wanted`: what would be right."""
 
-    def __init__(self, message: str, column: int, end_column: int, wanted: str = "") -> None:
+    def __init__(self, message: str, word: str, wanted: str = "") -> None:
         super().__init__(message)
         self.message = message
-        self.column = column
-        self.end_column = end_column
+        self.word = word
         self.wanted = wanted
 
 

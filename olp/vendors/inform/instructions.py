@@ -32,12 +32,14 @@ from olp.program import (
 )
 from olp.vendors.inform.fast import MoveLines
 from olp.vendors.inform.findings import Findings
+from olp.vendors.inform.positions import ROW
 
 if TYPE_CHECKING:
     from olp.vendors.inform.grammar import Parsed
     from olp.vendors.inform.problems import Problem
 
 _FIRST_WORD = re.compile(r"\s*([^\s*(=#\"']*)")
+_RECORD = re.compile(r"///|//(?:NAME|POS|INST|ALIAS|ARGINFO)(?![A-Za-z])")
 _OPERATORS = "+-*/("
 _MOST_OPERATORS = (
     200  # a nesting that no controller takes, and that would exhaust the stack of an interpreter
@@ -110,7 +112,10 @@ class Instructions:
         if not text.strip():
             return ()
         if text.lstrip(" \t").startswith(("'", "//")):
-            return (self._comment(text, number),)
+            return self._comment(text, number)
+        if ROW.match(text):
+            self._misplaced("P014", "a position row among the instructions", number)
+            return ()
         if self._too_much(text, number):
             return ()
         word = _first_word(text)
@@ -142,10 +147,17 @@ class Instructions:
 
         return instruction_parser().words
 
-    def _comment(self, text: str, number: int) -> Comment:
-        self._kinds[number - 1] = LineKind.COMMENT
+    def _comment(self, text: str, number: int) -> tuple[Statement, ...]:
         text = text.lstrip(" \t")
-        return Comment(number, text[1 if text[0] == "'" else 2 :])
+        if _RECORD.match(text):
+            self._misplaced("P015", "a header record among the instructions", number)
+            return ()
+        self._kinds[number - 1] = LineKind.COMMENT
+        return (Comment(number, text[1 if text[0] == "'" else 2 :]),)
+
+    def _misplaced(self, code: str, message: str, number: int) -> None:
+        help = "move it above NOP; is the line /JOB of another job missing?"
+        self._findings.error(code, message, self._findings.whole_line(number), help)
 
     def _opaque(self, text: str, word: str, number: int) -> Opaque:
         from difflib import get_close_matches
@@ -159,7 +171,9 @@ class Instructions:
         help = f"did you mean {near[0]}?" if near else "its effect on the time is unknown"
         message = f"{word[:40]} is kept but not modelled"
         span = Span(number, start, start + len(word))
-        self._findings.once(Severity.INFO, "P021", word, message, span, help)
+        # A word that looks like a misspelt instruction may well be a move.
+        severity = Severity.WARNING if near else Severity.INFO
+        self._findings.once(severity, "P021", word, message, span, help)
         return Opaque(number, text.strip())
 
     def _parse(self, text: str, line: str, number: int) -> tuple[Statement, ...]:
@@ -177,7 +191,8 @@ class Instructions:
             self._report(explain(refused, text), text, number)
             return ()
         except BrokenLineError as broken:
-            problem = Problem(broken.message, broken.column, broken.end_column, broken.wanted)
+            column = max(text.rfind(broken.word), 0) + 1
+            problem = Problem(broken.message, column, column + len(broken.word), broken.wanted)
             self._report(problem, text, number)
             return ()
         self._kinds[number - 1] = LineKind.STATEMENT

@@ -24,11 +24,25 @@ from olp.vendors.inform import values
 from olp.vendors.inform.expressions import BrokenLineError, ExpressionRules
 
 PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR, "S": Path.SPLINE}
+_SPEED_WORDS = {unit: f"{word}=" for word, (unit, _, _) in values.SPEEDS.items()}
+_FRAME_WORDS = {"base": "BF", "robot": "RF", "tool": "TF", "master-tool": "MTF", "user": "UF#"}
+_SENTENCES = {
+    "speed": "speed",
+    "blend": "position level",
+    "acceleration": "acceleration",
+    "deceleration": "deceleration",
+    "relative": "coordinate system",
+    "search": "search",
+    "until": "UNTIL",
+    "passes": "pass",
+    "end_of_arc": "FPT",
+    "no_wait": "NWAIT",
+}
 _CONTINUOUS = Blend(BlendKind.CONTINUOUS)
 
 
 class Tag(NamedTuple):
-    """One word after a move's positions: a field of Move, its value, and the word for messages."""
+    """One word after a move's positions: a field of Move, its value, and how it begins in the line."""
 
     field: str
     value: Any
@@ -44,7 +58,7 @@ class MoveRules(ExpressionRules):
     def move(self, children: list[Any]) -> Move:
         word, rest = children[0], children[1:]
         targets, tags, parts = _sorted(rest)
-        fields = _fields(word, tags)
+        fields = _fields(tags)
         other = tuple(tag.value for tag in tags if tag.field == "other")
         if other:
             fields["other"] = other
@@ -54,7 +68,8 @@ class MoveRules(ExpressionRules):
             joint = spoken is not None and spoken.unit is SpeedUnit.FRACTION
             path = Path.JOINT if joint else Path.LINEAR
         elif "relative" in fields:
-            raise _misplaced(word, "a coordinate system belongs to IMOV only")
+            wrong = next(tag.word for tag in tags if tag.field == "relative")
+            raise BrokenLineError("a coordinate system belongs to IMOV only", wrong, "no coordinate system")
         else:
             path = PATHS[word[-1]]
         if word[0] == "S":
@@ -64,9 +79,11 @@ class MoveRules(ExpressionRules):
     def part(self, children: list[Any]) -> MovePart:
         _, word, *rest = children
         if word[:3] != "MOV":
-            raise _misplaced(word, "the second part of a move is MOVJ, MOVL, MOVC or REFP")
+            raise BrokenLineError(
+                f"{word} cannot be the second part of a move", f"+{word}", "MOVJ, MOVL or REFP"
+            )
         targets, tags, _ = _sorted(rest)
-        return MovePart(PATHS[word[-1]], targets, **_fields(word, tags))
+        return MovePart(PATHS[word[-1]], targets, **_fields(tags))
 
     def reference_part(self, children: list[Any]) -> MovePart:
         return MovePart(None, tuple(children[2:]))
@@ -106,7 +123,7 @@ class MoveRules(ExpressionRules):
         return Tag("passes", str(children[0]), str(children[0]))
 
     def relative(self, children: list[FrameRef]) -> Tag:
-        return Tag("relative", children[0], "the coordinate system")
+        return Tag("relative", children[0], _FRAME_WORDS.get(children[0].kind, "TL#"))
 
     def search(self, children: list[Any]) -> Tag:
         signal, _, state, time, _, distance = children
@@ -124,7 +141,7 @@ def _sorted(rest: list[Any]) -> tuple[tuple[Position, ...], list[Tag], tuple[Mov
         if kind is Tag:
             tags.append(item)
         elif kind is Speed:
-            tags.append(Tag("speed", item, "the speed"))
+            tags.append(Tag("speed", item, _SPEED_WORDS[item.unit]))
         elif kind is MovePart:
             parts.append(item)
         else:
@@ -132,17 +149,13 @@ def _sorted(rest: list[Any]) -> tuple[tuple[Position, ...], list[Tag], tuple[Mov
     return tuple(targets), tags, tuple(parts)
 
 
-def _fields(word: Token, tags: list[Tag]) -> dict[str, Any]:
+def _fields(tags: list[Tag]) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for tag in tags:
         if tag.field == "other":
             continue
         if tag.field in fields:
-            raise _misplaced(word, f"{tag.word} contradicts an earlier word of this line")
+            message = f"a second {_SENTENCES[tag.field]} in one line"
+            raise BrokenLineError(message, tag.word, f"one {_SENTENCES[tag.field]}")
         fields[tag.field] = tag.value
     return fields
-
-
-def _misplaced(word: Token, message: str) -> BrokenLineError:
-    column = word.column or 1
-    return BrokenLineError(message, column, column + len(word))

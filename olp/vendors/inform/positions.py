@@ -29,8 +29,8 @@ FAMILIES: Final = {
     "P": (Store.ROBOT, False),
     "BP": (Store.BASE, False),
     "EX": (Store.STATION, False),
-    "E": (Store.STATION, True),  # the ERC generation's external axes
 }
+_SAME_AS: Final = {"E": "EC"}  # the ERC generation's external axes
 KINDS: Final = {"PULSE": PointKind.PULSE, "RECTAN": PointKind.POSE, "ANGLE": PointKind.JOINT}
 POSTYPES: Final = ("PULSE", "ANGLE", "BASE", "ROBOT", "USER", "TOOL", "MTOOL")
 _FRAMES = {"BASE": "base", "ROBOT": "robot", "USER": "user", "TOOL": "tool", "MTOOL": "master-tool"}
@@ -135,12 +135,11 @@ class Positions:
             frame = _FRAMES.get(self._postype, "base")
             if self._postype not in _FRAMES and self._postype:
                 message = f"rows in coordinates, but ///POSTYPE {self._postype}: taken as BASE"
-                self.findings.once(Severity.WARNING, "P018", "kind", message, Span(line, 1, 2))
+                self.findings.once(Severity.WARNING, "P018", "kind", message, self.findings.whole_line(line))
             user = self._user if frame == "user" else None
         if frame == "user" and user is None:
-            self.findings.once(
-                Severity.WARNING, "P018", "user", "no ///USER before this row: taken as 0", Span(line, 1, 2)
-            )
+            message = "no ///USER before this row: taken as 0"
+            self.findings.once(Severity.WARNING, "P018", "user", message, self.findings.whole_line(line))
             user = 0
         configuration = self._configuration if self._kind is PointKind.POSE else ()
         state = PointState(self._kind, frame, user, self._tool, configuration, self._outside)
@@ -175,35 +174,42 @@ class Positions:
         plain = text.replace(family, "").replace("=", ",").replace("\n", ",")
         table = np.fromstring(plain[:-1], dtype=np.float64, sep=",").reshape(rows, width + 1)
         lines = np.arange(line, line + rows, dtype=np.int32)
-        self._families.setdefault(family, _Family()).runs.append((table, lines, state))
+        self._family(family).runs.append((table, lines, state))
         self.findings.kinds[line - 1 : line - 1 + rows] = bytes([LineKind.POINT]) * rows
 
     def _single(self, match: re.Match[str], line: int, state: int) -> None:
         values, column = [], match.start(3) + 1
-        fields = match[3].rstrip("\x1a").split(",")
-        for text in fields:
-            if _FIELD.fullmatch(text) is None:
-                end = column + max(len(text), 1)
-                message = f"'{text.strip()[:40]}' is no number"
-                self.findings.error("P010", message, Span(line, column, end), help="expected a number")
-                self._remember_broken(match)
+        texts = match[3].rstrip("\x1a").split(",")
+        # The ERC generation leaves the fields of axes that it does not have empty, at the end.
+        empty_from = len(match[3].rstrip("\x1a, \t").split(",")) if match[1] not in ("C", "P") else len(texts)
+        for index, text in enumerate(texts):
+            if _FIELD.fullmatch(text) is None or (index < empty_from and not text.strip()):
+                message = f"'{text.strip()[:40]}' is no number" if text.strip() else "a value is missing"
+                span = Span(line, column, column + max(len(text), 1))
+                self._refuse("P010", message, span, "expected a number", match)
                 return
             values.append(float(text) if text.strip() else float("nan"))
             column += len(text) + 1
-        if len(values) > _MOST_FIELDS or all(value != value for value in values):
-            message = (
-                f"a position of {len(values)} values" if len(values) > 1 else "a position without values"
-            )
+        if len(values) > _MOST_FIELDS:
             span = Span(line, match.start(3) + 1, match.end(3) + 1)
-            self.findings.error("P012", message, span, help="expected 1 to 8 numbers with commas")
-            self._remember_broken(match)
+            message = f"a position of {len(values)} values"
+            self._refuse("P012", message, span, "expected 1 to 8 numbers with commas", match)
             return
-        family = self._families.setdefault(match[1], _Family())
+        family = self._family(match[1])
         family.numbers.append(int(match[2]))
         family.values.append(values)
         family.states.append(state)
         family.lines.append(line)
         self.findings.kinds[line - 1] = LineKind.POINT
+
+    def _family(self, name: str) -> _Family:
+        return self._families.setdefault(_SAME_AS.get(name, name), _Family())
+
+    def _refuse(self, code: str, message: str, span: Span, help: str, match: re.Match[str] | None) -> None:
+        """Tells a broken row, and remembers its number, so that nobody complains that the point is missing."""
+        self.findings.error(code, message, span, help)
+        store, taught = FAMILIES[_SAME_AS.get(match[1], match[1])] if match else (Store.ROBOT, True)
+        self.broken.add((store, taught, int(match[2]) if match else -1))
 
     def _broken(self, line: str, number: int) -> None:
         if not line.strip():
@@ -213,12 +219,8 @@ class Positions:
             return
         example = "C00001=412.310,-87.045,33.120,178.4410,-12.0071,91.3300"
         span = self.findings.whole_line(number)
-        self.findings.error("P010", "this is no position row", span, help=f"expected a row such as {example}")
-        self._remember_broken(_ROW_NAME.match(line))
-
-    def _remember_broken(self, match: re.Match[str] | None) -> None:
-        store, taught = FAMILIES[match[1]] if match else (Store.ROBOT, True)
-        self.broken.add((store, taught, int(match[2]) if match else -1))
+        help = f"expected a row such as {example}"
+        self._refuse("P010", "this is no position row", span, help, _ROW_NAME.match(line))
 
     # --- result -----------------------------------------------------------------------------------------
 

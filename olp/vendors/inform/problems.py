@@ -66,6 +66,7 @@ WORDS: Final = {
     "MOVE": "MOVJ or MOVL",
     "REFERENCE": "REFP",
     "START": "START=",
+    "CASE": "CASE",
     "TO": "TO",
     "STEP": "STEP=",
     "TASK": "a task such as SUB1",
@@ -76,7 +77,7 @@ WORDS: Final = {
     "RETURNED": "$RV",
     "SYSTEM_VALUE": "a system variable such as $PX000 or $B002",
     "DISABLED": "an instruction",
-    "LABEL:": "LABEL: with a variable",
+    "COMPUTED": "LABEL: with a variable",
     "$END": "the end of the line",
 }
 # The end of a line and a comment fit nearly everywhere and help nobody who misses something else.

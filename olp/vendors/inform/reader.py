@@ -6,8 +6,7 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from olp.diagnostic import Span
-from olp.program import Program, Routine
+from olp.program import LineKind, Program, Routine
 from olp.source import Source
 from olp.vendors.inform import checks
 from olp.vendors.inform.fast import MoveLines
@@ -44,13 +43,23 @@ def _routines(findings: Findings) -> Iterator[Routine]:
     starts = [number for number, line in enumerate(lines) if line[:4] == "/JOB" and line.strip() == "/JOB"]
     first = starts[0] if starts else len(lines)
     early = next((number for number in range(first) if lines[number].strip()), None)
-    if early is not None:
+    if early is not None and _before_job(findings, early, first):
         starts.insert(0, early)
-        span = Span(early + 1, 1, len(lines[early]) + 1)
-        findings.error("P015", "a job begins with /JOB", span, help="add the line /JOB before this one")
     moves = MoveLines()
     for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
         yield _routine(findings, moves, start, stop)
+
+
+def _before_job(findings: Findings, start: int, stop: int) -> bool:
+    """Tells what stands before the first /JOB. True when it is a job of its own."""
+    lines = findings.source.lines
+    is_job = any(line.startswith("//") for line in lines[start:stop])
+    help = "add the line /JOB before this one" if is_job else "remove it, or move it behind NOP"
+    findings.error("P015", "a job begins with /JOB", findings.whole_line(start + 1), help)
+    if not is_job:
+        for number in range(start, stop):
+            findings.kinds[number] = LineKind.ERROR if lines[number].strip() else LineKind.BLANK
+    return is_job
 
 
 def _routine(findings: Findings, moves: MoveLines, start: int, stop: int) -> Routine:

@@ -211,11 +211,8 @@ class InstructionRules(MoveRules):
         word, target, *operand = children
         counts = word in ("INC", "DEC")
         if counts == bool(operand):
-            column = (word.column or 1) + len(word)
             message = f"{word} takes one variable" if counts else f"{word} takes two values"
-            raise BrokenLineError(
-                message, word.column or 1, column, wanted=f"{word} {'B000' if counts else 'B000 1'}"
-            )
+            raise BrokenLineError(message, str(word), f"{word} {'B000' if counts else 'B000 1'}")
         return Update(0, _OPERATORS[word], target, Number(1) if counts else operand[0])
 
     def clear(self, children: list[Any]) -> Clear | Process:
@@ -273,7 +270,7 @@ class InstructionRules(MoveRules):
         if conditions:
             return Wait(0, conditions[-1], time, spelling=str(conditions[0]) if len(conditions) > 1 else "")
         if time is None:
-            raise BrokenLineError("WAIT says not what for", 1, 5, wanted="WAIT IN#(1)=ON or WAIT T=1.00")
+            raise BrokenLineError("WAIT names no condition", "WAIT", "WAIT IN#(1)=ON or WAIT T=1.00")
         return Dwell(0, time)
 
     # --- control flow -----------------------------------------------------------------------------------
@@ -285,7 +282,7 @@ class InstructionRules(MoveRules):
         return Label(0, children[0][1:])
 
     def jump(self, children: list[Any]) -> Jump:
-        (word, target), suffix = _suffix(children)
+        (word, *_, target), suffix = _suffix(children)
         if word == "JMP":
             self.remarks.append(Remark("P036", "JMP", word.column or 1))
         name = target[1:] if type(target) is Token else target
@@ -417,6 +414,5 @@ def _whole(number: Expression) -> int:
 
 def _argument_number(token: Token) -> int:
     if not token.isdecimal():
-        column = token.column or 1
-        raise BrokenLineError(f"'{token}' counts no argument", column, column + len(token), "1 to 8")
+        raise BrokenLineError(f"'{token}' is no argument number", str(token), "1 to 8")
     return int(token)
