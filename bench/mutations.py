@@ -45,8 +45,7 @@ class Tally(NamedTuple):
 
     sample: str
     mutations: int
-    read: int
-    refused: int
+    refused: int  # with diagnostics, as no job
     timed: int
     slowest: float  # [s] CPU
     failures: tuple[tuple[str, int, str], ...]
@@ -90,8 +89,7 @@ def try_sample(path: Path, count: int) -> Tally:
             wrong.append(("slow", f"{seconds:.2f} s"))
         outcomes[outcome] += 1
         failures += [(what, number, detail) for what, detail in wrong]
-    read = count - outcomes["refused"] - outcomes["crash"]
-    return Tally(str(path), count, read, outcomes["refused"], outcomes["timed"], slowest, tuple(failures))
+    return Tally(str(path), count, outcomes["refused"], outcomes["timed"], slowest, tuple(failures))
 
 
 def give_up(signum: int, frame: object) -> NoReturn:
@@ -112,7 +110,7 @@ def try_once(path: Path, raw: bytes, damaged: bytes) -> tuple[str, list[tuple[st
         silent = (
             [] if any(d.severity == "error" for d in refusal.diagnostics) else [("no reason", repr(refusal))]
         )
-        return ("refused" if stage == "read" else "read"), silent
+        return "refused", silent
     except Hang:
         return "crash", [("hang", f"{stage}: over {HANG} s")]
     except Exception as problem:
@@ -241,9 +239,9 @@ def print_report(tallies: list[Tally]) -> int:
     kinds = Counter(failure[1] for failure in failures)
     raised = sum(count for what, count in kinds.items() if what.endswith("raises"))
     silent = sum(kinds[what] for what in ("silent line", "silent half", "lines", "no reason", "no time"))
-    print(f"{len(tallies)} samples, {total:,} mutations: {sum(t.read for t in tallies):,} read, of these ")
+    timed, refused = sum(t.timed for t in tallies), sum(t.refused for t in tallies)
     print(
-        f"{sum(t.timed for t in tallies):,} planned and timed; {sum(t.refused for t in tallies):,} refused as no job\n"
+        f"{len(tallies)} samples, {total:,} mutations: {timed:,} read, planned and timed, {refused:,} refused\n"
     )
     print("| figure | asked | measured |\n|---|---|---|")
     print(f"| anything but OlpError raised | 0 | {raised} |")
