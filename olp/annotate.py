@@ -63,11 +63,11 @@ def annotate(program: Program, timing: Timing, template: str | os.PathLike[str] 
     mark = _mark(vendor)
     result, removed, end = [], 0, b""
     for number, piece in enumerate(pieces, 1):
+        # The end of the line before is the only one that can be neither missing nor half of another.
+        result += [comment + end for comment in comments.get(number, ())]
         if _is_ours(piece, mark):
             removed += 1
             continue
-        # The end of the line before is the only one that can be neither missing nor half of another.
-        result += [comment + end for comment in comments.get(number, ())]
         result.append(piece)
         end = piece[_END.search(piece).start() :]  # type: ignore[union-attr]
     written = len(result) - (len(pieces) - removed)
