@@ -15,6 +15,8 @@ RAMP_TIME = (
     0.12  # [s] what an exact stop adds to length / speed, DX200 at 10 mm/s (published MA2010 recordings)
 )
 
+_MOST_STEPS = 60  # of Newton; ten are usual
+
 
 class Ramp(NamedTuple):
     """A change of speed from a lower to a higher one: acceleration rises, holds and falls; all (n,)."""
@@ -24,6 +26,17 @@ class Ramp(NamedTuple):
     hold: Floats  # [s]
     fall: Floats  # [s]
     length: Floats  # distance covered [m]
+
+
+class Changes(NamedTuple):
+    """The two changes of speed of each move; all (n,). Sizes are kept beside speeds because they are exact."""
+
+    first: Floats  # size of the first change [m/s]
+    last: Floats  # size of the second one, to the end speed [m/s]
+    braking: Bools  # whether the first one brakes, which a move does that starts too fast
+    cruise: Floats  # speed in between [m/s]
+    end: Floats  # [m/s]
+    problem: NDArray[np.int8]
 
 
 class LinearAcceleration(MotionModel):
@@ -36,7 +49,9 @@ class LinearAcceleration(MotionModel):
     - v_max where 2 (s1 + s2 + s3) <= L (case 1, and the case without a_max that the text leaves out),
     - a²/2 (1/k1 + 1/k2) + a t with t from 4.56 where L >= L3 (case 2; it exists for every positive k1, k2),
     - a²/2 (1/k1 + 1/k2) with a from 4.66 where L < L3 (case 3).
-    Otherwise the peak speed is bracketed by halving, to the last bit: length grows with it.
+    Otherwise the peak lies d above the faster end, and d comes from Newton steps on sqrt(d): the length is a convex
+    function of it, so steps from above end on the root. Speeds are nowhere subtracted twice: the time of a change
+    grows with the root of its size, which would turn a rounding of 1e-16 into 1e-8 s.
     """
 
     summary = "acceleration rises and falls linearly (limited jerk): up to seven phases"
@@ -66,21 +81,12 @@ class LinearAcceleration(MotionModel):
     def solve(self, moves: Moves, values: Values) -> Profile:
         """Seven phases of constant jerk; see the class for the formulas."""
         k1, k2 = _rates(moves, values)
-        v0 = moves.start_speed
-        v1, problem = _end_speeds(moves, k1, k2)
-        cruise = _cruise_speed(moves, v1, k1, k2)
-        braking = cruise < v0
-        first = ramp(
-            np.minimum(v0, cruise),
-            np.abs(cruise - v0),
-            np.where(braking, moves.deceleration, moves.acceleration),
-            k1,
-            k2,
-        )
-        last = ramp(v1, np.maximum(cruise - v1, 0.0), moves.deceleration, k1, k2)
+        changes = _changes(moves, k1, k2)
+        first, last = _ramps(moves, changes, k1, k2)
         rest = np.maximum(moves.length - first.length - last.length, 0.0)
-        t4 = np.divide(rest, cruise, out=np.zeros_like(rest), where=cruise > 0)
-        return Profile.build(moves, self.phases, *_phases(first, last, t4, braking, k1, k2), problem)
+        t4 = np.divide(rest, changes.cruise, out=np.zeros_like(rest), where=changes.cruise > 0)
+        phases = _phases(first, last, t4, changes.braking, k1, k2)
+        return Profile.build(moves, self.phases, *phases, changes.problem)
 
 
 def ramp(lower: Floats, rise: Floats, limit: Floats, k1: Floats, k2: Floats) -> Ramp:
@@ -102,65 +108,157 @@ def _rates(moves: Moves, values: Values) -> tuple[Floats, Floats]:
     return (default if k1 is None else k1), (default if k2 is None else k2)
 
 
-def _rest_to_rest(moves: Moves, k1: Floats, k2: Floats) -> Floats:
+def _ramps(moves: Moves, changes: Changes, k1: Floats, k2: Floats) -> tuple[Ramp, Ramp]:
+    v0, a, d = moves.start_speed, moves.acceleration, moves.deceleration
+    limit = np.where(changes.braking, d, a)
+    first = ramp(np.where(changes.braking, changes.cruise, v0), changes.first, limit, k1, k2)
+    return first, ramp(changes.end, changes.last, d, k1, k2)
+
+
+def _changes(moves: Moves, k1: Floats, k2: Floats) -> Changes:
+    """Speeds between and at the ends of each move, nearest to those asked for."""
+    v0, v1 = moves.start_speed, np.minimum(moves.end_speed, moves.speed)
+    problem = np.where(v1 < moves.end_speed, np.int8(Problem.CANNOT_REACH), np.int8(Problem.NONE))
+    falls = v1 < v0
+    v1, gap, short = _end_speeds(moves, v1, falls, k1, k2)
+    problem[short] = np.where(falls, Problem.CANNOT_BRAKE, Problem.CANNOT_REACH)[short]
+    faster = np.maximum(v0, v1)
+    room = np.maximum(moves.speed - faster, 0.0)  # how much faster the programmed speed is than both ends
+    room[short] = 0.0
+    result = Changes(
+        np.where(falls, 0.0, gap), np.where(falls, gap, 0.0), v0 > moves.speed, faster, v1, problem
+    )
+    rise = _rise(moves, result, room, k1, k2)
+    changes = result._replace(
+        first=result.first + rise,
+        last=result.last + rise,
+        braking=np.zeros(len(v0), dtype=np.bool_),
+        cruise=np.where(rise == room, np.maximum(moves.speed, faster), faster + rise),
+    )
+    changes.cruise[short] = faster[short]
+    early = result.braking & ~short
+    return _brake_first(moves, changes, early, k1, k2) if early.any() else changes
+
+
+def _end_speeds(
+    moves: Moves, v1: Floats, falls: Bools, k1: Floats, k2: Floats
+) -> tuple[Floats, Floats, Bools]:
+    """End speeds that can be had and their distances from the start speeds [m/s], and where a move is too short."""
+    v0, gap = moves.start_speed, np.abs(v1 - moves.start_speed)
+    limit = np.where(falls, moves.deceleration, moves.acceleration)
+
+    def length(size: Floats, at: Bools) -> Floats:
+        lower = np.where(falls[at], np.maximum(v0[at] - size, 0.0), v0[at])
+        return ramp(lower, size, limit[at], k1[at], k2[at]).length
+
+    direct = ramp(np.minimum(v0, v1), gap, limit, k1, k2).length
+    short: Bools = direct > moves.length * (1 + ROUNDING)
+    if short.any():
+        gap[short] = _halve(lambda size: length(size, short) <= moves.length[short], gap[short])
+        v1 = np.where(short, np.where(falls, v0 - gap, v0 + gap), v1)
+    return v1, gap, short
+
+
+def _rise(moves: Moves, ends: Changes, room: Floats, k1: Floats, k2: Floats) -> Floats:
+    """How far above the faster end each move gets [m/s], (n,), at most `room`."""
+    v0, v1, a, d = moves.start_speed, ends.end, moves.acceleration, moves.deceleration
+    rise = room.copy()
+    simple = (v0 == 0) & (v1 == 0) & (a == d)
+    if simple.any():
+        peak = _rest_to_rest(*(x[simple] for x in (moves.length, a, k1, k2)))
+        rise[simple] = np.minimum(peak, room[simple])
+    open_ = ~simple & (room > 0)
+    if open_.any():
+        up, down = _ramps(
+            moves, ends._replace(first=ends.first + room, last=ends.last + room, braking=~open_), k1, k2
+        )
+        open_ &= up.length + down.length > moves.length
+    if open_.any():
+        rows = np.flatnonzero(open_)
+        columns = (v0, ends.first, a, v1, ends.last, d, k1, k2, moves.length, room)
+        rise[rows] = _newton(*(column[rows] for column in columns))
+    return rise
+
+
+def _newton(
+    v0: Floats, first: Floats, a: Floats, v1: Floats, last: Floats, d: Floats,
+    k1: Floats, k2: Floats, length: Floats, room: Floats,
+) -> Floats:  # fmt: skip
+    """The rise [m/s] with which two changes, larger by it than `first` and `last`, cover `length`; < room."""
+    slowness = 1 / k1 + 1 / k2
+    limit = np.minimum(a, d)
+    # Each of these alone would already cover the length: no change covers less than a third of its time at its top.
+    known = [room, np.cbrt(9 * length**2 / (2 * slowness)), np.sqrt(3 * np.maximum(a, d) * length)]
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        time = length / (v0 + v1)
+        slow = np.where(time > limit * slowness, np.inf, time**2 / (2 * slowness))
+    root = np.sqrt(np.minimum(np.minimum.reduce(known), slow))
+    for _ in range(_MOST_STEPS):
+        rise = root * root
+        up, down = ramp(v0, first + rise, a, k1, k2), ramp(v1, last + rise, d, k1, k2)
+        slope = _slope(v0, up) + _slope(v1, down)
+        step = (up.length + down.length - length) / (2 * root * slope)
+        root = np.where(step > 0, root - step, root)
+        if not (step > 2e-16 * root).any():
+            break
+    size: Floats = np.minimum(root * root, room)
+    return size
+
+
+def _slope(lower: Floats, change: Ramp) -> Floats:
+    """Length [m] that a change of speed gains per size [m/s]."""
+    slope: Floats = lower / change.peak + change.rise / 2 + change.hold + change.fall
+    return slope
+
+
+def _brake_first(moves: Moves, changes: Changes, early: Bools, k1: Floats, k2: Floats) -> Changes:
+    """Moves that start too fast brake to the programmed speed first, or towards it as far as the length allows."""
+    v0, rates = moves.start_speed[early], (k1[early], k2[early])
+    whole, d = changes.last[early], moves.deceleration[early]
+
+    def last(size: Floats) -> Floats:
+        return np.where(size == most, moves.speed[early] - changes.end[early], np.maximum(whole - size, 0.0))
+
+    def fits(size: Floats) -> Bools:
+        first = ramp(v0 - size, size, d, *rates).length
+        rest = ramp(changes.end[early], last(size), d, *rates).length
+        return first + rest <= moves.length[early]
+
+    most = v0 - moves.speed[early]
+    size = np.where(fits(most), most, _halve(fits, most))
+    for column, values in (
+        (changes.first, size),
+        (changes.last, last(size)),
+        (changes.cruise, np.where(size == most, moves.speed[early], v0 - size)),
+    ):
+        column[early] = values
+    changes.braking[early] = True
+    return changes
+
+
+def _rest_to_rest(length: Floats, a: Floats, k1: Floats, k2: Floats) -> Floats:
     """Peak speed of moves from rest to rest with equal limits when the programmed speed is out of reach."""
-    a, slowness = moves.acceleration, 1 / k1 + 1 / k2
+    slowness = 1 / k1 + 1 / k2
     c1, c2 = a / 2, a**2 / (2 * k1) + a**2 / k2
-    c3 = a**3 / (6 * k1**2) + a**3 / (2 * k1 * k2) + a**3 / (3 * k2**2) - moves.length / 2
+    c3 = a**3 / (6 * k1**2) + a**3 / (2 * k1 * k2) + a**3 / (3 * k2**2) - length / 2
     holds = np.maximum(-c3, 0.0)
     # The root of 4.56 with the plus sign, written so that nothing cancels.
     t = 2 * holds / (c2 + np.sqrt(c2**2 + 4 * c1 * holds))
-    peak = np.cbrt(3 * moves.length * k1**2 * k2**2 / ((2 * k1 + k2) * (k1 + k2)))
+    peak = np.cbrt(3 * length * k1**2 * k2**2 / ((2 * k1 + k2) * (k1 + k2)))
     return np.where(c3 <= 0, a**2 * slowness / 2 + a * t, peak**2 * slowness / 2)
 
 
-def _cruise_speed(moves: Moves, v1: Floats, k1: Floats, k2: Floats) -> Floats:
-    """Speed [m/s] between the two changes of speed, (n,)."""
-    v0, a, d = moves.start_speed, moves.acceleration, moves.deceleration
-    simple = (v0 == 0) & (v1 == 0) & (a == d)
-    peak = np.where(simple, _rest_to_rest(moves, k1, k2), np.inf)
+def _halve(fits: Callable[[Floats], Bools], most: Floats) -> Floats:
+    """The largest found size in 0..most that fits, (n,), to the last bit.
 
-    def length(speed: Floats, at: Bools) -> Floats:
-        start, end = v0[at], v1[at]
-        limit = np.where(speed < start, d[at], a[at])
-        first = ramp(np.minimum(speed, start), np.abs(speed - start), limit, k1[at], k2[at])
-        return first.length + ramp(end, np.maximum(speed - end, 0.0), d[at], k1[at], k2[at]).length
-
-    cruise = np.where(simple, np.minimum(peak, moves.speed), np.maximum(moves.speed, v1))
-    short = ~simple
-    short[short] = length(cruise[short], short) > moves.length[short]
-    if short.any():
-        # A move that starts too fast brakes towards the programmed speed as far as its length allows.
-        fits = np.maximum(v0, v1)[short]
-        cruise[short] = _halve(lambda v: length(v, short) <= moves.length[short], fits, cruise[short])
-    return cruise
-
-
-def _end_speeds(moves: Moves, k1: Floats, k2: Floats) -> tuple[Floats, NDArray[np.int8]]:
-    """The end speeds [m/s] that can be had, (n,), and where they differ from those asked for, (n,)."""
-    v0 = moves.start_speed
-    v1 = np.minimum(moves.end_speed, moves.speed)
-    problem = np.where(v1 < moves.end_speed, np.int8(Problem.CANNOT_REACH), np.int8(Problem.NONE))
-
-    def length(v: Floats, at: Bools) -> Floats:
-        limit = np.where(v < v0[at], moves.deceleration[at], moves.acceleration[at])
-        return ramp(np.minimum(v, v0[at]), np.abs(v - v0[at]), limit, k1[at], k2[at]).length
-
-    everything = np.ones(len(v0), dtype=np.bool_)
-    short = length(v1, everything) > moves.length * (1 + ROUNDING)
-    if short.any():
-        problem[short] = np.where(v1 < v0, Problem.CANNOT_BRAKE, Problem.CANNOT_REACH)[short]
-        v1[short] = _halve(lambda v: length(v, short) <= moves.length[short], v0[short], v1[short])
-    return v1, problem
-
-
-def _halve(fits: Callable[[Floats], Bools], good: Floats, bad: Floats) -> Floats:
-    """The last value, going from `good` to `bad`, that fits, (n,)."""
+    Halves the numbers between as the machine counts them, so that tiny answers are as exact as large ones.
+    """
+    good, bad = np.zeros(len(most), dtype=np.int64), most.view(np.int64).copy()
     for _ in range(64):
-        middle = (good + bad) / 2
-        ok = fits(middle)
+        middle = good + (bad - good) // 2
+        ok = fits(middle.view(np.float64))
         good, bad = np.where(ok, middle, good), np.where(ok, bad, middle)
-    return good
+    return good.view(np.float64)
 
 
 def _phases(

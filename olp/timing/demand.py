@@ -157,7 +157,7 @@ def _axes(
             np.isnan(acceleration), robot.speeds / DEFAULT_ACCELERATION_TIME, acceleration
         )
     time = _rest_to_rest(distance, speed, np.broadcast_to(acceleration, distance.shape))
-    out.unknown[rows] = np.isnan(time).any(axis=1)
+    out.unknown[rows] = np.isnan(time).any(axis=1) | np.isnan(moves.fraction[rows])
     slowest = np.argmax(np.nan_to_num(time), axis=1)
     pick = np.arange(len(rows)), slowest
     length = np.nan_to_num(moves.length[rows])
