@@ -189,7 +189,7 @@ def _variable(m: Machine, v: Variable) -> Value:
 
 
 def _taught(m: Machine, taught: Taught) -> Value:
-    point = m.frame.job.routine.points.find(taught.store, True, taught.number)
+    point = m.frame.job.points.find(taught.store, True, taught.number)
     if point is None:
         raise StatementError(
             "I206", f"the routine teaches no {spell(taught)}", "add the point, or correct its number"

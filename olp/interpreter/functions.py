@@ -11,7 +11,16 @@ from olp.expression import Expression, FrameRef, Function, Store
 from olp.geometry import Pose
 from olp.interpreter.evaluate import evaluate, number, whole
 from olp.interpreter.memory import PositionValue, SystemPosition, Value
-from olp.interpreter.poses import as_pose, as_pulses, frame_pose, pose_of, raw_pose, with_pose
+from olp.interpreter.poses import (
+    as_pose,
+    as_pulses,
+    frame_pose,
+    frame_state,
+    own_frame,
+    pose_of,
+    raw_pose,
+    with_pose,
+)
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.points import PointKind, PointState
@@ -167,6 +176,16 @@ def _shift_between(m: Machine, arguments: Arguments) -> Value:
     return with_pose(PositionValue(PointState(PointKind.POSE, frame.kind), ()), shift)
 
 
+def _convert_shift(m: Machine, arguments: Arguments) -> Value:
+    """A shift along the axes of its own frame as the same shift along the axes of another one."""
+    value = _position(m, arguments[0])
+    frame = next((a for a in arguments[1:] if isinstance(a, FrameRef)), FrameRef("base"))
+    shift, own, other = raw_pose(value), own_frame(m, value.state).rotation, frame_pose(m, frame).rotation
+    into = other.T @ own
+    state = frame_state(m, frame, value.state)
+    return with_pose(value, Pose(into @ shift.position, into @ shift.rotation @ into.T), state)
+
+
 def _text_value(m: Machine, arguments: Arguments) -> Value:
     text = _text(m, arguments[0]).strip()
     try:
@@ -217,6 +236,7 @@ _FUNCTIONS: Mapping[str, Callable[[Machine, Arguments], Value]] = {
     "pose-product": _product,
     "pose-inverse": _inverse,
     "convert": _convert,
+    "convert-shift": _convert_shift,
     "shift-between": _shift_between,
     "tool-data": _tool_data,
     "step-position": _step_position,

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from olp.control import ControlFlow, pair
 from olp.diagnostic import Diagnostic, OlpError
+from olp.expression import Number
 from olp.interpreter.folder import files_by_name_record, files_by_stem, read_cached
 from olp.interpreter.regions import Region
+from olp.points import PointTable
 from olp.program import Program, Routine, Statement
 from olp.source import Source
 
@@ -23,6 +25,7 @@ class Job:
     key: int
     source: int
     body: tuple[Statement, ...]
+    points: PointTable
     loaded: bool = False  # its mechanisms and its global positions are known
     groups: tuple[tuple[int, ...], ...] = ()  # mechanism indices per control group
     roles: dict[tuple[int, str], int] = field(default_factory=dict)  # (part, kind of target) -> mechanism
@@ -77,7 +80,7 @@ class Jobs:
         source = len(self.sources)
         self.sources.append(program.source)
         for routine in program.routines:
-            job = Job(program, routine, len(self._jobs), source, routine.body)
+            job = Job(program, routine, len(self._jobs), source, routine.body, _points(routine))
             self._jobs.setdefault(_key(routine.name), job)
         if file_name and program.routines:
             self._jobs.setdefault(file_name, self._jobs[_key(program.routines[0].name)])
@@ -100,6 +103,18 @@ class Jobs:
             return
         self.found.extend(program.diagnostics)
         self._add(program, _key(path.stem))
+
+
+def _points(routine: Routine) -> PointTable:
+    """The routine's positions; those of a relative routine that name no user frame stand in the routine's own."""
+    frame, table = routine.relative_to, routine.points
+    if frame is None or frame.kind != "user" or not isinstance(frame.number, Number):
+        return table
+    if not any(state.frame == "user" and state.user is None for state in table.states):
+        return table
+    user = int(frame.number.value)
+    named = (replace(s, user=user) if s.frame == "user" and s.user is None else s for s in table.states)
+    return PointTable(tuple(named), table.blocks)
 
 
 def _key(name: str) -> str:

@@ -31,7 +31,7 @@ def move(m: Machine, s: Move) -> None:
         if mechanism is None:
             mechanism = role(m, 0, store)
         recorder = m.recorder
-        target = recorder.taught(mechanism, job.key, job.routine.points, store, taught.number)
+        target = recorder.taught(mechanism, job.key, job.points, store, taught.number)
         if target is None:
             raise _missing(taught)
         path = PATH_CODES[s.path]
@@ -174,6 +174,9 @@ def _report_unknowables(m: Machine, s: Move) -> None:
     if s.until is not None:
         m.assume("the condition that ends the move early is taken not to come before its target")
     if s.coordinated:
-        m.assume("the speed relative to the moving work is taken as the tool's speed in the base frame")
+        says = "the speed relative to the moving work is taken as the tool's speed in the base frame"
+        m.assume_once("coordinated", says)
+    if s.passes:
+        m.assume_once("passes", "the tags of multi-pass welding are not followed: every pass runs as written")
     if s.no_wait:
         m.assume("the statements after this move are taken to run behind it, not beside it")

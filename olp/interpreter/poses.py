@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from olp.cell import in_frame
-from olp.expression import FrameRef
+from olp.expression import FrameRef, Number
 from olp.geometry import Pose
 from olp.interpreter.columns import NOWHERE
 from olp.interpreter.evaluate import whole
@@ -62,6 +62,12 @@ def frame_pose(m: Machine, frame: FrameRef) -> Pose:
         number = whole(m, frame.number) if frame.number is not None else 0
         return m.world.cell.user_frame(m.user_now.get(number, number))
     raise StatementError("I214", f"the {frame.kind} frame is not known here", "use the base or a user frame")
+
+
+def own_frame(m: Machine, state: PointState) -> Pose:
+    """The frame that a pose is written in, seen from the base."""
+    number = Number(state.user) if state.frame == "user" and state.user is not None else None
+    return frame_pose(m, FrameRef(state.frame, number))
 
 
 def frame_state(m: Machine, frame: FrameRef, before: PointState) -> PointState:
@@ -144,10 +150,7 @@ def moved_by(
     if not m.world.mechanisms[mechanism].is_robot or offset.state.kind is not PointKind.POSE:
         return _added(m, mechanism, start, offset)
     if frame.kind == "own":
-        kind, user = offset.state.frame, offset.state.user
-        from olp.expression import Number
-
-        frame = FrameRef(kind, Number(user) if kind == "user" and user is not None else None)
+        frame = FrameRef(offset.state.frame, None if offset.state.user is None else Number(offset.state.user))
     pose = pose_of(m, mechanism, start)
     by = raw_pose(offset)
     axes = pose if frame.kind == "tool" else frame_pose(m, frame)

@@ -54,7 +54,10 @@ def start(
 def _finish(m: Machine) -> Plan:
     m.hand_over_assumptions()
     plan = m.recorder.finish((), m.stop_reason)
-    found = [*m.jobs.program.diagnostics, *m.jobs.found, *m.world.diagnostics, *m.diagnostics()]
+    found = [*m.jobs.program.diagnostics, *m.jobs.found, *m.world.diagnostics]
+    # What the reader has said of a line need not be said again when the line is executed.
+    known = {(d.file, d.line) for d in found if d.is_error and d.line}
+    found += [d for d in m.diagnostics() if (d.file, d.line) not in known]
     found += missing_robots(m, plan)
     length = len(plan)
     return replace(

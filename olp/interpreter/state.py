@@ -157,11 +157,11 @@ class Machine:
         self.recorder.sources = tuple(self.jobs.sources)
         names = group_names([group.mechanisms for group in job.routine.groups])
         job.groups = tuple(tuple(self.add_mechanism(name) for name in group) for group in names)
-        for (store, taught), block in job.routine.points.blocks.items():
+        for (store, taught), block in job.points.blocks.items():
             if taught:
                 continue
             for index in block.rows:
-                point = job.routine.points.find(store, False, index)
+                point = job.points.find(store, False, index)
                 key = (store, index)
                 # A routine is loaded before the program starts: what ran since then counts more.
                 if point is not None and key not in self.memory.changed:

@@ -13,7 +13,7 @@ def place(m: Machine, mechanism: int, position: Position, store: Store, relative
     """The pool index of where `position` is, or of where it leads from here when it is `relative`."""
     if m.plain and relative is None and isinstance(position, Taught):
         job = m.frame.job
-        target = m.recorder.taught(mechanism, job.key, job.routine.points, store, position.number)
+        target = m.recorder.taught(mechanism, job.key, job.points, store, position.number)
         if target is None:
             raise missing(position)
         return target
@@ -41,7 +41,7 @@ def _current(m: Machine, mechanism: int, value: PositionValue) -> PositionValue:
 def position_value(m: Machine, position: Position, store: Store) -> PositionValue:
     """The written numbers of a position. Raises StatementError when it has none."""
     if isinstance(position, Taught):
-        point = m.frame.job.routine.points.find(store, True, position.number)
+        point = m.frame.job.points.find(store, True, position.number)
         if point is None:
             raise missing(position)
         return PositionValue(point.state, point.values)
