@@ -141,6 +141,12 @@ class Cell:
             return unknown
         from olp.kinematics import forward, pulses_to_joints
 
+        if np.nan_to_num(values[:, len(robot.axes) :]).any():
+            says = (
+                f"the points have more axes than the {len(robot.axes)} of {robot.name}: it is another robot"
+            )
+            self._gap(f"axes of {robot.name}", says, True)
+            return unknown
         axes = _width(values, len(robot.axes))
         if state.kind is PointKind.PULSE:
             if not robot.knows_pulses:

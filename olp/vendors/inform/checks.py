@@ -54,8 +54,11 @@ def _is_complete(findings: Findings, header: Header, routine: Routine) -> bool:
     last = findings.whole_line(routine.last_line)
     for section in ("NAME", "POS", "INST"):
         if section not in header.sections:
-            findings.error("P007", f"the job has no //{section}", last, help="is the file cut off?")
-            if section == "INST":
+            cut = section == "INST"
+            span = last if cut else findings.whole_line(routine.line)
+            hint = "is the file cut off?" if cut else f"add //{section} to the header that begins here"
+            findings.error("P007", f"the job has no //{section}", span, help=hint)
+            if cut:
                 return False
     statements = [one for one in routine.body[:50] if type(one) is not Comment]
     if not statements or type(statements[0]) is not Begin:
