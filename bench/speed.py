@@ -34,7 +34,7 @@ print(best)
 WHOLE = """
 import sys, olp
 table = olp.read(sys.argv[1]).plan().time()
-print(len(table))
+print(table["duration_s"].gt(0).sum())
 """
 
 
@@ -46,11 +46,12 @@ class Figure(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A finished process: CPU time, wall time [s], peak memory [MB], and what it printed."""
+    """A finished process: CPU time, wall time [s], peak memory [MB], exit status, and what it printed."""
 
     cpu: float
     wall: float
     peak: float
+    status: int
     text: str
 
 
@@ -89,7 +90,7 @@ def large_job(folder: Path) -> Iterator[Figure]:
         rate >= 8 * plain and known >= lines - 20,
     )
     whole = run("-c", WHOLE, large)
-    complete = int(whole.text) >= MOVES
+    complete = int(whole.text) >= MOVES - 1  # nothing is known of the way to the first point
     yield Figure(
         "read + plan + time, whole process, CPU", "≤ 4 s", f"{whole.cpu:.2f} s", whole.cpu <= 4 and complete
     )
@@ -113,7 +114,7 @@ def many_jobs(folder: Path) -> Iterator[Figure]:
     measured = (
         f"{rate:,.0f} jobs/s ({done.cpu / programs * 1000:.2f} ms CPU a job)" if programs else "no answer"
     )
-    yield Figure(name, "≥ 300 jobs/s", measured, rate >= 300 and programs == SMALL_JOBS)
+    yield Figure(name, "≥ 300 jobs/s", measured, rate >= 300 and programs == SMALL_JOBS and not done.status)
 
 
 def small_process(folder: Path) -> Iterator[Figure]:
@@ -178,7 +179,7 @@ def run(*words: object) -> Run:
         process.returncode = os.waitstatus_to_exitcode(status)
         output.seek(0)
         text = output.read().decode()
-    return Run(usage.ru_utime + usage.ru_stime, wall, usage.ru_maxrss / 1024, text)
+    return Run(usage.ru_utime + usage.ru_stime, wall, usage.ru_maxrss / 1024, process.returncode, text)
 
 
 if __name__ == "__main__":
