@@ -120,6 +120,13 @@ help: expected one speed""",
 help: expected INC B000""",
     ),
     (
+        "SET D003  EXPRESS D004 7",
+        """error[P020]: two values without an operator between them
+12 | SET D003  EXPRESS D004 7
+   |                        ^
+help: expected +, -, * or /""",
+    ),
+    (
         "WAIT",
         """error[P020]: WAIT names no condition
 12 | WAIT

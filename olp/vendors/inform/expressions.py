@@ -137,6 +137,10 @@ class ExpressionRules(Transformer[Token, Any]):
 
     def glued(self, children: list[Any]) -> Binary:
         """`LI000 -1`: a sign without a blank behind it."""
+        if children[1][0] not in "+-":
+            raise BrokenLineError(
+                "two values without an operator between them", str(children[1]), "+, -, * or /"
+            )
         operator, number = children[1][0], children[1][1:]
         return Binary(operator, children[0], values.number(number))
 

@@ -91,6 +91,8 @@ class HeaderReader:
         if slashes == "//":
             return self._open(word, value)
         if self.section == "POS":
+            if word == "NPOS":
+                self.header.details[word] = value
             return self.positions.record(word, value, self.index + 1)
         return self._detail(word, value)
 
