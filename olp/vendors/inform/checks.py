@@ -60,10 +60,9 @@ def _is_complete(findings: Findings, header: Header, routine: Routine) -> bool:
             findings.error("P007", f"the job has no //{section}", span, help=hint)
             if cut:
                 return False
-    statements = [one for one in routine.body[:50] if type(one) is not Comment]
-    if not statements or type(statements[0]) is not Begin:
-        line = statements[0].line if statements else routine.last_line
-        span = Span(line, 1, len(findings.source.line(line)) + 1)
+    first = next((one for one in routine.body if type(one) is not Comment), None)
+    if type(first) is not Begin:
+        span = findings.whole_line(first.line if first else routine.last_line)
         findings.error(
             "P008", "the instructions do not begin with NOP", span, help="add NOP before this line"
         )

@@ -123,7 +123,7 @@ class MoveRules(ExpressionRules):
         return Tag("passes", str(children[0]), str(children[0]))
 
     def relative(self, children: list[FrameRef]) -> Tag:
-        return Tag("relative", children[0], _FRAME_WORDS.get(children[0].kind, "TL#"))
+        return Tag("relative", children[0], _FRAME_WORDS[children[0].kind])
 
     def search(self, children: list[Any]) -> Tag:
         signal, _, state, time, _, distance = children
