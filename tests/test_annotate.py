@@ -332,6 +332,20 @@ def test_a_users_template_decides_what_is_told(tmp_path):
     assert remove(source).source.raw == program.to_bytes()
 
 
+def test_the_template_in_the_documentation_works(tmp_path):
+    page = (SAMPLES.parent / "docs" / "annotate.md").read_text(encoding="utf-8")
+    template = tmp_path / "mine.j2"
+    template.write_text(re.search(r"```jinja\n(.*?)```", page, re.S)[1])
+    program = job(["MOVL C00000 V=250.0", "MOVL C00001 V=1500.0 PL=0", "MOVL C00002 V=11.0 PL=0"])
+    timing = timing_of(program)
+    texts = [line[5:].rpartition(" ~")[0] for line in comments_of(annotated(program, template))]
+    slow = [
+        f"{reached:.0f} of 1500mm/s" for reached in timing.reached_mm_s if reached < 1485 and reached > 11
+    ]
+    assert texts == slow
+    assert len(texts) == 1
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -432,6 +446,17 @@ def test_what_cannot_be_read_or_timed_is_told_and_the_rest_is_written(tmp_path, 
     assert (tmp_path / "new" / "A.JBI").exists()
     assert not (tmp_path / "new" / "B.JBI").exists()
     assert not list(tmp_path.rglob("*.part"))
+
+
+def test_removing_works_on_a_broken_program_and_refuses_an_unknown_encoding(tmp_path, capfd):
+    source = SAMPLES / "inform/broken/many.jbi"
+    assert main(["annotate", "--remove", str(source), "-o", str(tmp_path / "o.jbi")]) == 0
+    assert (tmp_path / "o.jbi").read_bytes() == source.read_bytes()
+    assert (
+        main(["annotate", "--remove", str(source), "-o", str(tmp_path / "p.jbi"), "--encoding", "klingon"])
+        == 2
+    )
+    assert "P005" in capfd.readouterr().err
 
 
 def test_several_programs_need_a_folder(tmp_path, capfd):

@@ -36,12 +36,10 @@ def run(args: Namespace) -> int:
 
 def _remove(path: Path, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
     from olp.annotate import remove
-    from olp.source import load
-    from olp.vendors.vendor import recognise
+    from olp.reading import read
 
-    source = load(path, args.encoding)
-    vendor = recognise(source)
-    plain = remove(source, "inform" if vendor is None else vendor.name)
+    program = read(path, encoding=args.encoding)
+    plain = remove(program.source, program.vendor)
     return plain.source.raw, plain.diagnostics
 
 

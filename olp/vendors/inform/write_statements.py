@@ -245,7 +245,8 @@ def _next(words: Words, s: Next) -> str:
 
 
 def _start_task(words: Words, s: StartTask) -> str:
-    return f"PSTART JOB:{s.routine} {s.task}{_suffix(words, s.condition, s.spelling)}"
+    sync = " SYNC" if s.synchronised else ""
+    return f"PSTART JOB:{s.routine} {s.task}{sync}{_suffix(words, s.condition, s.spelling)}"
 
 
 def _synchronise(words: Words, s: Synchronise) -> str:
