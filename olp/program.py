@@ -347,7 +347,7 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class StartTask:
-    """Starts a routine in a parallel task; `synchronised`: with the robot's moves of the starting one (INFORM SYNC)."""
+    """Starts a routine in a parallel task."""
 
     line: int
     routine: str
