@@ -14,7 +14,8 @@ from olp.expression import Variable
 from olp.program import Statement
 from olp.resources import read_text
 from olp.vendors.inform.expressions import Remark
-from olp.vendors.inform.statements import InstructionRules, SwitchAndCase
+from olp.vendors.inform.flow import SwitchAndCase
+from olp.vendors.inform.statements import InstructionRules
 
 _PLAIN_WORDS = re.compile(r"[A-Z][A-Z0-9$]+")
 

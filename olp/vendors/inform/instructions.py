@@ -9,29 +9,18 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from olp.diagnostic import Severity, Span
-from olp.expression import Number, Store, Unknown, Variable
+from olp.expression import Variable
 from olp.program import (
     Begin,
-    Case,
     Comment,
-    Default,
-    Else,
-    ElseIf,
     End,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
     LineKind,
-    Next,
     Opaque,
     Statement,
-    Switch,
-    While,
 )
 from olp.vendors.inform.fast import MoveLines
 from olp.vendors.inform.findings import Findings
+from olp.vendors.inform.markers import MARKERS
 from olp.vendors.inform.positions import ROW
 
 if TYPE_CHECKING:
@@ -50,25 +39,6 @@ _STRING = re.compile(r'"[^"]*"')
 _MOST_BROKEN = 2000
 _MOST_SUGGESTED = 50  # unknown words that are compared with all known ones
 _MOST_CACHED = 50_000
-
-_UNKNOWN = Unknown("")
-_MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
-    "IFTHEN": lambda line: If(line, _UNKNOWN),
-    "IFTHENEXP": lambda line: If(line, _UNKNOWN),
-    "ELSEIF": lambda line: ElseIf(line, _UNKNOWN),
-    "ELSEIFEXP": lambda line: ElseIf(line, _UNKNOWN),
-    "ELSE": lambda line: Else(line),
-    "ENDIF": lambda line: EndIf(line),
-    "WHILE": lambda line: While(line, _UNKNOWN),
-    "WHILEEXP": lambda line: While(line, _UNKNOWN),
-    "ENDWHILE": lambda line: EndWhile(line),
-    "FOR": lambda line: For(line, Variable(Store.BYTE, Number(0)), _UNKNOWN, _UNKNOWN),
-    "NEXT": lambda line: Next(line, None),
-    "SWITCH": lambda line: Switch(line, _UNKNOWN),
-    "CASE": lambda line: Case(line, ()),
-    "DEFAULT": lambda line: Default(line),
-    "ENDSWITCH": lambda line: EndSwitch(line),
-}
 
 # A statement's class and all its values but the line.
 _Template = tuple[Callable[..., Statement], tuple[Any, ...]]
@@ -232,8 +202,8 @@ class Instructions:
     def _report(self, problem: Problem, text: str, number: int) -> None:
         self._broken += 1
         word = _first_word(text)
-        if word in _MARKERS:
-            self.markers.append(_MARKERS[word](number))
+        if word in MARKERS:
+            self.markers.append(MARKERS[word](number))
         help = f"expected {problem.wanted}" if problem.wanted else ""
         span = Span(number, problem.column, problem.end_column)
         self._findings.error("P020", problem.message, span, help=help)
