@@ -15,8 +15,9 @@ from olp.expression import (
     Variable,
 )
 from olp.geometry import frame_from_points
+from olp.interpreter.arithmetic import calculate
 from olp.interpreter.elements import combine, held_position, write_element
-from olp.interpreter.evaluate import calculate, evaluate, number, read_variable, whole, write_variable
+from olp.interpreter.evaluate import evaluate, number, whole, write_variable
 from olp.interpreter.functions import as_position, set_frame, set_tool
 from olp.interpreter.memory import INTEGERS, PositionValue, SystemPosition, Value, zero
 from olp.interpreter.moves import role
@@ -25,6 +26,7 @@ from olp.interpreter.signals import read_signal, write_signal
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, Shift, StatementError
 from olp.interpreter.targets import position_value
+from olp.interpreter.variables import read_variable
 from olp.program import Assign, Clear, DefineFrame, ExternalTool, ReadInput, ShiftOff, ShiftOn, Update
 
 _ALL = 100_000  # more variables than any controller has
@@ -63,7 +65,12 @@ def update(m: Machine, s: Update) -> None:
     if s.operand is None:
         raise StatementError("I219", f"'{s.operator}' needs a second value", "write it behind the variable")
     if isinstance(s.target, Variable) and s.target.store in POSITION_STORES:
-        _update_position(m, s, s.target)
+        value = evaluate(m, s.operand)
+        stores = _held_parts(m, s.target) if s.target.store is Store.SYSTEM else (s.target.store,)
+        for store in stores:
+            _update_position(
+                m, s.operator, Variable(store, s.target.index, s.target.local, s.target.name), value
+            )
         return
     left = evaluate(m, s.target)
     right = evaluate(m, s.operand)
@@ -83,16 +90,19 @@ def _quotient(m: Machine, left: Value, right: Value) -> Value:
     return quotient if (left < 0) == (right < 0) else -quotient
 
 
-def _update_position(m: Machine, s: Update, target: Variable) -> None:
-    assert s.operand is not None
-    value = evaluate(m, s.operand)
+def _held_parts(m: Machine, system: Variable) -> tuple[Store, ...]:
+    value = evaluate(m, system)
+    return tuple(store for store, _ in value.parts) if isinstance(value, SystemPosition) else ()
+
+
+def _update_position(m: Machine, sign: str, target: Variable, value: Value) -> None:
     if isinstance(value, SystemPosition):
         value = dict(value.parts).get(target.store, value)
     if not isinstance(value, (int, float, PositionValue)):
         raise StatementError(
             "I211", "a position is combined with a position or a number", "check the operand"
         )
-    write_variable(m, target, combine(s.operator, held_position(m, target), value))
+    write_variable(m, target, combine(sign, held_position(m, target), value))
 
 
 def clear(m: Machine, s: Clear) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
-from olp.expression import POSITION_STORES, Element, Taught, Variable
-from olp.interpreter.evaluate import read_variable, round_half_away, whole, write_variable
+from olp.expression import POSITION_STORES, Element, Store, Taught, Variable
+from olp.interpreter.arithmetic import round_half_away
+from olp.interpreter.evaluate import whole, write_variable
 from olp.interpreter.memory import PositionValue
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.interpreter.targets import position_value
+from olp.interpreter.variables import read_variable
 from olp.points import PointKind, PointState
 from olp.units import deg, um
 
@@ -17,6 +19,7 @@ from olp.units import deg, um
 _ANGLE = 1e-4 * deg  # [rad]
 _LENGTHS = 3
 _SIZE = 6
+_FARTHEST = 1e12  # pulses, metres or radians
 _MOST_ELEMENTS = 8
 _ZERO_POSE = PositionValue(PointState(PointKind.POSE, "base"), (0.0,) * _SIZE)
 
@@ -35,7 +38,7 @@ def read_element(m: Machine, element: Element) -> int:
     variable = element.variable
     if not isinstance(variable, (Taught, Variable)) or variable.store not in POSITION_STORES:
         raise StatementError("I209", f"{spell(variable)} is no position", "use a position variable")
-    value = position_value(m, variable, variable.store)
+    value = position_value(m, variable, Store.ROBOT if variable.store is Store.SYSTEM else variable.store)
     index = _index(m, element)
     if index > len(value.values) or math.isnan(value.values[index - 1]):
         return 0  # a seventh element of a six-axis arm reads as zero
@@ -47,6 +50,8 @@ def write_element(m: Machine, element: Element, count: int | float) -> None:
     variable = element.variable
     if not isinstance(variable, Variable) or variable.store not in POSITION_STORES:
         raise StatementError("I209", f"{spell(variable)} cannot be changed", "use a position variable")
+    if variable.store is Store.SYSTEM:
+        variable = Variable(Store.ROBOT, variable.index, variable.local)
     value = held_position(m, variable)
     index = _index(m, element)
     values = list(value.values) + [0.0] * (index - len(value.values))
@@ -93,7 +98,10 @@ def combine(sign: str, left: PositionValue, right: PositionValue | int | float) 
     if sign == "/" and right == 0:
         raise StatementError("I207", "division by zero", "the controller stops with an alarm here")
     factor = float(right) if sign == "*" else 1.0 / right
-    return PositionValue(left.state, tuple(value * factor for value in left.values))
+    values = tuple(value * factor for value in left.values)
+    if any(abs(value) > _FARTHEST for value in values):
+        raise StatementError("I202", "the position lies beyond all space", "check the operands")
+    return PositionValue(left.state, values)
 
 
 def _filled(values: tuple[float, ...], width: int) -> list[float]:

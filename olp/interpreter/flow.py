@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from olp.diagnostic import Severity
 from olp.expression import Expression, Variable
-from olp.interpreter.evaluate import evaluate, holds, number, read_variable, whole, write_variable
+from olp.interpreter.evaluate import evaluate, holds, number, whole, write_variable
 from olp.interpreter.loops import enter_loop, way_back
 from olp.interpreter.memory import RANGES, Value
 from olp.interpreter.state import OTHER_FRAME, Frame, Machine, StatementError
@@ -132,9 +132,7 @@ def next_(m: Machine, s: Next) -> int | None:
     head = m.frame.job.body[opener]
     assert isinstance(head, For)
     stop, step = counter
-    value = read_variable(m, head.variable.store, whole(m, head.variable.index), head.variable.local)
-    assert isinstance(value, (int, float))
-    following = value + step
+    following = number(m, head.variable) + step
     if _fits(head.variable, following):
         write_variable(m, head.variable, following)
         if not _beyond(following, stop, step):

@@ -116,7 +116,7 @@ def _run_frame(m: Machine, left: int) -> int:
         frame.pc = pc
         try:
             following = handler(m, statement)
-        except (StatementError, OlpError) as problem:
+        except (StatementError, OlpError, OverflowError) as problem:
             _report(m, problem)
             if m.stop_reason:
                 return left
@@ -129,8 +129,10 @@ def _run_frame(m: Machine, left: int) -> int:
     return left
 
 
-def _report(m: Machine, problem: StatementError | OlpError) -> None:
+def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> None:
     """Keeps what went wrong, at the line of the current statement."""
+    if isinstance(problem, OverflowError):
+        problem = StatementError("I202", "a number is too large to compute with", "check the operands")
     if isinstance(problem, StatementError):
         m.fault(problem)
         return

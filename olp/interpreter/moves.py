@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 
 from olp.diagnostic import Severity
-from olp.expression import Position, Store, Taught, Variable
-from olp.interpreter.evaluate import quantity
+from olp.expression import POSITION_STORES, Position, Store, Taught, Variable
+from olp.interpreter.evaluate import quantity, whole
+from olp.interpreter.memory import SystemPosition
 from olp.interpreter.speeds import FRACTION, JOINT, PATH_CODES, move_speed, part_speed, share
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.interpreter.targets import place
+from olp.interpreter.variables import read_variable
 from olp.interpreter.world import KIND_PREFIX
 from olp.plan import BlendCode
 from olp.program import Blend, BlendKind, Move
@@ -128,21 +130,26 @@ def _targets_of(m: Machine, targets: tuple[Position, ...], part: int, s: Move) -
     """(part, mechanism, index in the pool) of each written position."""
     rows = []
     for position in targets:
-        if not isinstance(position, (Taught, Variable)):
+        if not isinstance(position, (Taught, Variable)) or position.store not in POSITION_STORES:
             raise StatementError(
-                "I209", f"nothing defines {spell(position)}", "declare the name, or correct it"
+                "I209", f"{spell(position)} is no position", "use a position variable or a taught point"
             )
-        for store in _stores(position):
+        for store in _stores(m, position):
             rows.append(
                 (part, mechanism := role(m, part, store), place(m, mechanism, position, store, s.relative))
             )
     return rows
 
 
-def _stores(position: Taught | Variable) -> tuple[Store, ...]:
-    if position.store is Store.SYSTEM:
-        return (Store.ROBOT, Store.BASE, Store.STATION)
-    return (position.store,)
+def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
+    if position.store is not Store.SYSTEM:
+        return (position.store,)
+    assert isinstance(position, Variable)
+    whole_position = read_variable(m, Store.SYSTEM, whole(m, position.index), position.local)
+    assert isinstance(
+        whole_position, SystemPosition
+    )  # what else a system variable holds is an error of its own
+    return tuple(store for store, _ in whole_position.parts)
 
 
 def _blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float]:

@@ -14,13 +14,18 @@ from olp.interpreter.columns import NOWHERE
 from olp.interpreter.evaluate import whole
 from olp.interpreter.memory import PositionValue
 from olp.interpreter.state import Machine, StatementError
+from olp.interpreter.variables import is_whole
 from olp.points import PointKind, PointState
 
 _POSE_SIZE = 6
 
 
 def pose_of(m: Machine, mechanism: int, value: PositionValue) -> Pose:
-    """The tool's pose in the base. Raises StatementError (I212) where the robot or its geometry is missing."""
+    """The tool's pose in the base.
+
+    Raises StatementError: I213 for a pose cut short, I212 where the robot or its geometry is missing.
+    """
+    _check_whole(value)
     pose = m.world.cell.pose(mechanism, current_frames(m, value.state), value.values)
     if pose is None:
         name = m.world.mechanisms[mechanism].name
@@ -30,6 +35,11 @@ def pose_of(m: Machine, mechanism: int, value: PositionValue) -> Pose:
             "say which robot it is: --robot maker/model, or robot = … in olp.toml",
         )
     return pose
+
+
+def _check_whole(value: PositionValue) -> None:
+    if not is_whole(value):
+        raise StatementError("I213", "this needs the position of a robot", "use a P variable")
 
 
 def raw_pose(value: PositionValue) -> Pose:
@@ -94,6 +104,7 @@ def as_pulses(m: Machine, mechanism: int, value: PositionValue) -> PositionValue
     """The same position in motor pulses. Raises StatementError (I212) where the robot is missing."""
     if value.state.kind is PointKind.PULSE:
         return value
+    _check_whole(value)
     robot = m.world.cell.robot(mechanism)
     state = current_frames(m, value.state)
     resolved = m.world.cell.resolve(mechanism, state, np.asarray([value.values], dtype=np.float64))

@@ -22,8 +22,14 @@ PATH_CODES: Final[Mapping[Path, int]] = {path: code for code, path in enumerate(
 JOINT: Final = PATH_CODES[Path.JOINT]
 # Nobody says how fast a move without any speed is; the slowest taught presets of the controllers, so that a
 # prediction from them stands out.
-_DEFAULT_SPEED: Mapping[int, float] = {FRACTION: 0.0078, TRAVEL: 0.011}
-_SHOWN: Mapping[int, str] = {FRACTION: "0.78 % of the rated joint speed", TRAVEL: "11 mm/s"}
+_DEFAULT_SPEED: Final = (0.0078, 0.011, 0.1)  # [1], [m/s], [rad/s]
+_SHOWN: Final = ("0.78 % of the rated joint speed", "11 mm/s", "0.1 rad/s")
+_HIGHEST: Final = (1.0, 1e3, 1e3)  # faster than any machine
+_TOO_FAST: Final = (
+    "a joint speed above 100 % is taken as 100 %",
+    "a speed above 1000 m/s is taken as 1000 m/s",
+    "a speed above 1000 rad/s is taken as 1000 rad/s",
+)
 
 
 def set_speed(m: Machine, s: SetSpeed) -> None:
@@ -57,7 +63,7 @@ def move_speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
     unit = UNITS[speed.unit]
     written, scale = speed.value
     value = (written.value if type(written) is Number else number(m, written)) * scale
-    if value <= 0.0 or (unit == FRACTION and value > 1.0):
+    if not 0.0 < value <= _HIGHEST[unit]:
         value = _checked(m, unit, value)
     m.last[unit] = value
     return unit, value
@@ -74,22 +80,16 @@ def _modal_speed(m: Machine, unit: int) -> tuple[int, float]:
 
 
 def _checked(m: Machine, unit: int, value: float) -> float:
-    """A usable speed: the controller refuses others."""
-    if value > 0.0 and (unit != FRACTION or value <= 1.0):
+    """A usable speed; the controller refuses others, here the nearest one is taken with a warning."""
+    if 0.0 < value <= _HIGHEST[unit]:
         return value
-    if unit == FRACTION and value > 1.0:
-        says = f"a joint speed of {value:.0%} is taken as 100 %"
-        m.fault(StatementError("I302", says, "write at most 100 %", Severity.WARNING))
-        return 1.0
-    default = _DEFAULT_SPEED.get(unit, 0.0)
-    fault = StatementError(
-        "I301",
-        "the speed is not above zero: the slowest preset is taken",
-        "set the variable it comes from, in the program or in olp.toml",
-        Severity.WARNING,
-    )
-    m.fault(fault)
-    return default or 0.1
+    if value > 0.0:
+        m.fault(StatementError("I302", _TOO_FAST[unit], "write a lower speed", Severity.WARNING))
+        return _HIGHEST[unit]
+    advice = "set the variable it comes from, in the program or in olp.toml"
+    says = f"the speed is not above zero: {_SHOWN[unit]} is taken"
+    m.fault(StatementError("I301", says, advice, Severity.WARNING))
+    return _DEFAULT_SPEED[unit]
 
 
 def share(m: Machine, value: float, what: str) -> float:

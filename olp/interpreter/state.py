@@ -164,7 +164,8 @@ class Machine:
                 point = job.points.find(store, False, index)
                 key = (store, index)
                 # A routine is loaded before the program starts: what ran since then counts more.
-                if point is not None and key not in self.memory.changed:
+                told = key in self.memory.changed or key in self.assumptions.variables
+                if point is not None and not told:
                     self.memory.values[key] = PositionValue(point.state, point.values)
 
     def diagnostics(self) -> tuple[Diagnostic, ...]:

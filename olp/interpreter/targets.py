@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from olp.expression import FrameRef, Position, Store, Taught, Variable
-from olp.interpreter.evaluate import read_variable, whole
-from olp.interpreter.memory import PositionValue, SystemPosition
+from olp.interpreter.evaluate import whole
+from olp.interpreter.memory import PositionValue
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
+from olp.interpreter.variables import read_variable
 
 
 def place(m: Machine, mechanism: int, position: Position, store: Store, relative: FrameRef | None) -> int:
@@ -48,9 +49,8 @@ def position_value(m: Machine, position: Position, store: Store) -> PositionValu
     if not isinstance(position, Variable):
         raise StatementError("I209", f"nothing defines {spell(position)}", "declare the name, or correct it")
     value = read_variable(m, store, whole(m, position.index), position.local)
-    if isinstance(value, SystemPosition):
-        value = dict(value.parts)[store]
-    assert isinstance(value, PositionValue)
+    if not isinstance(value, PositionValue):
+        raise StatementError("I209", f"{spell(position)} is no position", "use a position variable")
     return value
 
 

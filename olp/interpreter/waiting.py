@@ -23,19 +23,25 @@ from olp.program import (
     WaitTask,
 )
 
+_LONGEST = 1e7  # [s], four months
+
 
 def dwell(m: Machine, s: Dwell) -> None:
     seconds = quantity(m, s.duration)
-    if seconds < 0.0:
-        raise StatementError("I305", f"a wait of {seconds:g} s is left out", "write a time of zero or more")
+    if not 0.0 <= seconds <= _LONGEST:
+        raise StatementError(
+            "I305", f"a wait of {seconds:g} s is left out", "write a time between zero and four months"
+        )
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
 
 def wait(m: Machine, s: Wait) -> None:
     """Waits for a condition: as long as olp.toml says, at most its own limit."""
     limit = None if s.timeout is None else quantity(m, s.timeout)
-    if limit is not None and limit < 0.0:
-        raise StatementError("I305", f"a limit of {limit:g} s is left out", "write a time of zero or more")
+    if limit is not None and not 0.0 <= limit <= _LONGEST:
+        raise StatementError(
+            "I305", f"a limit of {limit:g} s is left out", "write a time between zero and four months"
+        )
     seconds = _fixed(m, s.condition, limit)
     if seconds is None:
         seconds = _expected(m, s.condition)
