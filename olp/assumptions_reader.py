@@ -19,15 +19,21 @@ from olp.assumptions import (
     variable_key,
 )
 from olp.diagnostic import Diagnostic, Span, error
+from olp.effects import HIGHEST_OVERRIDE, SETTINGS
 from olp.expression import POSITION_STORES, Store
 from olp.points import PointKind, PointState
-from olp.units import deg, mm
+from olp.units import deg, mm, percent
 
 _SECTIONS: Final = ("robot", "robots", "inputs", "variables", "waits", "process", "start", "motion")
 _WAIT_KEYS: Final = ("default_s", "pause_s")
 _POSITION_KEYS: Final = ("pulse", "joint_deg", "pose_mm_deg", "tool", "user", "frame")
 _FRAMES: Final = ("base", "robot", "user")
-_MOTION_KEYS: Final = ("model", "accel_mm_s2")
+_MOTION_KEYS: Final = ("model", "accel_mm_s2", *SETTINGS)
+_MOTION_EXAMPLES: Final = {
+    "model": 'model = "constant"',
+    "accel_mm_s2": "accel_mm_s2 = 3050",
+    "override_pct": "override_pct = 50, at most 150",
+}
 _MECHANISM = re.compile(r"(RB|BS|ST)\d{1,2}")
 _RANGES: Final = {
     Store.BYTE: (0, 255),
@@ -186,10 +192,10 @@ class _Reader:
             value = table.get(key)
             if key == "model" and isinstance(value, str):
                 found[key] = value
-            elif key != "model" and _is_number(value) and value > 0:
+            elif key != "model" and _is_number(value) and _in_range(key, value):
                 found[key] = float(value)
             elif value is not None:
-                example = 'model = "constant"' if key == "model" else f"{key} = 3050"
+                example = _MOTION_EXAMPLES.get(key, f"{key} = 0.004")
                 self._report("A004", f"{key} has the wrong kind of value", key, example)
         return found
 
@@ -292,6 +298,13 @@ class _Reader:
             return 0, 1
         start = self.text.rfind("\n", 0, match.start()) + 1
         return self.text.count("\n", 0, match.start()) + 1, match.start() - start + 1
+
+
+def _in_range(key: str, value: float) -> bool:
+    """Whether a number of [motion] can be used; times of effects may be zero."""
+    if key == "override_pct":
+        return 0 < value <= HIGHEST_OVERRIDE / percent
+    return value > 0 or (value == 0 and key in SETTINGS)
 
 
 def _mechanism(text: str) -> str | None:

@@ -23,7 +23,7 @@ _CHUNK = 16
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """How files are timed; everything a worker process needs. `acceleration` [m/s²]."""
+    """How files are timed; everything a worker process needs. `acceleration` [m/s²], speed `override` [1]."""
 
     format: str = "text"
     options: Options = field(default_factory=Options)
@@ -34,6 +34,7 @@ class Job:
     assumptions: str | None = None  # path of an olp.toml, else the nearest one
     max_steps: int = 2_000_000
     cycles: int = 1
+    override: float | None = None
 
 
 def time_files(
@@ -101,7 +102,7 @@ def time_program(program: Program, job: Job) -> Timing:
         cycles=job.cycles,
         max_steps=job.max_steps,
     )
-    return time_plan(plan, job.model, job.acceleration)
+    return time_plan(plan, job.model, job.acceleration, job.override)
 
 
 def _assumptions(job: Job) -> Assumptions | None:

@@ -48,6 +48,12 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
         metavar="A",
         help="acceleration of linear moves in mm/s² (default: the robot's)",
     )
+    parser.add_argument(
+        "--override",
+        type=positive,
+        metavar="PCT",
+        help="speed override in percent, a factor on V= and VJ= (default: 100)",
+    )
     parser.add_argument("--assumptions", metavar="FILE", help="an olp.toml (default: the nearest one)")
     parser.add_argument("--encoding", metavar="E", help="of the program text (default: guessed)")
     parser.add_argument(
@@ -108,6 +114,7 @@ def job_of(args: Namespace, count: int) -> Job:
         encoding=args.encoding,
         assumptions=args.assumptions,
         max_steps=args.max_steps,
+        override=None if args.override is None else args.override * 1e-2,
         cycles=args.cycles,
     )
 

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnostic import Diagnostic, Span, error
+from olp.effects import Effects, effects_of, settling_of
 from olp.motion import Profile, load_model
 from olp.plan import PATHS, Assumption, Plan, StepKind
 from olp.program import Path
+from olp.timing.additions import Additions, additions
 from olp.timing.chain import Chain, chain
 from olp.timing.demand import Demand, Limits, demand
 from olp.timing.result import COLUMNS, RowTimes, Timing
@@ -23,13 +25,17 @@ Floats = NDArray[np.float64]
 
 
 def time_plan(
-    plan: Plan, model: str | None = None, acceleration: float | None = None, **parameters: float
+    plan: Plan,
+    model: str | None = None,
+    acceleration: float | None = None,
+    override: float | None = None,
+    **parameters: float,
 ) -> Timing:
     """Times every step of `plan`.
 
-    `model` and `acceleration` [m/s²] of linear moves override olp.toml, which overrides the robot; `parameters` go to
-    the motion model (SI). Steps that cannot be timed are nan and have a diagnostic. Raises OlpError for an unknown
-    model or parameter.
+    `model`, `acceleration` [m/s²] of linear moves and the speed `override` [1] beat olp.toml, which beats the robot;
+    `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a diagnostic. Raises OlpError
+    for an unknown model or parameter, and for an override that no controller has.
     """
     settings = plan.settings
     chosen = load_model(model or str(settings.get("model", DEFAULT_MODEL)))
@@ -37,7 +43,10 @@ def time_plan(
         acceleration = float(settings["accel_mm_s2"]) * mm
     assumed: dict[str, Assumption] = {}
     limits = Limits(acceleration, lambda says: assumed.setdefault(says, Assumption(0, says)) and None)
-    wanted = demand(plan, limits)
+    effects = effects_of(settings, override)
+    for says in effects.told:
+        limits.report(says)
+    wanted = demand(_at_override(plan, effects.override), limits)
     joined = chain(plan, wanted)
     profile = chosen.profile(
         np.where(wanted.unknown, 0.0, wanted.length),
@@ -48,8 +57,8 @@ def time_plan(
         joined.end_speed,
         **parameters,
     )
-    durations = _durations(plan, wanted, joined, profile, limits)
-    timing = _gather(plan, chosen.name, wanted, profile, durations, joined)
+    durations = _durations(plan, wanted, joined, profile, limits, effects)
+    timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects)
     problems = _problems(plan, wanted, durations)
     return replace(
         timing,
@@ -58,16 +67,36 @@ def time_plan(
     )
 
 
-def _durations(plan: Plan, wanted: Demand, joined: Chain, profile: Profile, limits: Limits) -> Floats:
+def _at_override(plan: Plan, override: float) -> Plan:
+    """The plan with its programmed speeds as the controller's speed override makes them; VJ ends at rated speed."""
+    if override == 1.0:
+        return plan
+    moves = plan.moves
+    fraction = np.minimum(moves.fraction * override, np.maximum(moves.fraction, 1.0))
+    slowed = replace(moves, fraction=fraction, travel=moves.travel * override, turn=moves.turn * override)
+    return replace(plan, moves=slowed)
+
+
+def _durations(
+    plan: Plan, wanted: Demand, joined: Chain, profile: Profile, limits: Limits, effects: Effects
+) -> Floats:
     """[s] per row of Moves; nan where unknown."""
-    settling = plan.robot.settling_time if plan.robot else None
-    if settling is None and joined.exact_stop.any():
-        limits.report("the settling time of an exact stop is not known: taken as 0 s")
-    duration = profile.duration - joined.saving + np.where(joined.exact_stop, settling or 0.0, 0.0)
+    settling, assumed = settling_of(effects, plan.robot)
+    if assumed and joined.exact_stop.any():
+        limits.report(assumed)
+    duration = profile.duration - joined.saving + np.where(joined.exact_stop, settling, 0.0)
     return np.where(wanted.unknown, np.nan, np.maximum(duration, 0.0))
 
 
-def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floats, joined: Chain) -> Timing:
+def _gather(
+    plan: Plan,
+    model: str,
+    wanted: Demand,
+    profile: Profile,
+    rows: Floats,
+    joined: Chain,
+    effects: Effects,
+) -> Timing:
     """From rows of Moves to steps: a move lasts as long as its slowest mechanism, and is told by its leading one."""
     count = len(plan)
     is_move = plan.kind == StepKind.MOVE
@@ -77,6 +106,7 @@ def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floa
         duration[is_move] = np.maximum.reduceat(rows, first)
     timed = ~is_move
     duration[timed] = plan.durations[plan.row[timed]]
+    added = additions(plan, joined.end_speed, duration, effects)
     moves = plan.moves
 
     def column(values: Floats) -> Floats:
@@ -96,14 +126,14 @@ def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floa
     return Timing(
         plan=plan,
         model=model,
-        rows=_row_times(plan, duration, wanted, profile, joined, rows),
+        rows=_row_times(plan, duration, added, wanted, profile, joined, rows),
         kind=tuple(kind),
         distance_mm=column(moves.length / mm),
         speed_mm_s=column(moves.travel / mm),
         reached_mm_s=column(profile.peak_speed * metric / mm),
         accel_mm_s2=column(wanted.acceleration * metric / mm),
         limited_by=tuple(limited),
-        duration_s=duration,
+        duration_s=duration + added.total,
         speed_pct=column(moves.fraction / percent),
         angle_deg=column(moves.angle / deg),
         assumptions=(),
@@ -112,12 +142,19 @@ def _gather(plan: Plan, model: str, wanted: Demand, profile: Profile, rows: Floa
 
 
 def _row_times(
-    plan: Plan, duration: Floats, wanted: Demand, profile: Profile, joined: Chain, rows: Floats
+    plan: Plan,
+    duration: Floats,
+    added: Additions,
+    wanted: Demand,
+    profile: Profile,
+    joined: Chain,
+    rows: Floats,
 ) -> RowTimes:
     """Each row's own clock: see RowTimes."""
     is_move = plan.kind == StepKind.MOVE
     per_step = np.diff(np.append(plan.row[is_move], len(plan.moves)))
-    begins = np.concatenate(([0.0], np.cumsum(np.nan_to_num(duration))))[:-1]
+    ends = np.cumsum(np.nan_to_num(duration + added.total))
+    begins = np.concatenate(([0.0], ends))[:-1] + added.before
     step_time = np.repeat(duration[is_move], per_step)
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.where((step_time > 0) & (rows < step_time), rows / step_time, 1.0)

@@ -1,0 +1,158 @@
+"""What a controller adds to the motion: off unless asked for, and then exactly what was asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from olp.assumptions import load_assumptions
+from olp.diagnostic import OlpError
+from olp.effects import GENERATIONS, Effects, effects_of, settling_of
+from olp.motion import model_names
+from olp.plan import PATHS, Plan
+from olp.program import Path
+from olp.reading import read
+from olp.robot import load_robot, robot_names
+from olp.timing import time_plan
+from olp.track import track
+
+JOB = "samples/inform/welding/SEAM-LH.JBI"
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    """A seam with exact stops, blended corners, a timer and process instructions."""
+    return read(JOB).plan()
+
+
+def with_effects(plan: Plan, **settings: float) -> Plan:
+    return replace(plan, settings={**plan.settings, **settings})
+
+
+def test_no_effect_changes_anything_until_it_is_asked_for(plan):
+    nothing = with_effects(plan, cycle_s=0.0, dispatch_s=0.0, servo_lag_s=0.0, override_pct=100.0)
+    assert time_plan(nothing).total_s == time_plan(plan).total_s
+    assert effects_of({}) == Effects()
+    assert effects_of({}).told == []
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_stretches_between_stops_last_whole_cycles(plan, model):
+    cycle = 0.0137
+    plain, counted = time_plan(plan, model), time_plan(with_effects(plan, cycle_s=cycle), model)
+    more = counted.duration_s - plain.duration_s
+    assert (more >= -1e-12).all()
+    assert (more < cycle).all()
+    assert more.max() > 0
+    motion = counted.motion_s / cycle
+    assert motion == pytest.approx(round(motion), abs=1e-6)
+
+
+def test_a_motion_that_is_whole_cycles_already_is_left_alone(plan):
+    once = time_plan(with_effects(plan, cycle_s=0.0137))
+    for count in (1, 2):
+        finer = time_plan(with_effects(plan, cycle_s=0.0137 / count))
+        assert finer.total_s <= once.total_s + 1e-9
+
+
+def test_every_stop_comes_later_by_the_lag_of_the_servos(plan):
+    lag = 0.0312
+    plain, late = time_plan(plan), time_plan(with_effects(plan, servo_lag_s=lag))
+    more = late.duration_s - plain.duration_s
+    stops = np.isclose(more, lag)
+    assert np.allclose(more[~stops], 0.0)
+    lines = plan.line[stops].tolist()
+    assert 51 in lines, "the exact stop before the seam"
+    assert 59 in lines, "the stop that the timer makes"
+    assert 65 in lines, "the end"
+    assert 50 not in lines, "a corner with a position level"
+
+
+def test_instructions_take_time_to_begin_only_where_the_arm_stands(plan):
+    plain, slow = time_plan(plan), time_plan(with_effects(plan, dispatch_s=0.011))
+    more = dict(zip(plan.line.tolist(), (slow.duration_s - plain.duration_s).tolist(), strict=True))
+    assert more[52] == pytest.approx(0.011), "ARCON after an exact stop"
+    assert more[54] == pytest.approx(0.011), "the seam begins from rest"
+    assert more[55] == pytest.approx(0.0), "the seam goes on"
+
+
+def test_the_track_waits_and_lags_with_the_times(plan):
+    timing = time_plan(with_effects(plan, dispatch_s=0.25, servo_lag_s=0.1))
+    path = track(timing, 0.01)
+    assert path.time[-1] == pytest.approx(timing.total_s)
+    still = np.linalg.norm(np.diff(path.position, axis=0), axis=1) < 1e-9
+    assert still.sum() * 0.01 > 3 * 0.35 - 0.1
+    last = plan.moves.target[plan.moves.mechanism == 0][-1]
+    assert path.position[-1] == pytest.approx(plan.positions.position[last], abs=1e-9)
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_half_the_speed_takes_twice_as_long_where_only_speed_counts(plan, model):
+    whole, half = time_plan(plan, model), time_plan(plan, model, override=0.5)
+    seam = plan.line == 55
+    assert half.duration_s[seam] == pytest.approx(2 * whole.duration_s[seam], rel=0.01)
+    assert half.speed_mm_s[seam] == whole.speed_mm_s[seam], "the programmed speed stays what is written"
+    assert half.reached_mm_s[seam] == pytest.approx(whole.reached_mm_s[seam] / 2)
+    waits = half.wait_s + half.io_s
+    assert waits == whole.wait_s + whole.io_s
+
+
+def test_joint_moves_never_exceed_rated_speed(plan):
+    joint = np.full_like(plan.moves.path, PATHS.index(Path.JOINT))
+    full = replace(plan, moves=replace(plan.moves, path=joint, fraction=np.ones(len(joint))))
+    assert time_plan(full, override=1.5).total_s == time_plan(full).total_s
+    assert time_plan(full, override=0.5).total_s > time_plan(full).total_s
+
+
+def test_settings_are_read_in_the_units_of_their_names(tmp_path):
+    (tmp_path / "olp.toml").write_text(
+        "[motion]\ncycle_s = 0.004\ndispatch_s = 0.002\nsettling_s = 0\nservo_lag_s = 0.03\noverride_pct = 45\n"
+    )
+    given = load_assumptions(tmp_path / "olp.toml")
+    assert given.diagnostics == ()
+    assert effects_of(given.motion) == Effects(0.004, 0.002, 0.0, 0.03, 0.45)
+    assert effects_of(given.motion, override=0.8).override == 0.8
+    assert len(effects_of(given.motion).told) == 4
+
+
+@pytest.mark.parametrize(
+    "line", ["override_pct = 0", "override_pct = 151", "cycle_s = -1", 'dispatch_s = "a"']
+)
+def test_impossible_settings_are_told_with_their_line(tmp_path, line):
+    (tmp_path / "olp.toml").write_text(f"[motion]\n{line}\n")
+    (problem,) = load_assumptions(tmp_path / "olp.toml").diagnostics
+    assert (problem.code, problem.line) == ("A004", 2)
+
+
+@pytest.mark.parametrize("override", [0.0, -0.5, 1.51, float("nan")])
+def test_an_override_that_no_controller_has_is_refused(override):
+    with pytest.raises(OlpError, match="override") as caught:
+        effects_of({}, override)
+    assert caught.value.diagnostics[0].code == "T006"
+
+
+def test_settling_comes_from_the_file_then_the_robot_then_the_generation():
+    arm = load_robot("yaskawa/ma2010")
+    assert settling_of(Effects(settling=0.07), arm) == (0.07, "")
+    assert settling_of(Effects(), arm) == (0.12, "")
+    seconds, says = settling_of(Effects(), replace(arm, settling_time=None))
+    assert seconds == 0.12
+    assert "MA2010" in says
+    seconds, says = settling_of(Effects(), replace(arm, settling_time=None, controllers=("XRC",)))
+    assert seconds == 0.0
+    assert "not known" in says
+
+
+def test_every_controller_that_a_robot_file_names_is_in_the_table():
+    named = {name for robot in robot_names() for name in load_robot(robot).controllers}
+    yaskawa = {name for name in named if name[:2] in ("ER", "MR", "XR", "NX", "DX", "FS", "YR")}
+    assert yaskawa <= set(GENERATIONS)
+
+
+def test_every_number_of_the_table_has_a_source():
+    for generation in GENERATIONS.values():
+        for name in ("cycle", "dispatch", "settling", "servo_lag"):
+            known = getattr(generation, name)
+            assert known is None or (known.value > 0 and len(known.source) > 10)
