@@ -10,6 +10,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.robots.masses import Dynamics
+
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Kind = Literal["arm", "positioner", "track"]
@@ -79,6 +81,7 @@ class Robot:
     kind: Kind = "arm"
     controllers: tuple[str, ...] = ()
     geometry: Geometry | None = None
+    dynamics: Dynamics | None = None
     blend_zones: tuple[float, ...] | None = None  # [m] for PL = 1..8
     linear_acceleration: float | None = None  # [m/s²] of the tool centre point
     settling_time: float | None = None  # [s] per exact stop

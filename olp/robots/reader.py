@@ -8,14 +8,15 @@ from typing import Final, Literal, cast
 
 from olp.diagnostic import raise_errors
 from olp.robots.document import Document, Table
+from olp.robots.masses_reader import read_dynamics
 from olp.robots.model import FLANGE_AT_ZERO, Axis, Geometry, Joint, Kind, Links, Robot, Vector
 from olp.robots.sources import check_sources, read_sources
 from olp.units import deg, mm, ms
 
 _KINDS: Final = ("arm", "positioner", "track")
 _ROOT_KEYS: Final = (
-    "model", "maker", "kind", "controllers", "pose_verified", "inferred", "axes", "links", "chain", "sources",
-    "blend_zones_mm", "linear_acceleration_mm_s2", "settling_time_s", "payload_kg",
+    "model", "maker", "kind", "controllers", "pose_verified", "inferred", "axes", "links", "chain",
+    "dynamics", "sources", "blend_zones_mm", "linear_acceleration_mm_s2", "settling_time_s", "payload_kg",
 )  # fmt: skip
 _TURNING: Final = (
     "name", "lower_deg", "upper_deg", "speed_deg_s", "acceleration_deg_s2", "acceleration_rad_s2",
@@ -67,6 +68,7 @@ def read_robot(path: Path, name: str | None = None) -> Robot:
         kind=cast(Kind, kind),
         controllers=document.words(root, "controllers"),
         geometry=geometry,
+        dynamics=read_dynamics(document, [axis.name for axis in axes], [axis.linear for axis in axes]),
         blend_zones=None if zones is None else tuple(zone * mm for zone in zones),
         linear_acceleration=None if linear is None else linear * mm,
         settling_time=document.number(root, "settling_time_s", above=0.0),

@@ -10,12 +10,15 @@ from olp.robots.model import Robot
 SOURCE_GROUPS: Final = (
     "limits", "speed", "acceleration", "pulses", "links", "chain", "base_height", "blend_zones",
     "linear_acceleration", "settling_time", "payload", "pose",
+    "masses", "inertias", "torque_limits", "rotors", "friction",
 )  # fmt: skip
 
 
 def number_groups(robot: Robot) -> tuple[str, ...]:
     """The groups of numbers that `robot` holds, each of which needs an entry in its `sources`."""
     geometry = robot.geometry
+    bodies = robot.dynamics.bodies if robot.dynamics else ()
+    drives = robot.dynamics.drives if robot.dynamics else ()
     held = {
         "limits": True,
         "speed": True,
@@ -29,6 +32,11 @@ def number_groups(robot: Robot) -> tuple[str, ...]:
         "settling_time": robot.settling_time is not None,
         "payload": robot.payload is not None,
         "pose": robot.pose_verified,
+        "masses": bool(bodies),
+        "inertias": any(any(body.inertia) for body in bodies),
+        "torque_limits": any(drive.limit is not None for drive in drives),
+        "rotors": any(drive.rotor for drive in drives),
+        "friction": any(drive.viscous or drive.coulomb for drive in drives),
     }
     return tuple(group for group in SOURCE_GROUPS if held[group])
 
