@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from olp.colour import RED, YELLOW, paint, wanted
 from olp.commands.command import expand_paths, write_output
+from olp.diagnostic import Severity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -153,13 +154,29 @@ def encode(text: str, output: str | None) -> bytes:
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
-    """To the error stream, a blank line between; in colour when somebody is watching."""
+    """To the error stream: errors and warnings whole, notes of one kind as one line."""
     import sys
 
     if not diagnostics:
         return
     colour = wanted(sys.stderr)
-    print("\n\n".join(_shown(d, colour) for d in diagnostics), file=sys.stderr)
+    blocks = [_shown(d, colour) for d in diagnostics if d.severity is not Severity.INFO]
+    notes = _notes(diagnostics)
+    print("\n\n".join([*blocks, "\n".join(notes)] if notes else blocks), file=sys.stderr)
+
+
+def _notes(diagnostics: Sequence[Diagnostic]) -> list[str]:
+    """One line per sentence, with its first place and how often it was said."""
+    groups: dict[tuple[str, str], list[Diagnostic]] = {}
+    for diagnostic in diagnostics:
+        if diagnostic.severity is Severity.INFO:
+            groups.setdefault((diagnostic.code, diagnostic.message), []).append(diagnostic)
+    lines = []
+    for (code, message), group in groups.items():
+        place = f"{group[0].file}:{group[0].line}" if group[0].line else group[0].file
+        often = f", {len(group)} times" if len(group) > 1 else ""
+        lines.append(f"info[{code}]: {message} ({place}{often})")
+    return lines
 
 
 def _shown(diagnostic: Diagnostic, colour: bool) -> str:

@@ -108,7 +108,9 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, ou
     out.speed[rows] = np.where(
         turning, np.minimum(turn * scale, np.where(length > _NOTHING, speed, np.inf)), speed
     )
-    accelerations = np.where(turning, turn_acceleration * scale, acceleration)
+    # While the tool turns its point still travels, and may not accelerate harder than on a plain line.
+    travelling = np.where(length > _NOTHING, acceleration, np.inf)
+    accelerations = np.where(turning, np.minimum(turn_acceleration * scale, travelling), acceleration)
     out.acceleration[rows] = out.deceleration[rows] = accelerations
     out.rule[rows] = turning
     out.unknown[rows] = np.isnan(length) | (np.isnan(out.speed[rows]) & (out.length[rows] > _NOTHING))
