@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 _JOINT, _CIRCULAR, _SPLINE = (PATHS.index(p) for p in (Path.JOINT, Path.CIRCULAR, Path.SPLINE))
+_INSTANT = 1e-6  # [s] either side of an instant whose speed is asked for
 _MOST_SAMPLES = 20_000_000
 _BEYOND = 2  # a move overlaps at most its two neighbours, because a zone reaches at most half of a move
 
@@ -78,9 +79,8 @@ def track(timing: Timing, dt: float) -> Track:
     times = np.minimum(np.append(np.arange(count) * dt, total), total)
     if len(times) > 1 and times[-1] - times[-2] < 1e-9:
         times = times[:-1]
-    rows = plan.row[plan.kind == StepKind.MOVE].astype(np.intp)
     steps = np.minimum(np.searchsorted(timing.end_s, times, side="left"), len(plan) - 1)
-    position, rotation, axes = _states(timing, rows, times)
+    position, rotation, axes = states(timing, times)
     robot = plan.robot
     known = min(len(robot.axes), axes.shape[1]) if robot else 0
     paths = [source.path for source in plan.sources]
@@ -110,8 +110,38 @@ def _check(timing: Timing, dt: float) -> None:
         )
 
 
-def _states(timing: Timing, rows: NDArray[np.intp], times: Floats) -> tuple[Floats, Floats, Floats]:
-    """Position, rotation and axes at `times`, from the leading row of every move."""
+def states(timing: Timing, times: Floats) -> tuple[Floats, Floats, Floats]:
+    """Position (n, 3) [m], rotation (n, 3, 3) and axes (n, k) of the leading mechanism at ascending `times` [s].
+
+    Axes along lines are continued from the first of `times` in each move; the nearer to its start, the safer.
+    """
+    rows = _leading_rows(timing.plan)
+    position, quaternion, axes, here = _poses(timing, rows, times)
+    rotation = rotation_from_quaternion(quaternion)
+    return position, rotation, _axes_along_paths(timing.plan, rows[here], position, rotation, axes)
+
+
+def tool_speed(timing: Timing, times: Floats) -> Floats:
+    """(n,) [m/s]: how fast the tool's point of the leading mechanism travels at `times` [s], corners included."""
+    rows = _leading_rows(timing.plan)
+    ends = np.stack((times - _INSTANT, times + _INSTANT), axis=1).ravel()
+    ends = np.clip(ends, 0.0, timing.total_s)
+    position = _poses(timing, rows, ends)[0].reshape(-1, 2, 3)
+    travelled = np.linalg.norm(position[:, 1] - position[:, 0], axis=1)
+    speed: Floats = travelled / np.maximum(np.diff(ends.reshape(-1, 2), axis=1)[:, 0], _INSTANT)
+    return speed
+
+
+def _leading_rows(plan: Plan) -> NDArray[np.intp]:
+    """The first row of every move."""
+    rows: NDArray[np.intp] = plan.row[plan.kind == StepKind.MOVE].astype(np.intp)
+    return rows
+
+
+def _poses(
+    timing: Timing, rows: NDArray[np.intp], times: Floats
+) -> tuple[Floats, Floats, Floats, NDArray[np.intp]]:
+    """Position, quaternion and driven axes at `times`, and which of `rows` each instant belongs to."""
     plan = timing.plan
     here = np.maximum(np.searchsorted(timing.rows.start[rows], times, side="right") - 1, 0)
     first = np.maximum(here - _BEYOND, 0)
@@ -131,8 +161,7 @@ def _states(timing: Timing, rows: NDArray[np.intp], times: Floats) -> tuple[Floa
         position += moved
         quaternion = _multiply(quaternion, turned)
         axes += driven
-    rotation = rotation_from_quaternion(quaternion)
-    return position, rotation, _axes_along_paths(plan, rows[here], position, rotation, axes)
+    return position, quaternion, axes, here
 
 
 def _tool_change(plan: Plan, rows: NDArray[np.intp], index: NDArray[np.intp]) -> tuple[Floats, Floats]:
