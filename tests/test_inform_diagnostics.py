@@ -198,10 +198,17 @@ help: move it above NOP; is the line /JOB of another job missing?""",
     ),
     (
         "*LOAD_ONLY",
-        """info[P032]: label *LOAD_ONLY has more than 8 characters
+        """info[P032]: a label of more than 8 characters
 12 | *LOAD_ONLY
    | ^^^^^^^^^^
 help: older controllers refuse it""",
+    ),
+    (
+        "'a comment that is longer than what fits",
+        """info[P037]: a comment of more than 32 characters
+12 | 'a comment that is longer than what fits
+   | ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+help: the pendant cuts it off""",
     ),
     (
         "SET D000 1234567890123456789",
@@ -257,6 +264,22 @@ help: counted 1,0,0,0,0,0; is the file cut off?""",
   --> test.jbi:7:1
 7 | C00000=11,2,3,4,5,6
   | ^^^^^^^^^^^^^^^^^^^""",
+    ),
+    (
+        job(points=["///TOOL 2", "C00000=11.125,2,3,4,5,6"]),
+        """warning[P019]: pulses with decimals: is ///RECTAN missing before this row?
+  --> test.jbi:6:1
+6 | C00000=11.125,2,3,4,5,6
+  | ^^^^^^^^^^^^^^^^^^^^^^^
+help: read as pulses""",
+    ),
+    (
+        [*job(), *job()],
+        """warning[P043]: a second job called TEST
+  --> test.jbi:11:1
+11 | /JOB
+   | ^^^^
+help: the first one begins in line 1; calls go to it""",
     ),
     (
         job(header=["///DATE 2026/01/01 10:00", "///POSTYPE USER"]),

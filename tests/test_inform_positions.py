@@ -19,7 +19,7 @@ ROBOT, BASE, STATION = Store.ROBOT, Store.BASE, Store.STATION
 
 def table(*rows: str, groups: str = "RB1") -> PointTable:
     program = read_lines(job(points=rows, header=("///DATE 2026/01/01 10:00", f"///GROUP1 {groups}")))
-    assert not [d.render() for d in program.diagnostics]
+    assert not [d.render() for d in program.diagnostics if d.code != "P019"]  # decimals in pulses
     return program.routines[0].points
 
 

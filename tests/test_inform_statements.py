@@ -586,6 +586,17 @@ def test_a_name_of_the_alias_table_is_the_variable_that_it_names() -> None:
     assert read[0].target.name == "V_Seam"
 
 
+def test_an_odd_name_is_a_name_only_where_a_value_stands() -> None:
+    lines = ("CALL JOB:MY two words", "*two_words", "COMM SET two words 1", 'MSG "two words"', "'two words")
+    assert [without_line(one) for one in read_statements(*lines)] == [
+        Call(0, "MY two words"),
+        Label(0, "two_words"),
+        Disabled(0, "SET two words 1"),
+        Message(0, Text("two words")),
+        Comment(0, "two words"),
+    ]
+
+
 def test_a_line_read_for_one_job_is_not_taken_for_another_with_other_names() -> None:
     first = read_lines(job(["SET SPEED_1 4"], aliases=["LD003 SPEED_1"])).routines[0].body[1]
     second = read_lines(job(["SET SPEED_1 4"], aliases=["B007 SPEED_1"])).routines[0].body[1]

@@ -16,6 +16,7 @@ from olp.vendors.inform.header import Header
 _FAMILY = {Store.ROBOT: "C", Store.BASE: "BC", Store.STATION: "EC"}
 _POSITION = re.compile(r"(?<![A-Z])(BC|EC|C|E)([0-9]{1,9})(?![0-9])")
 _LABEL_LENGTH = 8
+_COMMENT_LENGTH = 32
 _RECORDS = ("/JOB", "//NAME", "//POS", "//INST")
 
 
@@ -46,7 +47,7 @@ def check_routine(findings: Findings, header: Header, routine: Routine, markers:
         if markers:
             flow = sorted([*flow, *markers], key=lambda one: one.line)
         findings.extend(pair(flow).problems)
-        _check_labels(findings, routine)
+        _check_lengths(findings, routine)
     _check_widths(findings, routine)
 
 
@@ -144,13 +145,25 @@ def _span_of(findings: Findings, line: int, family: str, number: int) -> Span:
     return findings.whole_line(line)
 
 
-def _check_labels(findings: Findings, routine: Routine) -> None:
+def _check_lengths(findings: Findings, routine: Routine) -> None:
+    """Labels and comments beyond what controllers show."""
     for statement in routine.body:
-        if type(statement) is Label and len(statement.name) > _LABEL_LENGTH:
-            span = Span(statement.line, 1, len(statement.name) + 2)
-            message = f"label *{statement.name} has more than {_LABEL_LENGTH} characters"
-            help = "older controllers refuse it"
-            findings.once(Severity.INFO, "P032", "label", message, span, help)
+        if type(statement) is Move:
+            text = statement.comment
+        elif type(statement) is Comment:
+            text = statement.text
+        elif type(statement) is Label and len(statement.name) > _LABEL_LENGTH:
+            _too_long(findings, "P032", "label", statement.line, _LABEL_LENGTH, "older controllers refuse it")
+            continue
+        else:
+            continue
+        if len(text) > _COMMENT_LENGTH:
+            _too_long(findings, "P037", "comment", statement.line, _COMMENT_LENGTH, "the pendant cuts it off")
+
+
+def _too_long(findings: Findings, code: str, what: str, line: int, most: int, help: str) -> None:
+    message = f"a {what} of more than {most} characters"
+    findings.once(Severity.INFO, code, "", message, findings.whole_line(line), help)
 
 
 def _check_widths(findings: Findings, routine: Routine) -> None:
@@ -176,6 +189,16 @@ def _check_equal(findings: Findings, lines: list[int], widths: list[int]) -> Non
             span = Span(line, text.find("=") + 2, len(text.rstrip()) + 1)
             message = f"{width} values, where the other rows have {usual}"
             findings.error("P012", message, span, help=f"expected {usual} numbers with commas")
+
+
+def check_names(findings: Findings, routines: Sequence[Routine]) -> None:
+    """Two jobs of one name: CALL can mean the first one only."""
+    first: dict[str, int] = {}
+    for routine in routines:
+        if routine.name and first.setdefault(routine.name, routine.line) != routine.line:
+            message = f"a second job called {routine.name[:40]}"
+            help = f"the first one begins in line {first[routine.name]}; calls go to it"
+            findings.warning("P043", message, findings.whole_line(routine.line), help=help)
 
 
 def check_text(findings: Findings) -> None:

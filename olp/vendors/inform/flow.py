@@ -82,7 +82,7 @@ class FlowRules(MoveRules):
     def call(self, children: list[Any]) -> Call:
         (word, job, *arguments), suffix = _suffix(children)
         jump = word == "JUMP"
-        name = job[4:].strip()
+        name = unmangle(job[4:].strip())
         return Call(0, name, tuple(arguments), suffix.condition, jump=jump, spelling=suffix.word)
 
     def macro(self, children: list[Any]) -> Call:
@@ -138,7 +138,7 @@ class FlowRules(MoveRules):
         return End(0)
 
     def disabled(self, children: list[Token]) -> Disabled:
-        return Disabled(0, children[0].strip())
+        return Disabled(0, unmangle(children[0].strip()))
 
     def pulse(self, children: list[Any]) -> PulseOutput:
         (signal, duration), suffix = _suffix(children)
@@ -152,7 +152,7 @@ class FlowRules(MoveRules):
 
     def start_task(self, children: list[Any]) -> StartTask:
         (job, task, *sync), suffix = _suffix(children)
-        name = job[4:].strip()
+        name = unmangle(job[4:].strip())
         return StartTask(0, name, str(task), suffix.condition, spelling=suffix.word, synchronised=bool(sync))
 
     def wait_task(self, children: list[Token]) -> WaitTask:

@@ -40,7 +40,9 @@ class Mangler:
         alternatives = "|".join(re.escape(name) for name in ordered)
         # ARGF stands glued to its value; strings and comments are passed over as wholes.
         self._pattern = re.compile(
-            rf"""("[^"]*"|'.*|//.*)|(?:(?<![\w#])|(?<=ARGF))({alternatives})(?!\w)""" if ordered else r"(?!)"
+            rf"""("[^"]*"|'.*|//.*)|(?:(?<![\w#*:])|(?<=ARGF))({alternatives})(?!\w)"""
+            if ordered
+            else r"(?!)"
         )
 
     def __call__(self, line: str) -> str:

@@ -171,6 +171,7 @@ class Positions:
             at, index = stop, index + count
 
     def _bulk(self, family: str, width: int, text: str, line: int, state: int, rows: int) -> None:
+        self._doubt_pulses(text, line)
         plain = text.replace(family, "").replace("=", ",").replace("\n", ",")
         table = np.fromstring(plain[:-1], dtype=np.float64, sep=",").reshape(rows, width + 1)
         lines = np.arange(line, line + rows, dtype=np.int32)
@@ -195,6 +196,7 @@ class Positions:
             message = f"a position of {len(values)} values"
             self._refuse("P012", message, span, "expected 1 to 8 numbers with commas", match)
             return
+        self._doubt_pulses(match[3], line)
         family = self._family(match[1])
         family.numbers.append(int(match[2]))
         family.values.append(values)
@@ -204,6 +206,14 @@ class Positions:
 
     def _family(self, name: str) -> _Family:
         return self._families.setdefault(_SAME_AS.get(name, name), _Family())
+
+    def _doubt_pulses(self, text: str, line: int) -> None:
+        """Pulses are whole numbers: decimals mean that a record such as ///RECTAN got lost."""
+        if "." in text and self._kind is PointKind.PULSE:
+            message = "pulses with decimals: is ///RECTAN missing before this row?"
+            self.findings.once(
+                Severity.WARNING, "P019", "", message, self.findings.whole_line(line), "read as pulses"
+            )
 
     def _refuse(self, code: str, message: str, span: Span, help: str, match: re.Match[str] | None) -> None:
         """Tells a broken row, and remembers its number, so that nobody complains that the point is missing."""

@@ -22,6 +22,7 @@ def read_program(source: Source) -> Program:
     if checks.is_readable(findings):
         with _no_garbage_collection():
             routines = tuple(_routines(findings))
+        checks.check_names(findings, routines)
         checks.check_text(findings)
     return Program("inform", source, routines, findings.result(), bytes(findings.kinds))
 
