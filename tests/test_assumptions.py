@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -196,3 +197,23 @@ def test_names_of_signals_and_variables_go_both_ways() -> None:
     assert variable_key("b10") == (Store.BYTE, 10)
     assert variable_key("LB001") is None
     assert signal_key("TIMER 3") is None
+
+
+DOCUMENT = Path(__file__).parent.parent / "docs" / "assumptions.md"
+
+
+def test_the_documented_file_is_valid_and_says_something_in_every_section(tmp_path: Path) -> None:
+    block = DOCUMENT.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    found = load_assumptions(written(tmp_path, block))
+    assert not found.diagnostics
+    assert all([found.robot, found.robots, found.inputs, found.variables, found.waits, found.process])
+    assert all([found.start, found.motion, found.pause])
+
+
+def test_the_document_explains_every_code_of_the_interpreter_and_no_other() -> None:
+    root = DOCUMENT.parent.parent / "olp"
+    sources = [*root.glob("interpreter/*.py"), *root.glob("assumptions*.py")]
+    used = {
+        code for path in sources for code in re.findall(r'"([AI]\d{3})"', path.read_text(encoding="utf-8"))
+    }
+    assert set(re.findall(r"\b[AI]\d{3}\b", DOCUMENT.read_text(encoding="utf-8"))) == used

@@ -290,3 +290,34 @@ def test_a_station_that_no_group_names_is_taken_and_reported() -> None:
     plan = run(by_hand(line(0, parts=(part,))))
     assert plan.mechanisms == ("RB1", "ST1")
     assert "ST1 is taken" in said(plan)
+
+
+SAMPLES = Path(__file__).parent.parent / "samples" / "backup"
+
+
+@pytest.mark.parametrize("cell", ["dx200", "yrc1000"])
+def test_the_arm_comes_from_the_controllers_backup_beside_the_job(tmp_path: Path, cell: str) -> None:
+    for file in (SAMPLES / cell).iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    main = write_jobs(tmp_path, {"MAIN": "MOVL C00000 V=50.0 PL=1\nMOVJ C00001 VJ=25.00 PL=1"})
+    plan = run(read(main))
+    assert plan.robot is not None
+    assert len(plan.robot.axes) == 6
+    assert plan.robot.knows_pulses
+    assert not errors(plan)
+    assert plan.robot.blend_zones is not None
+    assert plan.moves.blend[0] == pytest.approx(plan.robot.blend_zones[0])
+
+
+def test_a_backup_that_cannot_be_true_is_a_warning_and_linear_moves_are_planned(tmp_path: Path) -> None:
+    for file in (SAMPLES / "yrc1000").iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    rows = (tmp_path / "RC.PRM").read_bytes().decode().split("\r\n")
+    speeds = rows.index("///RC1G") + 1 + 107
+    rows[speeds] = ",".join(["0"] * 10)
+    (tmp_path / "RC.PRM").write_bytes("\r\n".join(rows).encode())
+    plan = run(read(write_jobs(tmp_path, {"MAIN": "MOVL C00000 V=50.0\nMOVL C00002 V=50.0"})))
+    assert plan.robot is None
+    assert not errors(plan)
+    assert findings(plan)
+    assert visited(plan) == [0, 2]

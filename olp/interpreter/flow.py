@@ -7,6 +7,7 @@ from olp.expression import Expression, Variable
 from olp.interpreter.evaluate import evaluate, holds, number, whole, write_variable
 from olp.interpreter.loops import enter_loop, way_back
 from olp.interpreter.memory import RANGES, Value
+from olp.interpreter.spelling import spell
 from olp.interpreter.state import OTHER_FRAME, Frame, Machine, StatementError
 from olp.plan import CallSpan
 from olp.program import (
@@ -112,6 +113,10 @@ def end_while(m: Machine, s: EndWhile) -> int | None:
 
 def for_(m: Machine, s: For) -> int | None:
     here = m.frame.pc - 1
+    if not isinstance(s.variable, Variable):  # a name that nothing defines
+        raise StatementError(
+            "I209", f"{spell(s.variable)} cannot count", "use a byte, integer or double variable"
+        )
     start, stop = number(m, s.start), number(m, s.stop)
     step = 1 if s.step is None else number(m, s.step)
     if step == 0:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.assumptions import Assumptions
 from olp.cell import Cell, Mechanism, Tool
-from olp.diagnostic import Diagnostic, OlpError
+from olp.diagnostic import Diagnostic, OlpError, Severity
 from olp.expression import Store
 from olp.geometry import Pose
 from olp.interpreter.folder import backup_of, robot_of_backup
@@ -91,7 +91,9 @@ class World:
         try:
             return robot_of_backup(self.backup, name)
         except OlpError as problem:
-            self.diagnostics.extend(problem.diagnostics)
+            # The run needs no robot as long as no position does: that is told where it happens.
+            if Mechanism(name).is_robot:
+                self.diagnostics.extend(replace(d, severity=Severity.WARNING) for d in problem.diagnostics)
             return None
 
     def _group_number(self, name: str) -> int:
