@@ -162,12 +162,12 @@ def _end_speeds(
 def _rise(moves: Moves, ends: Changes, room: Floats, k1: Floats, k2: Floats) -> Floats:
     """How far above the faster end each move gets [m/s], (n,), at most `room`."""
     v0, v1, a, d = moves.start_speed, ends.end, moves.acceleration, moves.deceleration
-    rise = room.copy()
+    rise = np.where(moves.length > 0, room, 0.0)
     simple = (v0 == 0) & (v1 == 0) & (a == d)
     if simple.any():
         peak = _rest_to_rest(*(x[simple] for x in (moves.length, a, k1, k2)))
         rise[simple] = np.minimum(peak, room[simple])
-    open_ = ~simple & (room > 0)
+    open_ = ~simple & (rise > 0)
     if open_.any():
         up, down = _ramps(
             moves, ends._replace(first=ends.first + room, last=ends.last + room, braking=~open_), k1, k2
