@@ -165,7 +165,7 @@ class _Ramps(NamedTuple):
         """(n,) [1/s²] no ramp can be steeper than its first instant; 0 where the start cannot be held."""
         torque = self._torque(self.begin)
         interval = acceleration_interval(torque, 0.0, self.model.torque_limits)
-        return np.where(interval.feasible, np.maximum(interval.upper, 0.0), 0.0)
+        return np.where((interval.lower <= 0.0) & (interval.upper > 0.0), interval.upper, 0.0)
 
     def _load(self, rate: Array) -> tuple[Array, Indices]:
         """(n,) the largest share of a torque limit used on the way up at `rate`, and of which axis."""
