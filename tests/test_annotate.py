@@ -287,6 +287,17 @@ def test_an_annotation_that_somebody_changed_is_theirs():
     assert result.removed == len(comments_of(source)) - 1
 
 
+@pytest.mark.parametrize("end", ["\r\n", "\n", "\r"])
+@pytest.mark.parametrize("last", [True, False])
+def test_comments_end_as_the_lines_around_them(end, last):
+    program = job(["MOVL C00000 V=250.0", "MOVL C00001 V=93.0"], end, last)
+    source = annotated(program)
+    assert source.raw == end.encode().join(line.encode() for line in source.lines) + (
+        end.encode() if last else b""
+    )
+    assert len(source.lines) == len(program.source.lines) + 3
+
+
 def test_blanks_that_a_controller_adds_do_not_hide_an_annotation():
     program = job(["MOVL C00000 V=250.0"])
     padded = re.sub(rb"('olp [^\r\n]*)", rb"\1   ", annotated(program).raw)

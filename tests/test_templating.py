@@ -47,6 +47,8 @@ def test_a_template_sees_values_filters_loops_macros_and_includes(tmp_path):
     "text",
     [
         "{{ row.__class__ }}",
+        "{{ row.__doc__ }}",
+        "{{ row.__module__ }}",
         "{{ ''.__class__.__mro__ }}",
         "{{ row['__class__'] }}",
         "{{ row.secret() }}",

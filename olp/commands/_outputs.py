@@ -10,7 +10,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from olp.commands.command import expand_paths, from_os_error, refuse_inputs, write_output
+from olp.commands.command import expand_paths, from_os_error, write_output
 from olp.diagnostic import Diagnostic, OlpError, error
 
 # Bytes of the output, and what there is to tell besides.
@@ -33,14 +33,12 @@ def convert(args: Namespace, work: Work, suffix: str | None = None) -> list[Diag
     """Does `work` for every file of `args.jobs` and writes what comes out. Returns all there is to tell.
 
     A file whose work raises OlpError is told about and not written; the others are. `suffix`: of the outputs,
-    with its dot (None: as the input's). Raises OlpError for missing inputs and for outputs over inputs.
+    with its dot (None: as the input's). Raises OlpError for missing inputs and outputs that contradict each other.
     """
-    inputs = expand_paths(args.jobs, program_suffixes())
+    from olp.vendors.vendor import vendor_suffixes
+
+    inputs = expand_paths(args.jobs, vendor_suffixes())
     targets = destinations(inputs, args, suffix)
-    if not args.in_place:
-        for target in targets:
-            if target is not None:
-                refuse_inputs(target, inputs)
     told: list[Diagnostic] = []
     for source, target in zip(inputs, targets, strict=True):
         try:
@@ -58,18 +56,13 @@ def convert(args: Namespace, work: Work, suffix: str | None = None) -> list[Diag
     return told
 
 
-def program_suffixes() -> tuple[str, ...]:
-    """The suffixes of all languages that olp reads."""
-    from olp.vendors.vendor import find_vendor, vendor_names
-
-    return tuple(suffix for name in vendor_names() for suffix in find_vendor(name).suffixes)
-
-
 def destinations(inputs: Sequence[Path], args: Namespace, suffix: str | None) -> list[Path | None]:
     """One output per input; None is standard output. Raises OlpError."""
     if args.in_place:
         if args.output is not None:
             raise OlpError(error("C002", "-o and --in-place exclude each other"))
+        if any(_renamed(path, suffix) != path for path in inputs):
+            raise OlpError(error("C002", "another language belongs in another file", help="name it with -o"))
         return list(inputs)
     if args.output in (None, "-"):
         if len(inputs) > 1:
