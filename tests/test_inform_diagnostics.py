@@ -31,7 +31,7 @@ def test_all_broken_lines_of_a_file_are_told_at_once_each_with_its_place() -> No
   --> test.jbi:12:15
 12 | MOVL C00001 V=
    |               ^
-help: expected a number, a text such as "OK", a variable such as B000, LD012 or P040, a name from //ALIAS or a position such as C00001""",
+help: expected a number, a variable such as B000, LD012 or P040 or a name from //ALIAS""",
         """error[P020]: 'JOB:' is not expected here
   --> test.jbi:14:6
 14 | CALL JOB:
@@ -125,6 +125,27 @@ help: expected INC B000""",
 12 | SET D003  EXPRESS D004 7
    |                        ^
 help: expected +, -, * or /""",
+    ),
+    (
+        "MOVL C00001 V=0.0 PL=1",
+        """error[P020]: a speed of 0.0
+12 | MOVL C00001 V=0.0 PL=1
+   |             ^^
+help: expected one above 0""",
+    ),
+    (
+        "MOVL C00001 V=12.5 PL=9",
+        """error[P020]: a position level of 9
+12 | MOVL C00001 V=12.5 PL=9
+   |                    ^^^
+help: expected 0 to 8""",
+    ),
+    (
+        "TIMER T=-0.5",
+        """error[P020]: a time of -0.5
+12 | TIMER T=-0.5
+   |       ^^
+help: expected one of 0 or more""",
     ),
     (
         "WAIT",

@@ -200,6 +200,13 @@ def test_any_bytes_are_read_without_an_exception_and_come_back(raw: bytes) -> No
 LINES = sorted({line for path in SAMPLES for line in load(path).raw.splitlines(keepends=True)})
 
 
+def test_text_before_the_first_job_is_one_error_and_the_job_is_read() -> None:
+    program = read_lines(["made on a PC", "", "/JOB later", *job(["TIMER T=1.5"])])
+    assert [(d.code, d.line) for d in program.diagnostics] == [("P015", 1)]
+    assert len(program.routines[0].body) == 3
+    assert [d.code for d in read_lines(["/JOB later"]).diagnostics] == ["P015"]
+
+
 @settings(max_examples=150, deadline=None)
 @given(st.lists(st.sampled_from(LINES), max_size=40))
 def test_any_mixture_of_lines_is_read_and_no_line_is_dropped_in_silence(lines: list[bytes]) -> None:

@@ -586,6 +586,12 @@ def test_a_name_of_the_alias_table_is_the_variable_that_it_names() -> None:
     assert read[0].target.name == "V_Seam"
 
 
+def test_a_second_part_may_have_the_speed_0_because_it_follows_the_first() -> None:
+    move = read_statement("MOVL C00001 V=12.5 +MOVJ EC00001 VJ=0.0")
+    assert isinstance(move, Move)
+    assert move.parts[0].speed == percent(0.0)
+
+
 def test_an_odd_name_is_a_name_only_where_a_value_stands() -> None:
     lines = ("CALL JOB:MY two words", "*two_words", "COMM SET two words 1", 'MSG "two words"', "'two words")
     assert [without_line(one) for one in read_statements(*lines)] == [

@@ -108,10 +108,12 @@ class ExpressionRules(Transformer[Token, Any]):
         return Signal(_BUSES[children[0][:-1]], children[1])
 
     def time(self, children: list[Any]) -> Quantity:
-        return values.quantity(children[1], values.TIME)
+        return checked(values.quantity(children[1], values.TIME), children[0], "a time", least=0.0)
 
     def speed(self, children: list[Any]) -> Speed:
-        return values.speed(children[0][:-1], children[1])
+        spoken = values.speed(children[0][:-1], children[1])
+        checked(spoken.value, children[0], "a speed", least=0.0)  # 0 occurs in second parts, which follow
+        return spoken
 
     def tool(self, children: list[Any]) -> FrameRef:
         return FrameRef("tool", children[1])
@@ -149,3 +151,14 @@ class ExpressionRules(Transformer[Token, Any]):
         if type(operand) is Number:
             return Number(-operand.value)
         return Unary("-", operand)
+
+
+def checked(quantity: Quantity, tag: str, what: str, least: float | None = None) -> Quantity:
+    """The quantity, whose literal must be above zero, or not below `least`. Raises BrokenLineError."""
+    value = quantity.literal
+    if value is None or value > 0 or (least is not None and value >= least):
+        return quantity
+    written = quantity.written
+    shown = written.value if isinstance(written, Number) else ""
+    wanted = "one above 0" if least is None else "one of 0 or more"
+    raise BrokenLineError(f"{what} of {shown}", str(tag), wanted)

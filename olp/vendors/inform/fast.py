@@ -14,10 +14,11 @@ from olp.program import Blend, BlendKind, Move, MovePart, Path, Speed
 from olp.vendors.inform import values
 
 _NUMBER = r"\d{1,9}(?:\.\d{0,9})?"
+_NOT_ZERO = r"(?!0+(?:\.0*)?(?![\d.]))"
 _POSITION = r"(?:BC|EC|C|L?BP|L?EX|L?P)\d{1,6}"
 MOVE_LINE: Final = re.compile(
     rf"(MOV[JLC]|SMOV[LC]) ({_POSITION}(?: {_POSITION})?)"
-    rf"(?: (VJ?={_NUMBER}))?(?: PL=(\d))?(?: {{1,2}}\+MOVJ ({_POSITION}(?: VJ={_NUMBER})?))?"
+    rf"(?: (VJ?={_NOT_ZERO}{_NUMBER}))?(?: PL=([0-8]))?(?: {{1,2}}\+MOVJ ({_POSITION}(?: VJ={_NUMBER})?))?"
     r"(?: *//(.*?))?\s*",
     re.ASCII,
 )

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 
 from lark import Token
 
-from olp.expression import FrameRef, Position
+from olp.expression import FrameRef, Number, Position
 from olp.program import (
     Blend,
     BlendKind,
@@ -21,7 +21,7 @@ from olp.program import (
 )
 from olp.units import mm
 from olp.vendors.inform import values
-from olp.vendors.inform.expressions import BrokenLineError, ExpressionRules
+from olp.vendors.inform.expressions import BrokenLineError, ExpressionRules, checked
 
 PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR, "S": Path.SPLINE}
 _SPEED_WORDS = {unit: f"{word}=" for word, (unit, _, _) in values.SPEEDS.items()}
@@ -49,9 +49,16 @@ class Tag(NamedTuple):
     word: str
 
 
-def level(written: Any) -> Blend:
+def _level(written: Any) -> Blend:
     """PL=n."""
+    if type(written) is Number and written.value not in range(9):
+        raise BrokenLineError(f"a position level of {written.value}", "PL=", "0 to 8")
     return Blend(BlendKind.LEVEL, values.quantity(written, values.LEVEL))
+
+
+def _check_speed(speed: Speed) -> None:
+    """The leading group's speed times the move: it cannot be 0."""
+    checked(speed.value, _SPEED_WORDS[speed.unit], "a speed")
 
 
 class MoveRules(ExpressionRules):
@@ -59,6 +66,8 @@ class MoveRules(ExpressionRules):
         word, rest = children[0], children[1:]
         targets, tags, parts = _sorted(rest)
         fields = _fields(tags)
+        if "speed" in fields:
+            _check_speed(fields["speed"])
         other = tuple(tag.value for tag in tags if tag.field == "other")
         if other:
             fields["other"] = other
@@ -95,14 +104,17 @@ class MoveRules(ExpressionRules):
         return Reference(0, number, targets, parts, coordinated=word[0] == "S")
 
     def set_speed(self, children: list[Speed]) -> SetSpeed:
+        for speed in children:
+            _check_speed(speed)
         return SetSpeed(0, tuple(children))
 
     def level(self, children: list[Any]) -> Tag:
-        return Tag("blend", level(children[1]), "PL=")
+        return Tag("blend", _level(children[1]), "PL=")
 
     def rate(self, children: list[Any]) -> Tag:
         field = "acceleration" if children[0] == "ACC=" else "deceleration"
-        return Tag(field, values.quantity(children[1], values.RATE), str(children[0]))
+        rate = checked(values.quantity(children[1], values.RATE), children[0], "a rate")
+        return Tag(field, rate, str(children[0]))
 
     def radius(self, children: list[Any]) -> Tag:
         return Tag("blend", Blend(BlendKind.RADIUS, values.quantity(children[1], (mm, mm))), "CR=")

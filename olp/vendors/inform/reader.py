@@ -47,7 +47,7 @@ def _routines(findings: Findings) -> Iterator[Routine]:
     if early is not None and _before_job(findings, early, first):
         starts.insert(0, early)
     moves = MoveLines()
-    for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
+    for start, stop in zip(starts, [*starts[1:], len(lines)], strict=False):
         yield _routine(findings, moves, start, stop)
 
 
