@@ -1,0 +1,195 @@
+"""Targets in waiting, and how far their motion is already certain.
+
+A corner is passed as fast as the moves behind it allow, because the arm has to be able to brake in what it knows of
+its way. So the motion of a target depends on later ones, and a step may be handed out only when no later target can
+change it any more. Whether it can is found out without knowing the corner's law: the plan is timed as it is, which
+ends in a stop, and again with its last move braking harder. Where both agree, the stop at the end is not what rules,
+and a longer way would not change anything either.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.cell import Cell, Mechanism, Tool
+from olp.controller.target import Target
+from olp.geometry import Pose
+from olp.interpreter.recorder import Recorder
+from olp.motion import Profile
+from olp.plan import PATHS, BlendCode, Plan
+from olp.points import PointKind, PointState
+from olp.program import Path
+from olp.source import Source
+from olp.timing import Timing, time_plan
+
+if TYPE_CHECKING:
+    from olp.robot import Robot
+
+Floats = NDArray[np.float64]
+_FRACTION, _TRAVEL, _TURN = 0, 1, 2  # units of speed as Recorder.row counts them
+_HARDER = 4.0  # times the deceleration of the last move: any factor above 1 tells the same
+_SAME = 1e-12  # relative; times that differ by less are the same
+_CURVED, _JOINT = PATHS.index(Path.CIRCULAR), PATHS.index(Path.JOINT)
+
+
+class Go(NamedTuple):
+    """A target with the joints (k,) it was found to have, and the number of its tool."""
+
+    number: int
+    target: Target
+    goals: tuple[Floats, ...]
+    tool: int
+
+
+class Stay(NamedTuple):
+    """Standing still for `seconds` [s]."""
+
+    number: int
+    seconds: float
+
+
+Item = Go | Stay
+
+
+class Known(NamedTuple):
+    """What is certain. Times [s] count from the start of the queue."""
+
+    timing: Timing | None  # None: nothing moves
+    horizon: float  # up to here nothing can change any more
+    rests: bool  # the arm stands at the horizon: that is the end of a motion
+    ends: Floats  # when each item of the queue is done, (m,) at most one per item
+
+
+@dataclass(slots=True)
+class Queue:
+    """What is yet to be done from `origin` (k,), where the arm stands at the queue's start."""
+
+    robot: Robot
+    model: str
+    acceleration: float | None
+    settings: dict[str, str | float]
+    origin: Floats
+    tools: dict[int, Tool] = field(default_factory=lambda: {0: Tool(Pose.identity())})
+    items: list[Item] = field(default_factory=list)
+    closed: bool = False  # nothing more will come
+
+    @property
+    def last_joints(self) -> Floats:
+        """(k,): where the last target leaves the arm."""
+        for item in reversed(self.items):
+            if isinstance(item, Go):
+                return item.goals[-1]
+        return self.origin
+
+    def drop(self, count: int) -> None:
+        """Forgets the first `count` items; the arm must have come to a stop behind them."""
+        for item in self.items[:count]:
+            if isinstance(item, Go):
+                self.origin = item.goals[-1]
+        del self.items[:count]
+
+    def known(self) -> Known:
+        """Times what can be timed. Raises OlpError where a move cannot."""
+        items = list(self.items)
+        if items and not self.closed and isinstance(items[-1], Go) and items[-1].target.path is Path.SPLINE:
+            items.pop()  # the next point shapes it
+        if not items:
+            return Known(None, 0.0, True, np.zeros(0))
+        plan, steps = self._plan(items)
+        timing = time_plan(plan, self.model, self.acceleration)
+        problems = [d for d in timing.diagnostics if d.is_error]
+        if problems:
+            from olp.diagnostic import OlpError
+
+            raise OlpError(*problems)
+        ends = timing.end_s[np.array(steps) - 1]
+        if self.closed or stops(items[-1]):
+            return Known(timing, timing.total_s, len(items) == len(self.items), ends)
+        return Known(timing, self._certain(plan, timing), False, ends)
+
+    def _certain(self, plan: Plan, timing: Timing) -> float:
+        """[s] up to which a harder stop at the end changes nothing."""
+        moves = plan.moves
+        moving = np.nonzero(timing.rows.length > 1e-9)[0]
+        last = int(moving[-1]) if len(moving) else 0
+        deceleration = moves.deceleration.copy()
+        deceleration[last:] *= _HARDER
+        other = replace(plan, moves=replace(moves, deceleration=deceleration))
+        harder = time_plan(other, self.model, self.acceleration).rows
+        mine = timing.rows
+        same = np.ones(len(moves), dtype=bool)
+        for one, two in zip(_columns(mine), _columns(harder), strict=True):
+            size = np.maximum(np.abs(one), np.abs(two)).max(initial=1.0)
+            same &= np.abs(one - two).reshape(len(moves), -1).max(axis=1, initial=0.0) <= _SAME * size
+        same[last:] = False
+        first = int(np.argmin(same))
+        return max(0.0, float(min(mine.start[first], harder.start[first])))
+
+    def _plan(self, items: list[Item]) -> tuple[Plan, list[int]]:
+        """The plan of the items, and how many of its steps are done behind each."""
+        text = tuple(f"target {item.number}" for item in items)
+        source = Source("controller", "\n".join(text).encode(), "utf-8", text)
+        recorder = Recorder(Cell([Mechanism("RB1", self.robot)], self.tools), (source,))
+        tool = next((item.tool for item in items if isinstance(item, Go)), 0)
+        recorder.at[0] = recorder.position(0, _state(tool), self.origin.tolist())
+        steps = []
+        for line, item in enumerate(items, 1):
+            if isinstance(item, Stay):
+                recorder.wait(0, line, item.seconds)
+            else:
+                _record(recorder, line, item)
+            steps.append(len(recorder))
+        return replace(recorder.finish(()), settings=self.settings), steps
+
+
+def stops(item: Item) -> bool:
+    """Whether the arm stands behind an item whatever follows."""
+    if isinstance(item, Stay):
+        return True
+    return item.target.zone == 0.0 and item.target.path is not Path.SPLINE
+
+
+def _columns(rows: object) -> list[Floats]:
+    """Every number that says how rows move, (m,) or (m, p) each; a row's end is no part of its motion."""
+    found: list[Floats] = []
+    for name in type(rows).__dataclass_fields__:  # type: ignore[attr-defined]
+        value = getattr(rows, name)
+        if isinstance(value, Profile):
+            found += [value.durations, value.accelerations, value.jerks, value.speeds]
+        elif isinstance(value, np.ndarray):
+            found.append(value)
+    return found
+
+
+def _state(tool: int) -> PointState:
+    return PointState(PointKind.JOINT, "joint", None, tool)
+
+
+def _record(recorder: Recorder, line: int, item: Go) -> None:
+    """One step per goal; an arc begins with a point where the arm already stands, as controllers want it."""
+    target = item.target
+    path = PATHS.index(target.path)
+    unit, speed = (_TURN, target.turn) if target.speed is None else (_TRAVEL, target.speed)
+    assert speed is not None
+    unit = _FRACTION if path == _JOINT else unit
+
+    def row(index: int, code: BlendCode, zone: float = np.nan, end_of_arc: bool = False) -> None:
+        recorder.step(0, line)
+        share = target.acceleration, target.deceleration
+        recorder.row(0, index, path, unit, speed, code, zone, *share, end_of_arc=end_of_arc)
+
+    if path == _CURVED:
+        row(recorder.at[0], BlendCode.UNTAGGED, end_of_arc=True)
+    *between, end = (recorder.position(0, _state(item.tool), joints.tolist()) for joints in item.goals)
+    for index in between:
+        row(index, BlendCode.UNTAGGED)
+    if target.zone is None:
+        row(end, BlendCode.UNTAGGED, end_of_arc=path == _CURVED)
+    elif target.zone > 0.0:
+        row(end, BlendCode.ZONE, target.zone, end_of_arc=path == _CURVED)
+    else:
+        row(end, BlendCode.EXACT, end_of_arc=path == _CURVED)
