@@ -79,12 +79,30 @@ def test_a_variable_keeps_its_value_when_a_new_one_does_not_fit() -> None:
         ("SET LI003 17\nSET D[LI003] 45\nSET D000 D017", 45),
         ("SET D000 5\nSET D001 6\nCLEAR D000 1", 0),
         ("SET D001 6\nCLEAR D000 ALL\nSET D000 D001", 0),
+        ("SET D001 6\nSET D000 5\nCLEAR D001 ALL", 5),
+        ("SET D001 6\nSET D000 5\nSET D002 7\nCLEAR D000 2\nADD D000 D002", 7),
+        ("SET D000 -6\nDIV D000 -2", 3),
+        ("SET D000 0\nDIV D000 -3", 0),
+        ("SETREG MREG#(3) 258\nGETREG D000 MREG#(3) HIGH", 1),
+        ("SETREG MREG#(3) 258\nGETREG D000 MREG#(3) LOW", 2),
+        ("SETREG MREG#(3) 258\nSETREG MREG#(3) HIGH 4\nGETREG D000 MREG#(3)", 1026),
+        ("SETREG MREG#(3) 258\nSETREG MREG#(3) LOW 4\nGETREG D000 MREG#(3)", 260),
+        ('SET S000 "AB417"\nMID$ S001 S000 3 2\nVAL D000 S001', 41),
+        ('SET S000 "LEFT"\nSTRSTR D000 S000 "FT"', 3),
+        ('SET S000 "LEFT"\nASC D000 S000', 76),
+        ("SIN R000 30\nMUL R000 100\nSET D000 R000", 50),
+        ("COS R000 60\nMUL R000 100\nSET D000 R000", 50),
+        ("ATAN R000 1\nSET D000 R000", 45),
         ('SET S000 "417"\nVAL D000 S000', 417),
         ('SET S000 "LEFT"\nLEN D000 S000', 4),
     ],
 )
 def test_arithmetic_gives_what_the_controller_would(body: str, value: int) -> None:
     assert shown(body) == value
+
+
+def test_a_negative_index_is_an_error() -> None:
+    assert [code for code, _ in errors(plan_of("SET LI000 -1\nSET D000 D[LI000]"))] == ["I221"]
 
 
 def test_rounding_and_lost_fractions_are_reported_where_they_happen() -> None:

@@ -319,3 +319,25 @@ def test_the_number_of_statements_is_limited() -> None:
     assert findings(plan) == ["I108"]
     assert plan.stop_reason == "stopped after 1000 statements"
     assert 300 < len(plan) < 340
+
+
+def test_a_switch_without_a_matching_case_runs_nothing() -> None:
+    body = (
+        "SWITCH B001\nCASE 1\nMOVL C00001 V=50.0\nCASE 2\nMOVL C00002 V=50.0\nENDSWITCH\nMOVL C00009 V=50.0"
+    )
+    assert visited(plan_of(body, given(B001=3))) == [9]
+    assert visited(plan_of(body, given(B001=2))) == [2, 9]
+
+
+def test_the_counter_of_a_for_loop_stands_one_step_beyond_afterwards() -> None:
+    assert waits(plan_of("FOR LI000 START= 0 TO 3\nNEXT LI000\nTIMER T=LI000")) == pytest.approx([0.04])
+    assert waits(plan_of("FOR LI000 START= 0 TO 5 STEP 2\nNEXT LI000\nTIMER T=LI000")) == pytest.approx(
+        [0.06]
+    )
+
+
+def test_an_emptied_call_stack_ends_the_program_with_the_routine(tmp_path: Path) -> None:
+    main = write_jobs(
+        tmp_path, {"MAIN": "CALL JOB:SUB\nMOVL C00009 V=50.0", "SUB": "MOVL C00001 V=50.0\nCLEAR STACK"}
+    )
+    assert visited(run(read(main))) == [1]

@@ -85,7 +85,8 @@ def test_without_any_speed_a_slow_default_is_taken_and_reported() -> None:
 
 
 @pytest.mark.parametrize(
-    ("move", "code", "value"), [("MOVJ C00000 VJ=108.00", "I302", 1.0), ("MOVL C00000 V=0.0", "I301", 0.011)]
+    ("move", "code", "value"),
+    [("MOVJ C00000 VJ=108.00", "I302", 1.0), ("SET I000 0\nMOVL C00000 V=I000", "I301", 0.011)],
 )
 def test_a_speed_that_the_controller_refuses_is_a_warning(move: str, code: str, value: float) -> None:
     plan = plan_of(move, robot=ARM)
@@ -166,6 +167,7 @@ def test_what_cannot_be_known_of_a_move_is_reported() -> None:
     assert visited(plan) == [0, 1, 2]
     assert "the search is taken to move all the way" in said(plan)
     assert "ends the move early" in said(plan)
+    assert said(plan).count("\n") == 2  # nothing else is said of the three moves
 
 
 PULSE_ROWS = """///TOOL 0

@@ -353,3 +353,86 @@ def test_elements_set_one_by_one_make_a_cartesian_position_which_is_reported() -
     plan = plan_of("SETE P077 (3) 5000\nMOVL C00000 V=50.0\nIMOV P077 V=50.0 BF")
     assert "P077 has no value yet" in said(plan)
     np.testing.assert_allclose(last(plan)[0], FIRST + np.array([0, 0, 0.005]), atol=1e-12)
+
+
+def test_the_points_of_a_relative_job_stand_in_its_own_frame(tmp_path: Path) -> None:
+    (tmp_path / "UFRAME.CND").write_bytes(UFRAME)
+    text = write_jobs(tmp_path, {"MAIN": "MOVL C00000 V=50.0"})
+    content = text.read_bytes().replace(b"///POSTYPE BASE", b"///POSTYPE USER")
+    text.write_bytes(content.replace(b"///ATTR SC,RW", b"///ATTR SC,RW,RJ\r\n////FRAME USER 2"))
+    plan = run(read(text))
+    assert not errors(plan)
+    np.testing.assert_allclose(last(plan)[0], (matrix(FRAME) @ [*FIRST, 1.0])[:3], atol=1e-9)
+
+
+def test_a_shift_is_converted_into_the_axes_of_another_frame(tmp_path: Path) -> None:
+    (tmp_path / "UFRAME.CND").write_bytes(UFRAME)
+    (tmp_path / "olp.toml").write_text(
+        "[variables]\nP001 = { pose_mm_deg = [20, -30, 40, 0, 0, 7.3] }\n", encoding="utf-8"
+    )
+    main = write_jobs(tmp_path, {"MAIN": "CONVSFT P002 P001 UF#(2)\nSFTON P002 UF#(2)\nMOVL C00000 V=50.0"})
+    expected = np.eye(4)
+    expected[:3, 3] = FIRST + np.array([0.02, -0.03, 0.04])
+    expected[:3, :3] = turn(0, 0, math.radians(7.3)) @ turn(*ANGLES)
+    reaches(run(read(main)), expected)
+
+
+def test_the_shift_between_two_positions_takes_one_to_the_other() -> None:
+    plan = plan_of("MSHIFT P003 BF P001 P002\nMOVL P001 V=50.0\nIMOV P003 V=50.0 BF", GIVEN)
+    reaches(plan, matrix(P2))
+
+
+def test_matrices_of_pulses_are_refused() -> None:
+    given = Assumptions(variables=variables(P001=PULSES, P002=P2))
+    for body in ("MULMAT P003 P001 P002", "INVMAT P003 P001"):
+        assert [code for code, _ in errors(plan_of(body, given))] == ["I213"]
+
+
+def test_a_position_divided_by_zero_is_an_error() -> None:
+    assert [code for code, _ in errors(plan_of("DIV P001 0", GIVEN))] == ["I207"]
+
+
+def test_the_position_of_a_step_can_be_fetched() -> None:
+    plan = plan_of("GETPOS PX010 STEP#(2)\nMOVL C00003 V=50.0\nMOVL C00005 V=50.0\nMOVL P010 V=50.0")
+    target = plan.positions.position[plan.moves.target]
+    np.testing.assert_allclose(target[2], target[1], atol=1e-12)
+    assert [code for code, _ in errors(plan_of("GETPOS PX010 STEP#(2)\nMOVL C00003 V=50.0"))] == ["I217"]
+
+
+VARIABLES = (
+    b"//VAR\r\n///PFNUM 6,0,0\r\n///SHARE 0,0,0,0,0,3,0,0\r\n///P\r\n"
+    b'"PULSE"0,0,0,0,0,0,2242,-15910,-30274,1525,-51078,9460\r\n'
+    b'"BASE"0,0,0,0,0,0,812.400,-133.700,207.900,171.3000,12.6000,-37.2000\r\n"UNUSED"\r\n'
+)
+
+
+def test_positions_of_var_dat_are_read_as_pulses_or_poses(tmp_path: Path) -> None:
+    (tmp_path / "VAR.DAT").write_bytes(VARIABLES)
+    main = write_jobs(tmp_path, {"MAIN": "MOVJ P000 VJ=25.00\nMOVL P001 V=50.0"})
+    plan = run(read(main), "yaskawa/ma2010")
+    robot = load_robot("yaskawa/ma2010")
+    joints = pulses_to_joints(robot, np.array([PULSES]))
+    np.testing.assert_allclose(plan.positions.axes[plan.moves.target[0]], joints[0], atol=1e-12)
+    reaches(plan, matrix(P1))
+
+
+def test_the_header_of_a_called_job_wins_over_var_dat(tmp_path: Path) -> None:
+    (tmp_path / "VAR.DAT").write_bytes(VARIABLES)
+    main = write_jobs(tmp_path, {"MAIN": "CALL JOB:SUB", "SUB": "MOVL P001 V=50.0"})
+    sub = tmp_path / "SUB.JBI"
+    row = b"//INST"
+    sub.write_bytes(
+        sub.read_bytes().replace(row, b"P00001=1.000,2.000,3.000,0.0000,0.0000,0.0000\r\n" + row, 1)
+    )
+    np.testing.assert_allclose(last(run(read(main)))[0], [0.001, 0.002, 0.003], atol=1e-12)
+
+
+def test_the_current_position_includes_the_table() -> None:
+    body = "MOVJ C00050  +MOVJ EC00000\nGETS PX010 $PX000\nGETE LD000 EX010 (1)\nTIMER T=LD000"
+    plan = plan_of(
+        "SPEED VJ=20.00\n" + body,
+        robot="yaskawa/ma2010",
+        header="///GROUP1 RB1\n///GROUP2 ST1",
+        rows="///POSTYPE PULSE\n///PULSE\nC00050=2242,-15910,-30274,1525,-51078,9460\nEC00000=8820,902",
+    )
+    assert float(plan.durations[-1]) == pytest.approx(88.20)
