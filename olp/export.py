@@ -65,7 +65,7 @@ def export(
     text = _text(program, vendor, template, date or _now())
     data = _encoded(text, program, vendor, encoding or _encoding(program))
     if output is not None:
-        from olp.commands.command import write_output
+        from olp.files import write_output
 
         write_output(os.fspath(output), data, inputs=[program.path] if program.path else [])
     return data

@@ -13,8 +13,9 @@ import pytest
 
 from olp import commands
 from olp.__main__ import main
-from olp.commands.command import expand_paths, write_output
+from olp.commands.command import expand_paths
 from olp.diagnostic import OlpError
+from olp.files import write_output
 from olp.version import __version__
 
 ROOT = Path(__file__).parent.parent

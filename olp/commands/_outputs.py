@@ -10,8 +10,9 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from olp.commands.command import expand_paths, from_os_error, write_output
+from olp.commands.command import expand_paths, from_os_error
 from olp.diagnostic import Diagnostic, OlpError, error
+from olp.files import write_output
 
 # Bytes of the output, and what there is to tell besides.
 Work = Callable[[Path], tuple[bytes, Sequence[Diagnostic]]]

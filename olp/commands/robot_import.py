@@ -27,7 +27,7 @@ def run(args: Namespace) -> int:
     from olp.backup.backup import read_backup
     from olp.backup.import_check import check_import
     from olp.backup.robot_file import robot_toml
-    from olp.commands.command import write_output
+    from olp.files import write_output
 
     backup = read_backup(args.backup)
     findings = list(check_import(backup, args.group, args.name))

@@ -6,8 +6,9 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from olp.colour import RED, YELLOW, paint, wanted
-from olp.commands.command import expand_paths, write_output
+from olp.commands.command import expand_paths
 from olp.diagnostic import Severity
+from olp.files import write_output
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

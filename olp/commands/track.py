@@ -5,8 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from olp.commands.command import write_output
 from olp.commands.time import add_timing_arguments, job_of, positive, print_diagnostics
+from olp.files import write_output
 
 if TYPE_CHECKING:
     import pandas
