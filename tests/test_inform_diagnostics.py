@@ -183,6 +183,13 @@ help: its effect on the time is unknown""",
 help: the job has none""",
     ),
     (
+        "GETE D003 C00008 (3)",
+        """error[P030]: there is no position C00008
+12 | GETE D003 C00008 (3)
+   |           ^^^^^^
+help: the nearest one is C00001""",
+    ),
+    (
         "MOVL C007",
         """error[P030]: there is no position C00007
 12 | MOVL C007

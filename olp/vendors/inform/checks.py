@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 
 from olp.control import pair
 from olp.diagnostic import Severity, Span
-from olp.expression import Position, Store, Taught
-from olp.program import Begin, Comment, End, Label, LineKind, Move, Reference, Routine, Statement
+from olp.expression import Element, Store, Taught
+from olp.program import Assign, Begin, Comment, End, Label, LineKind, Move, Reference, Routine, Statement
 from olp.vendors.inform.findings import Findings
 from olp.vendors.inform.header import Header
 
@@ -110,11 +110,16 @@ def _check_points(findings: Findings, header: Header, routine: Routine) -> None:
     robot = known[Store.ROBOT]
     missing: list[tuple[int, Taught]] = []
     for statement in routine.body:
-        if type(statement) is not Move and type(statement) is not Reference:
+        targets: Iterable[object]
+        if type(statement) is Move or type(statement) is Reference:
+            targets = statement.targets
+            if statement.parts:
+                targets = [*targets, *(t for part in statement.parts for t in part.targets)]
+        elif type(statement) is Assign:
+            value = statement.value
+            targets = (value.variable if type(value) is Element else value,)
+        else:
             continue
-        targets: Iterable[Position] = statement.targets
-        if statement.parts:
-            targets = [*targets, *(t for part in statement.parts for t in part.targets)]
         for target in targets:
             if type(target) is not Taught:
                 continue
