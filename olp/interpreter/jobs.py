@@ -106,15 +106,16 @@ class Jobs:
 
 
 def _points(routine: Routine) -> PointTable:
-    """The routine's positions; those of a relative routine that name no user frame stand in the routine's own."""
+    """The routine's positions; user coordinates of a relative routine stand in its own frame."""
     frame, table = routine.relative_to, routine.points
     if frame is None or frame.kind != "user" or not isinstance(frame.number, Number):
         return table
-    if not any(state.frame == "user" and state.user is None for state in table.states):
-        return table
     user = int(frame.number.value)
-    named = (replace(s, user=user) if s.frame == "user" and s.user is None else s for s in table.states)
-    return PointTable(tuple(named), table.blocks)
+    if all(state.user == user for state in table.states if state.frame == "user"):
+        return table
+    return PointTable(
+        tuple(replace(s, user=user) if s.frame == "user" else s for s in table.states), table.blocks
+    )
 
 
 def _key(name: str) -> str:
