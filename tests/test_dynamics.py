@@ -219,8 +219,8 @@ def test_what_cannot_be_computed_is_said(name, call, code):
 def test_a_model_says_what_it_does_not_know():
     says = dynamic_model(load_robot("ur10e")).assumptions
     assert len(says) == 2
-    assert "rotors not known" in says[0]
-    assert "friction not known" in says[1]
+    assert "inertia of the rotors is not known" in says[0]
+    assert "friction is not known" in says[1]
 
 
 def test_a_tool_is_a_load_and_says_what_of_it_is_assumed():

@@ -123,7 +123,7 @@ def test_drives_may_be_left_out_and_bodies_may_not(tmp_path):
     assert np.isinf(dynamic_model(robot).torque_limits).all()
     says = dynamic_model(robot).assumptions
     assert len(says) == 3
-    assert "point masses" in says[0]
+    assert "inertias of Z are not known" in says[0]
 
 
 @pytest.mark.parametrize(

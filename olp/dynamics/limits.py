@@ -16,7 +16,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _RAMP_SAMPLES: Final = 9  # along one ramp; torque changes slowly there: the pose turns by some degrees
-_STEPS: Final = 15  # of the search: 1e-6 below the largest rate as a rule, 0.4 % at worst of 1000 random moves
+_STEPS: Final = (
+    15  # of the search: 1e-6 below the largest rate as a rule, 0.4 % at worst of 1000 random moves
+)
 
 
 class PathTorque(NamedTuple):
@@ -66,7 +68,7 @@ def path_torque(
     manipulators along specified paths, 1985). Coulomb friction is that of motion in the sense of the path, also at
     rest: who starts has to overcome it. Raises OlpError: K002, K007 wrong shapes.
     """
-    positions, slopes, curvatures = same_shape(model, q, slope, curvature)
+    positions, slopes, curvatures = same_shape(model.robot, q, slope, curvature)
     _, viscous, coulomb = drives_of(model)
     return PathTorque(
         inertia_forces(model, positions, None, slopes, payload),
@@ -115,10 +117,8 @@ def move_acceleration(
     tested over the whole move, the other over its first (last) half. Raises OlpError: K002, K007 wrong
     shapes, K008 a speed that is not positive.
     """
-    begins, ends = same_shape(model, start, end)
-    top = np.broadcast_to(np.asarray(speed, dtype=np.float64), (len(begins),))
-    if not np.all(np.isfinite(top) & (top > 0.0)):
-        raise OlpError(error("K008", "the speed of a move must be finite and greater than 0"))
+    begins, ends = same_shape(model.robot, start, end)
+    top = positive_speed(speed, len(begins))
     ways = ((begins, ends, 1.0), (ends, begins, -1.0))
     half = [_Ramps(model, *way, top, np.full(len(top), 0.5), payload).largest() for way in ways]
     result = []
@@ -130,6 +130,14 @@ def move_acceleration(
             one[0][long], one[1][long] = again.largest()
         result.append(one)
     return MoveAcceleration(result[0][0], result[1][0], result[0][1], result[1][1])
+
+
+def positive_speed(speed: ArrayLike, count: int) -> Array:
+    """`speed` [1/s] as (count,). Raises OlpError (K008) when one is not finite and greater than 0."""
+    top = np.broadcast_to(np.asarray(speed, dtype=np.float64), (count,))
+    if not np.all(np.isfinite(top) & (top > 0.0)):
+        raise OlpError(error("K008", "the speed of a move must be finite and greater than 0"))
+    return top
 
 
 class _Ramps(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnostic import OlpError, error
+from olp.kinematics.chain import geometry_of
 from olp.robots.masses import Body, Vector
 from olp.robots.model import Robot
 
@@ -38,16 +39,15 @@ class Model:
     @property
     def assumptions(self) -> tuple[str, ...]:
         """What the robot's file does not know and the model takes instead, in words."""
-        dynamics, robot = self.robot.dynamics, self.robot
+        dynamics = self.robot.dynamics
         assert dynamics is not None
+        points = ", ".join(dynamics.point_masses)
         groups = (
-            ("inertias", "its links are taken as point masses", not dynamics.point_masses),
-            ("rotors", "the rotors' inertia is taken as zero", any(d.rotor for d in dynamics.drives)),
-            ("friction", "friction is taken as zero", any(d.viscous or d.coulomb for d in dynamics.drives)),
+            (f"the inertias of {points} are not known: taken as point masses", not points),
+            ("the inertia of the rotors is not known: taken as zero", any(d.rotor for d in dynamics.drives)),
+            ("friction is not known: taken as zero", any(d.viscous or d.coulomb for d in dynamics.drives)),
         )
-        return tuple(
-            f"{robot.name}: {group} not known, {taken}" for group, taken, known in groups if not known
-        )
+        return tuple(f"{self.robot.name}: {says}" for says, known in groups if not known)
 
 
 def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> Model:
@@ -56,8 +56,6 @@ def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> Model:
     On a wall the base frame's x points down; turn the gravity vector for anything else. Raises OlpError: K001 no
     geometry, K006 no masses (the one who asks then uses a model that needs none).
     """
-    from olp.kinematics.chain import geometry_of
-
     geometry_of(robot)
     if robot.dynamics is None:
         advice = "add [dynamics] to its robot file, or use an acceleration that needs no masses"

@@ -15,6 +15,7 @@ from olp.dynamics.model import Model
 from olp.dynamics.newton_euler import Motion, joint_forces
 from olp.kinematics.chain import as_joints
 from olp.robots.masses import Body, Vector
+from olp.robots.model import Robot
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ def inverse_dynamics(
     `payload` in the flange frame. Raises OlpError: K002 wrong number of axes, K007 not as many speeds or
     accelerations as positions.
     """
-    positions, speeds, accelerations = same_shape(model, q, qd, qdd)
+    positions, speeds, accelerations = same_shape(model.robot, q, qd, qdd)
     torques = _recursion(model, payload, model.gravity, positions, speeds, accelerations)
     drives = drives_of(model)
     for part, factors in ((speeds, drives[1]), (np.sign(speeds) if drives[2].any() else speeds, drives[2])):
@@ -43,7 +44,7 @@ def inverse_dynamics(
 
 def bias_forces(model: Model, q: ArrayLike, qd: ArrayLike, payload: Body | None = None) -> Array:
     """(n, k) [Nm | N]: centrifugal and Coriolis forces, friction and gravity; torques without acceleration."""
-    positions, speeds = same_shape(model, q, qd)
+    positions, speeds = same_shape(model.robot, q, qd)
     torques = _recursion(model, payload, model.gravity, positions, speeds, None)
     _, viscous, coulomb = drives_of(model)
     return torques + speeds * viscous + np.sign(speeds) * coulomb
@@ -59,8 +60,8 @@ def inertia_forces(
 ) -> Array:
     """(n, k) [Nm | N] without gravity and friction: M q'' + h, or M q'' alone when `qd` is None."""
     rotors = drives_of(model)[0]
-    positions, accelerations = same_shape(model, q, qdd)
-    speeds = None if qd is None else same_shape(model, q, qd)[1]
+    positions, accelerations = same_shape(model.robot, q, qdd)
+    speeds = None if qd is None else same_shape(model.robot, q, qd)[1]
     torques = _recursion(model, payload, _WEIGHTLESS, positions, speeds, accelerations)
     return torques + accelerations * rotors if rotors.any() else torques
 
@@ -96,9 +97,9 @@ def drives_of(model: Model) -> tuple[Array, Array, Array]:
     return np.array(rotor), np.array(viscous), np.array(coulomb)
 
 
-def same_shape(model: Model, *arrays: ArrayLike) -> list[Array]:
+def same_shape(robot: Robot, *arrays: ArrayLike) -> list[Array]:
     """Each as (n, k). Raises OlpError: K002 wrong number of axes, K007 numbers of rows differ."""
-    values = [as_joints(model.robot, array) for array in arrays]
+    values = [as_joints(robot, array) for array in arrays]
     counts = [len(value) for value in values]
     if len(set(counts)) > 1:
         says = f"positions, speeds and accelerations have {', '.join(map(str, counts))} rows"
