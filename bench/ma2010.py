@@ -1,0 +1,290 @@
+"""Blending and acceleration against published recordings of a Yaskawa MA2010 on a DX200.
+
+    python bench/ma2010.py FOLDER
+
+FOLDER holds `ma2010_movl` (commands.csv and the joint recordings beside it) and `ma2010_acceleration`. Each
+table says what was asked, what came out, and what was fitted on which runs; everything else in a table is
+predicted. docs/blending.md explains.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize, minimize_scalar
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT))
+
+import ma2010_poses as poses  # noqa: E402
+from ma2010_runs import ROBOT, THRESHOLD, Run, read  # noqa: E402
+
+from olp.acceleration import load_law as load_acceleration  # noqa: E402
+from olp.blending import Corners, load_law  # noqa: E402
+from olp.blending._overlap import response  # noqa: E402
+from olp.blending.yaskawa import SERVO_LAG, intervals  # noqa: E402
+from olp.units import mm  # noqa: E402
+
+Floats = NDArray[np.float64]
+SPEEDS = (50, 100, 200, 400, 800)
+ZONES = np.array([0.0, *ROBOT.blend_zones])  # type: ignore[misc]
+
+
+def answer(time: Floats | float, window: float, lag: float) -> Floats:
+    """[s] What the filter makes of time passing from 0 on."""
+    return response(1, np.atleast_1d(time)[:, None], np.atleast_1d(window), lag)[:, 0]
+
+
+# --- position levels -------------------------------------------------------------------------------------------------
+
+
+def level_time(run: Run, level: int, window: float) -> float:
+    """[s] between the thresholds: commands overlap by the law, a stop waits until the filter is empty."""
+    lengths = run.lengths
+    zones = np.append(np.minimum(ZONES[level], np.minimum(lengths[:-1], lengths[1:]) / 2), 0.0)
+    before = np.insert(zones[:-1], 0, 0.0)
+    speed = np.full_like(lengths, run.speed)
+    gaps = intervals(lengths, speed, before, zones, speed)
+    gaps[:-1] = np.maximum(gaps[:-1], window) + (window if level == 0 else 0.0)
+    late = brentq(lambda t: float(run.speed * answer(t, window, 0.0)[0]) - THRESHOLD, 1e-6, 5.0)
+    # The filter is symmetric in time: the last half millimetre takes what the first does.
+    return float(gaps.sum()) + window - 2 * late
+
+
+def level_runs(folder: Path) -> None:
+    print("Position levels, V = 10 mm/s. Fitted on `linear` alone: the acceleration time")
+    tests = {
+        name: read(folder, True, *(f"blending_test/{name}/blending_zone_test/pl{k}.csv" for k in range(9)))
+        for name in ("linear", "linear3", "linear4", "kink")
+    }
+
+    def misfit(window: float) -> float:
+        return sum((level_time(r, k, window) - r.total) ** 2 for k, r in enumerate(tests["linear"]))
+
+    window = float(minimize_scalar(misfit, bounds=(0.05, 0.4), method="bounded").x)
+    law = load_law("yaskawa")
+    print(f"  acceleration time {window:.4f} s (the project carries {law.values['acceleration_time']} s)")
+    errors, misses = [], []
+    for name, runs in tests.items():
+        off = [100 * (level_time(r, k, window) / r.total - 1) for k, r in enumerate(runs)]
+        print(f"  {name:8s} measured s " + " ".join(f"{r.total:7.3f}" for r in runs))
+        print("           error %    " + " ".join(f"{e:+7.2f}" for e in off))
+        errors += off
+        corners = [law.distance(_corner(r, ZONES[k])) if k else np.zeros(1) for k, r in enumerate(runs)]
+        miss = [float(c[0]) - r.nearest for c, r in zip(corners, runs, strict=True)]
+        print("           corner mm  " + " ".join(f"{r.nearest / mm:7.2f}" for r in runs))
+        print("           error mm   " + " ".join(f"{m / mm:+7.2f}" for m in miss))
+        misses += miss
+    held = errors[9:]
+    _asked("every run's total, %", 1.0, np.abs(errors).max())
+    _asked("mean over all runs, %", 0.4, np.abs(errors).mean())
+    _asked("mean over the runs not fitted on, %", 0.4, np.abs(held).mean())
+    _asked("corner distance, mm", 0.5, np.abs(misses).max() / mm)
+    dense(folder, window)
+
+
+def dense(folder: Path, window: float) -> None:
+    runs = read(folder, True, *(f"blending_test/linear/dense_points_test/pl{k}.csv" for k in range(9)))
+    off = [100 * (level_time(r, k, window) / r.total - 1) for k, r in enumerate(runs)]
+    print("50 points 2.04 mm apart, the same acceleration time, nothing fitted")
+    print("           measured s " + " ".join(f"{r.total:7.3f}" for r in runs))
+    print("           error %    " + " ".join(f"{e:+7.2f}" for e in off))
+    _asked("every dense run, %", 3.0, np.abs(off).max())
+
+
+def _corner(run: Run, zone: float, limits: tuple[float, float] = (np.inf, np.inf)) -> Corners:
+    first, second = run.directions[:2]
+    turn = float(np.arccos(np.clip(first @ second, -1.0, 1.0)))
+    speed = run.speed
+    return Corners.of(run.lengths[0], run.lengths[1], speed, speed, turn, zone, *limits)
+
+
+# --- the corner without a position level -----------------------------------------------------------------------------
+
+
+def filtered(run: Run, time: Floats, windows: Floats, lag: float) -> tuple[Floats, Floats]:
+    """[m] covered along both moves at `time` from the first command on; `windows`: at the begin, corner and end [s]."""
+    begin, corner, end = windows
+    first, second = run.lengths / run.speed
+    # A slower begin hands over later: the command still covers the whole length.
+    turn = first + (begin - corner) / 2
+    stop = turn + second + (corner - end) / 2
+    passed = answer(time - turn, corner, lag)
+    return (
+        run.speed * (answer(time, begin, lag) - passed),
+        run.speed * (passed - answer(time - stop, end, lag)),
+    )
+
+
+def windows_of(run: Run, window: float, limited: bool) -> Floats:
+    """[s] at the begin, corner and end: longer where an axis could not follow (the by-pose law, nothing fitted)."""
+    if not limited:
+        return np.full(3, window)
+    law = load_acceleration("by_pose")
+    corner = int(np.argmin(np.linalg.norm(run.place - run.points[1], axis=1)))
+    first, second = run.directions
+    needed = []
+    for changes in (((0, first),), ((corner, -first), (corner, second)), ((len(run.time) - 1, -second),)):
+        limits = [law.along_path(ROBOT, run.joints[i], run.rates(i, d))[0][0] for i, d in changes]
+        needed.append(run.speed / min(limits))
+    return np.maximum(window, needed)
+
+
+def corner_time(run: Run, windows: Floats, lag: float) -> float:
+    """[s] between the thresholds; a recording that ends short of the target ends there for the prediction too."""
+    time = np.arange(0.0, run.lengths.sum() / run.speed + 2.0, 5e-4)
+    x, y = filtered(run, time, windows, lag)
+    cosine = float(run.directions[0] @ run.directions[1])
+    stop = run.ahead[-1] + THRESHOLD
+    begin = np.interp(THRESHOLD, x + cosine * y, time)
+    end = np.interp(-stop, -((run.lengths[1] - y) + cosine * (run.lengths[0] - x)), time)
+    return float(end - begin)
+
+
+def misfit(run: Run, windows: Floats, lag: float) -> float:
+    """Mean square of the difference in place over V [s²]: both moves' parts, the clock of the recording set free."""
+    grid = np.arange(0.0, run.lengths.sum() / run.speed + 2.0, 1e-3)
+    model = np.stack(filtered(run, grid, windows, lag))
+    base = np.linalg.pinv(run.directions.T)
+    parts = base @ (run.place - run.points[0]).T
+
+    def off(shift: float) -> float:
+        moved = np.stack([np.interp(run.time - shift, grid, m) for m in model])
+        return float(np.mean((parts - moved) ** 2)) / run.speed**2
+
+    return float(minimize_scalar(off, bounds=(0.02, 0.3), method="bounded").fun)
+
+
+def fit_filter(runs: list[Run], limited: bool) -> Floats:
+    """Acceleration time and lag [s] that reproduce where the tool was in these runs."""
+
+    def total(x: Floats) -> float:
+        window, lag = np.maximum(np.abs(x), 1e-3)
+        return 1e6 * sum(misfit(r, windows_of(r, window, limited), lag) for r in runs)
+
+    options = {"xatol": 1e-4, "fatol": 1e-3, "maxiter": 100}
+    found: Floats = np.abs(minimize(total, [0.15, 0.03], method="Nelder-Mead", options=options).x)
+    return found
+
+
+def corner_runs(folder: Path) -> None:
+    print(
+        "\nThe corner without a position level, one speed left out. Fitted on the other four: acceleration time, lag"
+    )
+    names = [f"blending_test/streaming_movel/movel_test/joint_recording_{v}.csv" for v in SPEEDS]
+    runs = read(folder, False, *names)
+    for limited in (True, False):
+        print("  acceleration limits of the axes " + ("by pose" if limited else "ignored"))
+        errors = []
+        for left_out, run in enumerate(runs):
+            window, lag = fit_filter(runs[:left_out] + runs[left_out + 1 :], limited)
+            windows = windows_of(run, window, limited)
+            error = 100 * (corner_time(run, windows, lag) / run.total - 1)
+            law = load_law("acceleration_filter", acceleration_time=float(windows[1]), servo_lag=float(lag))
+            near = float(law.distance(_corner(run, 0.0))[0])
+            print(
+                f"    V {SPEEDS[left_out]:3d}: time {window:.4f} lag {lag:.4f} begin {windows[0]:.3f} s; measured"
+                f" {run.total:.3f} s, error {error:+.2f} %; corner {run.nearest / mm:5.2f} mm,"
+                f" error {(near - run.nearest) / mm:+.2f} mm"
+            )
+            errors.append(abs(error))
+        _asked("every speed, %", 1.0, max(errors))
+    print("  peers, one speed left out")
+    path = np.array([_path(r) for r in runs])
+    speed, measured = np.array([r.speed for r in runs]), np.array([r.total for r in runs])
+    print("    recorded path over V:            error % " + _percent(path / speed / measured - 1))
+    constant = [_constant_acceleration(path, speed, measured, k) for k in range(len(runs))]
+    print("    recorded path over V + V/a:      error % " + _percent(np.array(constant) / measured - 1))
+    both = fit_filter(runs, True)
+    print(f"  all five together: acceleration time {both[0]:.4f} s, lag {both[1]:.4f} s")
+    time = load_law("acceleration_filter").values["acceleration_time"]
+    assert time is not None
+    lag = minimize_scalar(
+        lambda x: 1e6 * sum(misfit(r, windows_of(r, time, True), x) for r in runs),
+        bounds=(0.01, 0.1),
+        method="bounded",
+    )
+    print(
+        f"  all five with the {time} s of the position levels: lag {lag.x:.4f} s (the project carries {SERVO_LAG} s)"
+    )
+
+
+def _path(run: Run) -> float:
+    """[m] between the thresholds."""
+    whole = float(np.linalg.norm(np.diff(run.place, axis=0), axis=1).sum())
+    return whole - 2 * THRESHOLD
+
+
+def _constant_acceleration(path: Floats, speed: Floats, measured: Floats, left_out: int) -> float:
+    """[s] path/V + V/a for one run, a fitted on the others' relative errors."""
+    others = np.arange(len(path)) != left_out
+
+    def off(a: float) -> float:
+        return float(np.sum(((path / speed + speed / a) / measured - 1)[others] ** 2))
+
+    a = minimize_scalar(off, bounds=(0.5, 20.0), method="bounded").x
+    return float(path[left_out] / speed[left_out] + speed[left_out] / a)
+
+
+def _percent(errors: Floats) -> str:
+    return " ".join(f"{100 * e:+7.2f}" for e in errors)
+
+
+# --- acceleration by pose --------------------------------------------------------------------------------------------
+
+
+def acceleration(folder: Path) -> None:
+    print("\nAcceleration over 202 poses, RMS of held-out poses [rad/s²]; + direction, - direction")
+    table = poses.read(folder / "yaskawa_ma2010_real.csv")
+    for axis, name in enumerate("SLU"):
+        results = {}
+        for candidate in poses.CANDIDATES[axis]:
+            rms = [
+                _rms(poses.held_out(candidate, table, axis, poses.groups(table, rows)))
+                for rows in (False, True)
+            ]
+            results[candidate.name] = rms[0]
+            print(f"  {name} {candidate.name:16s} tenths of the poses {rms[0]}   whole angles of L {rms[1]}")
+        errors, names = poses.chosen_inside(table, axis)
+        print(f"  {name} law chosen inside each fold: {_rms(errors)}, chosen {', '.join(sorted(set(names)))}")
+        if axis == 0:
+            _asked("axis S, rad/s²", 0.45, float(_rms(errors).max()))
+        else:
+            _asked(
+                f"axis {name}, share of the constant's",
+                1 / 3,
+                float((_rms(errors) / results["constant"]).max()),
+            )
+        best = poses.CANDIDATES[axis][-1]
+        print(
+            "    all poses: "
+            + " ".join(f"{x:.5f}" for x in best.fit(table.lean, table.lift, table.measured[axis]))
+        )
+
+
+def _rms(errors: Floats) -> Floats:
+    result: Floats = np.sqrt(np.mean(errors**2, axis=0)).round(3)
+    return result
+
+
+def _asked(what: str, most: float, found: float) -> None:
+    verdict = "holds" if found <= most else "DOES NOT HOLD"
+    print(f"  asked: {what} <= {most:.3g}; measured {found:.3g}: {verdict}")
+
+
+def main() -> int:
+    if len(sys.argv) != 2:
+        print(__doc__)
+        return 2
+    folder = Path(sys.argv[1])
+    level_runs(folder / "ma2010_movl")
+    corner_runs(folder / "ma2010_movl")
+    acceleration(folder / "ma2010_acceleration")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,90 @@
+"""Two moves that run at once for a while and whose displacements add; each starts and stops through a filter.
+
+The filter is a moving average over the acceleration time w, which turns a step of speed into a straight ramp,
+and then a lag of first order, the position loop of the servo. Both are linear, so every response is known in
+closed form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+_LAGS = 6.0  # after six time constants 0.25 % of a lag is left
+
+
+@dataclass(frozen=True, slots=True)
+class Overlap:
+    """(n,) each, time from the corner's begin. The move before falls to zero from `drop` on, the move after
+    begins at `start`, its command rising over `ramp`; `fall` and `rise` are their filters, `lag` that of the
+    servo."""
+
+    speed_before: Floats  # [m/s]
+    drop: Floats  # [s]
+    fall: Floats  # [s], > 0
+    speed_after: Floats  # [m/s]
+    start: Floats  # [s]
+    ramp: Floats  # [s], 0 for a command that steps
+    rise: Floats  # [s], > 0
+    lag: float  # [s], >= 0
+
+    @property
+    def span(self) -> Floats:
+        """[s] until both moves have settled."""
+        last: Floats = (
+            np.maximum(self.drop + self.fall, self.start + self.ramp + self.rise) + _LAGS * self.lag
+        )
+        return last
+
+    def position(self, time: Floats) -> Floats:
+        """x and y [m], (n, m, 2)."""
+        u = time - self.drop[:, None]
+        steady = u - (self.fall / 2 + self.lag)[:, None]
+        x = self.speed_before[:, None] * (steady - response(1, u, self.fall, self.lag))
+        return np.stack([x, self._after(1, time)], axis=-1)
+
+    def velocity(self, time: Floats) -> Floats:
+        """Rates of x and y [m/s], (n, m, 2)."""
+        u = time - self.drop[:, None]
+        x = self.speed_before[:, None] * (1.0 - response(0, u, self.fall, self.lag))
+        return np.stack([x, self._after(0, time)], axis=-1)
+
+    def _after(self, order: int, time: Floats) -> Floats:
+        u = time - self.start[:, None]
+        ramp = self.ramp[:, None]
+        step = response(order, u, self.rise, self.lag)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rise = response(order + 1, u, self.rise, self.lag) - response(
+                order + 1, u - ramp, self.rise, self.lag
+            )
+            ramped = rise / ramp
+        result: Floats = self.speed_after[:, None] * np.where(ramp > 0, ramped, step)
+        return result
+
+
+def response(order: int, time: Floats, window: Floats, lag: float) -> Floats:
+    """(n, m): what moving average `window` (n,) and lag make of t^order / order! for t > 0."""
+    w = window[:, None]
+    result: Floats = (_lagged(order + 1, time, lag) - _lagged(order + 1, time - w, lag)) / w
+    return result
+
+
+def _lagged(order: int, time: Floats, lag: float) -> Floats:
+    """A lag's answer y to the command t^order / order!: lag y' + y = command, and y' is the answer one order lower."""
+    t = np.maximum(time, 0.0)
+    if lag == 0.0:
+        return _power(order, t)
+    answer: Floats = -np.expm1(-t / lag)
+    for k in range(1, order + 1):
+        answer = _power(k, t) - lag * answer
+    return answer
+
+
+def _power(order: int, t: Floats) -> Floats:
+    result = np.ones_like(t)
+    for k in range(1, order + 1):
+        result = result * t / k
+    return result

@@ -1,0 +1,113 @@
+"""Blending against what a DX200 did with an MA2010: facts in tests/data/ma2010_corners.csv."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from olp.blending import Corners, load_law
+from olp.blending._overlap import response
+from olp.blending.yaskawa import intervals
+from olp.robot import load_robot
+
+MM = 1e-3
+THRESHOLD = 0.5 * MM
+ZONES = (0.0, *load_robot("yaskawa/ma2010").blend_zones)
+LINES = {"kink": (57.735, 57.735), "dense": (100 / 49,) * 49, "corner": (230.940, 230.940)}
+TURN = {"kink": np.pi / 3, "corner": np.pi / 3}
+
+
+def facts() -> list[dict[str, str]]:
+    text = (Path(__file__).parent / "data" / "ma2010_corners.csv").read_text(encoding="utf-8")
+    return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+
+
+LEVELS = [row for row in facts() if row["level"]]
+FILTERED = [row for row in facts() if row["test"] == "corner"]
+
+
+def name_of(row: dict[str, str]) -> str:
+    return f"{row['test']}-{row['level'] or row['speed_mm_s']}"
+
+
+def late(speed: float, window: float, lag: float) -> float:
+    """[s] until the filter lets a move of `speed` pass the threshold."""
+    time = np.linspace(0.0, 1.0, 20_001)
+    way = speed * response(1, time[None], np.array([window]), lag)[0]
+    return float(np.interp(THRESHOLD, way, time))
+
+
+def level_time(row: dict[str, str]) -> float:
+    law = load_law("yaskawa")
+    window, speed = law.least_interval, float(row["speed_mm_s"]) * MM
+    lengths = np.array(LINES.get(row["test"], (50.0, 50.0))) * MM
+    corners = Corners.of(
+        lengths[:-1], lengths[1:], speed, speed, TURN.get(row["test"], 0.0), ZONES[int(row["level"])]
+    )
+    zones = np.append(law.passage(corners).trim_before, 0.0)
+    speeds = np.full(len(lengths), speed)
+    gaps = intervals(lengths, speeds, np.insert(zones[:-1], 0, 0.0), zones, speeds)
+    gaps[:-1] = np.maximum(gaps[:-1], window) + (window if row["level"] == "0" else 0.0)
+    return float(gaps.sum()) + window - 2 * late(speed, window, 0.0)
+
+
+@pytest.mark.parametrize("row", LEVELS, ids=name_of)
+def test_a_run_with_position_levels_takes_the_measured_time(row):
+    dense = row["test"] == "dense"
+    assert level_time(row) == pytest.approx(float(row["total_s"]), rel=0.03 if dense else 0.01)
+
+
+def test_runs_with_position_levels_are_off_by_a_tenth_of_a_percent_on_the_mean():
+    rows = [row for row in LEVELS if row["test"] != "dense"]
+    errors = [abs(level_time(row) / float(row["total_s"]) - 1) for row in rows]
+    assert np.mean(errors) < 0.0015
+
+
+def test_the_saving_of_the_law_is_the_interval_that_is_missing():
+    lengths, speed, zone = np.array([0.05, 0.05]), np.array([0.01, 0.01]), np.array([0.0125, 0.0])
+    passage = load_law("yaskawa").passage(Corners.of(0.05, 0.05, 0.01, 0.01, 0.4, 0.0125))
+    whole = intervals(lengths, speed, np.array([0.0, 0.0125]), zone, speed).sum()
+    assert whole == pytest.approx(10.0 - passage.saving[0])
+
+
+@pytest.mark.parametrize("row", [r for r in LEVELS if r["nearest_mm"]], ids=name_of)
+def test_the_tool_passes_the_point_at_the_measured_distance(row):
+    zone = ZONES[int(row["level"])]
+    length, speed = LINES.get(row["test"], (50.0, 50.0))[0] * MM, float(row["speed_mm_s"]) * MM
+    corner = Corners.of(length, length, speed, speed, TURN.get(row["test"], 0.0), zone)
+    near = load_law("yaskawa").distance(corner)[0] if zone else 0.0
+    assert near / MM == pytest.approx(float(row["nearest_mm"]), abs=0.1)
+
+
+@pytest.mark.parametrize("row", FILTERED, ids=name_of)
+def test_a_corner_without_position_level_is_cut_in_proportion_to_the_speed(row):
+    """At 800 mm/s the arm's own acceleration rounds a little more."""
+    speed = float(row["speed_mm_s"]) * MM
+    corner = Corners.of(0.23094, 0.23094, speed, speed, np.pi / 3)
+    near = load_law("acceleration_filter").distance(corner)[0] / MM
+    assert near == pytest.approx(float(row["nearest_mm"]), rel=0.06)
+
+
+@pytest.mark.parametrize("row", [r for r in FILTERED if r["speed_mm_s"] != "800"], ids=name_of)
+def test_a_corner_without_position_level_takes_the_measured_time(row):
+    speed, side, stop = (float(row["speed_mm_s"]) * MM, 230.940 * MM, (float(row["short_mm"]) + 0.5) * MM)
+    law = load_law("acceleration_filter")
+    window, lag = np.array([law.values["acceleration_time"]]), law.values["servo_lag"]
+    time = np.arange(0.0, 2 * side / speed + 1.5, 5e-4)
+    start, turn, end = (response(1, time[None] - k * side / speed, window, lag)[0] for k in range(3))
+    x, y = speed * (start - turn), speed * (turn - end)
+    begin = np.interp(THRESHOLD, x + 0.5 * y, time)
+    done = np.interp(-stop, -((side - y) + 0.5 * (side - x)), time)
+    assert done - begin == pytest.approx(float(row["total_s"]), rel=0.01)
+
+
+def test_dense_points_begin_no_closer_together_than_one_acceleration_time():
+    """49 lines of 2.04 mm at 10 mm/s: overlap alone would be 8 % too fast."""
+    law = load_law("yaskawa")
+    speed, length = np.array([0.01]), np.array([0.1 / 49])
+    alone = intervals(length, speed, length / 2, length / 2, speed)[0]
+    assert alone < law.least_interval
+    assert (8.122 - alone * 48) / 8.122 > 0.08
