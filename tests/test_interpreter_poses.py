@@ -436,3 +436,22 @@ def test_the_current_position_includes_the_table() -> None:
         rows="///POSTYPE PULSE\n///PULSE\nC00050=2242,-15910,-30274,1525,-51078,9460\nEC00000=8820,902",
     )
     assert float(plan.durations[-1]) == pytest.approx(88.20)
+
+
+def test_a_position_converted_into_a_user_frame_is_the_same_place(tmp_path: Path) -> None:
+    (tmp_path / "UFRAME.CND").write_bytes(UFRAME)
+    (tmp_path / "olp.toml").write_text(
+        "[variables]\nP001 = { pose_mm_deg = [812.4, -133.7, 207.9, 171.3, 12.6, -37.2] }\n", encoding="utf-8"
+    )
+    body = "CNVRT P002 P001 UF#(2)\nGETE LD000 P002 (1)\nADD LD000 1000000\nTIMER T=LD000\nMOVL P002 V=50.0"
+    plan = run(read(write_jobs(tmp_path, {"MAIN": body})))
+    seen = np.linalg.inv(matrix(FRAME)) @ matrix(P1)
+    assert float(plan.durations[0]) * 100 == pytest.approx(1e6 + seen[0, 3] * 1e6, abs=1)
+    reaches(plan, matrix(P1))
+
+
+def test_a_taught_point_can_be_copied_into_a_variable() -> None:
+    plan = plan_of("SET P010 C00003\nMOVL C00003 V=50.0\nMOVL P010 V=50.0")
+    target = plan.positions.position[plan.moves.target]
+    np.testing.assert_allclose(target[1], target[0], atol=1e-12)
+    assert not findings(plan)
