@@ -168,8 +168,8 @@ def _rules(wanted: Demand, profile: Profile) -> list[str]:
     words = []
     for rule in wanted.names:
         words.append((f"{rule} acceleration".strip(), f"{rule} speed".strip()))
-    codes = wanted.rule.tolist()
-    return [words[code][ok] for code, ok in zip(codes, reached.tolist(), strict=True)]
+    rows = zip(wanted.rule.tolist(), reached.tolist(), (wanted.length > 0).tolist(), strict=True)
+    return [words[code][ok] if moves else "" for code, ok, moves in rows]
 
 
 def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
