@@ -135,6 +135,7 @@ def _gather(
         limited_by=tuple(limited),
         duration_s=duration + added.total,
         speed_pct=column(moves.fraction / percent),
+        speed_deg_s=column(moves.turn / deg),
         angle_deg=column(moves.angle / deg),
         assumptions=(),
         diagnostics=(),

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 # Name, decimals shown: what a segment is told by.
 COLUMNS: tuple[str, ...] = (
     "line", "statement", "kind", "distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2",
-    "limited_by", "duration_s", "end_s", "speed_pct", "angle_deg", "file",
+    "limited_by", "duration_s", "end_s", "speed_pct", "speed_deg_s", "angle_deg", "file",
 )  # fmt: skip
 
 
@@ -47,7 +47,7 @@ class Timing:
     """One entry per step of the plan; nan where a number does not apply or is not known.
 
     `duration_s`, `end_s` [s]; `distance_mm` [mm]; `speed_mm_s` programmed, `reached_mm_s` highest [mm/s];
-    `accel_mm_s2` used [mm/s²]; `speed_pct` programmed joint speed [%]; `angle_deg` reorientation [deg].
+    `accel_mm_s2` used [mm/s²]; `speed_pct` programmed joint speed [%], `speed_deg_s` of reorientation [deg/s]; `angle_deg` reorientation [deg].
     """
 
     plan: Plan
@@ -61,6 +61,7 @@ class Timing:
     limited_by: tuple[str, ...]
     duration_s: Floats
     speed_pct: Floats
+    speed_deg_s: Floats
     angle_deg: Floats
     assumptions: tuple[Assumption, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -132,5 +133,6 @@ class Timing:
 
 
 _NUMBERS = (
-    "distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2", "duration_s", "end_s", "speed_pct", "angle_deg",
+    "distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2", "duration_s", "end_s", "speed_pct", "speed_deg_s",
+    "angle_deg",
 )  # fmt: skip
