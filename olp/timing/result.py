@@ -47,7 +47,8 @@ class Timing:
     """One entry per step of the plan; nan where a number does not apply or is not known.
 
     `duration_s`, `end_s` [s]; `distance_mm` [mm]; `speed_mm_s` programmed, `reached_mm_s` highest [mm/s];
-    `accel_mm_s2` used [mm/s²]; `speed_pct` programmed joint speed [%], `speed_deg_s` of reorientation [deg/s]; `angle_deg` reorientation [deg].
+    `accel_mm_s2` used [mm/s²]; `speed_pct` programmed joint speed [%], `speed_deg_s` of reorientation [deg/s];
+    `angle_deg` reorientation [deg].
     """
 
     plan: Plan
