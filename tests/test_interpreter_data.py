@@ -222,3 +222,14 @@ def test_no_job_whatever_breaks_the_interpreter_or_keeps_it_running(statements: 
     assert all(0 <= d.line <= lines for d in plan.diagnostics)
     assert all(d.help for d in plan.diagnostics if d.is_error)
     assert len(plan) <= 3000
+
+
+def test_a_mistake_that_the_reader_has_told_is_not_told_again() -> None:
+    text = job_text("MOVL C00003 V=50.0\nMOVL C00077 V=50.0\nJUMP *NOWHERE")
+    broken = text.replace("C00003=123.500", "C00003=12x.500", 1)
+    assert broken != text
+    program_ = read_source(decode(broken.encode(), "TEST.JBI"))
+    plan = run(program_, assumptions=NOTHING)
+    assert [d.code for d in plan.diagnostics if d.is_error] == [
+        d.code for d in program_.diagnostics if d.is_error
+    ]

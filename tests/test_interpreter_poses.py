@@ -455,3 +455,14 @@ def test_a_taught_point_can_be_copied_into_a_variable() -> None:
     target = plan.positions.position[plan.moves.target]
     np.testing.assert_allclose(target[1], target[0], atol=1e-12)
     assert not findings(plan)
+
+
+def test_a_shift_in_the_tool_frame_leads_from_the_first_position_to_the_second() -> None:
+    plan = plan_of("MSHIFT PX003 TF PX001 PX002\nMOVL P001 V=50.0\nIMOV P003 V=50.0 TF", GIVEN)
+    reaches(plan, matrix(P2))
+
+
+def test_a_shift_in_a_frame_that_moves_along_is_taken_unchanged_and_reported() -> None:
+    plan = plan_of("CONVSFT P003 P002 P001 MTF\nMOVL P003 V=50.0", GIVEN)
+    assert "master-tool frame is taken unchanged" in said(plan)
+    reaches(plan, matrix(P2))

@@ -170,7 +170,7 @@ def _shift_between(m: Machine, arguments: Arguments) -> Value:
         raise StatementError("I213", "a shift needs two positions", "name the reference and the target")
     mechanism = role(m, 0, Store.ROBOT)
     first, second = (pose_of(m, mechanism, p) for p in positions[:2])
-    axes = frame_pose(m, frame).rotation
+    axes = first.rotation if frame.kind == "tool" else frame_pose(m, frame).rotation
     turn = axes.T @ second.rotation @ first.rotation.T @ axes
     shift = Pose(axes.T @ (second.position - first.position), turn)
     return with_pose(PositionValue(PointState(PointKind.POSE, frame.kind), ()), shift)
@@ -180,6 +180,9 @@ def _convert_shift(m: Machine, arguments: Arguments) -> Value:
     """A shift along the axes of its own frame as the same shift along the axes of another one."""
     value = _position(m, arguments[0])
     frame = next((a for a in arguments[1:] if isinstance(a, FrameRef)), FrameRef("base"))
+    if frame.kind not in ("base", "robot", "user"):
+        m.assume(f"a shift converted into the {frame.kind} frame is taken unchanged")
+        return value
     shift, own, other = raw_pose(value), own_frame(m, value.state).rotation, frame_pose(m, frame).rotation
     into = other.T @ own
     state = frame_state(m, frame, value.state)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
-from olp.diagnostic import OlpError, error
+from olp.diagnostic import Diagnostic, OlpError, error, errors
 from olp.interpreter.initial import set_initial_values
 from olp.interpreter.jobs import Jobs
 from olp.interpreter.machine import execute
@@ -41,7 +41,7 @@ def start(
         nothing = error(
             "I101", "the file holds no routine", file=program.path, help="give a file with a job in it"
         )
-        raise OlpError(*(program.diagnostics or (nothing,)))
+        raise OlpError(*(errors(program.diagnostics) or (nothing,)))
     world = build_world(robot, assumptions, folder)
     recorder = Recorder(world.cell, tuple(jobs.sources))
     m = Machine(recorder, world, Memory(), jobs, assumptions, cycles, Frame(main), first_job=main.key)
@@ -55,9 +55,9 @@ def _finish(m: Machine) -> Plan:
     m.hand_over_assumptions()
     plan = m.recorder.finish((), m.stop_reason)
     found = [*m.jobs.program.diagnostics, *m.jobs.found, *m.world.diagnostics]
-    # What the reader has said of a line need not be said again when the line is executed.
-    known = {(d.file, d.line) for d in found if d.is_error and d.line}
-    found += [d for d in m.diagnostics() if (d.file, d.line) not in known]
+    told = {(d.file, d.line) for d in found if d.is_error}
+    broken = {file for file, _ in told}
+    found += [d for d in m.diagnostics() if not _is_told(d, told, broken)]
     found += missing_robots(m, plan)
     length = len(plan)
     return replace(
@@ -68,3 +68,8 @@ def _finish(m: Machine) -> Plan:
             span if span.stop > span.start or not m.frames else span._replace(stop=length) for span in m.spans
         ),
     )
+
+
+def _is_told(finding: Diagnostic, told: set[tuple[str, int]], broken: set[str]) -> bool:
+    """Whether the reader has said the same: of that line, or of the row that should have taught the point."""
+    return (finding.file, finding.line) in told or (finding.code == "I206" and finding.file in broken)

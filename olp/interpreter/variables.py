@@ -64,6 +64,8 @@ def store_variable(m: Machine, store: Store, index: int, local: bool, value: Val
 
 
 def _store_system(m: Machine, index: int, local: bool, value: Value) -> None:
+    if isinstance(value, PositionValue):  # the result of a pose function: that of the robot
+        value = SystemPosition(((Store.ROBOT, value),))
     if not isinstance(value, SystemPosition):
         raise StatementError(
             "I204", "only a whole system position can be stored here", "use a PX variable or $PX000"
