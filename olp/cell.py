@@ -172,18 +172,21 @@ class Cell:
     def _resolve_pose(
         self, mechanism: int, state: PointState, values: Floats, seed: Floats | None
     ) -> Resolved:
+        position, rotation = self._in_base(state, values)
+        if np.isnan(position).all():
+            return Resolved(position, rotation, np.full((len(values), 6), np.nan))
+        return Resolved(position, rotation, self._axes_of(mechanism, state, position, rotation, seed))
+
+    def _in_base(self, state: PointState, values: Floats) -> tuple[Floats, Floats]:
+        """Positions (n, 3) and rotations (n, 3, 3) of written poses; nan in frames that move along."""
         position, rotation = values[:, :3], rotation_from_angles(values[:, 3:6])
         if state.frame == "user":
             frame = self.user_frame(state.user or 0)
-            position, rotation = compose(frame.position, frame.rotation, position, rotation)
-        elif state.frame in ("tool", "master-tool"):
+            return compose(frame.position, frame.rotation, position, rotation)
+        if state.frame in ("tool", "master-tool"):
             self._gap(state.frame, f"points in the {state.frame} frame depend on another position", True)
-            return Resolved(
-                np.full_like(position, np.nan),
-                np.full_like(rotation, np.nan),
-                np.full((len(values), 6), np.nan),
-            )
-        return Resolved(position, rotation, self._axes_of(mechanism, state, position, rotation, seed))
+            return np.full_like(position, np.nan), np.full_like(rotation, np.nan)
+        return position, rotation
 
     def _axes_of(
         self, mechanism: int, state: PointState, position: Floats, rotation: Floats, seed: Floats | None
@@ -202,10 +205,14 @@ class Cell:
 
     def pose(self, mechanism: int, state: PointState, values: Sequence[float]) -> Pose | None:
         """One position as the tool's pose in the base, None where it cannot be known."""
-        resolved = self.resolve(mechanism, state, np.asarray([values], dtype=np.float64))
-        if np.isnan(resolved.position).any():
-            return None
-        return Pose(resolved.position[0], resolved.rotation[0])
+        rows = np.asarray([values], dtype=np.float64)
+        if state.kind is PointKind.POSE and self.mechanisms[mechanism].is_robot:
+            position, rotation = self._in_base(
+                state, rows
+            )  # the axes, which cost an inverse, are not asked for
+        else:
+            position, rotation, _ = self.resolve(mechanism, state, rows)
+        return None if np.isnan(position).any() else Pose(position[0], rotation[0])
 
     def _gap(self, key: str, says: str, unusable: bool = False) -> None:
         self.gaps.setdefault(key, Gap(key, says, unusable))
