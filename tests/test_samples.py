@@ -17,8 +17,8 @@ SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "inform"
 JOBS = sorted(path for path in SAMPLES.rglob("*") if path.suffix.lower() == ".jbi")
 BROKEN = [path for path in JOBS if path.parent.name == "broken"]
 WHOLE = [path for path in JOBS if path.parent.name != "broken"]
-# Points for a seven-axis arm, whose pulses nobody has published; functions that are read and not executed.
-SAYS_WHY_NOT = {"seven-axis.jbi", "unmodelled.jbi"}
+# Points for a seven-axis arm, whose pulses nobody has published.
+SAYS_WHY_NOT = {"seven-axis.jbi"}
 
 
 def name(path: Path) -> str:
