@@ -47,8 +47,8 @@ def level_time(run: Run, level: int, window: float) -> float:
     zones = np.append(np.minimum(ZONES[level], np.minimum(lengths[:-1], lengths[1:]) / 2), 0.0)
     before = np.insert(zones[:-1], 0, 0.0)
     speed = np.full_like(lengths, run.speed)
-    gaps = intervals(lengths, speed, before, zones, speed)
-    gaps[:-1] = np.maximum(gaps[:-1], window) + (window if level == 0 else 0.0)
+    gaps = intervals(lengths, speed, before, zones, speed, alone=window / 2)
+    gaps[:-1] += window if level == 0 else 0.0
     late = brentq(lambda t: float(run.speed * answer(t, window, 0.0)[0]) - THRESHOLD, 1e-6, 5.0)
     # The filter is symmetric in time: the last half millimetre takes what the first does.
     return float(gaps.sum()) + window - 2 * late

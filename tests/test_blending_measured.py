@@ -42,15 +42,15 @@ def late(speed: float, window: float, lag: float) -> float:
 
 def level_time(row: dict[str, str]) -> float:
     law = load_law("yaskawa")
-    window, speed = law.least_interval, float(row["speed_mm_s"]) * MM
+    window, speed = law.values["acceleration_time"], float(row["speed_mm_s"]) * MM
     lengths = np.array(LINES.get(row["test"], (50.0, 50.0))) * MM
     corners = Corners.of(
         lengths[:-1], lengths[1:], speed, speed, TURN.get(row["test"], 0.0), ZONES[int(row["level"])]
     )
     zones = np.append(law.passage(corners).trim_before, 0.0)
     speeds = np.full(len(lengths), speed)
-    gaps = intervals(lengths, speeds, np.insert(zones[:-1], 0, 0.0), zones, speeds)
-    gaps[:-1] = np.maximum(gaps[:-1], window) + (window if row["level"] == "0" else 0.0)
+    gaps = intervals(lengths, speeds, np.insert(zones[:-1], 0, 0.0), zones, speeds, law.alone)
+    gaps[:-1] += window if row["level"] == "0" else 0.0
     return float(gaps.sum()) + window - 2 * late(speed, window, 0.0)
 
 
@@ -69,7 +69,7 @@ def test_runs_with_position_levels_are_off_by_a_tenth_of_a_percent_on_the_mean()
 def test_the_saving_of_the_law_is_the_interval_that_is_missing():
     lengths, speed, zone = np.array([0.05, 0.05]), np.array([0.01, 0.01]), np.array([0.0125, 0.0])
     passage = load_law("yaskawa").passage(Corners.of(0.05, 0.05, 0.01, 0.01, 0.4, 0.0125))
-    whole = intervals(lengths, speed, np.array([0.0, 0.0125]), zone, speed).sum()
+    whole = intervals(lengths, speed, np.array([0.0, 0.0125]), zone, speed, 0.083).sum()
     assert whole == pytest.approx(10.0 - passage.saving[0])
 
 
@@ -104,10 +104,24 @@ def test_a_corner_without_position_level_takes_the_measured_time(row):
     assert done - begin == pytest.approx(float(row["total_s"]), rel=0.01)
 
 
-def test_dense_points_begin_no_closer_together_than_one_acceleration_time():
-    """49 lines of 2.04 mm at 10 mm/s: overlap alone would be 8 % too fast."""
+def chain_of(spacing: float, alone: float) -> np.ndarray:
+    """Intervals [s] of 49 lines of `spacing` [m] at 10 mm/s, each zone the half of a line."""
+    lengths, speeds = np.full(49, spacing), np.full(49, 0.01)
+    out = np.full(49, spacing / 2)
+    out[-1] = 0.0
+    return intervals(lengths, speeds, np.insert(out[:-1], 0, 0.0), out, speeds, alone)
+
+
+def test_dense_points_run_alone_for_half_an_acceleration_time():
+    """49 lines of 2.04 mm: the first interval was 0.105 s, the others 0.167 s; overlap alone would be 8 % faster."""
     law = load_law("yaskawa")
-    speed, length = np.array([0.01]), np.array([0.1 / 49])
-    alone = intervals(length, speed, length / 2, length / 2, speed)[0]
-    assert alone < law.least_interval
-    assert (8.122 - alone * 48) / 8.122 > 0.08
+    gaps = chain_of(0.1 / 49, law.alone)
+    assert gaps[0] == pytest.approx(0.105, abs=0.005)
+    assert gaps[1:-1].mean() == pytest.approx(0.167, abs=0.003)
+    assert chain_of(0.1 / 49, 0.0)[1:-1].mean() < 0.92 * 0.167
+
+
+def test_points_far_apart_never_wait_and_very_dense_ones_gain_nothing_and_lose_nothing():
+    law = load_law("yaskawa")
+    assert np.array_equal(chain_of(0.02, law.alone), chain_of(0.02, 0.0))
+    assert chain_of(0.0002, law.alone)[1:-1].mean() == pytest.approx(0.02, rel=0.02)

@@ -1,8 +1,8 @@
 """How neighbouring moves join: where the arm stops, how fast it passes a corner, what the overlap saves.
 
-Law of the corner with a position level (published DX200 recordings of an MA2010, PL 0 to 8): z before the point the
-next move begins, its speed ramping up over the next z/V while the first still runs at V. The corner saves z/(2V),
-with z = the level's zone, but at most half of the shorter neighbour. A ramp cannot be quicker than V/a.
+Corners with a position level follow olp/blending/yaskawa.py: z before the point the next move begins, its speed ramping
+up over the next z/V while the first still runs at V. The corner saves z/(2V), with z = the level's zone, but at most
+half of the shorter neighbour; dense points save less.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.blending.yaskawa import PositionLevels, delays
 from olp.plan import BlendCode, Plan, StepKind
 from olp.timing.demand import Demand
 
@@ -74,11 +75,14 @@ def _join(plan: Plan, wanted: Demand, rows: NDArray[np.intp], era: NDArray[np.in
     zoned = linked & (code == BlendCode.ZONE) & (speed > 0)
     if zoned.any():
         half = 0.5 * np.minimum(wanted.length[before], wanted.length[after])
-        zone = np.minimum(moves.blend[before], half)[zoned]
-        passing = speed[zoned]
-        ramp = np.maximum(zone / passing, passing / wanted.acceleration[after][zoned])
-        out.ramp[after[zoned]] = ramp
-        out.saving[before[zoned]] = zone / passing - 0.5 * ramp
+        zone = np.where(zoned, np.minimum(moves.blend[before], half), 0.0)
+        overlap = np.divide(zone, speed, out=np.zeros_like(zone), where=zoned)
+        pace, way = wanted.speed[rows], wanted.length[rows]
+        cruise = np.divide(way, pace, out=np.full_like(way, np.inf), where=pace > 0)
+        ramp, handing = np.insert(overlap, 0, 0.0), np.append(overlap, 0.0)
+        late = delays(cruise, ramp, handing, PositionLevels().alone)
+        out.ramp[after] = overlap
+        out.saving[before] = overlap / 2 - late[:-1]
 
 
 def _reachable(speed: Floats, wanted: Demand, rows: NDArray[np.intp]) -> Floats:
