@@ -105,8 +105,9 @@ class Controller:
 
     def end(self) -> None:
         """Says that nothing follows: the last target becomes a stop. A later target begins another motion."""
-        self._forget()
-        self._queue.closed = True
+        if not self._queue.closed:
+            self._forget()
+            self._queue.closed = True
 
     def step(self) -> Step:
         """The next interpolation cycle. Raises OlpError T1xx or S009 where the motion cannot be timed or followed."""

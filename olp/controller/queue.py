@@ -98,7 +98,7 @@ class Queue:
         if items and not self.closed and isinstance(items[-1], Go) and items[-1].target.path is Path.SPLINE:
             items.pop()  # the next point shapes it
         if not items:
-            return Known(None, 0.0, True, np.zeros(0))
+            return Known(None, 0.0, not self.items, np.zeros(0))
         plan, steps = self._plan(items)
         timing = time_plan(plan, self.model, self.acceleration)
         problems = [d for d in timing.diagnostics if d.is_error]

@@ -16,7 +16,7 @@ from olp.timing import Timing
 from olp.track import states, tool_speed
 
 Floats = NDArray[np.float64]
-_BLOCK = 2_000  # steps that are computed at once
+_BLOCK = 256  # steps that are computed at once; a new target throws them away
 _LEAD_IN = (
     16  # samples from a move's start to the first step in it, so that the arm's configuration is followed
 )
