@@ -54,10 +54,10 @@ def read_assumptions(path: Path) -> Assumptions:
     except OSError as problem:
         why = problem.strerror or "cannot be read"
         return Assumptions(
-            file, diagnostics=(error("A001", f"olp.toml: {why}", file=file, help="check the path"),)
+            file, diagnostics=(error("V001", f"olp.toml: {why}", file=file, help="check the path"),)
         )
     except UnicodeDecodeError:
-        return Assumptions(file, diagnostics=(error("A001", "olp.toml is not UTF-8 text", file=file),))
+        return Assumptions(file, diagnostics=(error("V001", "olp.toml is not UTF-8 text", file=file),))
     try:
         root = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
@@ -68,11 +68,11 @@ def read_assumptions(path: Path) -> Assumptions:
 def _syntax(message: str, file: str, text: str) -> Diagnostic:
     place = re.search(r"\s*\(at line (\d+), column (\d+)\)", message)
     if place is None:
-        return error("A002", f"not TOML: {message}", file=file, help="the last line is cut")
+        return error("V002", f"not TOML: {message}", file=file, help="the last line is cut")
     line, column = int(place[1]), int(place[2])
     row = text.split("\n")[line - 1]
     return error(
-        "A002",
+        "V002",
         f"not TOML: {message[: place.start()]}",
         Span(line, column, column + 1),
         file=file,
@@ -91,7 +91,7 @@ class _Reader:
         self._known(self.root, _SECTIONS, "olp.toml")
         robot = self.root.get("robot", "")
         if not isinstance(robot, str):
-            self._report("A004", "robot must be a name in quotes", "robot", 'robot = "yaskawa/gp25"')
+            self._report("V004", "robot must be a name in quotes", "robot", 'robot = "yaskawa/gp25"')
             robot = ""
         waits, default, pause = self._waits()
         return Assumptions(
@@ -114,7 +114,7 @@ class _Reader:
         value = self.root.get(name, {})
         if isinstance(value, dict):
             return value
-        self._report("A004", f"{name} must be a table", name, f"[{name}]")
+        self._report("V004", f"{name} must be a table", name, f"[{name}]")
         return {}
 
     def _entries(
@@ -128,7 +128,7 @@ class _Reader:
         for text, raw in self._table(name).items():
             key = key_of(text)
             if key is None:
-                self._report("A003", f"[{name}] knows no {text[:60]!r}", text, f"for example {example}")
+                self._report("V003", f"[{name}] knows no {text[:60]!r}", text, f"for example {example}")
                 continue
             value = value_of(text, raw)
             if value is not None:
@@ -138,7 +138,7 @@ class _Reader:
     def _text(self, key: str, value: Any) -> str | None:
         if isinstance(value, str) and value.strip():
             return value
-        self._report("A004", f"{key} must be a name in quotes", key, f'{key} = "yaskawa/gp25"')
+        self._report("V004", f"{key} must be a name in quotes", key, f'{key} = "yaskawa/gp25"')
         return None
 
     def _states(self, key: str, value: Any) -> tuple[int, ...] | None:
@@ -147,14 +147,14 @@ class _Reader:
             return tuple(int(v) for v in values)
         help_text = f'"{key}" = true, or a list with one value per read, [false, true]'
         self._report(
-            "A004", f"{key} must be true, false or a whole number, or a list of them", key, help_text
+            "V004", f"{key} must be true, false or a whole number, or a list of them", key, help_text
         )
         return None
 
     def _seconds(self, key: str, value: Any) -> float | None:
         if _is_number(value) and value >= 0:
             return float(value)
-        self._report("A004", f"{key} must be a time in seconds, zero or more", key, f'"{key}" = 0.8')
+        self._report("V004", f"{key} must be a time in seconds, zero or more", key, f'"{key}" = 0.8')
         return None
 
     def _waits(self) -> tuple[dict[SignalKey, float], float | None, float | None]:
@@ -177,7 +177,7 @@ class _Reader:
         for text, raw in self._table("process").items():
             if not text.endswith(_SECONDS):
                 help_text = f"write the unit into the name: {text}{_SECONDS} = 0.35"
-                self._report("A003", f"[process] knows no {text[:60]!r}", text, help_text)
+                self._report("V003", f"[process] knows no {text[:60]!r}", text, help_text)
                 continue
             seconds = self._seconds(text, raw)
             if seconds is not None:
@@ -196,7 +196,7 @@ class _Reader:
                 found[key] = float(value)
             elif value is not None:
                 example = _MOTION_EXAMPLES.get(key, f"{key} = 0.004")
-                self._report("A004", f"{key} has the wrong kind of value", key, example)
+                self._report("V004", f"{key} has the wrong kind of value", key, example)
         return found
 
     def _variables(self) -> dict[tuple[Store, int], Given]:
@@ -204,7 +204,7 @@ class _Reader:
         for text, raw in self._table("variables").items():
             key = variable_key(text)
             if key is None:
-                self._report("A003", f"[variables] knows no {text[:60]!r}", text, "for example B010 = 3")
+                self._report("V003", f"[variables] knows no {text[:60]!r}", text, "for example B010 = 3")
                 continue
             value = self._variable(text, key[0], raw)
             if value is not None:
@@ -222,20 +222,20 @@ class _Reader:
             low, high = _RANGES[store]
             if low <= value <= high:
                 return int(value)
-            self._report("A004", f"{value} does not fit {key}", key, f"{low} .. {high}")
+            self._report("V004", f"{value} does not fit {key}", key, f"{low} .. {high}")
             return None
-        self._report("A004", f"{key} cannot hold {value!r}"[:120], key, f"a {store.value} variable")
+        self._report("V004", f"{key} cannot hold {value!r}"[:120], key, f"a {store.value} variable")
         return None
 
     def _position(self, key: str, value: Any) -> WrittenPosition | None:
         example = f"{key} = {{ pulse = [1200, -3400, 560, 0, 780, 90] }}"
         if not isinstance(value, dict):
-            self._report("A004", f"{key} must be a position", key, example)
+            self._report("V004", f"{key} must be a position", key, example)
             return None
         self._known(value, _POSITION_KEYS, key)
         kinds = [name for name in _POSITION_KEYS[:3] if name in value]
         if len(kinds) != 1:
-            self._report("A004", f"{key} needs one of pulse, joint_deg, pose_mm_deg", key, example)
+            self._report("V004", f"{key} needs one of pulse, joint_deg, pose_mm_deg", key, example)
             return None
         numbers = value[kinds[0]]
         if (
@@ -244,7 +244,7 @@ class _Reader:
             or len(numbers) > 8
             or not all(map(_is_number, numbers))
         ):
-            self._report("A004", f"{kinds[0]} must be up to 8 numbers in brackets", key, example)
+            self._report("V004", f"{kinds[0]} must be up to 8 numbers in brackets", key, example)
             return None
         return self._written(key, kinds[0], [float(n) for n in numbers], value)
 
@@ -253,7 +253,7 @@ class _Reader:
         frame = table.get("frame", "base" if user is None else "user")
         if not isinstance(tool, int) or not isinstance(user, int | None) or frame not in _FRAMES:
             self._report(
-                "A004",
+                "V004",
                 f"{key}: tool and user are numbers, frame is base, robot or user",
                 key,
                 f'{key} = {{ pose_mm_deg = [812.4, -33.1, 207.5, 178.2, 1.4, -29.8], frame = "base", tool = 1 }}',
@@ -276,7 +276,7 @@ class _Reader:
     def _unknown(self, key: str, known: Collection[str], where: str, otherwise: str) -> None:
         close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
         self._report(
-            "A003", f"{where} knows no {key[:60]!r}", key, f"did you mean {close[0]}?" if close else otherwise
+            "V003", f"{where} knows no {key[:60]!r}", key, f"did you mean {close[0]}?" if close else otherwise
         )
 
     def _report(self, code: str, message: str, key: str, help_text: str) -> None:

@@ -109,30 +109,30 @@ def test_an_empty_file_says_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "code", "line", "help_text"),
     [
-        ("robbot = 'x'\n", "A003", 1, "did you mean robot?"),
-        ("\n[wait]\ndefault_s = 1\n", "A003", 2, "did you mean waits?"),
-        ("[waits]\ndefault = 1\n", "A003", 2, "did you mean default_s?"),
-        ("[waits]\ndefault_s = -1\n", "A004", 2, ""),
-        ("[waits]\n'IN#(5)' = 'long'\n", "A004", 2, "0.8"),
-        ("[inputs]\n'XY#(5)' = true\n", "A003", 2, "IN#(12)"),
-        ("[inputs]\n'IN#(5)' = 'on'\n", "A004", 2, "true"),
-        ("[inputs]\n'IN#(5)' = []\n", "A004", 2, "one value per read"),
-        ("[variables]\nB010 = 256\n", "A004", 2, "0 .. 255"),
-        ("[variables]\nI010 = 1.5\n", "A004", 2, "integer"),
-        ("[variables]\nQ010 = 1\n", "A003", 2, "B010"),
-        ("[variables]\nP010 = 1\n", "A004", 2, "pulse"),
-        ("[variables]\nP010 = { puls = [1] }\n", "A003", 2, "did you mean pulse?"),
-        ("[variables]\nP010 = { pulse = [1], joint_deg = [2] }\n", "A004", 2, "pulse"),
-        ("[variables]\nP010 = { pulse = ['a'] }\n", "A004", 2, "pulse"),
-        ("[variables]\nP010 = { pose_mm_deg = [1, 2, 3, 4, 5, 6], frame = 'moon' }\n", "A004", 2, "frame"),
-        ("[process]\narcon = 0.3\n", "A003", 2, "arcon_s"),
-        ("[motion]\nmodle = 'x'\n", "A003", 2, "did you mean model?"),
-        ("[motion]\naccel_mm_s2 = 0\n", "A004", 2, "3050"),
-        ("[robots]\nARM = 'x'\n", "A003", 2, "RB1"),
-        ("robot = 5\n", "A004", 1, "yaskawa"),
-        ("waits = 5\n", "A004", 1, "[waits]"),
-        ("[inputs]\nIN#(5) = true\n", "A002", 2, "quotes"),
-        ("[inputs\n", "A002", 1, ""),
+        ("robbot = 'x'\n", "V003", 1, "did you mean robot?"),
+        ("\n[wait]\ndefault_s = 1\n", "V003", 2, "did you mean waits?"),
+        ("[waits]\ndefault = 1\n", "V003", 2, "did you mean default_s?"),
+        ("[waits]\ndefault_s = -1\n", "V004", 2, ""),
+        ("[waits]\n'IN#(5)' = 'long'\n", "V004", 2, "0.8"),
+        ("[inputs]\n'XY#(5)' = true\n", "V003", 2, "IN#(12)"),
+        ("[inputs]\n'IN#(5)' = 'on'\n", "V004", 2, "true"),
+        ("[inputs]\n'IN#(5)' = []\n", "V004", 2, "one value per read"),
+        ("[variables]\nB010 = 256\n", "V004", 2, "0 .. 255"),
+        ("[variables]\nI010 = 1.5\n", "V004", 2, "integer"),
+        ("[variables]\nQ010 = 1\n", "V003", 2, "B010"),
+        ("[variables]\nP010 = 1\n", "V004", 2, "pulse"),
+        ("[variables]\nP010 = { puls = [1] }\n", "V003", 2, "did you mean pulse?"),
+        ("[variables]\nP010 = { pulse = [1], joint_deg = [2] }\n", "V004", 2, "pulse"),
+        ("[variables]\nP010 = { pulse = ['a'] }\n", "V004", 2, "pulse"),
+        ("[variables]\nP010 = { pose_mm_deg = [1, 2, 3, 4, 5, 6], frame = 'moon' }\n", "V004", 2, "frame"),
+        ("[process]\narcon = 0.3\n", "V003", 2, "arcon_s"),
+        ("[motion]\nmodle = 'x'\n", "V003", 2, "did you mean model?"),
+        ("[motion]\naccel_mm_s2 = 0\n", "V004", 2, "3050"),
+        ("[robots]\nARM = 'x'\n", "V003", 2, "RB1"),
+        ("robot = 5\n", "V004", 1, "yaskawa"),
+        ("waits = 5\n", "V004", 1, "[waits]"),
+        ("[inputs]\nIN#(5) = true\n", "V002", 2, "quotes"),
+        ("[inputs\n", "V002", 1, ""),
     ],
 )
 def test_each_mistake_is_told_with_its_line_and_what_would_have_worked(
@@ -154,9 +154,9 @@ def test_all_mistakes_are_told_at_once_and_the_rest_holds(tmp_path: Path) -> Non
 
 
 def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
-    assert [d.code for d in load_assumptions(tmp_path / "olp.toml").diagnostics] == ["A001"]
+    assert [d.code for d in load_assumptions(tmp_path / "olp.toml").diagnostics] == ["V001"]
     (tmp_path / "olp.toml").write_bytes(b"robot = '\xff'\n")
-    assert [d.code for d in load_assumptions(tmp_path / "olp.toml").diagnostics] == ["A001"]
+    assert [d.code for d in load_assumptions(tmp_path / "olp.toml").diagnostics] == ["V001"]
 
 
 def test_a_changed_file_is_read_again(tmp_path: Path) -> None:

@@ -351,7 +351,7 @@ def test_the_command_writes_a_file_and_never_over_another(
     target.write_text("mine")
     assert main(words) == 2
     assert target.read_text() == "mine"
-    assert "error[B010]" in capsys.readouterr().err
+    assert "error[C009]" in capsys.readouterr().err
     assert main([*words, "--force"]) == 0
     assert target.read_text(encoding="utf-8") == written
     assert sorted(path.name for path in cell.parent.iterdir()) == ["cell", "my.toml"]
@@ -370,7 +370,7 @@ def test_the_command_tells_every_problem_at_once(cell: Path, capsys: pytest.Capt
     assert main(words) == 2
     shown = capsys.readouterr().err
     assert shown.count("error[B007]") == 2
-    assert shown.count("error[B010]") == 1
+    assert shown.count("error[C009]") == 1
     assert not (cell.parent / "my.toml").exists()
 
 

@@ -123,7 +123,7 @@ def test_settings_are_read_in_the_units_of_their_names(tmp_path):
 def test_impossible_settings_are_told_with_their_line(tmp_path, line):
     (tmp_path / "olp.toml").write_text(f"[motion]\n{line}\n")
     (problem,) = load_assumptions(tmp_path / "olp.toml").diagnostics
-    assert (problem.code, problem.line) == ("A004", 2)
+    assert (problem.code, problem.line) == ("V004", 2)
 
 
 @pytest.mark.parametrize("override", [0.0, -0.5, 1.51, float("nan")])

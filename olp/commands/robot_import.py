@@ -35,7 +35,7 @@ def run(args: Namespace) -> int:
     if output is not None and Path(output).exists() and not args.force:
         help_text = "name another file with -o, or say --force to replace this one"
         findings.insert(
-            0, error("B010", "this file exists and was left as it is", file=output, help=help_text)
+            0, error("C009", "this file exists and was left as it is", file=output, help=help_text)
         )
     if any(finding.is_error for finding in findings):
         raise OlpError(*findings)

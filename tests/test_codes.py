@@ -1,0 +1,53 @@
+"""Codes of diagnostics: stable, one meaning each, every one documented."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+CODE = re.compile(r"[A-Z]\d{3}")
+
+
+def emitted() -> dict[str, set[str]]:
+    """Code -> the modules that hold it as a string of its own."""
+    found: dict[str, set[str]] = {}
+    for path in sorted((ROOT / "olp").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and CODE.fullmatch(node.value):
+                found.setdefault(node.value, set()).add(path.relative_to(ROOT).as_posix())
+    return found
+
+
+def documented() -> set[str]:
+    """Every code that a page of docs/ names, ranges such as T001..T003 written out."""
+    text = "\n".join(
+        p.read_text(encoding="utf-8") for p in (ROOT / "docs").glob("*.md") if p.stem != "figures"
+    )
+    ranges = re.findall(r"\b([A-Z])(\d{3})(?:\.\.| to )\1(\d{3})\b", text)
+    spread = {f"{letter}{n:03}" for letter, low, high in ranges for n in range(int(low), int(high) + 1)}
+    return spread | set(re.findall(r"\b[A-Z]\d{3}\b", text))
+
+
+def area(module: str) -> str:
+    """What a module belongs to: its package, or itself. Commands, and the files they write, are one."""
+    name = module.split("/")[1].removesuffix(".py").split("_")[0]
+    return {"__main__": "commands", "files": "commands", "annotation": "annotate", "robot": "robots"}.get(
+        name, name
+    )
+
+
+EMITTED = {code: modules for code, modules in emitted().items() if not code.endswith("000")}
+
+
+@pytest.mark.parametrize("code", sorted(EMITTED))
+def test_every_code_is_explained_in_the_docs(code):
+    assert code in documented(), f"{code} of {sorted(EMITTED[code])}"
+
+
+@pytest.mark.parametrize("code", sorted(EMITTED))
+def test_no_two_areas_share_a_code(code):
+    assert len({area(module) for module in EMITTED[code]}) == 1, EMITTED[code]
