@@ -370,7 +370,7 @@ def test_the_command_tells_every_problem_at_once(cell: Path, capsys: pytest.Capt
     assert main(words) == 2
     shown = capsys.readouterr().err
     assert shown.count("error[B007]") == 2
-    assert shown.count("error[C009]") == 1
+    assert shown.count("error[B010]") == 1
     assert not (cell.parent / "my.toml").exists()
 
 
