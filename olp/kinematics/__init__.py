@@ -5,15 +5,24 @@ Poses are those of the flange in the robot base frame: origin at the height of a
 """
 
 from olp.kinematics.chain import forward, jacobian
-from olp.kinematics.configuration import Singularity, configuration_of, singularities, within_limits
+from olp.kinematics.configuration import (
+    Clearance,
+    Singularity,
+    clearance,
+    configuration_of,
+    singularities,
+    within_limits,
+)
 from olp.kinematics.inverse import branches, inverse
 from olp.kinematics.pulses import joints_to_pulses, pulses_to_joints
 from olp.kinematics.tool import with_tool, without_tool
 from olp.kinematics.tracking import track, track_branches
 
 __all__ = [
+    "Clearance",
     "Singularity",
     "branches",
+    "clearance",
     "configuration_of",
     "forward",
     "inverse",

@@ -33,6 +33,14 @@ class Singularity(NamedTuple):
     shoulder: NDArray[np.bool_]  # wrist centre nearly on axis S
 
 
+class Clearance(NamedTuple):
+    """(n,) each: how far poses are from the three singularities; 0 in them, of different sign on either side."""
+
+    wrist: Array  # [rad] -pi/2..pi/2, of axis B from its nearest straight or folded position
+    elbow: Array  # [rad] of the forearm from the stretched arm (positive: upper elbow) or from the folded one
+    shoulder: Array  # [m] of the wrist centre from axis S, negative behind it
+
+
 def links_of(robot: Robot) -> Links:
     """Raises OlpError (K001 no geometry, K004 no spherical wrist)."""
     links = geometry_of(robot).links
@@ -64,13 +72,21 @@ def singularities(robot: Robot, joints: ArrayLike, angle: float = 0.01, length: 
 
     `joints` (n, 6) [rad]. Raises OlpError: K001, K002, K004.
     """
+    clear = clearance(robot, joints)
+    return Singularity(
+        np.abs(clear.wrist) < angle, np.abs(clear.elbow) < angle, np.abs(clear.shoulder) < length
+    )
+
+
+def clearance(robot: Robot, joints: ArrayLike) -> Clearance:
+    """How far joints (n, 6) [rad] are from singularities, nan where they are. Raises OlpError: K001, K002, K004."""
     links = links_of(robot)
     standard = to_standard(links, as_joints(robot, joints))
-    bend = np.abs(wrap(standard[:, 2] - _stretched(links)))
-    return Singularity(
-        np.abs(np.sin(standard[:, 4])) < math.sin(angle),
-        np.minimum(bend, math.pi - bend) < angle,
-        np.abs(_radius(links, standard)) < length,
+    bend = wrap(_stretched(links) - standard[:, 2])
+    return Clearance(
+        np.arcsin(np.sin(standard[:, 4])),
+        np.where(np.abs(bend) > math.pi / 2, np.copysign(math.pi, bend) - bend, bend),
+        _radius(links, standard),
     )
 
 

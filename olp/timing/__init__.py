@@ -63,7 +63,7 @@ def time_plan(
     return replace(
         timing,
         assumptions=(*plan.assumptions, *assumed.values()),
-        diagnostics=(*plan.diagnostics, *problems),
+        diagnostics=(*plan.diagnostics, *wanted.diagnostics, *problems),
     )
 
 
@@ -169,7 +169,9 @@ def _rules(wanted: Demand, profile: Profile) -> list[str]:
     words = []
     for rule in wanted.names:
         words.append((f"{rule} acceleration".strip(), f"{rule} speed".strip()))
-    rows = zip(wanted.rule.tolist(), reached.tolist(), (wanted.length > 0).tolist(), strict=True)
+    # An axis that slows a line says nothing of how the tool accelerates on it.
+    codes = np.where(wanted.slowed & ~reached, 0, wanted.rule)
+    rows = zip(codes.tolist(), reached.tolist(), (wanted.length > 0).tolist(), strict=True)
     return [words[code][ok] if moves else "" for code, ok, moves in rows]
 
 

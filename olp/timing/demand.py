@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.diagnostic import Diagnostic
 from olp.plan import PATHS, Moves, Plan
 from olp.program import Path
+from olp.timing.slowing import slow_down
 from olp.units import deg
 
 Floats = NDArray[np.float64]
@@ -39,6 +41,7 @@ class Demand:
     """One row per row of Moves. `metric`: the length is metres of tool path (else radians of the leading axis).
 
     `rule`: index into `names`, what would rule the move at its programmed speed. `unknown`: cannot be timed.
+    `slowed`: a line or curve that an axis lets be no faster; `diagnostics`: what was found along the paths.
     """
 
     length: Floats
@@ -48,7 +51,9 @@ class Demand:
     metric: NDArray[np.bool_]
     rule: NDArray[np.int16]
     unknown: NDArray[np.bool_]
-    names: tuple[str, ...]
+    slowed: NDArray[np.bool_]
+    names: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
 
 
 def demand(plan: Plan, limits: Limits) -> Demand:
@@ -64,7 +69,7 @@ def demand(plan: Plan, limits: Limits) -> Demand:
         metric=np.ones(count, dtype=bool),
         rule=np.zeros(count, dtype=np.int16),
         unknown=np.zeros(count, dtype=bool),
-        names=(),
+        slowed=np.zeros(count, dtype=bool),
     )
     joint = moves.path == _JOINT
     if (~joint).any():
@@ -80,6 +85,8 @@ def demand(plan: Plan, limits: Limits) -> Demand:
         values[still] = 1.0
     result.acceleration *= moves.acceleration
     result.deceleration *= moves.deceleration
+    if (~joint).any():
+        result.diagnostics = slow_down(plan, limits, result, names)
     result.names = tuple(names)
     return result
 

@@ -1,0 +1,77 @@
+"""What limits along a plan's paths have to be told, each with its line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import Diagnostic, Span, warning
+from olp.plan import Plan, StepKind
+from olp.retiming.limits import PathLimits
+from olp.units import deg, mm
+
+_MANNERS = ("a straight wrist", "a stretched arm", "a wrist above axis S")
+
+
+def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
+    """One warning per kind of trouble, at its first line, counting the others."""
+    moves = plan.moves
+
+    def lost(row: int) -> tuple[str, str]:
+        place = f"{limits.lost[row] / mm:.1f} of {moves.length[row] / mm:.1f} mm"
+        return (
+            f"{_name(plan, row)}: the way to this point leaves the reach of the arm after {place}",
+            "both ends can be reached, what lies between them cannot: use a joint move or a point between",
+        )
+
+    def outside(row: int) -> tuple[str, str]:
+        axis = _axis(plan, row, int(limits.outside[row]))
+        return (
+            f"{_name(plan, row)}: axis {axis} leaves its soft limits on this move",
+            "the controller will stop here with an alarm",
+        )
+
+    def singular(row: int) -> tuple[str, str]:
+        kind, near = int(limits.singular[row]), limits.nearness[row]
+        shown = f"{near / mm:.1f} mm" if kind == 2 else f"{near / deg:.2f} deg"
+        return (
+            f"{_name(plan, row)}: this move passes within {shown} of a singularity ({_MANNERS[kind]})",
+            "its axes' speeds cannot be told there: the time is that of the programmed speed, the robot may be slower",
+        )
+
+    found = [
+        _told(plan, "L103", ~np.isnan(limits.lost), lost),
+        _told(plan, "L104", limits.outside >= 0, outside),
+        _told(plan, "L105", limits.singular >= 0, singular),
+    ]
+    return tuple(d for part in found for d in part)
+
+
+def _told(
+    plan: Plan, code: str, where: NDArray[np.bool_], says: Callable[[int], tuple[str, str]]
+) -> Iterator[Diagnostic]:
+    rows = np.flatnonzero(where)
+    if not len(rows):
+        return
+    steps = np.flatnonzero(plan.kind == StepKind.MOVE)
+    owners = steps[np.searchsorted(plan.row[steps], rows, side="right") - 1]
+    lines = {(int(plan.source[s]), int(plan.line[s])) for s in owners.tolist()}
+    source, line = plan.sources[int(plan.source[owners[0]])], int(plan.line[owners[0]])
+    text = source.line(line)
+    message, help_ = says(int(rows[0]))
+    more = len(lines) - 1
+    if more:
+        message += f" (and {more} more lines)" if more > 1 else " (and 1 more line)"
+    span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+    yield warning(code, message, span, file=source.path, source_line=text, help=help_)
+
+
+def _name(plan: Plan, row: int) -> str:
+    return plan.mechanisms[int(plan.moves.mechanism[row])]
+
+
+def _axis(plan: Plan, row: int, axis: int) -> str:
+    robot = plan.robots[int(plan.moves.mechanism[row])]
+    return robot.axis_names[axis] if robot else str(axis + 1)
