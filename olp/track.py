@@ -143,13 +143,17 @@ def _poses(
 ) -> tuple[Floats, Floats, Floats, NDArray[np.intp]]:
     """Position, quaternion and driven axes at `times`, and which of `rows` each instant belongs to."""
     plan = timing.plan
-    here = np.maximum(np.searchsorted(timing.rows.start[rows], times, side="right") - 1, 0)
-    first = np.maximum(here - _BEYOND, 0)
+    begins = timing.rows.start[rows]
+    # A move with a long overlap may begin before the one in front of it: then more than two run at once.
+    all_begun = np.searchsorted(np.maximum.accumulate(begins), times, side="right") - 1
+    any_begun = np.searchsorted(np.minimum.accumulate(begins[::-1])[::-1], times, side="right") - 1
+    here = np.maximum(any_begun, 0)
+    first = np.maximum(all_begun - _BEYOND, 0)
     start = plan.moves.start[rows[first]]
     position = plan.positions.position[start].copy()
     quaternion = plan.positions.quaternion[start].copy()
     axes = plan.positions.axes[start].copy()
-    for offset in range(2 * _BEYOND):
+    for offset in range(int((here - first).max(initial=0)) + 1):
         index = np.minimum(first + offset, len(rows) - 1)
         live = (first + offset < len(rows)) & (times >= timing.rows.start[rows[index]])
         if offset:
