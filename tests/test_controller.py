@@ -61,7 +61,7 @@ PROGRAMS = {
     "lines with exact stops": [line(83, 41, 0), line(95, -87, 61, 13), line(-37, 12, 5)],
     "lines without a zone": [line(83, 41, 0, zone=None), line(95, -87, 61, 13, zone=None), line(-37, 12, 5)],
     "lines with zones": [line(83, 41, 0, zone=0.025), line(95, -87, 61, zone=0.1), line(-37, 12, 5)],
-    "short lines that cannot brake in one": [line(1.7 * i, 0.3 * i, 0, speed=0.6, zone=None) for i in range(1, 60)],
+    "short lines that cannot brake in one": [line(1.7 * i, 0.3 * i, 0, speed=0.6, zone=None) for i in range(1, 25)],
     "an arc between lines": [line(83, 41, 0, zone=None), arc((121, 77, 3), (90, 120, 9), zone=None), line(5, 6, 7)],
     "arcs with zones": [arc((41, 52, 3), (7, 103, 11), zone=0.025), arc((-61, 88, 3), (-93, 20, 0), zone=0.05)],
     "joint moves": [joint(20, 11, -3, 17, -50, -41, zone=0.05), joint(-9, 0, 4, 3, -72, 33), joint(*np.degrees(HOME))],

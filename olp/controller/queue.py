@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 _FRACTION, _TRAVEL, _TURN = 0, 1, 2  # units of speed as Recorder.row counts them
 _HARDER = 4.0  # times the deceleration of the last move: any factor above 1 tells the same
 _SAME = 1e-12  # relative; times that differ by less are the same
+_NOTHING = 1e-9  # [m or rad]: below this nothing moves
 _CURVED, _JOINT = PATHS.index(Path.CIRCULAR), PATHS.index(Path.JOINT)
 
 
@@ -94,12 +95,13 @@ class Queue:
 
     def known(self) -> Known:
         """Times what can be timed. Raises OlpError where a move cannot."""
-        items = list(self.items)
-        if items and not self.closed and isinstance(items[-1], Go) and items[-1].target.path is Path.SPLINE:
-            items.pop()  # the next point shapes it
+        items = self.items
         if not items:
-            return Known(None, 0.0, not self.items, np.zeros(0))
+            return Known(None, 0.0, True, np.zeros(0))
         plan, steps = self._plan(items)
+        shapeless = not self.closed and isinstance(items[-1], Go) and items[-1].target.path is Path.SPLINE
+        if shapeless:
+            plan = _with_least_end(plan)
         timing = time_plan(plan, self.model, self.acceleration)
         problems = [d for d in timing.diagnostics if d.is_error]
         if problems:
@@ -108,13 +110,13 @@ class Queue:
             raise OlpError(*problems)
         ends = timing.end_s[np.array(steps) - 1]
         if self.closed or stops(items[-1]):
-            return Known(timing, timing.total_s, len(items) == len(self.items), ends)
-        return Known(timing, self._certain(plan, timing), False, ends)
+            return Known(timing, timing.total_s, True, ends)
+        return Known(timing, self._certain(plan, timing, int(shapeless)), False, ends)
 
-    def _certain(self, plan: Plan, timing: Timing) -> float:
-        """[s] up to which a harder stop at the end changes nothing."""
+    def _certain(self, plan: Plan, timing: Timing, unknown: int) -> float:
+        """[s] up to which a harder stop at the end changes nothing; the last move and `unknown` more are not it."""
         moves = plan.moves
-        moving = np.nonzero(timing.rows.length > 1e-9)[0]
+        moving = np.nonzero(timing.rows.length > _NOTHING)[0][: -unknown or None]
         last = int(moving[-1]) if len(moving) else 0
         deceleration = moves.deceleration.copy()
         deceleration[last:] *= _HARDER
@@ -126,8 +128,7 @@ class Queue:
             size = np.maximum(np.abs(one), np.abs(two)).max(initial=1.0)
             same &= np.abs(one - two).reshape(len(moves), -1).max(axis=1, initial=0.0) <= _SAME * size
         same[last:] = False
-        first = int(np.argmin(same))
-        return max(0.0, float(min(mine.start[first], harder.start[first])))
+        return max(0.0, float(min(mine.start[~same].min(), harder.start[~same].min())))
 
     def _plan(self, items: list[Item]) -> tuple[Plan, list[int]]:
         """The plan of the items, and how many of its steps are done behind each."""
@@ -144,6 +145,13 @@ class Queue:
                 _record(recorder, line, item)
             steps.append(len(recorder))
         return replace(recorder.finish(()), settings=self.settings), steps
+
+
+def _with_least_end(plan: Plan) -> Plan:
+    """The next point shapes the last move of a spline: until it is known, no length of it may be relied on."""
+    length = plan.moves.length.copy()
+    length[-1] = min(length[-1], 2 * _NOTHING)
+    return replace(plan, moves=replace(plan.moves, length=length))
 
 
 def stops(item: Item) -> bool:
