@@ -14,7 +14,11 @@ from olp.motion.model import Parameter
 
 Floats = NDArray[np.float64]
 
-SERVO_LAG = 0.040  # [s] DX200 and MA2010, corner runs at 50 to 800 mm/s (docs/blending.md)
+STOP_TIME = 0.166  # [s] DX200 and MA2010, PL runs at 10 mm/s
+SERVO_LAG = 0.043  # [s] DX200 and MA2010, corner runs at 50 to 800 mm/s (docs/blending.md)
+
+
+_CORNER_RUNS = "published DX200 recordings of an MA2010, corner at 50 to 800 mm/s; shapes only, not times"
 
 
 class PositionLevels(BlendingLaw):
@@ -27,7 +31,8 @@ class PositionLevels(BlendingLaw):
 
     Both commands then go through the acceleration filter (a moving average) and the lag of the servo, which
     round the shape and cost nothing at a corner. Dense points: between the end of the move before and the begin of
-    the move after, a move runs alone for at least half an acceleration time (`alone`); else the move after waits.
+    the move after, a move runs alone for at least half of what an exact stop costs (`alone`); else the move after
+    waits.
     Inferred from one spacing, 49 lines of 2.04 mm at 10 mm/s; never slower than without overlap.
     """
 
@@ -40,20 +45,19 @@ class PositionLevels(BlendingLaw):
     measured = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
-            "acceleration_time",
+            "stop_time",
             "s",
-            MA2010_TIME,
-            "published DX200 recordings of an MA2010, PL runs `linear`: exact stops, begin and end of the runs",
+            STOP_TIME,
+            "what an exact stop costs: published DX200 recordings of an MA2010, PL runs `linear`: 0.1655 s",
         ),
-        Parameter(
-            "servo_lag", "s", SERVO_LAG, "published DX200 recordings of an MA2010: corner at 50 to 800 mm/s"
-        ),
+        Parameter("acceleration_time", "s", MA2010_TIME, _CORNER_RUNS),
+        Parameter("servo_lag", "s", SERVO_LAG, _CORNER_RUNS),
     )
 
     @property
     def alone(self) -> float:
         """[s] for which each move runs without its neighbours, at least."""
-        return self._value("acceleration_time") / 2
+        return self._value("stop_time") / 2
 
     def passage(self, corners: Corners) -> Passage:
         zone = np.minimum(corners.amount, corners.half)
