@@ -49,6 +49,22 @@ def test_what_the_controller_stops_with_an_alarm_for_is_an_error_on_its_line(bod
 
 
 @pytest.mark.parametrize(
+    "body",
+    [
+        "SQRT R000", "SIN R000", "COS R000", "ATAN R000", "MULMAT P007", "MULMAT P007 P008", "INVMAT P007",
+        "CNVRT P007", "MID$ S000 S001", "LEN I000", "ASC B000", "CHR$ S000", "VAL I000",
+    ],
+)  # fmt: skip
+def test_a_function_without_its_arguments_is_told_and_the_job_goes_on(body: str) -> None:
+    found = read_source(decode(job_text(f"{body}\nMOVL C00001 V=50.0").encode(), "TEST.JBI"))
+    plan = run(found, assumptions=NOTHING)
+    line = plan.sources[0].lines.index(body) + 1
+    told = [d.line for d in (*found.diagnostics, *plan.diagnostics) if d.is_error]
+    assert told[:1] == [line]
+    assert visited(plan) == [1]
+
+
+@pytest.mark.parametrize(
     "body", ["SET B000 255", "SET I000 -32768", "SET I000 32767", "SET D000 -2147483648"]
 )
 def test_the_ends_of_each_range_fit(body: str) -> None:

@@ -323,3 +323,12 @@ def test_a_backup_that_cannot_be_true_is_a_warning_and_linear_moves_are_planned(
     assert not errors(plan)
     assert findings(plan)
     assert visited(plan) == [0, 2]
+
+
+def test_a_move_with_a_tag_without_value_is_left_out_whole() -> None:
+    """Half of it once stood in the plan as a step of no mechanism, and timing it failed."""
+    body = "MOVL C00001 V=50.0\nMOVL C00002 V=50.0 PL=NOWHERE ACC=20\nMOVL C00003 V=50.0"
+    plan = plan_of(body)
+    assert [code for code, _ in errors(plan)] == ["I209"]
+    assert visited(plan) == [1, 3]
+    assert len(plan.time()) == 2

@@ -31,12 +31,18 @@ Arguments = Sequence[Expression]
 
 
 def call_function(m: Machine, e: Function) -> Value:
-    """The function's value. Raises StatementError for one that is not known."""
+    """The function's value. Raises StatementError for one that is not known, or has too few arguments."""
     function = _FUNCTIONS.get(e.name)
     if function is None:
         raise StatementError(
             "I216", f"{e.name} is not known to the interpreter", "say its result in olp.toml"
         )
+    least = _LEAST_ARGUMENTS.get(e.name, 1)
+    if len(e.arguments) < least:
+        says = (
+            f"this needs {least} value{'s' * (least > 1)} to compute with, and {len(e.arguments)} are given"
+        )
+        raise StatementError("I222", says, "name what to compute with, behind the variable of the result")
     return function(m, e.arguments)
 
 
@@ -166,7 +172,7 @@ def _shift_between(m: Machine, arguments: Arguments) -> Value:
 
     frame = next((a for a in arguments if isinstance(a, FrameRef)), FrameRef("base"))
     positions = [_position(m, a) for a in arguments if not isinstance(a, FrameRef)]
-    if len(positions) < 2:
+    if len(positions) < 2:  # two arguments may be one position and a frame
         raise StatementError("I213", "a shift needs two positions", "name the reference and the target")
     mechanism = role(m, 0, Store.ROBOT)
     first, second = (pose_of(m, mechanism, p) for p in positions[:2])
@@ -252,4 +258,14 @@ _FUNCTIONS: Mapping[str, Callable[[Machine, Arguments], Value]] = {
     "length-of-text": lambda m, a: len(_text(m, a[0])),
     "joined-text": lambda m, a: "".join(_text(m, part) for part in a),
     "position-in-text": _find,
+}
+
+# Every function takes one argument at least. What a controller's manual makes optional is not counted.
+_LEAST_ARGUMENTS: Mapping[str, int] = {
+    "pose-product": 2,
+    "shift-between": 2,
+    "part-of-text": 2,
+    "position-in-text": 2,
+    "joined-text": 0,
+    "parameter": 0,
 }

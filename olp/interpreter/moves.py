@@ -99,9 +99,8 @@ def _compound(m: Machine, s: Move) -> None:
     acceleration = 1.0 if s.acceleration is None else share(m, quantity(m, s.acceleration), "acceleration")
     deceleration = 1.0 if s.deceleration is None else share(m, quantity(m, s.deceleration), "deceleration")
     _report_unknowables(m, s)
-    recorder = m.recorder
-    recorder.step(m.frame.job.source, s.line)
     arm = next((mech for _, mech, _ in rows if m.world.mechanisms[mech].is_robot), rows[0][1])
+    recorded = []
     for part_number, mechanism, target in rows:
         row_path, row_unit, row_speed = path, unit, speed
         if part_number:
@@ -111,18 +110,12 @@ def _compound(m: Machine, s: Move) -> None:
             row_path, row_unit, row_speed = JOINT, FRACTION, 1.0
         blend = (s.parts[part_number - 1].blend if part_number else None) or s.blend
         code, zone = (_UNTAGGED, _NAN) if blend is None else _blend(m, blend, arm)
-        recorder.row(
-            mechanism,
-            target,
-            row_path,
-            row_unit,
-            row_speed,
-            code,
-            zone,
-            acceleration,
-            deceleration,
-            s.end_of_arc,
-        )
+        recorded.append((mechanism, target, row_path, row_unit, row_speed, code, zone))
+    # Only now: a tag without a value leaves the whole move out, and a step without rows would be none.
+    recorder = m.recorder
+    recorder.step(m.frame.job.source, s.line)
+    for row in recorded:
+        recorder.row(*row, acceleration, deceleration, s.end_of_arc)
     m.moves += 1
 
 
