@@ -42,7 +42,11 @@ def along_path(
     result = PathLimits.nothing(count, speeds)
     told: list[str] = []
     for mechanism, robot in enumerate(plan.robots):
-        if robot is None or robot.kind != "arm" or robot.geometry is None:
+        if robot is None:
+            continue
+        driven = np.flatnonzero((plan.moves.path == _JOINT) & (plan.moves.mechanism == mechanism))
+        result.outside[driven] = _outside_at_ends(plan, robot, driven)
+        if robot.kind != "arm" or robot.geometry is None:
             continue
         rows = _rows(plan, mechanism, len(robot.axes))
         if not len(rows):
@@ -95,17 +99,11 @@ def _ends(plan: Plan, robot: Robot, rows: Rows, change: Floats, programmed: Floa
     """Short rows: mean change of the axes, and how the two ends stand."""
     slope = np.abs(change) / measure(plan)[rows][:, None]
     _limit(robot, rows, slope[:, None, :], np.zeros((len(rows), 1)), out)
-    axes = plan.positions.axes[:, : len(robot.axes)]
-    used = np.unique(np.concatenate((plan.moves.start[rows], plan.moves.target[rows])))
-    inside = np.ones(len(axes), dtype=np.int8) * -1
-    inside[used] = _outside(robot, axes[used][:, None, :])
-    out.outside[rows] = np.maximum(inside[plan.moves.start[rows]], inside[plan.moves.target[rows]])
+    out.outside[rows] = _outside_at_ends(plan, robot, rows)
     if robot.geometry is not None and robot.geometry.links is not None:
-        table = np.zeros((len(axes), 3))
-        table[used] = np.stack(clearance(robot, axes[used]), axis=1)
-        _approach(
-            rows, np.stack((table[plan.moves.start[rows]], table[plan.moves.target[rows]]), axis=1), out
-        )
+        used, start, target = _positions(plan, rows)
+        table = np.stack(clearance(robot, plan.positions.axes[used][:, : len(robot.axes)]), axis=1)
+        _approach(rows, np.stack((table[start], table[target]), axis=1), out)
     slower = (out.speed[rows] < programmed[rows] * (1 - _SLACK)) & (out.singular[rows] < 0)
     out.paced[rows[slower]] = out.speed[rows[slower]]
 
@@ -116,25 +114,9 @@ def _inside(
     """Rows sampled along their way."""
     rows, joints = samples.rows, samples.joints
     # A closer look replaces what was found before.
-    out.known[rows], out.paced[rows], out.singular[rows] = True, programmed[rows], Singular.NONE
-    out.nearness[rows] = out.lost[rows] = np.nan
-    broken = np.any(np.isnan(joints), axis=(1, 2))
-    clear = np.stack(clearance(robot, joints.reshape(-1, joints.shape[2])), axis=1)
-    _approach(rows, clear.reshape(*joints.shape[:2], 3), out)
-    for ends in (plan.moves.start[rows], plan.moves.target[rows]):
-        axes = plan.positions.axes[ends][:, : joints.shape[2]]
-        _approach(rows, np.stack(clearance(robot, axes), axis=1)[:, None, :], out)
-    gone = ~samples.reached.all(axis=1)
-    out.lost[rows[gone]] = samples.place[gone, np.argmin(samples.reached[gone], axis=1)]
-    jumped = ~gone & (samples.jump < joints.shape[1])
-    # With the arm's flags held, axes jump where the path runs through a singularity: S above axis S, else R and T.
-    crossed = jumped & (samples.jump > 0) & (out.singular[rows] < 0)
-    above = samples.leap[:, 0] > 0.5 * np.pi
-    out.singular[rows[crossed]] = np.where(above[crossed], Singular.SHOULDER, Singular.WRIST)
-    out.nearness[rows[crossed]] = 0.0
-    out.known[rows[(broken & ~gone) & (out.singular[rows] < 0)]] = False
-    out.outside[rows] = _outside(robot, joints)
-    whole = np.flatnonzero(~broken)
+    out.known[rows], out.paced[rows] = True, programmed[rows]
+    _reach(plan, robot, samples, out)
+    whole = np.flatnonzero(~np.any(np.isnan(joints), axis=(1, 2)))
     if not len(whole):
         return
     path = _paths(samples.place[whole], joints[whole])
@@ -143,6 +125,32 @@ def _inside(
     slower &= out.singular[rows[whole]] < 0
     if slower.any():
         _pace(robot, rows[whole][slower], path, slower, programmed, pushes, out)
+
+
+def _reach(plan: Plan, robot: Robot, samples: Samples, out: PathLimits) -> None:
+    """Singularities, places out of reach and soft limits of sampled rows."""
+    rows, joints = samples.rows, samples.joints
+    out.singular[rows], out.nearness[rows], out.lost[rows] = Singular.NONE, np.nan, np.nan
+    clear = np.stack(clearance(robot, joints.reshape(-1, joints.shape[2])), axis=1)
+    _approach(rows, clear.reshape(*joints.shape[:2], 3), out)
+    ends = np.stack(
+        [plan.positions.axes[at[rows]][:, : joints.shape[2]] for at in (plan.moves.start, plan.moves.target)],
+        axis=1,
+    )
+    for end in (ends[:, 0], ends[:, 1]):
+        _approach(rows, np.stack(clearance(robot, end), axis=1)[:, None, :], out)
+    gone = ~samples.reached.all(axis=1)
+    out.lost[rows[gone]] = samples.place[gone, np.argmin(samples.reached[gone], axis=1)]
+    jumped = ~gone & (samples.jump < joints.shape[1])
+    # With the arm's flags held, axes jump where the path runs through a singularity: S above axis S, else R and T.
+    crossed = jumped & (samples.jump > 0) & (out.singular[rows] < 0)
+    above = samples.leap[:, 0] > 0.5 * np.pi
+    out.singular[rows[crossed]] = np.where(above[crossed], Singular.SHOULDER, Singular.WRIST)
+    out.nearness[rows[crossed]] = 0.0
+    sure = out.singular[rows] < 0
+    out.known[rows[jumped & sure]] = False
+    # Beyond a singularity the axes depend on how the controller passes it: only both ends are certain there.
+    out.outside[rows] = np.where(sure, _outside(robot, joints), _outside(robot, ends))
 
 
 def _paths(place: Floats, joints: Floats) -> SampledPath:
@@ -210,6 +218,21 @@ def _approach(rows: Rows, clear: Floats, out: PathLimits) -> None:
     found = share < before
     out.singular[rows[found]] = which[found]
     out.nearness[rows[found]] = near[pick, which][found]
+
+
+def _positions(plan: Plan, rows: Rows) -> tuple[Rows, Rows, Rows]:
+    """The positions at which rows start and end, each once, and where start and target of each row stand there."""
+    ends = np.concatenate((plan.moves.start[rows], plan.moves.target[rows]))
+    used, where = np.unique(ends, return_inverse=True)
+    return used.astype(np.intp), where[: len(rows)], where[len(rows) :]
+
+
+def _outside_at_ends(plan: Plan, robot: Robot, rows: Rows) -> NDArray[np.int8]:
+    """(r,): as `_outside`, at the start and the target of each row."""
+    used, start, target = _positions(plan, rows)
+    found = _outside(robot, plan.positions.axes[used][:, None, : len(robot.axes)])
+    either: NDArray[np.int8] = np.where(found[target] >= 0, found[target], found[start])
+    return either
 
 
 def _outside(robot: Robot, joints: Floats) -> NDArray[np.int8]:

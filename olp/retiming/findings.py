@@ -20,7 +20,9 @@ def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
     moves = plan.moves
 
     def lost(row: int) -> tuple[str, str]:
-        place = f"{limits.lost[row] / mm:.1f} of {moves.length[row] / mm:.1f} mm"
+        travels = moves.length[row] > 1e-9
+        whole, unit, name = (moves.length[row], mm, "mm") if travels else (moves.angle[row], deg, "deg")
+        place = f"{limits.lost[row] / unit:.1f} of {whole / unit:.1f} {name}"
         return (
             f"{_name(plan, row)}: the way to this point leaves the reach of the arm after {place}",
             "both ends can be reached, what lies between them cannot: use a joint move or a point between",

@@ -26,7 +26,7 @@ class Singular(IntEnum):
 class PathLimits:
     """Per row of Moves, (m,); lengths are metres of tool path, or radians where only the tool turns.
 
-    `known`: the row's axes are known and it is a line, an arc or a spline; nothing else is told of other rows.
+    `known`: the row's axes are known and it is a line, an arc or a spline; of others only `outside` is told.
     `speed` [m/s]: the highest at which no axis exceeds its own anywhere on the row, inf where nothing moves;
     `axis` (-1: none) would be the first to, `place` [m] from the start. `acceleration` [m/s²]: the highest from
     standstill that no axis's acceleration forbids, inf where none is known.

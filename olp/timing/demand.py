@@ -85,7 +85,7 @@ def demand(plan: Plan, limits: Limits) -> Demand:
         values[still] = 1.0
     result.acceleration *= moves.acceleration
     result.deceleration *= moves.deceleration
-    if (~joint).any():
+    if count:
         result.diagnostics = slow_down(plan, limits, result, names)
     result.names = tuple(names)
     return result
