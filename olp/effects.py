@@ -83,7 +83,7 @@ GENERATIONS: Final[Mapping[str, Generation]] = MappingProxyType(
         "DX200": Generation(
             cycle=_RRS,
             settling=Known(
-                0.12, "published recordings of an MA2010 at 10 mm/s: 0.117 to 0.12 s per exact stop"
+                0.166, "published recordings of an MA2010 at 10 mm/s, from rest to rest: 0.1655 s per exact stop"
             ),
         ),
         "FS100": _NOT_KNOWN,

@@ -240,7 +240,7 @@ def test_a_wait_lasts_as_long_as_it_says_and_stops_the_move_before():
     steps = list(controller.run())
     there, back = (closed_form([line(83, 41, 0, zone=None)], "constant") for _ in range(2))
     still = [step for step in steps if step.speed < 1e-9]
-    assert len(still) * CYCLE == pytest.approx(0.731 + 0.12, abs=0.012)
+    assert len(still) * CYCLE == pytest.approx(0.731 + 0.166, abs=0.012)
     assert steps[-1].time > there.total_s + back.total_s + 0.731
 
 
@@ -298,7 +298,7 @@ def test_effects_of_the_controller_reach_the_steps():
     for controller in (plain, slow):
         controller.target(line(400, 100, 0, speed=0.1))
         ends.append(list(controller.run())[-1].time)
-    assert ends[1] == pytest.approx(2 * (ends[0] - 0.12) + 0.12 + 0.05, abs=0.05)
+    assert ends[1] == pytest.approx(2 * (ends[0] - 0.166) + 0.166 + 0.05, abs=0.05)
 
 
 def test_a_harder_stop_at_the_end_changes_only_what_is_not_yet_certain():

@@ -136,9 +136,9 @@ def test_an_override_that_no_controller_has_is_refused(override):
 def test_settling_comes_from_the_file_then_the_robot_then_the_generation():
     arm = load_robot("yaskawa/ma2010")
     assert settling_of(Effects(settling=0.07), arm) == (0.07, "")
-    assert settling_of(Effects(), arm) == (0.12, "")
+    assert settling_of(Effects(), arm) == (0.166, "")
     seconds, says = settling_of(Effects(), replace(arm, settling_time=None))
-    assert seconds == 0.12
+    assert seconds == 0.166
     assert "MA2010" in says
     seconds, says = settling_of(Effects(), replace(arm, settling_time=None, controllers=("XRC",)))
     assert seconds == 0.0

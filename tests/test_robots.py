@@ -143,7 +143,7 @@ def test_robots_can_be_compared_hashed_and_sent_to_another_process():
 def test_the_ma2010_holds_what_was_measured():
     robot = load_robot("yaskawa/ma2010")
     assert robot.linear_acceleration == pytest.approx(3.05)
-    assert robot.settling_time == 0.12
+    assert robot.settling_time == 0.166
     assert robot.blend_zones == pytest.approx((0.0125, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5))
     assert robot.accelerations[0] == 11.26
     assert math.isnan(robot.accelerations[5])
