@@ -76,8 +76,9 @@ def _join(plan: Plan, wanted: Demand, rows: NDArray[np.intp], era: NDArray[np.in
     if zoned.any():
         half = 0.5 * np.minimum(wanted.length[before], wanted.length[after])
         zone = np.where(zoned, np.minimum(moves.blend[before], half), 0.0)
-        overlap = np.divide(zone, speed, out=np.zeros_like(zone), where=zoned)
         pace, way = wanted.speed[rows], wanted.length[rows]
+        # Where a fast move meets a slow one, the last z of the fast one is travelled at its own speed.
+        overlap = np.divide(zone, pace[:-1], out=np.zeros_like(zone), where=zoned)
         cruise = np.divide(way, pace, out=np.full_like(way, np.inf), where=pace > 0)
         ramp, handing = np.insert(overlap, 0, 0.0), np.append(overlap, 0.0)
         late = delays(cruise, ramp, handing, PositionLevels().alone)
