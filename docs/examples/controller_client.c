@@ -22,10 +22,10 @@ static int connection;
 /* Sends one request and reads its answer. Ends the program when the controller says no. */
 static char *ask(const char *request)
 {
-    static char answer[LONGEST];
-    size_t length = strlen(request);
-    if (write(connection, request, length) != (ssize_t)length || write(connection, "\n", 1) != 1 ||
-        !fgets(answer, sizeof answer, from_controller)) {
+    static char answer[LONGEST], line[LONGEST];
+    /* In one piece: a line sent in two would wait for the network's acknowledgement of the first. */
+    int length = snprintf(line, sizeof line, "%s\n", request);
+    if (write(connection, line, (size_t)length) != length || !fgets(answer, sizeof answer, from_controller)) {
         fprintf(stderr, "the controller has gone\n");
         exit(2);
     }

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from olp.diagnostic import Diagnostic, OlpError, error
 from olp.geometry import Pose, compose, quaternion_from_rotation, rotation_from_quaternion, slerp
-from olp.interpreter.paths import point_on_arc
+from olp.interpreter.paths import circle, point_on_arc
 from olp.kinematics import forward, track, with_tool, within_limits
 from olp.program import Path
 from olp.units import deg, mm
@@ -21,7 +21,11 @@ if TYPE_CHECKING:
     from olp.robot import Robot
 
 Floats = NDArray[np.float64]
-_SAMPLES = 48  # along a path, to find out whether and how the arm gets to its end
+_FEWEST, _MOST, _SPACING = (
+    48,
+    4_000,
+    5.0 * mm,
+)  # samples along a path, to find out whether and how the arm follows
 _SAME = 1e-6  # [rad or m] joints that differ by less are the same
 
 
@@ -112,12 +116,13 @@ def _path_goals(robot: Robot, start: Floats, target: Target, tool: Pose, frame: 
     position, rotation = _samples(stops, target.path)
     back = tool.inverse()
     joints = track(robot, *compose(position, rotation, back.position, back.rotation), start)
+    per_part = (len(joints) - 1) // (len(stops) - 1)
     lost = np.isnan(joints).any(axis=1)
     if lost.any():
         where = _told(Pose(position[lost.argmax()], rotation[lost.argmax()]))
         says = f"the way to the target leaves the arm's reach at {where} (base frame)"
         raise OlpError(error("S004", says, help="move the target, or go there with a joint move"))
-    goals = [joints[_SAMPLES * (i + 1)] for i in range(len(stops) - 1)]
+    goals = [joints[per_part * (i + 1)] for i in range(len(stops) - 1)]
     if target.joints is not None:
         if np.abs(goals[-1] - target.joints).max() > _SAME:
             says = "the path ends at the target's pose, but in another arm configuration than its joints"
@@ -127,8 +132,14 @@ def _path_goals(robot: Robot, start: Floats, target: Target, tool: Pose, frame: 
 
 
 def _samples(stops: list[Pose], path: Path) -> tuple[Floats, Floats]:
-    """Poses (n, 3), (n, 3, 3) along a line or an arc through the stops, `_SAMPLES` from stop to stop."""
-    share = np.arange(_SAMPLES + 1) / _SAMPLES
+    """Poses (n, 3), (n, 3, 3) along a line or an arc through the stops, equally many from stop to stop."""
+    rough = _FEWEST
+    if path is Path.CIRCULAR:
+        radius = float(circle(*(stop.position[None] for stop in stops))[1][0])
+        rough = int(2.0 * np.pi * radius / _SPACING) if np.isfinite(radius) else 0
+    straight = max(float(np.linalg.norm(b.position - a.position)) for a, b in pairwise(stops))
+    count = min(max(_FEWEST, rough, int(straight / _SPACING)), _MOST)
+    share = np.arange(count + 1) / count
     positions, rotations = [], []
     for i, (a, b) in enumerate(pairwise(stops)):
         rows = [np.broadcast_to(p.position, (len(share), 3)) for p in (a, b, stops[0 if i else -1])]
