@@ -10,6 +10,7 @@ import pytest
 from inform_jobs import job, read_lines, told
 
 from olp.diagnostic import Severity
+from olp.expression import Store
 from olp.vendors.inform.grammar import instruction_parser
 from olp.vendors.inform.problems import WORDS
 
@@ -427,11 +428,24 @@ def test_a_finding_that_repeats_is_told_once_and_counted() -> None:
 
 
 def test_line_ends_and_tabs_are_told_once_and_are_no_errors() -> None:
-    program = read_lines(job(["\tTIMER T=1.5", "\tTIMER T=2.5"]), end="\n")
-    assert [(d.code, d.severity, d.line) for d in program.diagnostics] == [
-        ("P035", Severity.INFO, 0),
-        ("P034", Severity.INFO, 10),
+    program = read_lines(job([" \tTIMER T=1.5\t", "TIMER\tT=2.5", "\tTIMER\tT=3.5"]), end="\n")
+    assert [(d.code, d.severity, d.line, d.column) for d in program.diagnostics] == [
+        ("P035", Severity.INFO, 0, 1),
+        ("P034", Severity.INFO, 11, 6),
     ]
+
+
+def test_tabs_that_only_indent_are_not_told() -> None:
+    """DX200 controllers indent the lines of a block with blanks and a tab."""
+    assert told(job(["  \tTIMER T=1.5\t", "\t'comment", "\t"])) == []
+
+
+def test_a_short_row_among_robot_points_may_be_a_station_and_is_kept() -> None:
+    program = read_lines(job(points=["C00000=11,2,3,4,5,6", "C00001=7,8,9,10,11,12", "C00002=-20,343"]))
+    assert [(d.code, d.severity, d.line) for d in program.diagnostics] == [("P012", Severity.WARNING, 7)]
+    point = program.routines[0].points.find(Store.ROBOT, True, 2)
+    assert point is not None
+    assert point.values[:2] == (-20, 343)
 
 
 def test_binary_and_utf_16_are_one_error_each() -> None:

@@ -321,6 +321,13 @@ def test_the_number_of_statements_is_limited() -> None:
     assert 300 < len(plan) < 340
 
 
+def test_comments_do_not_count_as_statements() -> None:
+    body = "\n".join([*["'spoken"] * 50, "MOVL C00001 V=50.0", "//SET B000 1", "MOVL C00002 V=50.0"])
+    plan = run(program(body), assumptions=Assumptions(), max_steps=3)
+    assert visited(plan) == [1, 2]
+    assert not findings(plan)
+
+
 def test_a_switch_without_a_matching_case_runs_nothing() -> None:
     body = (
         "SWITCH B001\nCASE 1\nMOVL C00001 V=50.0\nCASE 2\nMOVL C00002 V=50.0\nENDSWITCH\nMOVL C00009 V=50.0"

@@ -105,14 +105,14 @@ def _run_frame(m: Machine, left: int) -> int:
     body, pc = frame.job.body, frame.pc
     size = len(body)
     while pc < size:
-        if not left:
-            return 0
-        left -= 1
         statement = body[pc]
         pc += 1
         handler = handlers.get(type(statement))
         if handler is None:
             continue
+        if not left:
+            return 0
+        left -= 1
         frame.pc = pc
         try:
             following = handler(m, statement)

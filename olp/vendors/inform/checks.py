@@ -17,6 +17,7 @@ _FAMILY = {Store.ROBOT: "C", Store.BASE: "BC", Store.STATION: "EC"}
 _POSITION = re.compile(r"(?<![A-Z])(BC|EC|C|E)([0-9]{1,9})(?![0-9])")
 _LABEL_LENGTH = 8
 _COMMENT_LENGTH = 32
+_MOST_STATION_AXES, _ARM_AXES = 3, 6
 _RECORDS = ("/JOB", "//NAME", "//POS", "//INST")
 
 
@@ -189,10 +190,16 @@ def _check_widths(findings: Findings, routine: Routine) -> None:
 def _check_equal(findings: Findings, lines: list[int], widths: list[int]) -> None:
     usual = max(sorted(set(widths), reverse=True), key=widths.count, default=0)
     for line, width in zip(lines, widths, strict=True):
-        if width != usual:
-            text = findings.source.line(line)
-            span = Span(line, text.find("=") + 2, len(text.rstrip()) + 1)
-            message = f"{width} values, where the other rows have {usual}"
+        if width == usual:
+            continue
+        text = findings.source.line(line)
+        span = Span(line, text.find("=") + 2, len(text.rstrip()) + 1)
+        message = f"{width} values, where the other rows have {usual}"
+        if width <= _MOST_STATION_AXES and usual >= _ARM_AXES:
+            # Generators write a station's positions among the robot's; nothing is lost by keeping them.
+            help = f"kept as a position of {width} axes; a station's positions are called EC, a robot's have {usual}"
+            findings.warning("P012", message, span, help=help)
+        else:
             findings.error("P012", message, span, help=f"expected {usual} numbers with commas")
 
 
@@ -207,14 +214,15 @@ def check_names(findings: Findings, routines: Sequence[Routine]) -> None:
 
 
 def check_text(findings: Findings) -> None:
-    """Tabs and line ends, told once for the file."""
+    """Tabs and line ends, told once for the file. Controllers themselves indent with blanks and a tab."""
     source = findings.source
-    if b"\t" in source.raw:
-        number = next(n for n, line in enumerate(source.lines, 1) if "\t" in line)
-        column = source.line(number).find("\t") + 1
-        findings.info(
-            "P034", "the text holds tabs", Span(number, column, column + 1), help="controllers write blanks"
-        )
+    lines = enumerate(source.lines, 1) if b"\t" in source.raw else ()
+    place = next(((n, line) for n, line in lines if "\t" in line.strip()), None)
+    if place is not None:
+        number, line = place
+        column = line.index("\t", len(line) - len(line.lstrip())) + 1
+        message, span = "a tab between words", Span(number, column, column + 1)
+        findings.info("P034", message, span, help="controllers write blanks")
     if source.raw.count(b"\r\n") != source.raw.count(b"\n") or source.raw.count(b"\r") != source.raw.count(
         b"\r\n"
     ):
