@@ -16,6 +16,7 @@ from olp.kinematics import (
     inverse,
     jacobian,
     joints_to_pulses,
+    numeric,
     pulses_to_joints,
     singularities,
     track,
@@ -249,6 +250,26 @@ def test_numeric_arms_say_what_they_cannot_reach():
     joints, reachable = inverse(SIA20D, positions, rotations)
     assert reachable.tolist() == [True, False]
     assert np.isnan(joints[1]).all()
+
+
+def test_a_pose_that_a_numeric_arm_cannot_reach_costs_few_sweeps(monkeypatch):
+    """Beyond the stretched arm none, too close to the base three: each sweep of 60 steps takes some 20 ms."""
+    calls = []
+    real = numeric.newton
+    monkeypatch.setattr(numeric, "newton", lambda *given: calls.append(len(given[1])) or real(*given))
+    for position, most in (([9.1, 0.3, 1.2], 0), ([0.02, 0.03, 0.05], 3)):
+        calls.clear()
+        _, reachable = inverse(HC10, [position], np.eye(3)[None])
+        assert not reachable.any()
+        assert sum(size > 0 for size in calls) <= most
+
+
+@pytest.mark.parametrize("robot", **named([SIA20D, HC10, load_robot("universal-robots/ur10e")]))
+def test_numeric_arms_find_every_pose_that_some_joints_make(robot):
+    positions, rotations = forward(robot, random_joints(robot, 60))
+    found, reachable = inverse(robot, positions, rotations)
+    assert reachable.all()
+    assert_reaches(robot, found, positions, rotations)
 
 
 def test_axis_e_sits_between_l_and_u_although_it_is_counted_last():

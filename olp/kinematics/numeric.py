@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from olp.kinematics.chain import as_joints, forward, jacobian
+from olp.kinematics.chain import as_joints, forward, geometry_of, jacobian
 from olp.kinematics.configuration import wrap
 from olp.robots.model import Robot
 
@@ -14,8 +14,10 @@ Array = NDArray[np.float64]
 _STEPS = 60
 _SOLVED = 1e-11  # [m and rad] largest error of a solved pose
 _LONGEST_STEP = 0.4  # [rad] per axis: a longer one leaves the region where the Jacobian means something
-# Offsets from the start that are tried where the start itself does not lead to a solution.
+# Further starts, tried where the given one does not lead to a solution, and poses that try them at the same time:
+# the steps of a thousand starts cost hardly more than those of one.
 _ATTEMPTS = 24
+_TOGETHER = 64
 
 
 def solve_from(
@@ -28,19 +30,47 @@ def solve_from(
     Raises OlpError: K001 no geometry, K002 number of axes.
     """
     seeds = np.broadcast_to(as_joints(robot, start), (len(position), len(robot.axes)))
-    joints, solved = newton(robot, position, rotation, seeds)
-    random = np.random.default_rng(20)
-    for _ in range(_ATTEMPTS):
-        open_poses = np.flatnonzero(~solved)
-        if not len(open_poses):
-            break
-        tries = random.uniform(robot.lower, robot.upper, (len(open_poses), len(robot.axes)))
-        found, good = newton(robot, position[open_poses], rotation[open_poses], tries)
-        joints[open_poses[good]], solved[open_poses] = found[good], good
+    joints, solved = np.array(seeds, dtype=np.float64), np.zeros(len(position), dtype=bool)
+    near = np.flatnonzero(np.linalg.norm(position, axis=1) <= _reach(robot))
+    joints[near], solved[near] = newton(robot, position[near], rotation[near], seeds[near])
+    # One start more helps most poses; what is still open then is mostly out of reach and gets all others at once.
+    for first, last in ((0, 1), (1, _ATTEMPTS)):
+        open_poses = near[~solved[near]]
+        for begin in range(0, len(open_poses), _TOGETHER):
+            some = open_poses[begin : begin + _TOGETHER]
+            starts = np.random.default_rng(20 + first).uniform(
+                robot.lower, robot.upper, (last - first, len(robot.axes))
+            )
+            found, good = _from_all(robot, position[some], rotation[some], starts)
+            joints[some[good]], solved[some] = found[good], good
     turning = np.array([not axis.linear for axis in robot.axes])
     joints = np.where(turning, wrap(joints, seeds), joints)
     joints[~solved] = np.nan
     return joints, solved
+
+
+def _from_all(
+    robot: Robot, position: Array, rotation: Array, starts: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Every pose (n) from every start (s, k): the joints (n, k) that the first good start leads to, (n,) solved."""
+    count, tries = len(position), len(starts)
+    found, good = newton(
+        robot,
+        np.repeat(position, tries, axis=0),
+        np.repeat(rotation, tries, axis=0),
+        np.tile(starts, (count, 1)),
+    )
+    table = good.reshape(count, tries)
+    solved: NDArray[np.bool_] = np.any(table, axis=1)
+    return found.reshape(count, tries, -1)[np.arange(count), table.argmax(axis=1)], solved
+
+
+def _reach(robot: Robot) -> float:
+    """[m] No pose stands further from the base: the stretched chain, its slides drawn out."""
+    geometry = geometry_of(robot)
+    offsets = [joint.offset for joint in geometry.joints] + [geometry.flange_offset]
+    slides = sum(max(abs(axis.lower), abs(axis.upper)) for axis in robot.axes if axis.linear)
+    return float(sum(np.linalg.norm(offset) for offset in offsets)) + slides
 
 
 def newton(robot: Robot, position: Array, rotation: Array, seeds: Array) -> tuple[Array, NDArray[np.bool_]]:
