@@ -114,5 +114,9 @@ def _assumptions(job: Job) -> Assumptions | None:
 
 
 def shown(parts: Sequence[Part]) -> list[Diagnostic]:
-    """All diagnostics of all parts that a user should see, errors first within a file."""
-    return [d for part in parts for d in sorted(part.diagnostics, key=lambda d: (not d.is_error, d.line))]
+    """All diagnostics of all parts that a user should see, errors first within a file.
+
+    What is wrong with a job that several others call is told once.
+    """
+    found = (d for part in parts for d in sorted(part.diagnostics, key=lambda d: (not d.is_error, d.line)))
+    return list(dict.fromkeys(found))

@@ -195,3 +195,48 @@ def test_paths_are_shown_as_they_were_given(tmp_path, monkeypatch):
     part = time_file("B.JBI", Job(robot="yaskawa/up20"))
     assert part.file == "B.JBI"
     assert os.sep not in part.text.splitlines()[0]
+
+
+@pytest.fixture
+def lame(tmp_path):
+    """A job with one line that cannot be read and two moves whose robot has an axis fewer than their points."""
+    job = (SAMPLES / "inform" / "pitfalls" / "seven-axis.jbi").read_bytes()
+    path = tmp_path / "LAME.JBI"
+    path.write_bytes(job.replace(b"\r\nEND", b"\r\nTIMER T=\r\nTIMER T=0.5\r\nEND"))
+    return path
+
+
+@pytest.mark.parametrize("name", ["text", "markdown"])
+def test_a_sum_that_leaves_something_out_says_so(name, lame):
+    for segments in (True, False):
+        text, _ = report(name, [lame, JOBS[0]], segments=segments)
+        assert ">= 0.500" in text
+        assert "total >= 0.500 s (" in text or (name == "text" and not segments)
+    text, parts = report(name, [lame])
+    assert f"incomplete: 2 of 4 steps have no time, {len(parts[0].diagnostics)} errors" in text
+    assert "incomplete" not in report(name, [JOBS[0]])[0]
+    assert ">=" not in report(name, [JOBS[0]])[0]
+
+
+def test_scripts_are_told_how_many_steps_have_no_time(lame):
+    assert [program["untimed"] for program in json.loads(report("json", [lame, JOBS[0]])[0])] == [2, 0]
+    table = list(csv.DictReader(io.StringIO(report("csv", [lame, JOBS[0]], segments=False)[0])))
+    assert [row["untimed"] for row in table] == ["2", "0"]
+
+
+def test_moves_without_a_time_for_one_reason_are_one_finding(lame):
+    _, parts = report("text", [lame])
+    found = [d for d in parts[0].diagnostics if d.code == "T101"]
+    assert [(d.line, d.message.endswith("(and once more)")) for d in found] == [(17, True)]
+
+
+def test_what_is_wrong_with_a_job_that_others_call_is_told_once(tmp_path):
+    from olp.batch import shown
+
+    head, tail = b"/JOB\r\n//NAME %s\r\n//POS\r\n///NPOS 0,0,0,0,0,0\r\n//INST\r\nNOP\r\n", b"\r\nEND\r\n"
+    bodies = {"A": b"CALL JOB:C", "B": b"CALL JOB:C", "C": b"TIMER T="}
+    for job, body in bodies.items():
+        (tmp_path / f"{job}.JBI").write_bytes(head % job.encode() + body + tail)
+    parts = time_files([str(tmp_path / f"{job}.JBI") for job in bodies], Job())
+    assert [p.failed for p in parts] == [True, True, True]
+    assert [d.code for d in shown(parts)] == ["P020"]

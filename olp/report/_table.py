@@ -52,7 +52,22 @@ def totals(timing: Timing) -> str:
     """One sentence with the sums."""
     parts = f"motion {timing.motion_s:.3f} s, waits {timing.wait_s:.3f} s, I/O {timing.io_s:.3f} s"
     robot = timing.robot or "robot not known"
-    return f"total {timing.total_s:.3f} s ({parts}), {robot}, {timing.model} acceleration model"
+    total = at_least(timing.total_s, any(d.is_error for d in timing.diagnostics))
+    return f"total {total} s ({parts}), {robot}, {timing.model} acceleration model"
+
+
+def missing(timing: Timing) -> str:
+    """What the sums leave out, as one sentence; empty when nothing."""
+    wrong = sum(d.is_error for d in timing.diagnostics)
+    if not wrong:
+        return ""
+    steps = f"{timing.untimed} of {len(timing.kind)} steps have no time, " if timing.untimed else ""
+    return f"incomplete: {steps}{wrong} error{'s' * (wrong > 1)}"
+
+
+def at_least(seconds: float, incomplete: bool) -> str:
+    """A sum; one that leaves something out must not look like the whole."""
+    return f"{'>= ' * incomplete}{seconds:.3f}"
 
 
 def grouped(timing: Timing) -> list[str]:

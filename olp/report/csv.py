@@ -13,7 +13,7 @@ from olp.report.report import Options, Part, Report
 if TYPE_CHECKING:
     from olp.timing import Timing
 
-_TOTALS = ("file", "robot", "total_s", "motion_s", "wait_s", "io_s")
+_TOTALS = ("file", "robot", "total_s", "motion_s", "wait_s", "io_s", "untimed")
 
 
 class Csv(Report):
@@ -27,8 +27,8 @@ class Csv(Report):
         if timing is None:
             return ""
         if not options.segments:
-            totals = (getattr(timing, name) for name in _TOTALS[2:])
-            return _rows([[file, timing.robot or "", *(f"{t:.6f}" for t in totals)]])
+            totals = (f"{getattr(timing, name):.6f}" for name in _TOTALS[2:-1])
+            return _rows([[file, timing.robot or "", *totals, timing.untimed]])
         return _rows([_cell(value) for value in segment.values()] for segment in timing.segments())
 
     def join(self, parts: Sequence[Part], options: Options) -> str:

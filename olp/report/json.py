@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from olp.timing import Timing
 
 
-_TOTALS = ("robot", "model", "total_s", "motion_s", "wait_s", "io_s")
+_TOTALS = ("robot", "model", "total_s", "motion_s", "wait_s", "io_s", "untimed")
 
 
 class Json(Report):

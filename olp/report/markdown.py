@@ -31,17 +31,23 @@ class Markdown(Report):
                     "",
                 ]
             lines += [f"**{_table.totals(timing)}**", ""]
+            if lacking := _table.missing(timing):
+                lines += [lacking, ""]
             if timing.assumptions:
                 lines += ["Assumed:", ""]
                 lines += [f"- {_escape(says)}" for says in _table.grouped(timing)] + [""]
         if diagnostics:
-            lines += [f"- `{d.severity}[{d.code}]` {d.line}: {_escape(d.message)}" for d in diagnostics] + [
+            lines += [f"- `{d.severity}[{d.code}]` {_place(d)}{_escape(d.message)}" for d in diagnostics] + [
                 ""
             ]
         return "\n".join(lines)
 
     def join(self, parts: Sequence[Part], options: Options) -> str:
         return "\n".join(part.text for part in parts)
+
+
+def _place(diagnostic: Diagnostic) -> str:
+    return f"line {diagnostic.line}: " if diagnostic.line else ""
 
 
 def _rule() -> list[str]:

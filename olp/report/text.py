@@ -32,8 +32,12 @@ class Text(Report):
         header, *rows = _aligned([_table.HEADER, *body], _table.LEFT, options.width, _STATEMENT)
         if options.colour:
             header, rows = paint(header, BOLD), list(map(_painted, rows, body))
+        if not body:
+            header = "no move, wait or signal was executed"
         total = _table.totals(timing)
         lines = [file, header, *rows, "", paint(total, BOLD) if options.colour else total]
+        if lacking := _table.missing(timing):
+            lines.append(paint(lacking, RED) if options.colour else lacking)
         lines += [f"assumed: {says}" for says in _table.grouped(timing)]
         if timing.plan.stop_reason:
             lines.append(f"stopped: {timing.plan.stop_reason}")
@@ -58,26 +62,26 @@ def _painted(line: str, cells: Sequence[str]) -> str:
 
 
 def _summary(part: Part) -> tuple[str, ...]:
-    times = (part.total_s, part.motion_s, part.wait_s, part.io_s)
     problems = sum(d.is_error for d in part.diagnostics)
-    return (
-        part.file,
-        *(
-            "not timed" if i == 0 and t is None else "" if t is None else f"{t:.3f}"
-            for i, t in enumerate(times)
-        ),
-        str(part.assumed or ""),
-        str(problems or ""),
-    )
+    return (part.file, *_times(part), str(part.assumed or ""), str(problems or ""))
+
+
+def _times(part: Part) -> tuple[str, ...]:
+    if part.total_s is None:
+        return ("not timed", "", "", "")
+    others = (part.motion_s, part.wait_s, part.io_s)
+    return (_table.at_least(part.total_s, part.failed), *(f"{t or 0.0:.3f}" for t in others))
 
 
 def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
-    times = (
-        [getattr(part, name) or 0.0 for part in parts] for name in ("total_s", "motion_s", "wait_s", "io_s")
+    total, *others = (
+        sum(getattr(part, name) or 0.0 for part in parts)
+        for name in ("total_s", "motion_s", "wait_s", "io_s")
     )
+    times = (_table.at_least(total, any(part.failed for part in parts)), *(f"{t:.3f}" for t in others))
     problems = sum(d.is_error for part in parts for d in part.diagnostics)
     assumed = sum(part.assumed for part in parts)
-    return (f"{len(parts)} files", *(f"{sum(t):.3f}" for t in times), str(assumed or ""), str(problems or ""))
+    return (f"{len(parts)} files", *times, str(assumed or ""), str(problems or ""))
 
 
 def _aligned(rows: Sequence[Sequence[str]], left: set[int], width: int, elastic: int) -> list[str]:

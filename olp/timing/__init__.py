@@ -12,6 +12,7 @@ from olp.effects import Effects, effects_of, settling_of
 from olp.motion import Profile, load_model
 from olp.plan import PATHS, Assumption, Plan, StepKind
 from olp.program import Path
+from olp.source import Source
 from olp.timing.additions import Additions, additions
 from olp.timing.chain import Chain, chain
 from olp.timing.demand import Demand, Limits, demand
@@ -176,23 +177,26 @@ def _rules(wanted: Demand, profile: Profile) -> list[str]:
 
 
 def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
-    """One diagnostic per statement that cannot be timed."""
+    """One diagnostic per file and reason why statements cannot be timed, at the first of them."""
     bad = np.nonzero(~np.isfinite(rows))[0]
     if not len(bad):
         return []
     is_move = np.nonzero(plan.kind == StepKind.MOVE)[0]
     owner = np.searchsorted(plan.row[is_move], bad, side="right") - 1
-    problems: dict[tuple[int, int], Diagnostic] = {}
+    lines: dict[tuple[int, str, str], dict[int, None]] = {}
     for step, row in zip(is_move[owner].tolist(), bad.tolist(), strict=True):
-        place = int(plan.source[step]), int(plan.line[step])
-        if place in problems:
-            continue
-        source = plan.sources[place[0]]
-        text = source.line(place[1])
-        span = Span(place[1], len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-        says, how = _why(plan, wanted, row)
-        problems[place] = error("T101", says, span, file=source.path, source_line=text, help=how)
-    return list(problems.values())
+        key = int(plan.source[step]), *_why(plan, wanted, row)
+        lines.setdefault(key, {})[int(plan.line[step])] = None
+    return [_problem(plan.sources[s], says, how, list(found)) for (s, says, how), found in lines.items()]
+
+
+def _problem(source: Source, says: str, how: str, lines: list[int]) -> Diagnostic:
+    line, more = lines[0], len(lines) - 1
+    text = source.line(line)
+    span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+    if more:
+        says += " (and once more)" if more == 1 else f" (and in {more} more lines)"
+    return error("T101", says, span, file=source.path, source_line=text, help=how)
 
 
 def _why(plan: Plan, wanted: Demand, row: int) -> tuple[str, str]:

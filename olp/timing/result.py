@@ -93,6 +93,11 @@ class Timing:
         return self.motion_s + self.wait_s + self.io_s
 
     @property
+    def untimed(self) -> int:
+        """Number of steps that cannot be timed: the totals leave them out."""
+        return int(np.count_nonzero(np.isnan(self.duration_s)))
+
+    @property
     def robot(self) -> str | None:
         return self.plan.robot.name if self.plan.robot else None
 
