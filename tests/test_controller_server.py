@@ -295,7 +295,7 @@ def test_too_many_sessions_are_told_so(server):
 def test_a_port_that_is_taken_is_told_so(server):
     with pytest.raises(OlpError, match=str(server.port)) as caught:
         Server(server.port)
-    assert caught.value.diagnostics[0].code == "C011"
+    assert caught.value.diagnostics[0].code == "S015"
 
 
 def test_the_command_serves_until_it_is_interrupted():

@@ -47,7 +47,7 @@ class _Handler(socketserver.StreamRequestHandler):
 
 
 class Server(socketserver.ThreadingTCPServer):
-    """Serves until `shutdown`. Raises OlpError C011 for a port that cannot be had."""
+    """Serves until `shutdown`. Raises OlpError S015 for a port that cannot be had."""
 
     # Elsewhere it lets a server come back at once; on Windows two could share a port.
     allow_reuse_address = os.name != "nt"
@@ -61,7 +61,7 @@ class Server(socketserver.ThreadingTCPServer):
             why = getattr(problem, "strerror", None) or str(problem)
             raise OlpError(
                 error(
-                    "C011", f"cannot listen on port {port}: {why}", help="another --port; 0 takes a free one"
+                    "S015", f"cannot listen on port {port}: {why}", help="another --port; 0 takes a free one"
                 )
             ) from None
 
