@@ -105,7 +105,11 @@ def report(diagnostics: Sequence[Diagnostic]) -> int:
 
 
 def make_streams_robust() -> None:
-    """No name or comment of a program may stop the answer because the terminal cannot show it."""
+    """No name or comment of a program may stop the answer because the terminal cannot show it, or is closed."""
+    if sys.stdout is None:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, as long as the process lives
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # Output that goes to a file on Windows would take the machine's code page.

@@ -105,6 +105,25 @@ def time_program(program: Program, job: Job) -> Timing:
     return time_plan(plan, job.model, job.acceleration, job.override)
 
 
+def check_job(job: Job) -> None:
+    """Raises OlpError for a setting that would fail with every file: told once, before the first is read."""
+    if job.robot is not None:
+        from olp.robot import load_robot
+
+        load_robot(job.robot)
+    if job.model is not None:
+        from olp.motion import load_model
+
+        load_model(job.model)
+    if job.encoding is not None:
+        from olp.reading import check_encoding
+
+        check_encoding(job.encoding)
+    assumptions = _assumptions(job)
+    if assumptions is not None and not os.path.exists(assumptions.path):
+        raise OlpError(*assumptions.diagnostics)
+
+
 def _assumptions(job: Job) -> Assumptions | None:
     if job.assumptions is None:
         return None

@@ -28,10 +28,20 @@ def read(path: str | os.PathLike[str], *, vendor: str | None = None, encoding: s
             error("P004", f"cannot read the file: {why}", file=os.fspath(path), help="check the path")
         ) from None
     except LookupError:
-        raise OlpError(
-            error("P005", f"unknown encoding '{encoding}'", help="try cp1252, shift_jis or utf-8")
-        ) from None
+        raise _unknown_encoding(encoding) from None
     return read_source(source, vendor=vendor)
+
+
+def check_encoding(encoding: str) -> None:
+    """Raises OlpError (P005) when no text can be read with it."""
+    try:
+        b" ".decode(encoding, "replace")
+    except LookupError:
+        raise _unknown_encoding(encoding) from None
+
+
+def _unknown_encoding(encoding: str | None) -> OlpError:
+    return OlpError(error("P005", f"unknown encoding '{encoding}'", help="try cp1252, shift_jis or utf-8"))
 
 
 def read_source(source: Source, *, vendor: str | None = None) -> Program:

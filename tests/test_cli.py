@@ -164,7 +164,10 @@ def test_what_the_system_refuses_is_one_diagnostic_that_names_the_file(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["go", "wrong", "missing"]) == 2
-    assert capsys.readouterr().err == "error[C005]: No such file or directory\n  --> no/such/file\n"
+    assert capsys.readouterr().err == (
+        "error[C005]: No such file or directory\n  --> no/such/file\n"
+        "help: create the folder first, or name another one\n"
+    )
 
 
 @pytest.mark.usefixtures("extra_command")
@@ -209,6 +212,15 @@ def make_files(folder: Path, *names: str) -> None:
     for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(b"")
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", ">&- 2>&-"])
+def test_closed_streams_stop_nothing(closed: str) -> None:
+    command = f'"{sys.executable}" -m olp time samples/inform/twins/base.jbi {closed}'
+    done = subprocess.run(["sh", "-c", command], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0
+    assert "Traceback" not in done.stderr
+    assert ("total" in done.stdout) is (">&-" not in closed.replace("2>&-", ""))
 
 
 def test_folders_are_searched_in_order_and_files_are_taken_as_they_are(tmp_path: Path) -> None:

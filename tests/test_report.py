@@ -168,8 +168,51 @@ def test_wrong_options_are_told_with_status_2(words, capsys):
 
     assert main(["time", str(JOBS[0]), *words]) == 2
     shown = capsys.readouterr()
-    assert "error[" in shown.err + shown.out
-    assert "Traceback" not in shown.err
+    assert shown.err.count("error[") == 1
+    assert not shown.out, "nothing was timed, so there is no table"
+
+
+@pytest.mark.parametrize(
+    "words", [["--robot", "yaskawa/up21"], ["--model", "warp"], ["--assumptions", "no.toml"]]
+)
+@pytest.mark.parametrize("command", ["time", "annotate"])
+def test_a_setting_that_is_wrong_for_every_file_is_told_once(command, words, capsys, tmp_path):
+    from olp.__main__ import main
+
+    more = ["-o", str(tmp_path)] if command == "annotate" else []
+    assert main([command, *map(str, JOBS[:3]), *words, *more]) == 2
+    assert capsys.readouterr().err.count("error[") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_numbers_out_of_range_are_answered_in_words(capsys):
+    from olp.__main__ import main
+
+    for words in (["--accel", "-5"], ["--cycles", "0.5"]):
+        assert main(["time", str(JOBS[0]), *words]) == 2
+        assert f"argument {words[0]}: '{words[1]}' is no " in capsys.readouterr().err
+
+
+def test_a_move_without_a_robot_is_one_finding(tmp_path):
+    path = tmp_path / "A.JBI"
+    path.write_bytes((SAMPLES / "inform" / "twins" / "base.jbi").read_bytes())
+    assert [d.code for d in time_file(str(path), Job()).diagnostics if d.is_error] == ["I003"]
+    path.write_bytes((SAMPLES / "inform" / "twins" / "pulse.jbi").read_bytes())
+    part = time_file(str(path), Job())
+    assert [d.code for d in part.diagnostics if d.is_error] == ["I001"]
+    assert "unknown" in part.text
+
+
+def test_one_program_needs_no_sum_of_all():
+    text, _ = report("text", JOBS[:1], segments=False)
+    assert len(text.splitlines()) == 2
+
+
+def test_track_says_what_it_takes_for_granted(capsys):
+    from olp.__main__ import main
+
+    assert main(["track", str(SAMPLES / "inform" / "twins" / "base.jbi"), "--dt", "0.5"]) == 0
+    assert "assumed: RB1 already stands at the target of its first move" in capsys.readouterr().err
 
 
 def test_track_is_a_table_with_units_and_ends_with_the_program(tmp_path):

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.commands._outputs import add_output_arguments, convert
-from olp.commands.time import add_timing_arguments, job_of, print_diagnostics
+from olp.commands.time import add_timing_arguments, assumed, job_of, print_diagnostics
 
 if TYPE_CHECKING:
     from olp.batch import Job
     from olp.diagnostic import Diagnostic
-    from olp.timing import Timing
 
 SUMMARY = "write the predicted time of each line into a program, as comments"
 
@@ -51,15 +50,5 @@ def _annotate(path: Path, job: Job, args: Namespace) -> tuple[bytes, Sequence[Di
     program = read(path, encoding=job.encoding)
     timing = time_program(program, job)
     result = annotate(program, timing, args.template)
-    told = [*timing.diagnostics, *result.diagnostics, *_assumed(timing)]
+    told = [*timing.diagnostics, *result.diagnostics, *assumed(timing)]
     return result.source.raw, told
-
-
-def _assumed(timing: Timing) -> list[Diagnostic]:
-    """What was taken for granted, since the comments rest on it."""
-    from olp.diagnostic import Span, info
-
-    return [
-        info("A004", f"assumed: {says}", Span(line) if line else None, file=file)
-        for line, says, file in dict.fromkeys(timing.assumptions)
-    ]

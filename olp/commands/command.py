@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from argparse import ArgumentParser
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -26,10 +26,18 @@ class Parser(ArgumentParser):
         raise OlpError(error("C002", message, help=f"{self.prog} --help lists the arguments"))
 
 
+_ADVICE: Mapping[type[OSError], str] = {
+    FileNotFoundError: "create the folder first, or name another one",
+    IsADirectoryError: "name a file in this folder",
+    PermissionError: "ask for the right to write there, or name another file with -o",
+}
+
+
 def from_os_error(problem: OSError) -> Diagnostic:
     """What the operating system refused, as a diagnostic: which file, and why in its own words."""
     file = problem.filename if problem.filename is not None else ""
-    return error("C005", problem.strerror or str(problem), file=os.fsdecode(file))
+    says = problem.strerror or str(problem)
+    return error("C005", says, file=os.fsdecode(file), help=_ADVICE.get(type(problem), ""))
 
 
 def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[Path]:

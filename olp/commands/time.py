@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING
 
 from olp.colour import RED, YELLOW, paint, wanted
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from olp.batch import Job
     from olp.diagnostic import Diagnostic
     from olp.report import Part
+    from olp.timing import Timing
 
 SUMMARY = "say how long every line of a program takes, and why"
 
@@ -72,18 +73,20 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
 
 def positive(text: str) -> float:
     """A number above zero."""
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
     if not 0 < value < float("inf"):
-        raise ValueError(text)
+        raise ArgumentTypeError(f"{text!r} is no number above zero")
     return value
 
 
 def positive_int(text: str) -> int:
     """A whole number above zero."""
-    value = int(text)
-    if value < 1:
-        raise ValueError(text)
-    return value
+    if not text.isdecimal() or int(text) < 1:
+        raise ArgumentTypeError(f"{text!r} is no whole number above zero")
+    return int(text)
 
 
 def run(args: Namespace) -> int:
@@ -101,13 +104,13 @@ def run(args: Namespace) -> int:
 
 
 def job_of(args: Namespace, count: int) -> Job:
-    """The settings of one run over `count` files."""
-    from olp.batch import Job
+    """The settings of one run over `count` files. Raises OlpError for a robot, model or olp.toml that is none."""
+    from olp.batch import Job, check_job
     from olp.report import Options
 
     report = getattr(args, "format", "text")
     segments = not getattr(args, "summary", False) and (count == 1 or args.segments or report != "text")
-    return Job(
+    job = Job(
         format=report,
         options=Options(segments, *terminal(args) if report == "text" else ()),
         robot=args.robot,
@@ -119,6 +122,8 @@ def job_of(args: Namespace, count: int) -> Job:
         override=None if args.override is None else args.override * 1e-2,
         cycles=args.cycles,
     )
+    check_job(job)
+    return job
 
 
 def terminal(args: Namespace) -> tuple[int, bool]:
@@ -152,6 +157,16 @@ def encode(text: str, output: str | None) -> bytes:
     if output is None:
         return text.encode(sys.stdout.encoding or "utf-8", "replace")
     return text.encode("utf-8")
+
+
+def assumed(timing: Timing) -> list[Diagnostic]:
+    """What was taken for granted, for the commands that write it nowhere else."""
+    from olp.diagnostic import Span, info
+
+    return [
+        info("A004", f"assumed: {says}", Span(line) if line else None, file=file)
+        for line, says, file in dict.fromkeys(timing.assumptions)
+    ]
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:

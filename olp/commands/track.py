@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from olp.commands.time import add_timing_arguments, job_of, positive, print_diagnostics
+from olp.commands.time import add_timing_arguments, assumed, job_of, positive, print_diagnostics
 from olp.files import write_output
 
 if TYPE_CHECKING:
@@ -36,8 +36,9 @@ def run(args: Namespace) -> int:
     else:
         data = table.to_csv(index=False, float_format="%.6f", lineterminator="\n").encode()
     write_output(args.output, data, inputs=[args.job])
-    print_diagnostics([d.at(args.job) for d in timing.diagnostics])
-    return 0
+    told = [d.at(args.job) for d in (*timing.diagnostics, *assumed(timing))]
+    print_diagnostics(told)
+    return 2 if any(d.is_error for d in told) else 0
 
 
 def _parquet(table: pandas.DataFrame) -> bytes:

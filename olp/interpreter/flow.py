@@ -181,11 +181,11 @@ def call(m: Machine, s: Call) -> int | None:
     job = m.jobs.find(name)
     if job is None:
         near = m.jobs.near(name)
-        did = f"did you mean {', '.join(near)}? " if near else ""
+        did = f"did you mean {', '.join(near)}? Else " if near else ""
         raise StatementError(
             "I102",
             f"the routine {name[:60]} was not found: its call is left out",
-            f"{did}Put its file into the same folder",
+            f"{did}put its file into the same folder",
         )
     arguments = tuple(evaluate(m, argument) for argument in s.arguments)
     m.load(job)

@@ -47,7 +47,8 @@ class Text(Report):
         text = "\n".join(part.text for part in parts if part.text)
         if len(parts) == 1 and text:
             return text
-        overview = _aligned([_OVERVIEW, *map(_summary, parts), _sum(parts)], {0}, options.width, 0)
+        rows = [*map(_summary, parts), *([_sum(parts)] if len(parts) > 1 else [])]
+        overview = _aligned([_OVERVIEW, *rows], {0}, options.width, 0)
         return (text + "\n" if text else "") + "\n".join(overview) + "\n"
 
 

@@ -23,6 +23,7 @@ __all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
 
 DEFAULT_MODEL = "constant"
 Floats = NDArray[np.float64]
+_NO_ROBOT = ("I001", "I003")  # the interpreter has said that the moves need a robot
 
 
 def time_plan(
@@ -184,7 +185,10 @@ def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
     is_move = np.nonzero(plan.kind == StepKind.MOVE)[0]
     owner = np.searchsorted(plan.row[is_move], bad, side="right") - 1
     lines: dict[tuple[int, str, str], dict[int, None]] = {}
+    robot_asked_for = any(d.code in _NO_ROBOT for d in plan.diagnostics)
     for step, row in zip(is_move[owner].tolist(), bad.tolist(), strict=True):
+        if robot_asked_for and plan.robots[int(plan.moves.mechanism[row])] is None:
+            continue
         key = int(plan.source[step]), *_why(plan, wanted, row)
         lines.setdefault(key, {})[int(plan.line[step])] = None
     return [_problem(plan.sources[s], says, how, list(found)) for (s, says, how), found in lines.items()]
