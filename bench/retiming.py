@@ -3,7 +3,8 @@
 100 random paths of six axes and 100 points each, half of them smooth (sums of sines), half of them wild (a spline
 through independent random points); limits of every path are random too. Both solvers run on the same grid of 4951
 samples in the same run, from points to a speed for every sample, and toppra once more on a grid four times as fine.
-Limits are checked on the true spline at ten places inside every interval. Times are CPU time.
+Limits are checked on the true spline at ten places inside every interval. The last rows look along the lines of two
+programs of 100,000 moves: a raster of short lines, and one of long lines. Times are CPU time.
 Exit status 1 when a figure is missed.
 """
 
@@ -11,24 +12,28 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.metadata import version
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+import speed
 import toppra
 import toppra.algorithm
 import toppra.constraint
 from numpy.typing import NDArray
 
 from olp import fast
-from olp.retiming import Kind, Retimed, SampledPath, retime, spline_through
+from olp.retiming import Kind, Retimed, SampledPath, along_path, retime, spline_through
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
 PATHS, POINTS, AXES = 100, 100, 6
+MOVES = 100_000  # of the programs
 PIECES = 50  # samples per span: 4951 of a path
 ASKED_DURATION, ASKED_EXCESS = 2e-3, 5e-3
 
@@ -48,7 +53,7 @@ class Figure(NamedTuple):
 
 def main() -> int:
     toppra.setup_logging("ERROR")
-    figures = measured(cases())
+    figures = [*measured(cases()), *spacing(cases()), *along_programs()]
     print("| figure | asked | measured |\n|---|---|---|")
     for figure in figures:
         print(f"| {figure.name} | {figure.asked} | {figure.measured}{'' if figure.held else ' **missed**'} |")
@@ -102,6 +107,57 @@ def measured(all_cases: list[Case]) -> list[Figure]:
     return figures
 
 
+def spacing(all_cases: list[Case]) -> Iterator[Figure]:
+    """What the spacing of the samples does: 10, 20 and 40 a span."""
+    place, few = np.linspace(0.0, 1.0, POINTS), all_cases[:20]
+    limit = together(place, few, fast.available(), 160).duration
+    above = [together(place, few, fast.available(), pieces).duration / limit - 1 for pieces in (10, 20, 40)]
+    for start, name in ((0, "smooth"), (1, "random")):
+        shares = ", ".join(f"{share[start::2].max():.2%}" for share in above)
+        yield Figure(
+            f"duration at 10, 20, 40 samples a span above that at 160, ten {name} paths", "-", shares, True
+        )
+    runs = together(place, few, False, 10)
+    ours = max(worst(place, case, runs.place[0], runs.speed[i]) for i, case in enumerate(few))
+    theirs = max(worst(place, c, runs.place[0], by_toppra(place, c, runs.place[0])) for c in few)
+    name = "limits exceeded anywhere at 10 samples a span by"
+    yield Figure(name, "-", f"{max(ours, 0.0):.2%} (toppra {theirs:.0%})", True)
+
+
+def along_programs() -> Iterator[Figure]:
+    """What `along_path` costs `olp time`."""
+    import olp
+
+    raster = speed.job("LARGE", MOVES)
+    for text, name, asked in ((raster, "short lines", 1.0), (long_lines(raster), "long lines", None)):
+        with tempfile.TemporaryDirectory() as folder:
+            job = Path(folder) / "LARGE.JBI"
+            job.write_bytes(text.encode("ascii"))
+            (Path(folder) / "olp.toml").write_text(f'robot = "{speed.ROBOT}"\n')
+            plan = olp.read(job).plan()
+        found, seconds = min(
+            (timed(lambda at=plan: along_path(at)) for _ in range(3)), key=lambda run: run[1]
+        )
+        mean = float(plan.moves.length.mean()) * 1e3
+        yield Figure(
+            f"limits along {int(found.known.sum()):,} {name} of a program, {mean:.1f} mm each",
+            f"≤ {asked:.0f} s" if asked else "-",
+            f"{seconds:.2f} s",
+            asked is None or seconds <= asked,
+        )
+
+
+def long_lines(text: str) -> str:
+    """The same program with its points in another order, so that neighbours are far apart."""
+    lines = text.split("\r\n")
+    points = [i for i, line in enumerate(lines) if line.startswith("C")]
+    values = [lines[i].partition("=")[2] for i in points]
+    for order, i in enumerate(points):
+        name = lines[i].partition("=")[0]
+        lines[i] = f"{name}={values[order * 61_803 % len(values)]}"
+    return "\r\n".join(lines)
+
+
 def cases() -> list[Case]:
     rng = np.random.default_rng(42)
     angle = np.linspace(0.0, 2.0 * np.pi, POINTS)[:, None]
@@ -120,8 +176,8 @@ def cases() -> list[Case]:
     return result
 
 
-def together(place: Array, all_cases: list[Case], compiled: bool) -> Retimed:
-    path = SampledPath.through(place, np.stack([case.joints for case in all_cases]), PIECES)
+def together(place: Array, all_cases: list[Case], compiled: bool, pieces: int = PIECES) -> Retimed:
+    path = SampledPath.through(place, np.stack([case.joints for case in all_cases]), pieces)
     speed = np.stack([case.speed for case in all_cases])[:, None, :]
     acceleration = np.stack([case.acceleration for case in all_cases])[:, None, :]
     return retime(path, speed, acceleration, compiled=compiled)

@@ -13,6 +13,7 @@ from olp.plan import PATHS, BlendCode, Plan
 from olp.points import PointKind, PointState
 from olp.program import Path
 from olp.retiming import Singular, along_path
+from olp.retiming.along import _paths
 from olp.robot import load_robot
 from olp.source import decode
 from olp.timing import time_plan
@@ -239,3 +240,21 @@ def test_a_move_over_nothing_and_a_program_of_nothing_are_looked_at_too():
     still = along_path(plan_of(CALM, CALM))
     assert not still.known[0]
     assert still.diagnostics == ()
+
+
+def test_a_short_line_through_a_straight_wrist_is_told_too():
+    one, other = CALM.copy(), CALM.copy()
+    one[4], other[4] = np.radians(-1.6), np.radians(1.7)
+    found = along_path(plan_of(one, other))
+    assert found.singular[0] == Singular.WRIST
+    assert found.nearness[0] == 0.0
+
+
+def test_derivatives_over_the_place_do_not_depend_on_how_the_samples_are_spread():
+    place = np.linspace(0.0, 1.0, 81) ** 1.3 * 0.7
+    joints = np.stack((np.sin(3 * place), place**2), axis=1)
+    path = _paths(place[None, :], joints[None])
+    inner = slice(20, -5)
+    assert path.first[0, inner, 0] == pytest.approx(3 * np.cos(3 * place)[inner], rel=1e-3)
+    assert path.second[0, inner, 0] == pytest.approx(-9 * np.sin(3 * place)[inner], rel=0.02)
+    assert path.second[0, inner, 1] == pytest.approx(2.0, rel=0.02)

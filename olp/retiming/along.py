@@ -12,7 +12,7 @@ from olp.retiming.findings import findings
 from olp.retiming.limits import PathLimits, Singular
 from olp.retiming.path import SampledPath
 from olp.retiming.retime import retime
-from olp.retiming.sampling import Rows, Samples, coarse, groups, measure, sample
+from olp.retiming.sampling import MOST, Rows, Samples, coarse, groups, measure, sample
 from olp.retiming.spline import spline_through
 from olp.robot import Robot
 from olp.units import deg, mm
@@ -24,6 +24,7 @@ _JOINT = PATHS.index(Path.JOINT)
 _TURN = 2.0 * np.pi
 _NEAR = np.array([1.0 * deg, 1.0 * deg, 10.0 * mm])  # nearer to a singularity no speed is worth telling
 _FREE = 1e6  # [rad/s²] an acceleration that limits nothing
+_CLOSER = 8  # times as many samples where a singularity may be near
 _SLACK = 1e-9  # a limit that is met to this share is not broken
 
 
@@ -64,9 +65,9 @@ def along_path(
             looked = sample(plan, robot, part, samples)
             _inside(plan, robot, looked, speeds, pushes, result)
             # Where axes move further between two samples than was wanted, a singularity may be near: look closer.
-            again = part[coarse(looked)]
+            again = part[coarse(looked)][: MOST // (_CLOSER * samples)]
             if len(again):
-                _inside(plan, robot, sample(plan, robot, again, 8 * samples), speeds, pushes, result)
+                _inside(plan, robot, sample(plan, robot, again, _CLOSER * samples), speeds, pushes, result)
     unsure = (result.singular >= 0) | ~np.isnan(result.lost) | ~result.known
     for column in (result.speed, result.place, result.acceleration):
         column[unsure] = np.nan

@@ -22,7 +22,7 @@ _TURN = 2.0 * np.pi
 # A row is looked at often enough that the tool travels and turns, and every axis, no further between samples.
 _TRAVEL, _ANGLE = 0.02, np.radians(2.5)  # [m], [rad]
 _COUNTS = (5, 9, 17, 33, 65, 129)  # samples of a row; rows of one count are solved together
-_MOST = 400_000  # samples of a plan: beyond, every row is looked at half as often
+MOST = 400_000  # samples of a plan: beyond, every row is looked at half as often
 
 
 class Samples(NamedTuple):
@@ -51,7 +51,7 @@ def groups(plan: Plan, rows: Rows, joints: Floats) -> dict[int, Rows]:
         counts = np.asarray(_COUNTS)[np.minimum(np.searchsorted(_COUNTS, wanted), len(_COUNTS) - 1)]
         for count in _COUNTS:
             found[count] = rows[~short & (counts == count)]
-        if sum(count * len(part) for count, part in found.items() if count > 2) <= _MOST or wanted.max() <= 5:
+        if sum(count * len(part) for count, part in found.items() if count > 2) <= MOST or wanted.max() <= 5:
             return {count: part for count, part in found.items() if len(part)}
         wanted = wanted / 2.0
 
@@ -80,9 +80,11 @@ def sample(plan: Plan, robot: Robot, rows: Rows, count: int) -> Samples:
 
 
 def coarse(samples: Samples) -> NDArray[np.bool_]:
-    """(r,): rows along which an axis moves much further between two samples than was wanted."""
-    steps = np.abs(np.diff(samples.joints, axis=1)).max(axis=(1, 2))
-    found: NDArray[np.bool_] = np.nan_to_num(steps, nan=np.inf) > 1.5 * _ANGLE
+    """(r,): rows along which an axis moves much further between two samples than was wanted, and than elsewhere."""
+    steps = np.abs(np.diff(samples.joints, axis=1))
+    most, mean = steps.max(axis=1), steps.mean(axis=1)
+    uneven = (most > 1.5 * _ANGLE) & (most > 2.0 * mean)
+    found: NDArray[np.bool_] = np.any(uneven | np.isnan(most), axis=1)
     return found
 
 
