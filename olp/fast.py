@@ -18,6 +18,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 IMPORT_TIME = 0.5  # [s] CPU of importing numba and loading a kernel that was compiled before, measured
+LOAD_TIME = 0.1  # [s] of loading the kernel alone
 
 
 class Kernel(Generic[P, R]):
@@ -55,7 +56,7 @@ def use(compiled: bool | None, seconds: float) -> bool:
     Raises OlpError (F001) when it is told but not installed.
     """
     if compiled is None:
-        return available() and ("numba" in sys.modules or seconds > IMPORT_TIME)
+        return available() and seconds > (LOAD_TIME if "numba" in sys.modules else IMPORT_TIME)
     if compiled and not available():
         raise OlpError(error("F001", "the compiled extra is not installed", help="pip install olp[fast]"))
     return compiled
