@@ -338,6 +338,12 @@ def test_robots_lists_the_whole_library_in_every_form(capsys: pytest.CaptureFixt
     assert len({row.count("|") for row in rows}) == 1
 
 
+def test_robots_counts_what_is_known_of_some_axes_only(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["robots", "ma2010", "sia20d", "ar2010"]) == 0
+    rows = {line.split()[0]: line.split("  ")[-1] for line in capsys.readouterr().out.splitlines()[1:4]}
+    assert rows == {"yaskawa/ma2010": "5 of 6", "yaskawa/sia20d": "unknown", "yaskawa/ar2010": "known"}
+
+
 def test_robots_gives_the_source_of_every_group_of_numbers_when_asked(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

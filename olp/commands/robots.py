@@ -95,12 +95,15 @@ def summary(robot: Robot) -> tuple[str, ...]:
         known(robot.knows_pulses),
         poses,
         known(robot.blend_zones is not None),
-        known(all(axis.acceleration is not None for axis in robot.axes)),
+        known(*(axis.acceleration is not None for axis in robot.axes)),
     )
 
 
-def known(yes: bool) -> str:
-    return "known" if yes else "unknown"
+def known(*parts: bool) -> str:
+    """One word for all parts, or how many of them are known."""
+    if all(parts):
+        return "known"
+    return f"{sum(parts)} of {len(parts)}" if any(parts) else "unknown"
 
 
 def sources(robot: Robot) -> list[str]:
