@@ -50,6 +50,20 @@ class Effects:
             words.append(f"the servos trail by {self.servo_lag:g} s at every stop")
         return words
 
+    @property
+    def not_counted(self) -> str:
+        """Which effects are taken as nothing, in words ("": none); told to those who ask why a line takes its time."""
+        names = [
+            words
+            for value, words in (
+                (self.cycle, "interpolation cycle (cycle_s)"),
+                (self.dispatch, "dispatch time (dispatch_s)"),
+                (self.servo_lag, "servo lag (servo_lag_s)"),
+            )
+            if not value
+        ]
+        return f"not counted, as olp.toml does not set them: {', '.join(names)}" if names else ""
+
 
 class Known(NamedTuple):
     """A measured or published number [s] of a controller generation."""
@@ -83,7 +97,8 @@ GENERATIONS: Final[Mapping[str, Generation]] = MappingProxyType(
         "DX200": Generation(
             cycle=_RRS,
             settling=Known(
-                0.166, "published recordings of an MA2010 at 10 mm/s, from rest to rest: 0.1655 s per exact stop"
+                0.166,
+                "published recordings of an MA2010 at 10 mm/s, from rest to rest: 0.1655 s per exact stop",
             ),
         ),
         "FS100": _NOT_KNOWN,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnostic import Diagnostic, OlpError, error
+from olp.effects import effects_of
 from olp.motion import load_model
 from olp.plan import PATHS, BlendCode, Plan, StepKind
 from olp.program import Path
@@ -112,11 +113,17 @@ def _steps_at(timing: Timing, place: str) -> list[int]:
         near = sorted(
             {int(n) for n in plan.line[np.isin(plan.source, sources)]}, key=lambda n: abs(n - line)
         )[:5]
-        told = ", ".join(map(str, sorted(near))) or "none"
-        raise OlpError(
-            error("E002", f"line {place} was not executed, or takes no time", help=f"lines that do: {told}")
-        )
+        others = [
+            _stem(s.path) for i, s in enumerate(plan.sources) if i not in sources and _runs(plan, i, line)
+        ]
+        told = f"lines that do: {', '.join(map(str, sorted(near))) or 'none'}"
+        told += "".join(f"; {name}:{line}" for name in others[:5])
+        raise OlpError(error("E002", f"line {place} was not executed, or takes no time", help=told))
     return [int(step) for step in steps]
+
+
+def _runs(plan: Plan, source: int, line: int) -> bool:
+    return bool(np.any((plan.source == source) & (plan.line == line)))
 
 
 def _sources(plan: Plan, job: str | None) -> list[int]:
@@ -140,8 +147,9 @@ def _refuse_untimed(timing: Timing, step: int) -> None:
     if np.isfinite(timing.duration_s[step]):
         return
     line = int(timing.plan.line[step])
-    found: list[Diagnostic] = [d for d in timing.diagnostics if d.is_error and d.line == line]
-    raise OlpError(*(found or [error("E002", f"line {line} cannot be timed")]))
+    errors: list[Diagnostic] = [d for d in timing.diagnostics if d.is_error]
+    here = [d for d in errors if d.line == line]  # repeated troubles are told at the first line that has them
+    raise OlpError(*(here or errors or [error("E002", f"line {line} cannot be timed")]))
 
 
 def _base(timing: Timing, step: int, executions: int, **more: object) -> Explanation:
@@ -183,7 +191,7 @@ def _of_move(timing: Timing, step: int, executions: int) -> Explanation:
         speed=tool_speed(timing, instants) if known else None,
         axes=_loads(timing, instants) if known else (),
         gains=_gains(timing, row),
-        notes=(*_held_up(timing, row), *_assumed(timing, step)),
+        notes=(*_held_up(timing, row), *_not_counted(timing, row), *_assumed(timing, step)),
     )
 
 
@@ -314,6 +322,8 @@ def _loads(timing: Timing, instants: Floats) -> tuple[AxisLoad, ...]:
 def _gains(timing: Timing, row: int) -> tuple[str, ...]:
     """What twice the speed or twice the acceleration would save, everything else as it is."""
     asked, now = timing.rows.profile.moves, float(timing.rows.profile.duration[row])
+    if now <= 0.0:
+        return ()
     model = load_model(timing.model)
     found = []
     for words, faster, harder in (("speed", 2.0, 1.0), ("acceleration", 1.0, 2.0)):
@@ -333,6 +343,14 @@ def _held_up(timing: Timing, row: int) -> list[str]:
     if float(timing.rows.rate[row]) < 1.0 - 1e-9:
         return ["another mechanism of this line is slower: the arm keeps step with it"]
     return []
+
+
+def _not_counted(timing: Timing, row: int) -> list[str]:
+    """What the controller might add at a stop, but nobody has said how much."""
+    if timing.rows.profile.speeds[row, 0] > 0.0 and timing.rows.profile.speeds[row, -1] > 0.0:
+        return []
+    says = effects_of(timing.plan.settings).not_counted
+    return [says] if says else []
 
 
 def _assumed(timing: Timing, step: int) -> list[str]:

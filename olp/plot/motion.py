@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from olp.diagnostic import OlpError, error
 from olp.explain import Explanation, Phase
 from olp.plot.axes import Axes, room
 from olp.plot.figure import SERIES, Box, Figure, Polyline, Role, Text
@@ -23,9 +24,10 @@ _LONGEST_TITLE = 96
 
 
 def motion_figure(told: Explanation) -> Figure:
-    """Three panels over the time since the segment began; the phases' names above them."""
-    assert told.time is not None
-    assert told.speed is not None
+    """Three panels over the time since the segment began. Raises OlpError E005 where there is no motion to draw."""
+    if told.time is None or told.speed is None:
+        says = f"there is nothing to draw: no motion is known on line {told.line}"
+        raise OlpError(error("E005", says, help="leave -o out for the explanation in words"))
     title = f"line {told.line}: {told.statement}"
     figure = Figure(_WIDTH, 700, title)
     figure.add(Text(24, 34, _short(title), size=16, bold=True))

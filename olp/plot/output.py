@@ -25,13 +25,13 @@ PICTURES: Final[dict[str, Callable[[Figure], bytes]]] = {".svg": _svg, ".png": _
 
 
 def refuse_unknown(path: str) -> None:
-    """Raises OlpError (V001) for a file name that is no picture's, before the work is done."""
+    """Raises OlpError (E003) for a file name that is no picture's, before the work is done."""
     if not path.lower().endswith(tuple(PICTURES)):
         says = "a picture is a .svg or a .png file"
-        raise OlpError(error("V001", says, file=path, help="name it so: -o picture.svg"))
+        raise OlpError(error("E003", says, file=path, help="name it so: -o picture.svg"))
 
 
 def picture(figure: Figure, path: str) -> bytes:
-    """The figure as the file `path` wants it. Raises OlpError V001, and V002 when a library is missing."""
+    """The figure as the file `path` wants it. Raises OlpError E003, and E004 when a library is missing."""
     refuse_unknown(path)
     return PICTURES["." + path.lower().rpartition(".")[2]](figure)

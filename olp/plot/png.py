@@ -21,12 +21,12 @@ _FINER = 2  # drawn so much finer still and then reduced: Pillow's lines have no
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as a PNG file, light. Raises OlpError (V002) when Pillow is not installed."""
+    """The figure as a PNG file, light. Raises OlpError (E004) when Pillow is not installed."""
     try:
         from PIL import Image, ImageDraw
     except ImportError:
         says = 'install it: pip install "olp[plot]"; or write .svg, which needs nothing'
-        raise OlpError(error("V002", "PNG pictures need Pillow", help=says)) from None
+        raise OlpError(error("E004", "PNG pictures need Pillow", help=says)) from None
     size = figure.width * _SCALE, figure.height * _SCALE
     large = Image.new("RGB", (size[0] * _FINER, size[1] * _FINER), TONES["paper"].light)
     draw = ImageDraw.Draw(large)

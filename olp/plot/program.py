@@ -28,6 +28,7 @@ _COLOURS: dict[Path, Role] = {
     Path.CIRCULAR: "orange",
     Path.SPLINE: "purple",
 }
+_DASHES: dict[Path, tuple[float, ...]] = dict.fromkeys(Path, ()) | {Path.JOINT: (5.0, 3.5)}
 _TURN, _TILT = 35.0 * deg, 28.0 * deg  # from where the view in space looks
 _LONGEST_NAME = 90
 
@@ -86,7 +87,7 @@ def _head(figure: Figure, timing: Timing) -> None:
     for path, colour in _COLOURS.items():
         if PATHS.index(path) in used:
             figure.add(
-                Polyline(((x, 78), (x + 18, 78)), colour, 2.4),
+                Polyline(((x, 78), (x + 18, 78)), colour, 2.4, _DASHES[path]),
                 Text(x + 24, 82, f"{path} moves", "muted", 11.5),
             )
             x += 44 + 6.3 * len(f"{path} moves")
@@ -133,8 +134,7 @@ def _path(panel: Axes, path: Floats, kinds: NDArray[np.int8]) -> None:
     for begin, end in pairwise(edges):
         part = path[max(begin - 1, 0) : end]
         kind = PATHS[int(kinds[begin])]
-        dash = (5.0, 3.5) if kind is Path.JOINT else ()
-        panel.line(part[:, 0], part[:, 1], _COLOURS[kind], 1.7, dash)
+        panel.line(part[:, 0], part[:, 1], _COLOURS[kind], 1.7, _DASHES[kind])
 
 
 def _numbers(panel: Axes, points: Floats, lines: NDArray[np.int32]) -> None:
