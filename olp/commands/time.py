@@ -35,6 +35,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--summary", action="store_true", help="only the totals")
     parser.add_argument(
+        "--explain",
+        metavar="LINE",
+        help="the phases of one line and what limits each (JOB:LINE in another job); a picture with -o FILE.svg|.png",
+    )
+    parser.add_argument(
         "--workers", type=int, default=0, metavar="N", help="processes (default: one per core)"
     )
 
@@ -90,6 +95,10 @@ def positive_int(text: str) -> int:
 
 
 def run(args: Namespace) -> int:
+    if args.explain is not None:
+        from olp.commands._explain import run_explain
+
+        return run_explain(args)
     from olp.batch import shown, time_files
     from olp.report import load_report
     from olp.vendors.vendor import vendor_suffixes
