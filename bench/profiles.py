@@ -1,6 +1,7 @@
 """How right and how fast the motion models are: `python bench/profiles.py`. Exit status 1 when a figure is missed.
 
-The independent solver is ruckig, in the same run. Moves are random over four decades of length and three of limits.
+The independent solver is ruckig, in the same run. Moves are random over four decades of length and
+three of limits; half of them brake at another rate than they accelerate.
 Between speeds other than zero only moves that can be made without swinging back are compared (olp tells the others
 by their problem, ruckig swings), as many of them as asked. Rates are per CPU second, the median of five.
 """
@@ -70,12 +71,13 @@ def compare(model: str, moving: bool) -> tuple[float, int, int]:
     while compared < MOVES:
         bounds = [(-3, 0.7), (-2, 0.5), (-0.7, 0.8), (-0.5, 2)]
         length, speed, rate, jerk = (10 ** rng.uniform(*b, BLOCK) for b in bounds)
+        brake = np.where(rng.random(BLOCK) < 0.5, rate, 10 ** rng.uniform(-0.7, 0.8, BLOCK))
         start, end = speed * rng.uniform(0, 1, (2, BLOCK)) * moving
         rates = {"k1": jerk, "k2": jerk} if model == "linear" else {}
-        profile = load_model(model).profile(length, speed, rate, rate, start, end, **rates)
+        profile = load_model(model).profile(length, speed, rate, brake, start, end, **rates)
         jerks = jerk if model == "linear" else np.full(BLOCK, np.inf)
         rows = np.flatnonzero(profile.feasible)[: MOVES - compared]
-        expected = solve([c[rows] for c in (length, speed, rate, jerks, start, end)])
+        expected = solve([c[rows] for c in (length, speed, rate, brake, jerks, start, end)])
         worst = max(worst, float(np.abs(profile.duration[rows] - expected).max()))
         compared, drawn = compared + len(rows), drawn + BLOCK
     return worst, compared, drawn
@@ -86,11 +88,12 @@ def solve(columns: list[Array]) -> Array:
     solver, task, answer = ruckig.Ruckig(1), ruckig.InputParameter(1), ruckig.Trajectory(1)
     task.current_position = [0.0]
     found = []
-    for length, speed, rate, jerk, start, end in zip(*(c.tolist() for c in columns), strict=True):
+    for length, speed, rate, brake, jerk, start, end in zip(*(c.tolist() for c in columns), strict=True):
         task.target_position, task.current_velocity, task.target_velocity = [length], [start], [end]
-        task.max_velocity, task.max_acceleration, task.max_jerk = [speed], [rate], [jerk]
+        task.max_velocity, task.max_acceleration, task.min_acceleration = [speed], [rate], [-brake]
+        task.max_jerk = [jerk]
         if solver.calculate(task, answer) < 0:
-            raise RuntimeError(f"ruckig failed on {length, speed, rate, jerk, start, end}")
+            raise RuntimeError(f"ruckig failed on {length, speed, rate, brake, jerk, start, end}")
         found.append(answer.duration)
     return np.array(found)
 
