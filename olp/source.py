@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _LINE_END_BYTES = re.compile(rb"\r\n|\n|\r")
@@ -74,9 +74,6 @@ class Source:
         if start < len(self.raw):
             extents.append((start, len(self.raw), len(self.raw)))
         return extents
-
-    def renamed(self, path: str) -> Source:
-        return replace(self, path=path)
 
 
 def load(path: str | os.PathLike[str], encoding: str | None = None) -> Source:

@@ -96,7 +96,7 @@ def test_the_file_loads_as_a_robot_with_the_same_numbers(name: str, tmp_path: Pa
 
 def test_the_motors_sense_is_not_applied_to_the_pulses(tmp_path: Path) -> None:
     parameters = read_backup(SAMPLES / "dx200").groups[1]
-    assert parameters.motor_senses == (1, -1, 1, -1, 1, -1)
+    assert [below < 0 for below in parameters.denominators] == [False, True, False, True, False, True]
     assert min(parameters.pulses_per_degree) > 0.0
     # L goes to +147 and -98 deg: with the sign applied twice the two would change places.
     assert [round(math.degrees(a)) for a in parameters.radians(parameters.upper)][1] == 147

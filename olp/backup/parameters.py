@@ -72,11 +72,6 @@ class GroupParameters:
             COUNTS_PER_TURN * above / abs(below) / 360.0 if below else 0.0 for above, below in ratios
         )
 
-    @property
-    def motor_senses(self) -> tuple[int, ...]:
-        """-1 where the motor turns against the model's joint, else 1."""
-        return tuple(-1 if below < 0 else 1 for below in self.denominators)
-
     def radians(self, pulses: Iterable[int]) -> tuple[float, ...]:
         """Pulses of each axis (or pulses/s) as joint angles [rad] (or [rad/s]); nan for an axis without a
         ratio.
