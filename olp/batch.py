@@ -80,6 +80,7 @@ def time_file(path: str, job: Job) -> Part:
         timing.io_s,
         len(timing.assumptions),
         diagnostics,
+        tuple(source.path for source in timing.plan.sources[1:]),
     )
 
 

@@ -283,3 +283,14 @@ def test_what_is_wrong_with_a_job_that_others_call_is_told_once(tmp_path):
     parts = time_files([str(tmp_path / f"{job}.JBI") for job in bodies], Job())
     assert [p.failed for p in parts] == [True, True, True]
     assert [d.code for d in shown(parts)] == ["P020"]
+
+
+def test_what_others_call_is_summed_once():
+    folder = SAMPLES / "inform" / "palletising"
+    job = Job(options=Options(segments=False))
+    parts = time_files([str(p) for p in sorted(folder.glob("*.JBI"))], job, workers=1)
+    main = next(part for part in parts if part.file.endswith("MAIN.JBI"))
+    last = load_report("text").join(parts, job.options).splitlines()[-1]
+    assert last.startswith("1 of 5 files, calling the others ")
+    assert f" {main.total_s:.3f} " in last
+    assert load_report("text").join(parts[3:], job.options).splitlines()[-1].startswith("2 files ")

@@ -43,6 +43,7 @@ class Part:
     io_s: float | None = None
     assumed: int = 0  # number of assumptions
     diagnostics: tuple[Diagnostic, ...] = field(default=())
+    called: tuple[str, ...] = ()  # other files whose routines ran in its time
 
     @property
     def failed(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os.path import normpath
 from typing import TYPE_CHECKING
 
 from olp.colour import BOLD, DIM, RED, YELLOW, paint
@@ -75,14 +76,20 @@ def _times(part: Part) -> tuple[str, ...]:
 
 
 def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
+    """The last row. A routine's time is in the time of the program that calls it, and is summed there only."""
+    called = {normpath(file) for part in parts for file in part.called}
+    counted = [part for part in parts if normpath(part.file) not in called] or parts
+    label = f"{len(parts)} files"
+    if len(counted) < len(parts):
+        label = f"{len(counted)} of {label}, calling the others"
     total, *others = (
-        sum(getattr(part, name) or 0.0 for part in parts)
+        sum(getattr(part, name) or 0.0 for part in counted)
         for name in ("total_s", "motion_s", "wait_s", "io_s")
     )
     times = (_table.at_least(total, any(part.failed for part in parts)), *(f"{t:.3f}" for t in others))
     problems = sum(d.is_error for part in parts for d in part.diagnostics)
     assumed = sum(part.assumed for part in parts)
-    return (f"{len(parts)} files", *times, str(assumed or ""), str(problems or ""))
+    return (label, *times, str(assumed or ""), str(problems or ""))
 
 
 def _aligned(rows: Sequence[Sequence[str]], left: set[int], width: int, elastic: int) -> list[str]:
