@@ -32,6 +32,7 @@ SUFFIXES = (".jbi",)
 MAX_STEPS = 2_000  # of the interpreter: a damaged loop ends there
 LIMIT = 1.0  # [s] CPU for reading, planning and timing one mutation
 HANG = 30  # [s] after which a mutation is given up
+_BLANKS = bytes(n for n in range(128) if chr(n).isspace()) + b"\x1a"
 _SPLIT = re.compile(rb"\r\n|\n|\r")
 _LINE_END = re.compile(rb"(\r\n|\n|\r)")
 
@@ -183,7 +184,7 @@ def is_alias_row(text: str) -> bool:
 
 def loses_its_end(raw: bytes, damaged: bytes) -> bool:
     """Whether instructions of the damaged text run out without END, or the sample's are gone altogether."""
-    words = [line.strip(b" \t\x1a") for line in _SPLIT.split(damaged)]
+    words = [line.strip(_BLANKS) for line in _SPLIT.split(damaged)]
     starts = [index for index, word in enumerate(words) if word == b"//INST"]
     if not starts:
         return b"//INST" in raw

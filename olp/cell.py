@@ -179,6 +179,8 @@ class Cell:
 
     def _in_base(self, state: PointState, values: Floats) -> tuple[Floats, Floats]:
         """Positions (n, 3) and rotations (n, 3, 3) of written poses; nan in frames that move along."""
+        if values.shape[1] < 6:  # cut off: not known at all, rather than without its turn
+            values = np.full((len(values), 6), np.nan)
         position, rotation = values[:, :3], rotation_from_angles(values[:, 3:6])
         if state.frame == "user":
             frame = self.user_frame(state.user or 0)

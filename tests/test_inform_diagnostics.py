@@ -419,6 +419,16 @@ def test_a_broken_block_opener_is_not_told_again_as_an_unpaired_closer() -> None
     assert [d.code for d in read_lines(lines).diagnostics] == ["P020"] * 4
 
 
+def test_coordinates_too_few_for_a_pose_are_told_and_the_move_has_no_time() -> None:
+    """A single row has no neighbours to compare with, and timing it once raised IndexError."""
+    points = ["///POSTYPE BASE", "///RECTAN", "C00000=11.1,2.2,3.3,4.4,5.5"]
+    program = read_lines(job(["MOVL C00000 V=50.0"], points=points))
+    assert [(d.code, d.severity, d.line) for d in program.diagnostics] == [("P012", Severity.ERROR, 7)]
+    times = program.plan(robot="yaskawa/ma2010").time()
+    assert len(times) == 1
+    assert not read_lines(job(points=["C00000=11,2,3,4"])).diagnostics, "pulses of a four-axis arm"
+
+
 def test_a_finding_that_repeats_is_told_once_and_counted() -> None:
     texts = told(job(["SET Nest 1", "LASERTRK 1", "SET Nest 2", "ADD Nest 3", "LASERTRK 2"]))
     assert [text.splitlines()[0] for text in texts] == [

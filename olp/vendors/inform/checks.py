@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from olp.control import pair
 from olp.diagnostic import Severity, Span
 from olp.expression import Element, Store, Taught
+from olp.points import PointBlock, PointKind, PointState
 from olp.program import Assign, Begin, Comment, End, Label, LineKind, Move, Reference, Routine, Statement
 from olp.vendors.inform.findings import Findings
 from olp.vendors.inform.header import Header
@@ -17,7 +18,7 @@ _FAMILY = {Store.ROBOT: "C", Store.BASE: "BC", Store.STATION: "EC"}
 _POSITION = re.compile(r"(?<![A-Z])(BC|EC|C|E)([0-9]{1,9})(?![0-9])")
 _LABEL_LENGTH = 8
 _COMMENT_LENGTH = 32
-_MOST_STATION_AXES, _ARM_AXES = 3, 6
+_MOST_STATION_AXES, _ARM_AXES, _POSE_VALUES = 3, 6, 6
 _RECORDS = ("/JOB", "//NAME", "//POS", "//INST")
 
 
@@ -177,14 +178,26 @@ def _check_widths(findings: Findings, routine: Routine) -> None:
     import numpy as np
 
     for (store, _), block in routine.points.blocks.items():
+        # Where several groups share the C points, a station's rows are shorter than a robot's.
+        mixed = store is Store.ROBOT and len(routine.groups) > 1
         if len(block) < 2 or not np.isnan(block.values[:, -1]).any():
+            if store is Store.ROBOT and not mixed and block.values.shape[1] < _POSE_VALUES:
+                _check_poses(findings, routine.points.states, block)
             continue
         lines = findings.source.lines
         widths = np.array([lines[line - 1].count(",") + 1 for line in block.lines.tolist()])
-        # Where several groups share the C points, a station's rows are shorter than a robot's.
-        mixed = store is Store.ROBOT and len(routine.groups) > 1
         for part in (widths < 6, widths >= 6) if mixed else (widths > 0,):
             _check_equal(findings, block.lines[part].tolist(), widths[part].tolist())
+
+
+def _check_poses(findings: Findings, states: Sequence[PointState], block: PointBlock) -> None:
+    """Coordinates that are all too short to be a pose; joint values may be few, of a small arm."""
+    for line, state in zip(block.lines.tolist(), block.state.tolist(), strict=True):
+        if states[state].kind is PointKind.POSE:
+            message = f"{block.values.shape[1]} values, where a pose has {_POSE_VALUES}"
+            text = findings.source.line(line)
+            span = Span(line, text.find("=") + 2, len(text.rstrip()) + 1)
+            findings.error("P012", message, span, help="expected X, Y, Z in mm and Rx, Ry, Rz in degrees")
 
 
 def _check_equal(findings: Findings, lines: list[int], widths: list[int]) -> None:
