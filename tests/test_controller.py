@@ -11,9 +11,11 @@ import pytest
 from olp.controller import Controller, State, Step, Target
 from olp.controller.queue import Go, Queue, Stay
 from olp.diagnostic import OlpError
-from olp.geometry import Pose
+from olp.geometry import Pose, rotation_from_quaternion
+from olp.kinematics import forward
 from olp.motion import model_names
 from olp.program import Path
+from olp.reading import read
 from olp.robot import load_robot
 from olp.timing import time_plan
 from olp.track import track
@@ -407,3 +409,29 @@ def test_the_plan_of_the_queue_is_the_plan_of_a_program():
     plan = controller._queue._plan([first, second])[0]
     assert time_plan(plan).wait_s == 0.2
     assert plan.statement(0) == "target 1"
+
+
+def test_a_job_that_is_stepped_takes_the_time_that_olp_time_says():
+    """The other way round: from a program's plan to targets, poses and all."""
+
+    plan = read("samples/up20/APPR-1.JBI").plan()
+    timing = time_plan(plan)
+    assert plan.robot is not None
+    controller = Controller(plan.robot, cycle=CYCLE, acceleration=0.4, settings=plan.settings)
+    moves, positions = plan.moves, plan.positions
+    flange = forward(plan.robot, positions.axes[moves.start[1], : len(plan.robot.axes)])
+    taught = Pose(
+        positions.position[moves.start[1]],
+        rotation_from_quaternion(positions.quaternion[moves.start[1]][None])[0],
+    )
+    controller.set_tool(Pose(flange[0][0], flange[1][0]).inverse() @ taught)
+    controller.set_position(positions.axes[moves.start[1], : len(plan.robot.axes)])
+    rotations = rotation_from_quaternion(positions.quaternion)
+    count = 7
+    for row in range(1, count + 1):
+        pose = Pose(positions.position[moves.target[row]], rotations[moves.target[row]])
+        controller.target(Target(Path.LINEAR, pose=pose, speed=float(moves.travel[row])))
+    controller.end()
+    last = list(controller.run())[-1]
+    assert last.time == pytest.approx(timing.end_s[count] - timing.end_s[0], abs=1e-9)
+    assert last.joints == pytest.approx(positions.axes[moves.target[count]][: len(last.joints)], abs=1e-6)
