@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from typing import ClassVar, final
 
@@ -11,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.diagnostic import OlpError, error
+from olp.registry import file_names, load_from
 from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
@@ -40,12 +39,12 @@ class AccelerationLaw(ABC):
         """(n, k) [rad/s² | m/s²], positive, nan where not known, in poses `joints` (n, k) [rad | m].
 
         `directions` (n, k): the sign of the wanted acceleration of each axis; 0 asks for the lower of both.
-        Raises OlpError: K002 wrong number of axes.
+        Raises OlpError: T022 wrong number of axes.
         """
         places = np.atleast_2d(np.asarray(joints, dtype=np.float64))
         if places.ndim != 2 or places.shape[1] != len(robot.axes):
             says = f"{robot.name} has {len(robot.axes)} axes, the points have {places.shape[-1]}"
-            raise OlpError(error("K002", says))
+            raise OlpError(error("T022", says))
         signs = np.broadcast_to(np.sign(np.asarray(directions, dtype=np.float64)), places.shape)
         forth, back = (self.limits(robot, places, np.full_like(places, s)) for s in (1.0, -1.0))
         result: Floats = np.where(signs > 0, forth, np.where(signs < 0, back, np.minimum(forth, back)))
@@ -59,7 +58,7 @@ class AccelerationLaw(ABC):
 
         `rates` (n, k) [rad/m | 1]: how far each axis turns per metre of path, signed as the path is
         accelerated; the path's own curvature is not in it. Axes that are not known set no limit. Raises
-        OlpError: K002.
+        OlpError: T022.
         """
         turned = np.atleast_2d(np.asarray(rates, dtype=np.float64))
         limits = self.accelerations(robot, joints, turned)
@@ -71,22 +70,9 @@ class AccelerationLaw(ABC):
 
 def law_names() -> tuple[str, ...]:
     """The acceleration laws there are: the files of this folder, without loading them."""
-    folder = importlib.import_module("olp.acceleration").__path__
-    names = (m.name for m in pkgutil.iter_modules(folder))
-    return tuple(sorted(n for n in names if n != "law" and not n.startswith("_")))
+    return file_names(AccelerationLaw)
 
 
 def load_law(name: str) -> AccelerationLaw:
-    """The acceleration law of that name; raises OlpError (T004), listing those there are."""
-    if name not in law_names():
-        says = f"there is no acceleration law {name!r}"
-        raise OlpError(error("T004", says, help=f"available: {', '.join(law_names())}"))
-    module = importlib.import_module(f"olp.acceleration.{name}")
-    for thing in vars(module).values():
-        if (
-            isinstance(thing, type)
-            and issubclass(thing, AccelerationLaw)
-            and thing.__module__ == module.__name__
-        ):
-            return thing()
-    raise OlpError(error("T004", f"olp/acceleration/{name}.py defines no acceleration law"))
+    """The acceleration law of that name; raises OlpError (T021), listing those there are."""
+    return load_from(AccelerationLaw, name, "acceleration law", "T021")

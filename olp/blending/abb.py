@@ -48,10 +48,10 @@ ZONES = MappingProxyType(
 
 
 def zone(name: str) -> Zone:
-    """The predefined zone of that name, in any case of letters. Raises OlpError (T004), listing those there are."""
+    """The predefined zone of that name, in any case of letters. Raises OlpError (T014), listing those there are."""
     found = ZONES.get(name.lower())
     if found is None:
-        raise OlpError(error("T004", f"there is no zone {name!r}", help=f"predefined: {', '.join(ZONES)}"))
+        raise OlpError(error("T014", f"there is no zone {name!r}", help=f"predefined: {', '.join(ZONES)}"))
     return found
 
 

@@ -7,8 +7,6 @@ from 0 on, so that the tool is at corner point + x d1 + y d2. That holds for eve
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -19,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.diagnostic import Diagnostic, OlpError, error, raise_errors
 from olp.motion.model import Parameter
+from olp.registry import file_names, load_from
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -52,14 +51,14 @@ class Corners:
         deceleration: ArrayLike = np.inf,
         acceleration: ArrayLike = np.inf,
     ) -> Corners:
-        """Corners from numbers or arrays that fit each other. Raises OlpError (T001) for numbers without sense."""
+        """Corners from numbers or arrays that fit each other. Raises OlpError (T011) for numbers without sense."""
         given = [before, after, speed_before, speed_after, turn, amount, deceleration, acceleration]
         arrays = [np.asarray(value, dtype=np.float64) for value in given]
         names = [field.name for field in fields(cls)]
         raise_errors([d for name, a in zip(names, arrays, strict=True) for d in _senseless(name, a)])
         shape = np.broadcast_shapes((1,), *(a.shape for a in arrays))
         if len(shape) != 1:
-            raise OlpError(error("T001", f"a blending law takes one number per corner, not shape {shape}"))
+            raise OlpError(error("T011", f"a blending law takes one number per corner, not shape {shape}"))
         return cls(*(np.broadcast_to(a, shape) for a in arrays))
 
     @property
@@ -117,16 +116,16 @@ class BlendingLaw(ABC):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def __init__(self, **values: float) -> None:
-        """The law with its parameters (SI). Raises OlpError: T002 no such parameter, T001 not a positive number."""
+        """The law with its parameters (SI). Raises OlpError: T012 no such parameter, T011 not a positive number."""
         known = {p.name: p.default for p in self.parameters}
         problems = []
         for name, value in values.items():
             if name not in known:
                 says = f"the {self.name} blending law has no parameter {name!r}"
-                problems.append(error("T002", says, help=f"it has: {', '.join(known) or 'none'}"))
+                problems.append(error("T012", says, help=f"it has: {', '.join(known) or 'none'}"))
             elif not (np.isfinite(value) and value > 0):
                 problems.append(
-                    error("T001", f"{name} = {value}", help=f"{name} has to be finite and positive")
+                    error("T011", f"{name} = {value}", help=f"{name} has to be finite and positive")
                 )
         raise_errors(problems)
         self.values = {**known, **values}
@@ -217,24 +216,14 @@ def _senseless(name: str, array: Floats) -> list[Diagnostic]:
     value = np.atleast_1d(array)[np.atleast_1d(wrong)][0]
     limit = "from 0 to pi" if name == "turn" else "positive" if positive else "finite and not negative"
     says = f"{name} = {value} in {wrong.sum()} of {array.size} corners"
-    return [error("T001", says, help=f"{name} has to be {limit}")]
+    return [error("T011", says, help=f"{name} has to be {limit}")]
 
 
 def law_names() -> tuple[str, ...]:
     """The blending laws there are: the files of this folder, without loading them."""
-    folder = importlib.import_module("olp.blending").__path__
-    names = (m.name for m in pkgutil.iter_modules(folder))
-    return tuple(sorted(n for n in names if n != "law" and not n.startswith("_")))
+    return file_names(BlendingLaw)
 
 
 def load_law(name: str, **values: float) -> BlendingLaw:
-    """The blending law of that name; raises OlpError (T004), listing those there are, and see BlendingLaw."""
-    if name not in law_names():
-        raise OlpError(
-            error("T004", f"there is no blending law {name!r}", help=f"available: {', '.join(law_names())}")
-        )
-    module = importlib.import_module(f"olp.blending.{name}")
-    for thing in vars(module).values():
-        if isinstance(thing, type) and issubclass(thing, BlendingLaw) and thing.__module__ == module.__name__:
-            return thing(**values)
-    raise OlpError(error("T004", f"olp/blending/{name}.py defines no blending law"))
+    """The blending law of that name; raises OlpError (T013), listing those there are, and see BlendingLaw."""
+    return load_from(BlendingLaw, name, "blending law", "T013", **values)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.diagnostic import Diagnostic, OlpError, error, raise_errors
 from olp.motion._profile import Bools, Floats, Moves, Problem, Profile
+from olp.registry import file_names, load_from
 
 Values = Mapping[str, Floats | None]  # a model's parameters by name, shape (n,); None where left to the model
 
@@ -145,18 +144,9 @@ def _never_ending(profile: Profile, stuck: Bools) -> Profile:
 
 def model_names() -> tuple[str, ...]:
     """The motion models there are: the files of this folder, without loading them."""
-    folder = importlib.import_module("olp.motion").__path__
-    names = (m.name for m in pkgutil.iter_modules(folder))
-    return tuple(sorted(n for n in names if n != "model" and not n.startswith("_")))
+    return file_names(MotionModel)
 
 
 def load_model(name: str) -> MotionModel:
-    """The motion model of that name; raises OlpError, listing those there are."""
-    if name not in model_names():
-        says = f"there is no motion model {name!r}"
-        raise OlpError(error("T004", says, help=f"available: {', '.join(model_names())}"))
-    module = importlib.import_module(f"olp.motion.{name}")
-    for thing in vars(module).values():
-        if isinstance(thing, type) and issubclass(thing, MotionModel) and thing.__module__ == module.__name__:
-            return thing()
-    raise OlpError(error("T004", f"olp/motion/{name}.py defines no motion model"))
+    """The motion model of that name; raises OlpError (T004), listing those there are."""
+    return load_from(MotionModel, name, "motion model", "T004")

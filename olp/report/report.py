@@ -6,14 +6,13 @@ A report over many files is made in two halves, so that the first can run on all
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
-from olp.diagnostic import Diagnostic, OlpError, error
+from olp.diagnostic import Diagnostic
+from olp.registry import file_names, load_from
 
 if TYPE_CHECKING:
     from olp.timing import Timing
@@ -68,18 +67,9 @@ class Report(ABC):
 
 def report_names() -> tuple[str, ...]:
     """The formats there are, without loading them."""
-    folder = importlib.import_module("olp.report").__path__
-    names = (module.name for module in pkgutil.iter_modules(folder))
-    return tuple(sorted(name for name in names if name != "report" and not name.startswith("_")))
+    return file_names(Report)
 
 
 def load_report(name: str) -> Report:
-    """The format of that name; raises OlpError, listing those there are."""
-    if name not in report_names():
-        says = f"there is no report format {name!r}"
-        raise OlpError(error("T005", says, help=f"available: {', '.join(report_names())}"))
-    module = importlib.import_module(f"olp.report.{name}")
-    for thing in vars(module).values():
-        if isinstance(thing, type) and issubclass(thing, Report) and thing.__module__ == module.__name__:
-            return thing()
-    raise OlpError(error("T005", f"olp/report/{name}.py defines no report"))
+    """The format of that name; raises OlpError (T005), listing those there are."""
+    return load_from(Report, name, "report format", "T005")

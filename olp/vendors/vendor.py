@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pkgutil
 from abc import ABC, abstractmethod
 from functools import cache
 from importlib import import_module
@@ -10,6 +9,7 @@ from typing import ClassVar
 
 from olp.diagnostic import OlpError, error
 from olp.program import Program
+from olp.registry import file_names
 from olp.source import Source
 
 
@@ -40,10 +40,7 @@ class Vendor(ABC):
 @cache
 def vendor_names() -> tuple[str, ...]:
     """The names of all vendors, sorted."""
-    import olp.vendors
-
-    found = (module.name for module in pkgutil.iter_modules(olp.vendors.__path__))
-    return tuple(sorted(name for name in found if name != "vendor"))
+    return file_names(Vendor)
 
 
 def vendor_suffixes() -> tuple[str, ...]:
