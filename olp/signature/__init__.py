@@ -1,0 +1,24 @@
+"""A robot's timing signature: learnt from recorded moves, kept in a readable file, used for every later prediction.
+
+After N. Apostolovic, "An innovative method for improvement of robotic simulation cycle time accuracy", Memorial
+University of Newfoundland, chapters 5 and 6 (method `factors`), and beyond it. docs/signature.md describes it.
+"""
+
+from olp.signature.calibrate import calibrate
+from olp.signature.document import Signature
+from olp.signature.estimator import estimator_names
+from olp.signature.file import read_signature, write_signature
+from olp.signature.moveset import MoveSet, moves_of_recording
+from olp.signature.predict import Prediction, predict
+
+__all__ = [
+    "MoveSet",
+    "Prediction",
+    "Signature",
+    "calibrate",
+    "estimator_names",
+    "moves_of_recording",
+    "predict",
+    "read_signature",
+    "write_signature",
+]

@@ -1,0 +1,142 @@
+"""From measured moves to a signature: fit, choice and error model, all from the recording alone.
+
+Codes: H003 too few measured moves, H004 moves that cannot be used, H005 moves faster than length over speed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import Diagnostic, OlpError, error, info, warning
+from olp.signature.document import Learnt, Score, Signature
+from olp.signature.domain import domain_of
+from olp.signature.errors import ErrorModel, spread_of
+from olp.signature.estimator import (
+    Estimator,
+    Parameters,
+    estimator_names,
+    fit_or_refuse,
+    load_estimator,
+    measured_slowness,
+)
+from olp.signature.folds import HeldOut, by_moves, by_starts, hold_out, merit, residuals, score_of
+from olp.signature.moveset import MoveSet, moves_of_recording
+from olp.version import __version__
+
+if TYPE_CHECKING:
+    from olp.recording import Recording
+    from olp.robot import Robot
+
+AUTO = "auto"
+_FEWEST = 4
+# Rows that the choice is made on; a long recording tells no more about which method suits.
+_MOST_TO_CHOOSE = 600
+
+
+class Fit(NamedTuple):
+    """What was learnt from a set of moves, before it has a name and a robot."""
+
+    method: str
+    parameters: Parameters
+    errors: ErrorModel
+    compared: dict[str, Score]
+
+
+def calibrate(
+    recording: Recording, method: str = AUTO, robot: Robot | None = None
+) -> tuple[Signature, tuple[Diagnostic, ...]]:
+    """The signature of the robot that was recorded, and what there is to say about the recording.
+
+    `method`: a name of `estimator_names()`, or "auto": the one that predicts held-out moves and start points of this
+    recording best. `robot`: instead of the recording's. Raises OlpError: H001, H002, H003.
+    """
+    robot = robot or recording.robot
+    moves, _ = moves_of_recording(recording)
+    measured = np.isfinite(moves.duration) & (moves.duration > 0)
+    told = _left_out(recording, moves, measured)
+    moves = moves.take(measured)
+    slow = np.isfinite(measured_slowness(moves))
+    if not slow.all():
+        says = f"{np.sum(~slow)} moves are faster than length over programmed speed and were left out"
+        told.append(warning("H005", says, file=recording.path, help="check their speed_mm_s and duration_s"))
+        moves = moves.take(slow)
+    if len(moves) < _FEWEST:
+        says = f"{len(moves)} measured straight moves with exact stops, at least {_FEWEST} are needed"
+        raise OlpError(error("H003", says, file=recording.path))
+    fitted = fit_moves(moves, robot, method)
+    payload = moves.payload[np.isfinite(moves.payload)]
+    settings = recording.settings
+    signature = Signature(
+        robot=robot.name if robot else "",
+        controller=settings.controller or "",
+        tool=_tool(recording),
+        payload=float(np.median(payload)) if len(payload) else None,
+        recording=Learnt(recording.path, recording.sha256, len(moves), settings.time_resolution),
+        method=fitted.method,
+        parameters=fitted.parameters,
+        errors=fitted.errors,
+        domain=domain_of(moves),
+        compared=fitted.compared,
+        olp=__version__,
+    )
+    return signature, tuple(told)
+
+
+def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> Fit:
+    """Learns from measured moves. Raises OlpError: H001, H002."""
+    compared: dict[str, Score] = {}
+    if method == AUTO:
+        sample = moves.take(_sample(len(moves)))
+        names = [n for n in estimator_names() if not load_estimator(n).needs(sample, robot)]
+        for name in names:
+            near, far = _held_out(load_estimator(name), sample, robot)
+            compared[name] = score_of(near, far, sample)
+        method = min(compared, key=lambda name: merit(compared[name]))
+    estimator = load_estimator(method)
+    parameters = fit_or_refuse(estimator, moves, robot)
+    sample = moves.take(_sample(len(moves)))
+    near, far = _held_out(estimator, sample, robot)
+    compared.setdefault(method, score_of(near, far, sample))
+    return Fit(method, parameters, _error_model(near, far, sample), compared)
+
+
+def _held_out(estimator: Estimator, moves: MoveSet, robot: Robot | None) -> tuple[HeldOut, HeldOut | None]:
+    near = hold_out(estimator, moves, robot, by_moves(len(moves)))
+    starts = by_starts(moves)
+    return near, None if starts is None else hold_out(estimator, moves, robot, starts)
+
+
+def _error_model(near: HeldOut, far: HeldOut | None, moves: MoveSet) -> ErrorModel:
+    close = spread_of(residuals(near, moves), moves.start_labels)
+    if far is None:
+        # One start point says nothing of another: three times as wide is a guess, and said to be outside.
+        wide = close._replace(half=3 * close.half, shared=max(close.shared, close.half), groups=2)
+        return ErrorModel(close, wide)
+    wide = spread_of(residuals(far, moves), far.labels)
+    return ErrorModel(close, wide._replace(half=max(wide.half, close.half)))
+
+
+def _sample(count: int) -> NDArray[np.int64]:
+    step = max(1, -(-count // _MOST_TO_CHOOSE))
+    return np.arange(0, count, step, dtype=np.int64)
+
+
+def _left_out(recording: Recording, moves: MoveSet, measured: NDArray[np.bool_]) -> list[Diagnostic]:
+    found = []
+    other = len(recording.moves) - len(moves)
+    if other:
+        says = f"{other} moves are not straight from stop to stop with points and speed, and were not used"
+        found.append(info("H004", says, file=recording.path))
+    empty = int(np.sum(~measured))
+    if empty:
+        found.append(info("H004", f"{empty} moves have no duration and were not used", file=recording.path))
+    return found
+
+
+def _tool(recording: Recording) -> tuple[float, ...] | None:
+    if recording.tool is None:
+        return None
+    return (*recording.tool.position, *recording.tool.xyz_angles())

@@ -1,0 +1,110 @@
+"""The base of all estimators, and the list of them, which is the listing of `estimators/`.
+
+Codes: H001 no such estimator, H002 the recording does not hold what the estimator needs.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import OlpError, error
+from olp.signature.moveset import MoveSet
+
+if TYPE_CHECKING:
+    from olp.robot import Robot
+
+Floats = NDArray[np.float64]
+
+
+class Parameter(NamedTuple):
+    """One learnt quantity as the file holds it: a number or nested lists of numbers or names."""
+
+    value: Any
+    unit: str
+    sd: Any = None  # standard deviation in the same shape, None where it cannot be told
+
+
+Parameters = Mapping[str, Parameter]
+
+
+class Estimate(NamedTuple):
+    """What an estimator says of n moves."""
+
+    slowness: Floats  # (n,) [s²/m] one over the corrected acceleration (6.1)
+    sd: Floats  # (n,) [s²/m] the estimator's own doubt; 0 where it has no opinion
+    inside: NDArray[np.bool_]  # (n,) whether the estimator interpolates here
+
+
+class Estimator(ABC):
+    """Learns how much longer than length/speed a move takes, as one over an acceleration (equation 6.1).
+
+    Of constant acceleration, slowness s makes a move of length L at speed v take L/v + v s (a trapezoid), or
+    2 √(L s) where v is not reached. All effects that grow with the speed are in it.
+    """
+
+    summary: ClassVar[str]
+    needs_robot: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:
+        """The name of the file the estimator lives in."""
+        return type(self).__module__.rpartition(".")[2]
+
+    def needs(self, moves: MoveSet, robot: Robot | None) -> str:
+        """Why this estimator cannot learn from these moves, "" when it can."""
+        return ""
+
+    @abstractmethod
+    def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
+        """Learns from measured moves; uses nothing else."""
+
+    @abstractmethod
+    def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
+        """Slowness of moves, from learnt parameters as they stand in a file."""
+
+
+def measured_slowness(moves: MoveSet) -> Floats:
+    """(n,) [s²/m] one over the adjusted acceleration (6.1); nan where no acceleration makes a move that fast."""
+    from olp.thesis import adjusted_acceleration
+
+    return np.asarray(1.0 / adjusted_acceleration(moves.duration, moves.length, moves.speed))
+
+
+def duration_of(slowness: Floats, moves: MoveSet) -> Floats:
+    """(n,) [s] of moves with constant acceleration 1/`slowness` from rest to rest (section 4.2)."""
+    way, speed = moves.length, moves.speed
+    s = np.maximum(slowness, 0.0)
+    return np.asarray(np.where(speed * speed * s <= way, way / speed + speed * s, 2 * np.sqrt(way * s)))
+
+
+def estimator_names() -> tuple[str, ...]:
+    """The estimators there are: the files of `estimators/`, without loading them."""
+    folder = importlib.import_module("olp.signature.estimators").__path__
+    return tuple(sorted(m.name for m in pkgutil.iter_modules(folder) if not m.name.startswith("_")))
+
+
+def load_estimator(name: str) -> Estimator:
+    """The estimator of that name; raises OlpError (H001), listing those there are."""
+    if name not in estimator_names():
+        says = f"there is no method {name!r}"
+        raise OlpError(error("H001", says, help=f"available: {', '.join(('auto', *estimator_names()))}"))
+    module = importlib.import_module(f"olp.signature.estimators.{name}")
+    for thing in vars(module).values():
+        if isinstance(thing, type) and issubclass(thing, Estimator) and thing.__module__ == module.__name__:
+            return thing()
+    raise OlpError(error("H001", f"olp/signature/estimators/{name}.py defines no estimator"))
+
+
+def fit_or_refuse(estimator: Estimator, moves: MoveSet, robot: Robot | None) -> Parameters:
+    """`fit`, after asking whether it can. Raises OlpError (H002)."""
+    why = estimator.needs(moves, robot)
+    if why:
+        raise OlpError(error("H002", f"method {estimator.name}: {why}"))
+    return estimator.fit(moves, robot)

@@ -1,0 +1,1 @@
+"""One file per estimator: what is here is what `olp calibrate --method` knows."""

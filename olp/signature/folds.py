@@ -1,0 +1,77 @@
+"""Holding out inside a recording: predictions for moves that the estimator has not seen, and the choice by them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.signature.document import Score
+from olp.signature.estimator import Estimator, duration_of, measured_slowness
+from olp.signature.moveset import MoveSet
+
+if TYPE_CHECKING:
+    from olp.robot import Robot
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+PARTS = 5  # every fifth move
+_MOST_STARTS = 12
+
+
+class HeldOut(NamedTuple):
+    """Predictions of moves by what was learnt without them; nan where nothing could be learnt."""
+
+    slowness: Floats  # (n,) [s²/m]
+    labels: Labels  # (n,) with which group each move was held out
+
+
+def by_moves(count: int) -> Labels:
+    """Every fifth move together, so that its neighbours in time stay."""
+    return np.arange(count, dtype=np.int64) % PARTS
+
+
+def by_starts(moves: MoveSet) -> Labels | None:
+    """Start points, several together when there are many; None with fewer than three."""
+    labels = moves.start_labels
+    if labels.max(initial=0) < 2:
+        return None
+    return labels % _MOST_STARTS
+
+
+def hold_out(estimator: Estimator, moves: MoveSet, robot: Robot | None, labels: Labels) -> HeldOut:
+    """Fits without each group in turn."""
+    result = np.full(len(moves), np.nan)
+    for label in np.unique(labels).tolist():
+        out = labels == label
+        rest = moves.take(~out)
+        if out.all() or estimator.needs(rest, robot):
+            continue
+        parameters = estimator.fit(rest, robot)
+        result[out] = estimator.estimate(parameters, moves.take(out), robot).slowness
+    return HeldOut(result, labels)
+
+
+def percentage(held: HeldOut | None, moves: MoveSet) -> float:
+    """[%] mean absolute percentage error of the durations; nan where nothing was held out."""
+    if held is None or np.isnan(held.slowness).all():
+        return float("nan")
+    error = np.abs(duration_of(held.slowness, moves) - moves.duration) / moves.duration
+    return 100.0 * float(np.nanmean(error))
+
+
+def residuals(held: HeldOut, moves: MoveSet) -> Floats:
+    """(n,) [s²/m] measured less predicted."""
+    return np.asarray(measured_slowness(moves) - held.slowness)
+
+
+def score_of(near: HeldOut, far: HeldOut | None, moves: MoveSet) -> Score:
+    return Score(percentage(near, moves), percentage(far, moves))
+
+
+def merit(score: Score) -> float:
+    """What the choice minimises: both situations count by ratio, a tenth off either is worth the same."""
+    known = [np.log(v) for v in score if np.isfinite(v) and v > 0]
+    return float(np.mean(known)) if known else float("inf")

@@ -1,0 +1,69 @@
+"""A signature in words, and the difference of two."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from olp.signature.document import Signature
+from olp.units import deg, mm
+
+
+def summary(signature: Signature) -> list[str]:
+    """What it is and how well it did, in a few lines."""
+    learnt = signature.recording
+    lines = [
+        f"signature of {signature.robot or 'a robot that is not named'}"
+        + (f", {signature.controller}" if signature.controller else ""),
+        f"learnt from {learnt.moves} moves of {learnt.name} (sha256 {learnt.sha256[:12]}…)",
+        f"method {signature.method}",
+    ]
+    if signature.compared:
+        lines.append("held out inside the recording, mean error in %:   moves  start points")
+        ranked = sorted(signature.compared.items(), key=lambda item: np.nan_to_num(sum(item[1]), nan=1e9))
+        lines += [f"  {name:<44}  {_two(s.moves)}  {_two(s.starts):>12}" for name, s in ranked]
+    return lines
+
+
+def describe(signature: Signature) -> list[str]:
+    """Everything but the long tables."""
+    domain, errors = signature.domain, signature.errors
+    lines = summary(signature)
+    lines.append("domain")
+    lines.append(f"  speed {_range(domain.speed, mm)} mm/s, length {_range(domain.length, mm)} mm")
+    if domain.payload is not None:
+        lines.append(f"  payload {_range(domain.payload, 1.0)} kg")
+    if signature.tool is not None:
+        place = ", ".join(f"{v / mm:g}" for v in signature.tool[:3])
+        turn = ", ".join(f"{v / deg:g}" for v in signature.tool[3:])
+        lines.append(f"  tool {place} mm, {turn} deg")
+    top = domain.speed[1]
+    lines.append(f"95 % of the held-out moves were within (at {top / mm:g} mm/s)")
+    lines.append(
+        f"  {errors.near.half * top:.3f} s among learnt moves, {errors.far.half * top:.3f} s from a new start point"
+    )
+    lines.append("parameters")
+    lines += [
+        f"  {name}: {_short(p.value)} {p.unit}{_doubt(p.sd)}" for name, p in signature.parameters.items()
+    ]
+    return lines
+
+
+def _two(value: float) -> str:
+    return "    -" if np.isnan(value) else f"{value:5.2f}"
+
+
+def _range(pair: tuple[float, float], factor: float) -> str:
+    low, high = pair[0] / factor, pair[1] / factor
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, list):
+        return f"{len(value)} entries"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _doubt(sd: Any) -> str:
+    return f" ± {sd:.3g}" if isinstance(sd, float) else ""
