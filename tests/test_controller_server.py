@@ -146,6 +146,29 @@ def test_every_kind_of_target_can_be_given_in_lines():
     assert last["pose_mm_deg"][:3] == pytest.approx([x, y, z], abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("fields", "expected_s"),
+    [
+        ({"turn_deg_s": 12}, 20 / 12),
+        ({"turn_deg_s": 24}, 20 / 24),
+        ({"turn_deg_s": 24, "acceleration_pct": 1, "deceleration_pct": 1}, 2 * (20 / 5.122) ** 0.5),
+    ],
+)
+def test_turning_takes_as_long_as_its_degrees_and_accelerations_say(fields, expected_s):
+    session = begun()
+    x, y, z, rx, ry, rz = ask(session, do="step")["steps"][0]["pose_mm_deg"]
+    turned = Pose.from_xyz_angles(np.radians([0, 0, 0, rx, ry, rz])) @ Pose.from_xyz_angles(
+        np.radians([0, 0, 0, 20, 0, 0])
+    )
+    goal = [x, y, z, *np.degrees(turned.xyz_angles()[3:]).tolist()]
+    assert ask(session, do="target", path="linear", pose_mm_deg=goal, **fields)["ok"]
+    seconds, state = 0.0, "moving"
+    while state == "moving":
+        answer = ask(session, do="step", count=MOST_STEPS)
+        state, seconds = answer["state"], answer["steps"][-1]["t_s"]
+    assert expected_s < seconds < expected_s + 0.45
+
+
 def test_a_frame_moves_targets_and_answers():
     session = begun()
     before = ask(session, do="step")["steps"][0]["pose_mm_deg"]

@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 
 from olp.assumptions import load_assumptions
+from olp.cell import Cell, Mechanism
 from olp.diagnostic import OlpError
 from olp.effects import GENERATIONS, Effects, effects_of, settling_of
+from olp.interpreter.recorder import Recorder
 from olp.motion import model_names
-from olp.plan import PATHS, Plan
+from olp.plan import PATHS, BlendCode, Plan
+from olp.points import PointKind, PointState
 from olp.program import Path
 from olp.reading import read
 from olp.robot import load_robot, robot_names
+from olp.source import decode
 from olp.timing import time_plan
 from olp.track import track
 
@@ -55,6 +59,36 @@ def test_a_motion_that_is_whole_cycles_already_is_left_alone(plan):
     for count in (1, 2):
         finer = time_plan(with_effects(plan, cycle_s=0.0137 / count))
         assert finer.total_s <= once.total_s + 1e-9
+
+
+def line_of(length: float, *around: str) -> Plan:
+    """One line at 0.1 m/s with 1 m/s² and no settling; "signal" before or after it."""
+    machine = load_robot("yaskawa/ma2010")
+    recorder = Recorder(Cell([Mechanism("RB1", machine)]), (decode(b"move", "test.jbi"),))
+    state = PointState(PointKind.POSE, frame="robot", configuration=(1, 0, 0, 0, 0, 0))
+    recorder.at[0] = recorder.position(0, state, (1.1, 0.1, 0.2, 3.1, 0.2, -0.4))
+    if "before" in around:
+        recorder.signal(0, 1)
+    recorder.step(0, 1)
+    index = recorder.position(0, state, (1.1, 0.1 + length, 0.2, 3.1, 0.2, -0.4))
+    recorder.row(0, index, PATHS.index(Path.LINEAR), 1, 0.1, BlendCode.EXACT)
+    if "after" in around:
+        recorder.signal(0, 1)
+    return replace(recorder.finish(()), settings={"accel_mm_s2": 1000.0, "settling_s": 0.0})
+
+
+def test_rounding_noise_costs_no_cycle():
+    for hundredths in range(5, 40):
+        plain = time_plan(line_of(hundredths / 100))
+        counted = time_plan(with_effects(line_of(hundredths / 100), cycle_s=0.05))
+        assert counted.total_s == pytest.approx(plain.total_s, abs=1e-9)
+
+
+def test_the_arm_stands_before_its_first_instruction():
+    dispatched = time_plan(with_effects(line_of(0.2, "before", "after"), dispatch_s=0.011))
+    assert dispatched.duration_s[[0, 2]] == pytest.approx([0.011, 0.011])
+    plain = time_plan(line_of(0.2, "before", "after"))
+    assert dispatched.total_s - plain.total_s == pytest.approx(3 * 0.011)
 
 
 def test_every_stop_comes_later_by_the_lag_of_the_servos(plan):

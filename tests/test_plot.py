@@ -177,6 +177,14 @@ def test_png_writes_text_in_both_directions():
         assert abs((rows if upright else columns).mean() - 80) < 8
 
 
+def test_upright_text_begins_where_it_is_put_and_goes_up():
+    figure = Figure(80, 80, "text")
+    figure.add(Text(40, 70, "mmmmmm", upright=True))
+    rows = np.nonzero(np.asarray(Image.open(io.BytesIO(picture(figure, "a.png"))).convert("L")) < 128)[0]
+    assert 130 < rows.max() <= 142
+    assert rows.min() < 70
+
+
 @given(
     st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.integers(1, 12)
 )  # fmt: skip
