@@ -53,6 +53,9 @@ class Resolved(NamedTuple):
     axes: Floats
 
 
+ROBOT_GAP = "robot "  # begins the key of a gap that a robot for the mechanism would fill
+
+
 class Gap(NamedTuple):
     """Something that the cell did not know, and what was assumed instead. `key` tells repeats apart."""
 
@@ -130,14 +133,14 @@ class Cell:
 
     def _resolve_axes(self, mechanism: int, state: PointState, values: Floats) -> Resolved:
         robot = self.robot(mechanism)
+        name = self.mechanisms[mechanism].name
         count = len(values)
         unknown = Resolved(
             np.full((count, 3), np.nan), np.full((count, 3, 3), np.nan), np.full_like(values, np.nan)
         )
         if robot is None:
-            self._gap(
-                "robot", "the points are written in pulses or joint angles and the robot is not known", True
-            )
+            says = f"the points of {name} are written in pulses or joint angles, and this robot is not known"
+            self._gap(f"{ROBOT_GAP}{name}", says, True)
             return unknown
         from olp.kinematics import forward, pulses_to_joints
 

@@ -187,6 +187,27 @@ def test_pulses_without_a_robot_are_one_error_that_names_candidates() -> None:
     assert len(plan) == 3
 
 
+def test_a_second_robot_that_is_not_known_is_named_and_so_is_its_key(tmp_path: Path) -> None:
+    """--robot is the first arm: telling the user to give it again would help nobody."""
+    body = "MOVJ C00050 VJ=25.00  +MOVJ C00051 VJ=25.00\nMOVJ C00051 VJ=25.00  +MOVJ C00050 VJ=25.00"
+    plan = plan_of(body, rows=PULSE_ROWS, robot=ARM, header="///GROUP1 RB1\n///GROUP2 RB2")
+    found = [d for d in plan.diagnostics if d.is_error]
+    assert [d.code for d in found] == ["I001"]
+    assert "RB2" in found[0].message
+    assert 'RB2 = "maker/model" under [robots]' in found[0].help
+    assert "--robot" not in found[0].help
+    times = plan.time()
+    assert times["limited_by"].tolist() == ["", ""]
+
+
+def test_what_limits_a_move_names_the_slowest_mechanism() -> None:
+    body = "MOVJ C00050 VJ=25.00  +MOVJ C00051 VJ=25.00\nMOVJ C00050 VJ=25.00  +MOVJ C00050 VJ=5.00"
+    given = Assumptions(robots={"RB2": ARM})
+    plan = plan_of(body, given, rows=PULSE_ROWS, robot=ARM, header="///GROUP1 RB1\n///GROUP2 RB2")
+    assert not findings(plan)
+    assert plan.time()["limited_by"].tolist()[1].startswith("RB2 axis ")
+
+
 def test_the_first_robot_that_is_named_counts(tmp_path: Path) -> None:
     main = write_jobs(tmp_path, {"MAIN": "MOVL C00000 V=50.0"})
     assert run(read(main)).robot is None

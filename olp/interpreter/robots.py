@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.cell import Gap
+from olp.cell import ROBOT_GAP, Gap
 from olp.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.interpreter.state import Machine
 from olp.plan import PATHS, Plan, StepKind
 from olp.program import Path
 from olp.robot import candidates_for_pulses
 
+ROBOT_IS_ASKED_FOR = ("I001", "I003")  # codes of findings that say that moves need a robot
 _MOST_NAMED = 6
-_SAY = 'say which one it is: --robot maker/model, or robot = "maker/model" in olp.toml'
 
 
 def missing_robots(m: Machine, plan: Plan) -> list[Diagnostic]:
@@ -23,17 +23,26 @@ def missing_robots(m: Machine, plan: Plan) -> list[Diagnostic]:
 
 def _finding(m: Machine, gap: Gap) -> Diagnostic:
     file = m.jobs.program.path
-    if gap.key != "robot":
+    name = gap.key.removeprefix(ROBOT_GAP)
+    if name == gap.key:
         return error(
             "I002", gap.says, file=file, help="use a robot file that has it, or teach the points as poses"
         )
-    return error("I001", gap.says, file=file, help=f"{_SAY}; {_candidates(m)}")
+    return error("I001", gap.says, file=file, help=f"{_remedy(m, name)}; {_candidates(m, name)}")
 
 
-def _candidates(m: Machine) -> str:
-    """The library robots whose soft limits hold all pulses of the first arm without a robot."""
+def _remedy(m: Machine, name: str) -> str:
+    """How to say which robot the mechanism `name` is: the command line names the first arm only."""
+    first = next((one.name for one in m.world.mechanisms if one.is_robot), name)
+    if name == first:
+        return 'say which one it is: --robot maker/model, or robot = "maker/model" in olp.toml'
+    return f'say which one it is: {name} = "maker/model" under [robots] in olp.toml'
+
+
+def _candidates(m: Machine, name: str) -> str:
+    """The library robots whose soft limits hold all pulses of the mechanism `name`."""
     for index, mechanism in enumerate(m.world.mechanisms):
-        span = m.recorder.pulse_span(index) if mechanism.is_robot and mechanism.robot is None else None
+        span = m.recorder.pulse_span(index) if mechanism.name == name else None
         if span is None:
             continue
         try:
@@ -57,6 +66,8 @@ def _joint_moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
         robot = mechanism.robot
         if not mechanism.is_robot or (robot is not None and robot.geometry is None):
             continue
+        if f"{ROBOT_GAP}{mechanism.name}" in m.world.cell.gaps:  # told already
+            continue
         rows = np.nonzero(joint & (moves.mechanism == index))[0]
         width = len(robot.axes) if robot is not None else 6
         target = moves.target[rows]
@@ -78,7 +89,7 @@ def _lost(
     count = f"{len(rows)} joint move{'s' if len(rows) > 1 else ''}"
     if no_robot:
         says = f"{count} to Cartesian points, the first one here: they need the robot {name}"
-        return error("I003", says, span, file=source.path, help=_SAY, source_line=text)
+        return error("I003", says, span, file=source.path, help=_remedy(m, name), source_line=text)
     says = f"{name} does not reach the target of {count}, the first one here"
     advice = "check the robot, the tool and the user frame that the points are written in"
     return warning("I004", says, span, file=source.path, help=advice, source_line=text)

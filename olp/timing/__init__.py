@@ -23,7 +23,6 @@ __all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
 
 DEFAULT_MODEL = "constant"
 Floats = NDArray[np.float64]
-_NO_ROBOT = ("I001", "I003")  # the interpreter has said that the moves need a robot
 
 
 def time_plan(
@@ -103,7 +102,7 @@ def _gather(
     count = len(plan)
     is_move = plan.kind == StepKind.MOVE
     first = plan.row[is_move]
-    duration, kind, limited = np.zeros(count), [""] * count, [""] * count
+    duration, kind = np.zeros(count), [""] * count
     if len(first):
         duration[is_move] = np.maximum.reduceat(rows, first)
     timed = ~is_move
@@ -116,10 +115,9 @@ def _gather(
         result[is_move] = values[first]
         return result
 
-    rules = _rules(wanted, profile)
     steps = np.nonzero(is_move)[0].tolist()
-    for step, row in zip(steps, first.tolist(), strict=True):
-        kind[step], limited[step] = str(PATHS[moves.path[row]]), rules[row]
+    for step, path in zip(steps, moves.path[first].tolist(), strict=True):
+        kind[step] = str(PATHS[path])
     for step in np.nonzero(timed)[0].tolist():
         kind[step] = "wait" if plan.kind[step] == StepKind.WAIT else "signal"
     # The tool's path in a joint move is no line, so its speed along the chord would mislead.
@@ -134,7 +132,7 @@ def _gather(
         speed_mm_s=column(moves.travel / mm),
         reached_mm_s=column(profile.peak_speed * metric / mm),
         accel_mm_s2=column(wanted.acceleration * metric / mm),
-        limited_by=tuple(limited),
+        limited_by=_limited_by(plan, _rules(wanted, profile), rows),
         duration_s=duration + added.total,
         speed_pct=column(moves.fraction / percent),
         speed_deg_s=column(moves.turn / deg),
@@ -142,6 +140,24 @@ def _gather(
         assumptions=(),
         diagnostics=(),
     )
+
+
+def _limited_by(plan: Plan, rules: list[str], rows: Floats) -> tuple[str, ...]:
+    """Per step: the rule of its slowest mechanism, named where that is not the leading one."""
+    limited = [""] * len(plan)
+    steps = np.nonzero(plan.kind == StepKind.MOVE)[0].tolist()
+    first = plan.row[steps].tolist()
+    for step, start, stop in zip(steps, first, [*first[1:], len(rows)][: len(first)], strict=True):
+        limited[step] = rules[start]
+        if stop - start > 1:
+            part = rows[start:stop]
+            slowest = start + int(np.argmax(part))  # an unknown one counts as the slowest
+            if np.isnan(part).any():
+                limited[step] = ""
+            elif rows[slowest] > rows[start] * (1 + 1e-9):
+                mechanism = plan.mechanisms[int(plan.moves.mechanism[slowest])]
+                limited[step] = f"{mechanism} {rules[slowest]}"
+    return tuple(limited)
 
 
 def _row_times(
@@ -182,10 +198,12 @@ def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
     bad = np.nonzero(~np.isfinite(rows))[0]
     if not len(bad):
         return []
+    from olp.interpreter.robots import ROBOT_IS_ASKED_FOR
+
     is_move = np.nonzero(plan.kind == StepKind.MOVE)[0]
     owner = np.searchsorted(plan.row[is_move], bad, side="right") - 1
     lines: dict[tuple[int, str, str], dict[int, None]] = {}
-    robot_asked_for = any(d.code in _NO_ROBOT for d in plan.diagnostics)
+    robot_asked_for = any(d.code in ROBOT_IS_ASKED_FOR for d in plan.diagnostics)
     for step, row in zip(is_move[owner].tolist(), bad.tolist(), strict=True):
         if robot_asked_for and plan.robots[int(plan.moves.mechanism[row])] is None:
             continue
