@@ -91,7 +91,7 @@ def test_every_command_answers_an_unknown_option_with_a_diagnostic(
 
 def test_the_listing_of_the_folder_is_the_list_of_commands() -> None:
     files = {file.stem for file in (ROOT / "olp/commands").glob("[!_]*.py")} - {"command"}
-    assert {name.replace(" ", "_") for name in commands.names()} == files
+    assert {name.replace(" ", "_").replace("-", "_") for name in commands.names()} == files
 
 
 def test_help_names_every_command_and_imports_nothing_heavy_in_under_0_3_s() -> None:

@@ -1,6 +1,7 @@
 """The commands: one file each, found by being here.
 
-`time.py` is `olp time`, `robot_import.py` is `olp robot import`. `command.py` holds what they share.
+`time.py` is `olp time`, `robot_import.py` is `olp robot import`, `recording_from_log.py` is `olp recording from-log`.
+`command.py` holds what they share.
 """
 
 from __future__ import annotations
@@ -35,12 +36,12 @@ def names() -> list[str]:
 
 def spoken(module: str) -> str:
     """The words that start a module's command."""
-    return module.replace("_", " ")
+    return module.replace("_", " ", 1).replace("_", "-")
 
 
 def load(name: str) -> Command:
     """The command of that name, one of `names()`."""
-    return cast(Command, import_module(f"{__name__}.{name.replace(' ', '_')}"))
+    return cast(Command, import_module(f"{__name__}.{name.replace(' ', '_').replace('-', '_')}"))
 
 
 def split(words: Sequence[str]) -> tuple[str, list[str]]:

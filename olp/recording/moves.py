@@ -109,5 +109,4 @@ class RecordedMoves:
 
 
 def _whole_points(start: Floats, end: Floats) -> NDArray[np.bool_]:
-    whole: NDArray[np.bool_] = np.isfinite(start).all(axis=1) & np.isfinite(end).all(axis=1)
-    return whole
+    return np.asarray(np.isfinite(np.concatenate([start, end], axis=1)).all(axis=1), dtype=bool)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from olp.diagnostic import Diagnostic
 from olp.recording.log import Log
-from olp.recording.moves import Floats, RecordedMoves
+from olp.recording.moves import WAIT, Floats, RecordedMoves
 from olp.recording.settings import Settings
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class Recording:
 
     def _scatter(self) -> tuple[float, int]:
         """Pooled standard deviation [s] of repeated moves and its degrees of freedom; waits repeat nothing."""
-        use = self.moves.measured & (self.moves.kind != 3)
+        use = self.moves.measured & (self.moves.kind != WAIT)
         labels, duration = self.repeats()[use], self.moves.duration[use]
         if not len(labels):
             return float("nan"), 0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from olp.recording.log import Log
+from olp.recording.moves import WAIT
 from olp.recording.recording import Recording
 from olp.units import mm, percent
 
@@ -39,7 +40,8 @@ def _facts(recording: Recording) -> Iterable[tuple[str, str]]:
             f"tool points of {moves.has_points.sum():,}, joint points of {moves.has_joints.sum():,}",
         )
         yield "speeds", _counted(_speeds(recording))
-        yield "ends", f"{moves.stops.sum():,} exact stops, {(~moves.stops).sum():,} rounded"
+        runs = moves.kind != WAIT
+        yield "ends", f"{(moves.stops & runs).sum():,} exact stops, {(~moves.stops & runs).sum():,} rounded"
     sim = int((~np.isnan(moves.sim)).sum())
     yield "simulation", f"sim_s of {sim:,} moves" if sim else "none: olp's own prediction is judged"
     yield "noise", _noise(recording)
@@ -70,7 +72,10 @@ def _counted(words: Iterable[str]) -> str:
 def _speeds(recording: Recording) -> list[str]:
     moves = recording.moves
     words = []
-    for travel, share in zip(moves.speed.tolist(), moves.speed_fraction.tolist(), strict=True):
+    rows = zip(moves.speed.tolist(), moves.speed_fraction.tolist(), moves.kind.tolist(), strict=True)
+    for travel, share, kind in rows:
+        if kind == WAIT:
+            continue
         said = [f"{travel / mm:.6g} mm/s"] if travel == travel else []
         said += [f"{share / percent:.6g} %"] if share == share else []
         words.append(" ".join(said) or "not given")
@@ -116,7 +121,7 @@ def gaps(recording: Recording) -> list[tuple[str, str]]:
         found.append(("robot", "limits of the axes, singularities, gravity; name it in recording.toml"))
     elif recording.tool is None and moves.has_points.any() and not moves.has_joints.all():
         found.append(("tool", "the axes' way along a line: without it the tool is taken to be the flange"))
-    silent = np.isnan(moves.speed) & np.isnan(moves.speed_fraction) & (moves.kind != 3)
+    silent = np.isnan(moves.speed) & np.isnan(moves.speed_fraction) & (moves.kind != WAIT)
     if silent.any():
         found.append(("speed_mm_s or speed_pct", f"a prediction of {silent.sum():,} moves"))
     if not moves.measured.all():

@@ -112,7 +112,7 @@ def settings_toml(settings: Settings, comment: str = "") -> str:
         lines.append(f"time_resolution_s = {settings.time_resolution!r}")
     if settings.tool is not None:
         units = (mm, mm, mm, deg, deg, deg)
-        numbers = (float(f"{v / unit:.12g}") + 0.0 for v, unit in zip(settings.tool, units, strict=True))
+        numbers = (round(v / unit, 9) + 0.0 for v, unit in zip(settings.tool, units, strict=True))
         lines.append(f"tool = [{', '.join(map(repr, numbers))}]  # x y z [mm], rx ry rz [deg] on the flange")
     if settings.job:
         lines.append(f"job = {_quoted(settings.job)}")
