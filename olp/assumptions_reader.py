@@ -50,7 +50,8 @@ def read_assumptions(path: Path) -> Assumptions:
     """The content of the file. Never raises: what is wrong is in `Assumptions.diagnostics`."""
     file = str(path)
     try:
-        text = path.read_bytes().decode("utf-8")
+        # Editors of Windows put a mark in front and CR LF at the ends.
+        text = path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
     except OSError as problem:
         why = problem.strerror or "cannot be read"
         return Assumptions(
@@ -191,13 +192,24 @@ class _Reader:
         for key in _MOTION_KEYS:
             value = table.get(key)
             if key == "model" and isinstance(value, str):
-                found[key] = value
+                if self._is_model(value):
+                    found[key] = value
             elif key != "model" and _is_number(value) and _in_range(key, value):
                 found[key] = float(value)
             elif value is not None:
                 example = _MOTION_EXAMPLES.get(key, f"{key} = 0.004")
                 self._report("V004", f"{key} has the wrong kind of value", key, example)
         return found
+
+    def _is_model(self, name: str) -> bool:
+        from olp.motion import model_names
+
+        names = model_names()
+        if name not in names:
+            self._report(
+                "V004", f"there is no motion model {name[:60]!r}", "model", f"available: {', '.join(names)}"
+            )
+        return name in names
 
     def _variables(self) -> dict[tuple[Store, int], Given]:
         found: dict[tuple[Store, int], Given] = {}

@@ -128,6 +128,7 @@ def test_an_empty_file_says_nothing(tmp_path: Path) -> None:
         ("[process]\narcon = 0.3\n", "V003", 2, "arcon_s"),
         ("[motion]\nmodle = 'x'\n", "V003", 2, "did you mean model?"),
         ("[motion]\naccel_mm_s2 = 0\n", "V004", 2, "3050"),
+        ("[motion]\nmodel = 'lin'\n", "V004", 2, "constant, linear"),
         ("[robots]\nARM = 'x'\n", "V003", 2, "RB1"),
         ("robot = 5\n", "V004", 1, "yaskawa"),
         ("waits = 5\n", "V004", 1, "[waits]"),
@@ -157,6 +158,13 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
     assert [d.code for d in load_assumptions(tmp_path / "olp.toml").diagnostics] == ["V001"]
     (tmp_path / "olp.toml").write_bytes(b"robot = '\xff'\n")
     assert [d.code for d in load_assumptions(tmp_path / "olp.toml").diagnostics] == ["V001"]
+
+
+def test_files_of_windows_editors_are_read(tmp_path: Path) -> None:
+    (tmp_path / "olp.toml").write_bytes(b"\xef\xbb\xbfrobot = 'yaskawa/gp25'\r\n[waits]\r\npaus_s = 1\r\n")
+    found = load_assumptions(tmp_path / "olp.toml")
+    assert found.robot == "yaskawa/gp25"
+    assert [(d.code, d.line, d.source_line) for d in found.diagnostics] == [("V003", 3, "paus_s = 1")]
 
 
 def test_a_changed_file_is_read_again(tmp_path: Path) -> None:

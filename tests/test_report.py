@@ -294,3 +294,12 @@ def test_what_others_call_is_summed_once():
     assert last.startswith("1 of 5 files, calling the others ")
     assert f" {main.total_s:.3f} " in last
     assert load_report("text").join(parts[3:], job.options).splitlines()[-1].startswith("2 files ")
+
+
+def test_track_refuses_a_suffix_that_promises_another_format(tmp_path, capsys):
+    from olp.__main__ import main
+
+    out = tmp_path / "track.xlsx"
+    assert main(["track", str(JOBS[0]), "--robot", "yaskawa/up20", "-o", str(out)]) == 2
+    assert "FILE.csv or FILE.parquet" in capsys.readouterr().err
+    assert not out.exists()

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from olp.commands.time import add_timing_arguments, assumed, job_of, positive, print_diagnostics
+from olp.diagnostic import OlpError, error
 from olp.files import write_output
 
 if TYPE_CHECKING:
     import pandas
 
+_PARQUET = (".parquet", ".pq")
 SUMMARY = "say where the robot is at each instant of a program"
 
 
@@ -29,9 +32,10 @@ def run(args: Namespace) -> int:
     from olp.batch import plan_and_time
     from olp.track import track
 
+    _refuse_other_suffixes(args.output)
     timing = plan_and_time(args.job, job_of(args, 1))
     table = track(timing, args.dt).frame()
-    if args.output and args.output.lower().endswith((".parquet", ".pq")):
+    if args.output and args.output.lower().endswith(_PARQUET):
         data = _parquet(table)
     else:
         data = table.to_csv(index=False, float_format="%.6f", lineterminator="\n").encode()
@@ -41,11 +45,18 @@ def run(args: Namespace) -> int:
     return 2 if any(d.is_error for d in told) else 0
 
 
+def _refuse_other_suffixes(output: str | None) -> None:
+    """Raises OlpError for a suffix that promises another format than those there are (.xlsx)."""
+    suffix = "" if output in (None, "-") else os.path.splitext(str(output))[1].lower()
+    if suffix not in ("", ".csv", ".txt", *_PARQUET):
+        raise OlpError(
+            error("C002", f"a track cannot be written as {suffix}", help="name FILE.csv or FILE.parquet")
+        )
+
+
 def _parquet(table: pandas.DataFrame) -> bytes:
     """The table as Parquet. Raises OlpError when the library for it is not installed."""
     import io
-
-    from olp.diagnostic import OlpError, error
 
     buffer = io.BytesIO()
     try:

@@ -22,7 +22,7 @@ class Document:
         """Raises OlpError (R002) when the file cannot be read or is not TOML."""
         self.file = str(path)
         try:
-            self.text = path.read_text(encoding="utf-8")
+            self.text = path.read_text(encoding="utf-8-sig")
             self.root: Table = tomllib.loads(self.text)
         except OSError as problem:
             reason = problem.strerror or "cannot be read"
