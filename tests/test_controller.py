@@ -18,7 +18,7 @@ from olp.program import Path
 from olp.reading import read
 from olp.robot import load_robot
 from olp.timing import time_plan
-from olp.track import track
+from olp.track import states, track
 
 ARM = load_robot("yaskawa/ma2010")
 TOOL = Pose.from_xyz_angles([0.012, -0.007, 0.31, 0.1, 0.52, 0.2])
@@ -354,9 +354,17 @@ def test_a_harder_stop_at_the_end_changes_only_what_is_not_yet_certain():
         assert np.abs(np.array(mine) - real).max() < 1e-9, f"after {count} targets"
 
 
-def track_position(timing, time: float) -> np.ndarray:
-    from olp.track import states
+def test_the_length_of_a_spline_is_not_relied_on_before_the_point_that_shapes_it():
+    """Found by random search: this last spline is shorter once its next point is known."""
+    points = [(-6.91, 8.28, -3.1), (-6.9, 8.28, -3.09), (-6.36, 7.89, -3.34), (-11.21, 14.47, -7.79)]
+    targets = [replace(spline(*point), speed=0.6) for point in points]
+    targets.append(replace(spline(-11.22, 14.5, -7.8, zone=0.0), speed=0.6))
+    steps, timing = starved(arm(), targets), closed_form(targets, "constant")
+    expected = states(timing, np.array([step.time for step in steps]))[0]
+    assert np.array([step.tool.position for step in steps]) == pytest.approx(expected, abs=1e-10)
 
+
+def track_position(timing, time: float) -> np.ndarray:
     return states(timing, np.array([time]))[0][0]
 
 
