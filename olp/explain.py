@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from olp.diagnostic import Diagnostic, OlpError, error
 from olp.effects import effects_of
+from olp.explanation import AxisLoad, Explanation, Phase
 from olp.motion import load_model
 from olp.plan import PATHS, BlendCode, Plan, StepKind
 from olp.program import Path
@@ -18,6 +18,7 @@ from olp.track import states, tool_speed
 from olp.units import deg, mm, percent
 
 if TYPE_CHECKING:
+    from olp.robot import Robot
     from olp.timing import Timing
 
 Floats = NDArray[np.float64]
@@ -25,64 +26,6 @@ _SAMPLES = 801  # instants of a segment
 _EDGE = 3e-6  # [s]
 _NOTHING = 1e-9  # [s] phases that are shorter are none
 _PLACE = re.compile(r"(?:(?P<job>.+):)?(?P<line>\d{1,9})")
-
-
-@dataclass(frozen=True, slots=True)
-class Phase:
-    """A stretch of the segment's motion. Times [s] of the program; `speeds` [m/s] (or [rad/s] of an axis) at its ends.
-
-    `length` [m] (or [rad]); `kind`: join, rise, cruise, fall or rest, for the picture's shading.
-    """
-
-    name: str
-    kind: str
-    begin: float
-    end: float
-    length: float
-    speeds: tuple[float, float]
-    limit: str
-
-
-@dataclass(frozen=True, slots=True)
-class AxisLoad:
-    """`speed` [rad/s or m/s] over time (n,), `rated` [rad/s or m/s]; `linear`: a slide."""
-
-    name: str
-    speed: Floats
-    rated: float
-    linear: bool
-
-    @property
-    def share(self) -> Floats:
-        """(n,) [1] of the rated speed."""
-        return np.asarray(np.abs(self.speed) / self.rated, dtype=np.float64)
-
-
-@dataclass(frozen=True, slots=True)
-class Explanation:
-    """One execution of one line. `time` (n,) [s] of the program, `speed` (n,) [m/s] of the tool's point.
-
-    `scale`: phases count in metres of the tool's path (True) or radians of the leading axis. `programmed` [m/s], nan
-    for joint moves. `executions`: how often the line ran; this is the first that moves.
-    """
-
-    line: int
-    statement: str
-    kind: str
-    begin: float
-    duration: float
-    executions: int
-    limited_by: str
-    phases: tuple[Phase, ...] = ()
-    entry: str = ""
-    exit: str = ""
-    metric: bool = True
-    programmed: float = float("nan")
-    time: Floats | None = None
-    speed: Floats | None = None
-    axes: tuple[AxisLoad, ...] = ()
-    gains: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
 
 
 def explain(timing: Timing, place: str) -> Explanation:
@@ -314,9 +257,25 @@ def _loads(timing: Timing, instants: Floats) -> tuple[AxisLoad, ...]:
         return ()
     axes = states(timing, instants)[2][:, : len(robot.axes)]
     speeds = np.gradient(axes, instants, axis=0)
+    torques, limits = _torques(robot, axes, speeds, instants)
     return tuple(
-        AxisLoad(axis.name, speeds[:, i], axis.speed, axis.linear) for i, axis in enumerate(robot.axes)
+        AxisLoad(axis.name, speeds[:, i], axis.speed, axis.linear, torque, limit)
+        for i, (axis, torque, limit) in enumerate(zip(robot.axes, torques, limits, strict=True))
     )
+
+
+def _torques(
+    robot: Robot, axes: Floats, speeds: Floats, instants: Floats
+) -> tuple[list[Floats] | list[None], list[float]]:
+    """Of each axis [Nm or N] over time, and its limit."""
+    count = len(robot.axes)
+    if robot.dynamics is None or np.isnan(axes).any():
+        return [None] * count, [float("inf")] * count
+    from olp.dynamics import dynamic_model, inverse_dynamics
+
+    model = dynamic_model(robot)
+    torques = inverse_dynamics(model, axes, speeds, np.gradient(speeds, instants, axis=0))
+    return [torques[:, i] for i in range(count)], model.torque_limits.tolist()
 
 
 def _gains(timing: Timing, row: int) -> tuple[str, ...]:
@@ -357,61 +316,3 @@ def _assumed(timing: Timing, step: int) -> list[str]:
     plan, line = timing.plan, int(timing.plan.line[step])
     path = plan.sources[int(plan.source[step])].path
     return [f"assumed: {a.says}" for a in timing.assumptions if a.line == line and a.file in ("", path)]
-
-
-def as_text(told: Explanation) -> str:
-    """The explanation in words and one table, ending in a line end."""
-    rows = [f"line {told.line}: {told.statement}", f"  {_summary(told)}"]
-    if told.phases:
-        rows += ["", *_phase_table(told), "", f"  before: {told.entry}", f"  after:  {told.exit}"]
-    busy = [axis for axis in told.axes if np.isfinite(axis.share).any()]
-    if busy and told.time is not None:
-        rows += [
-            "",
-            "  axes, highest speed and share of rated speed:",
-            *_axis_table(busy, told.time, told.begin),
-        ]
-    if told.gains:
-        rows += ["", f"  {'; '.join(told.gains)}"]
-    rows += [f"  {note}" for note in told.notes]
-    return "\n".join(rows) + "\n"
-
-
-def _summary(told: Explanation) -> str:
-    span = (
-        f"{told.duration:.3f} s, from {told.begin:.3f} to {told.begin + told.duration:.3f} s of the program"
-    )
-    often = f"; executed {told.executions} times, this is the first" if told.executions > 1 else ""
-    limited = f", limited by {told.limited_by}" if told.limited_by else ""
-    return f"{told.kind}, {span}{limited}{often}"
-
-
-def _phase_table(told: Explanation) -> list[str]:
-    unit, word = (mm, "mm") if told.metric else (deg, "deg")
-    names = [phase.name for phase in told.phases]
-    width = max(map(len, [*names, "phase"]))
-    rows = [
-        f"  {'phase':{width}}  {'from s':>8} {'to s':>8} {'s':>7} {word:>8}  {word + '/s':>15}  limited by"
-    ]
-    for phase in told.phases:
-        first, last = (max(speed, 0.0) / unit for speed in phase.speeds)  # never -0.0
-        speeds = f"{first:.1f} → {last:.1f}"
-        rows.append(
-            f"  {phase.name:{width}}  {phase.begin:8.3f} {phase.end:8.3f} {phase.end - phase.begin:7.3f} "
-            f"{phase.length / unit:8.1f}  {speeds:>15}  {phase.limit}"
-        )
-    return rows
-
-
-def _axis_table(axes: list[AxisLoad], time: Floats, begin: float) -> list[str]:
-    rows = []
-    for axis in axes:
-        share = np.nan_to_num(axis.share)
-        at = int(np.argmax(share))
-        unit, word = (mm, "mm/s") if axis.linear else (deg, "deg/s")
-        note = "  beyond its rated speed" if share[at] > 1.0 + 1e-6 else ""
-        rows.append(
-            f"    {axis.name:3} {abs(axis.speed[at]) / unit:8.1f} {word:5} {share[at] / percent:6.1f} %"
-            f"  at {time[at]:.3f} s{note}"
-        )
-    return rows

@@ -7,10 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from olp.cell import Cell, Mechanism
 from olp.diagnostic import OlpError
-from olp.explain import Explanation, as_text, explain
+from olp.dynamics import dynamic_model, gravity_torques
+from olp.explain import explain
+from olp.explanation import Explanation, as_text
+from olp.interpreter.recorder import Recorder
 from olp.motion import model_names
+from olp.plan import PATHS, BlendCode
+from olp.plot.figure import Text
+from olp.plot.motion import motion_figure
+from olp.points import PointKind, PointState
+from olp.program import Path
 from olp.reading import read
+from olp.robot import load_robot
+from olp.source import decode
 from olp.timing import Timing, time_plan
 
 SEAM = "samples/inform/welding/SEAM-LH.JBI"
@@ -184,3 +195,27 @@ def test_lines_are_explained_without_a_known_robot():
     )
     assert found.axes == ()
     assert "axes" not in as_text(found)
+
+
+def test_torques_stand_where_the_masses_are_known_and_balance_gravity_at_rest():
+    machine = load_robot("universal-robots/ur10e")
+    recorder = Recorder(Cell([Mechanism("RB1", machine)]), (decode(b"MOVJ P001 VJ=60", "test.jbi"),))
+    state = PointState(PointKind.JOINT, "joint", None, 0)
+    start, target = (np.radians(q) for q in ([10, -80, 70, -60, -85, 5], [55, -40, 85, -30, -60, 40]))
+    recorder.at[0] = recorder.position(0, state, start.tolist())
+    recorder.step(0, 1)
+    index = recorder.position(0, state, target.tolist())
+    recorder.row(0, index, PATHS.index(Path.JOINT), 0, 0.6, BlendCode.EXACT)
+    timing = time_plan(recorder.finish(()), "linear")
+    found = explain(timing, "1")
+    torques = np.array([axis.torque for axis in found.axes])
+    held = gravity_torques(dynamic_model(machine), np.array([start, target]))
+    # The acceleration rises from nothing and falls to it, so at both ends the arm is only held.
+    assert pytest.approx(held, abs=1.5) == torques[:, [0, -1]].T
+    shoulder = found.axes[1]
+    assert shoulder.torque_share is not None
+    assert shoulder.torque_share.max() == pytest.approx(np.abs(shoulder.torque).max() / 330)
+    assert "highest torque and share of its limit" in as_text(found)
+    words = [s.text for s in motion_figure(found).shapes if isinstance(s, Text)]
+    assert "% of limit" in words
+    assert told(FAN, 51).axes[0].torque is None

@@ -13,7 +13,8 @@ def run_explain(args: Namespace) -> int:
     """The words go to standard output, the picture to `-o`. Raises OlpError for several programs, and E001 to E005."""
     from olp.batch import plan_and_time
     from olp.commands.time import encode, job_of, print_diagnostics
-    from olp.explain import as_text, explain
+    from olp.explain import explain
+    from olp.explanation import as_text
 
     if len(args.jobs) != 1:
         raise OlpError(error("C002", "--explain takes one program", help="olp time JOB --explain LINE"))

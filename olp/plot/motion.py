@@ -5,14 +5,15 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.diagnostic import OlpError, error
-from olp.explain import Explanation, Phase
+from olp.explanation import Explanation, Phase
 from olp.plot.axes import Axes, room
 from olp.plot.figure import SERIES, Box, Figure, Polyline, Role, Text
 from olp.units import mm, percent
 
-_WIDTH, _LEFT, _RIGHT = 920, 78, 96
+_WIDTH, _LEFT, _RIGHT = 940, 78, 122
 _SHADES: dict[str, tuple[Role, float]] = {
     "rise": ("blue", 0.13),
     "cruise": ("olive", 0.09),
@@ -21,6 +22,7 @@ _SHADES: dict[str, tuple[Role, float]] = {
 }
 _WORDS = {"rise": "speeds up", "cruise": "even speed", "fall": "slows down", "rest": "stands"}
 _LONGEST_TITLE = 96
+Loads = list[tuple[str, NDArray[np.float64]]]
 
 
 def motion_figure(told: Explanation) -> Figure:
@@ -29,36 +31,44 @@ def motion_figure(told: Explanation) -> Figure:
         says = f"there is nothing to draw: no motion is known on line {told.line}"
         raise OlpError(error("E005", says, help="leave -o out for the explanation in words"))
     title = f"line {told.line}: {told.statement}"
-    figure = Figure(_WIDTH, 700, title)
-    figure.add(Text(24, 34, _short(title), size=16, bold=True))
-    often = f" (the first of {told.executions} times)" if told.executions > 1 else ""
-    limited = f", limited by {told.limited_by}" if told.limited_by else ""
-    figure.add(Text(24, 56, f"{told.kind}, {told.duration:.3f} s{limited}{often}", "muted", 13))
-    _key(figure)
+    speeds, torques = _speed_loads(told), _torque_loads(told)
+    figure = Figure(_WIDTH, 890 if torques else 700, title)
+    _head(figure, told, title)
     time = told.time - told.begin
-    span = float(time[0]), float(time[-1])
+    span, width = (round(float(time[0]), 4), round(float(time[-1]), 4)), _WIDTH - _LEFT - _RIGHT
     speed, programmed = told.speed / mm, told.programmed / mm
-    panels = (
-        Axes(figure, _LEFT, 128, _WIDTH - _LEFT - _RIGHT, 150, span, room([*speed, programmed])),
-        Axes(figure, _LEFT, 318, _WIDTH - _LEFT - _RIGHT, 130, span, room(_usual(_acceleration(told)), 0.15)),
-        Axes(figure, _LEFT, 488, _WIDTH - _LEFT - _RIGHT, 150, span, _load_range(told)),
-    )
+    panels = [
+        Axes(figure, _LEFT, 128, width, 150, span, room([*speed, programmed])),
+        Axes(figure, _LEFT, 318, width, 130, span, room(_usual(_acceleration(told)), 0.15)),
+        Axes(figure, _LEFT, 488, width, 150, span, _load_range(speeds)),
+        Axes(figure, _LEFT, 678, width, 150, span, _load_range(torques)),
+    ][: 4 if torques else 3]
     for panel in panels:
         _shade(panel, told)
     since = f"time since the line began, s   (0 is {told.begin:.3f} s of the program)"
     panels[0].frame("", "mm/s", "speed of the tool", x_numbers=False)
     panels[1].frame("", "mm/s²", "acceleration along the path", x_numbers=False)
-    panels[2].frame(since, "% of rated", "speed of the axes")
     if np.isfinite(programmed):
         panels[0].line(span, (programmed, programmed), "muted", 1.3, (5, 4))
         figure.add(Text(_WIDTH - _RIGHT + 6, panels[0].y(programmed) + 4, "programmed", "muted", 11))
     panels[0].line(time, speed, "blue", 2.2)
     panels[1].line(time, _acceleration(told), "orange", 2.0)
-    _loads(panels[2], told)
+    _load_panel(panels[2], told, speeds, "" if torques else since, ("% of rated", "speed of the axes"))
+    if torques:
+        words = "% of limit", "torque of the axes, without the tool's mass"
+        _load_panel(panels[3], told, torques, since, words)
     return figure
 
 
-def _acceleration(told: Explanation) -> np.ndarray:
+def _head(figure: Figure, told: Explanation, title: str) -> None:
+    figure.add(Text(24, 34, _short(title), size=16, bold=True))
+    often = f" (the first of {told.executions} times)" if told.executions > 1 else ""
+    limited = f", limited by {told.limited_by}" if told.limited_by else ""
+    figure.add(Text(24, 56, f"{told.kind}, {told.duration:.3f} s{limited}{often}", "muted", 13))
+    _key(figure)
+
+
+def _acceleration(told: Explanation) -> NDArray[np.float64]:
     """(n,) [mm/s²]: of the tool's speed along its path; nan outside the line's own time."""
     assert told.time is not None
     assert told.speed is not None
@@ -66,7 +76,7 @@ def _acceleration(told: Explanation) -> np.ndarray:
     return np.where(own, np.gradient(told.speed, told.time) / mm, np.nan)
 
 
-def _usual(values: np.ndarray) -> np.ndarray:
+def _usual(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """The values without the outermost hundredth: one jump of the speed must not flatten the rest."""
     known = values[np.isfinite(values)]
     return np.asarray(np.quantile(known, (0.01, 0.99))) if len(known) else known
@@ -109,32 +119,39 @@ def _merged(phases: tuple[Phase, ...]) -> list[tuple[str, float, float]]:
     return found
 
 
-def _load_range(told: Explanation) -> tuple[float, float]:
-    shares = [axis.share / percent for axis in told.axes]
-    low, high = room(np.concatenate(shares) if shares else [100.0])
-    # The limit is shown when the axes come near it, not when it would flatten everything else.
-    return low, max(high, 108.0) if high > 60 else high
-
-
-def _loads(panel: Axes, told: Explanation) -> None:
+def _load_panel(panel: Axes, told: Explanation, loads: Loads, x_label: str, words: tuple[str, str]) -> None:
+    """The shares [%] of one limit over time, each axis named with its peak. `words`: y label and title."""
     assert told.time is not None
-    time = told.time - told.begin
-    if not told.axes:
+    panel.frame(x_label, *words, x_numbers=bool(x_label))
+    if not loads:
         middle = panel.left + panel.width / 2, panel.top + panel.height / 2
         panel.figure.add(Text(*middle, "the robot's axes are not known", "muted", 13, "middle"))
         return
     if panel.y_range[1] > 100:
         panel.line(panel.x_range, (100.0, 100.0), "red", 1.2, (5, 4))
     ends = []
-    for i, axis in enumerate(told.axes):
-        share = axis.share / percent
+    for i, (name, share) in enumerate(loads):
         colour = SERIES[i % len(SERIES)]
-        panel.line(time, share, colour, 1.7)
-        peak = int(np.argmax(np.nan_to_num(share)))
-        ends.append(
-            (panel.y(float(np.nan_to_num(share[peak]))), axis.name, colour, float(np.nan_to_num(share[peak])))
-        )
+        panel.line(told.time - told.begin, share, colour, 1.7)
+        peak = float(np.nan_to_num(share).max())
+        ends.append((panel.y(peak), name, colour, peak))
     _label_right(panel, ends)
+
+
+def _load_range(loads: Loads) -> tuple[float, float]:
+    low, high = room(np.concatenate([share for _, share in loads]) if loads else [100.0])
+    # The limit is shown when the axes come near it, not when it would flatten everything else.
+    return low, max(high, 108.0) if high > 60 else high
+
+
+def _speed_loads(told: Explanation) -> Loads:
+    return [(axis.name, axis.share / percent) for axis in told.axes]
+
+
+def _torque_loads(told: Explanation) -> Loads:
+    """Of the axes whose torque and limit are known."""
+    shares = [(axis.name, axis.torque_share) for axis in told.axes]
+    return [(name, share / percent) for name, share in shares if share is not None]
 
 
 def _label_right(panel: Axes, ends: list[tuple[float, str, Role, float]]) -> None:
