@@ -303,3 +303,23 @@ def test_track_refuses_a_suffix_that_promises_another_format(tmp_path, capsys):
     assert main(["track", str(JOBS[0]), "--robot", "yaskawa/up20", "-o", str(out)]) == 2
     assert "FILE.csv or FILE.parquet" in capsys.readouterr().err
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("moves", "words"),
+    [
+        ("MOVL C00001 V=50.0 PL=0\r\nMOVL C00002 V=50.0 PL=0", ""),
+        ("MOVL C00001 V=50.0 PL=2\r\nMOVL C00002 V=50.0 PL=0", "zones of the position levels"),
+        ("MOVJ C00001 VJ=50.00 PL=0", "axis speeds"),
+    ],
+)
+def test_inferred_numbers_of_a_robot_are_told_where_they_are_used(moves, words, tmp_path):
+    robot = "yaskawa/up20" if "speeds" in words else "yaskawa/ma2010"
+    text = (SAMPLES / "inform" / "twins" / "base.jbi").read_bytes().decode()
+    head = text[: text.index("MOVJ")]
+    path = tmp_path / "A.JBI"
+    path.write_bytes(f"{head}MOVL C00000 V=50.0\r\n{moves}\r\nEND\r\n".encode())
+    part = time_file(str(path), Job(robot=robot))
+    told = [line for line in part.text.splitlines() if "assumed: inferred" in line]
+    assert len(told) == bool(words)
+    assert all(f"for {robot}: {words} (" in line for line in told)

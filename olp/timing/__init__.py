@@ -16,6 +16,7 @@ from olp.source import Source
 from olp.timing.additions import Additions, additions
 from olp.timing.chain import Chain, chain
 from olp.timing.demand import Demand, Limits, demand
+from olp.timing.inferred import report_inferred
 from olp.timing.result import COLUMNS, RowTimes, Timing
 from olp.units import deg, mm, percent
 
@@ -58,6 +59,7 @@ def time_plan(
         joined.end_speed,
         **parameters,
     )
+    report_inferred(plan, wanted.length > 0, limits.report)
     durations = _durations(plan, wanted, joined, profile, limits, effects)
     timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects)
     problems = _problems(plan, wanted, durations)
@@ -156,7 +158,8 @@ def _limited_by(plan: Plan, rules: list[str], rows: Floats) -> tuple[str, ...]:
                 limited[step] = ""
             elif rows[slowest] > rows[start] * (1 + 1e-9):
                 mechanism = plan.mechanisms[int(plan.moves.mechanism[slowest])]
-                limited[step] = f"{mechanism} {rules[slowest]}"
+                rule = rules[slowest]  # of a station it names the station already
+                limited[step] = rule if rule.startswith(mechanism) else f"{mechanism} {rule}"
     return tuple(limited)
 
 
