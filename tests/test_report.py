@@ -323,3 +323,11 @@ def test_inferred_numbers_of_a_robot_are_told_where_they_are_used(moves, words, 
     told = [line for line in part.text.splitlines() if "assumed: inferred" in line]
     assert len(told) == bool(words)
     assert all(f"for {robot}: {words} (" in line for line in told)
+
+
+def test_narrow_terminals_keep_the_ends_of_file_names():
+    text, _ = report("text", JOBS[:3], segments=False, width=78)
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= 78
+    assert [line.split()[0][-10:] for line in lines[1:4]] == [job.name[-10:] for job in JOBS[:3]]
+    assert str(JOBS[0]) in report("text", JOBS[:3], segments=False)[0]

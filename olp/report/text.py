@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _STATEMENT, _LIMITED = 1, 6
 _UNKNOWN = "unknown"
+_NARROWEST = 12  # characters of a column that is cut
 _OVERVIEW = ("file", "total s", "motion s", "waits s", "I/O s", "assumed", "problems")
 
 
@@ -49,7 +50,7 @@ class Text(Report):
         if len(parts) == 1 and text:
             return text
         rows = [*map(_summary, parts), *([_sum(parts)] if len(parts) > 1 else [])]
-        overview = _aligned([_OVERVIEW, *rows], {0}, options.width, 0)
+        overview = _aligned([_OVERVIEW, *_short_names(rows, options.width)], {0}, options.width, 0)
         return (text + "\n" if text else "") + "\n".join(overview) + "\n"
 
 
@@ -92,12 +93,21 @@ def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
     return (label, *times, str(assumed or ""), str(problems or ""))
 
 
+def _short_names(rows: Sequence[Sequence[str]], width: int) -> list[Sequence[str]]:
+    """The same rows with file names cut at their beginnings where the terminal is narrow: their ends differ."""
+    columns = list(zip(_OVERVIEW, *rows, strict=True))
+    size = max(width - sum(2 + max(map(len, column)) for column in columns[1:]), _NARROWEST)
+    if not width:
+        return list(rows)
+    return [(name if len(name) <= size else "…" + name[1 - size :], *rest) for name, *rest in rows]
+
+
 def _aligned(rows: Sequence[Sequence[str]], left: set[int], width: int, elastic: int) -> list[str]:
     """Rows in columns two blanks apart; the `elastic` column is cut when a line would be wider than `width`."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     over = sum(widths) + 2 * (len(widths) - 1) - width
     if width and over > 0:
-        widths[elastic] = max(widths[elastic] - over, 12)
+        widths[elastic] = max(widths[elastic] - over, _NARROWEST)
     lines = []
     for row in rows:
         cells = [_fit(cell, size, i in left) for i, (cell, size) in enumerate(zip(row, widths, strict=True))]
