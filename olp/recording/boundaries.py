@@ -15,10 +15,11 @@ _NEAR = 0.010  # [m] a rest farther from its point than this (and 3 times the ne
 
 
 class Rest(NamedTuple):
-    """[s] when the arm came to rest and when it left; nan where the log does not show it."""
+    """[s] when the arm came to rest and when it left; nan where the log does not show it. `place` (c,) [m]."""
 
     arrive: float
     leave: float
+    place: Floats
 
 
 def stillness(time: Floats, place: Floats) -> float:
@@ -63,8 +64,8 @@ def rest(time: Floats, place: Floats, point: Floats, still: float, dwells: bool 
     after, before = (time[last:], away[last:]), (-time[: first + 1][::-1], away[: first + 1][::-1])
     turned = None if dwells else _turning_point(after, before, still)
     if turned is not None:
-        return Rest(turned, turned)
-    return Rest(-_begin(*before, still), _begin(*after, still))
+        return Rest(turned, turned, centre)
+    return Rest(-_begin(*before, still), _begin(*after, still), centre)
 
 
 def _turning_point(after: tuple[Floats, Floats], before: tuple[Floats, Floats], still: float) -> float | None:

@@ -63,14 +63,16 @@ def moved(timing: Timing) -> Moved:
     end = timing.end_s[step]
     begin = end - np.nan_to_num(timing.duration_s[step])
     # What a move that goes nowhere ends in, the move before it ends in.
-    owner = np.maximum(np.cumsum(goes) - 1, 0)
+    owner = np.cumsum(goes) - 1
+    own = owner >= 0
     exact = np.zeros(int(goes.sum()), dtype=bool)
     waits = np.zeros(len(exact), dtype=bool)
     wait = np.zeros(len(exact))
     if len(exact):
-        np.logical_or.at(exact, owner, plan.moves.blend_code[rows] == BlendCode.EXACT)
-        np.logical_or.at(waits, owner, _waited(timing, step) > 1e-9)
-        np.add.at(wait, owner, _waited(timing, step) + np.where(_assumed(timing, step), np.inf, 0.0))
+        np.logical_or.at(exact, owner[own], (plan.moves.blend_code[rows] == BlendCode.EXACT)[own])
+        pause = _waited(timing, step)
+        np.logical_or.at(waits, owner[own], (pause > 1e-9)[own])
+        np.add.at(wait, owner[own], (pause + np.where(_assumed(timing, step), np.inf, 0.0))[own])
         exact[-1] = True
     return Moved(timing, step[goes], step[~goes], begin[goes], end[goes], exact | waits, waits, wait)
 

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from olp.diagnostic import OlpError, error
 from olp.recording.alignment import Alignment, align
 from olp.recording.boundaries import Rest, pass_by, rest, stillness
+from olp.recording.fit import interpolate
 from olp.recording.log import Log
 from olp.recording.programmed import Moved, Way, features_of_log
 
 Floats = NDArray[np.float64]
+_OFF = 1e-3  # [m]
 _SHARE = 0.6  # of a move's steps that must be within reach
 _LEAST_PACE = 0.02  # of the 90 % quantile of all paces: slower is standing
 
@@ -41,43 +43,60 @@ class Segments:
 def by_points(moves: Moved, way: Way, log: Log) -> Segments:
     """Matching the programmed points: a stop ends when the arm leaves it, a corner where the way is nearest to it."""
     place = features_of_log(moves.timing.plan.robot, log)
-    found = align(log.time, place, way.time, way.way)
-    seen = _seen(moves, found)
     still = stillness(log.time, place)
-    windows = _windows(moves, found, log, place, way.point + found.offset)
-    rests = [Rest(float("nan"), float("nan"))] * (len(moves) + 1)
+    found = align(log.time, place, way.time, way.way)
+    rests, off = _rests(moves, way, log, place, found, still)
+    if float(np.linalg.norm(off.mean(axis=0)[:3])) > _OFF:
+        # Along a line an offset cannot be seen on the way, only where the arm stands: pair once more without it.
+        place = place - off.mean(axis=0)
+        found = align(log.time, place, way.time, way.way)
+        shifted = off.mean(axis=0)
+        rests, off = _rests(moves, way, log, place, found, still)
+    else:
+        shifted = np.zeros(place.shape[1])
     nearest = np.full(len(moves) + 1, np.nan)
-    stops = np.concatenate([[True], moves.stops])
-    for i, (low, high) in enumerate(windows):
-        dwells = i > 0 and bool(moves.waits[i - 1])
-        near = way.point[i] + found.offset
-        stood = rest(log.time[low:high], place[low:high], near, still, dwells) if stops[i] else None
+    shift = _corner_shift(moves, way)
+    for i, (low, high) in enumerate(_windows(moves, found, log, place, way.point + off)):
         # A corner may be passed between two samples.
         part = slice(max(low - 1, 0), high + 1)
-        at, nearest[i] = pass_by(log.time[part], place[part], near)
-        rests[i] = stood or Rest(at, at)
-    shift = _corner_shift(moves, way)
-    begin, end, until = np.full(len(moves), np.nan), np.full(len(moves), np.nan), np.full(len(moves), np.nan)
-    for i in range(len(moves)):
-        begin[i] = rests[i].leave + (0.0 if stops[i] else shift[i])
-        final = moves.waits[i] or i == len(moves) - 1
-        end[i] = (
-            rests[i + 1].arrive if final else rests[i + 1].leave + (0.0 if stops[i + 1] else shift[i + 1])
-        )
-        if moves.waits[i]:
-            until[i] = rests[i + 1].leave
-            end[i] = np.fmax(end[i], until[i] - moves.programmed_wait[i])
-    until = np.where(end <= until, until, np.nan)
-    seen &= end >= begin
+        at, nearest[i] = pass_by(log.time[part], place[part], way.point[i] + off[i])
+        if rests[i] is None:
+            rests[i] = Rest(at + shift[i], at + shift[i], place[0])
+    return _cut(moves, [r for r in rests if r is not None], found, nearest, (off.mean(axis=0) + shifted)[:3])
+
+
+def _rests(
+    moves: Moved, way: Way, log: Log, place: Floats, found: Alignment, still: float
+) -> tuple[list[Rest | None], Floats]:
+    """The rest at each of the m + 1 points, None where the arm passes, and how far (m + 1, c) [m] the log is off there.
+
+    The offset is measured where the arm rests; in between it is taken in proportion.
+    """
+    rests: list[Rest | None] = [None] * (len(moves) + 1)
+    stops = np.concatenate([[True], moves.stops])
+    for i, (low, high) in enumerate(_windows(moves, found, log, place, way.point + found.offset)):
+        if stops[i]:
+            dwells = i > 0 and bool(moves.waits[i - 1])
+            near = way.point[i] + found.offset
+            rests[i] = rest(log.time[low:high], place[low:high], near, still, dwells)
+    stood = [(i, r.place - way.point[i]) for i, r in enumerate(rests) if r is not None]
+    stood = [(i, off) for i, off in stood if np.linalg.norm(off) < found.reach]
+    if not stood:
+        return rests, np.broadcast_to(found.offset, way.point.shape).copy()
+    at, off = np.array([i for i, _ in stood]), np.stack([off for _, off in stood])
+    return rests, interpolate(at.astype(np.float64), off, np.arange(len(rests), dtype=np.float64))
+
+
+def _cut(moves: Moved, rests: list[Rest], found: Alignment, nearest: Floats, off: Floats) -> Segments:
+    arrive, leave = np.array([r.arrive for r in rests]), np.array([r.leave for r in rests])
+    begin, end = leave[:-1], leave[1:].copy()
+    end[moves.waits] = np.fmax(arrive[1:], leave[1:] - moves.programmed_wait)[moves.waits]
+    end[-1] = end[-1] if moves.waits[-1] else arrive[-1]
+    until = np.where(moves.waits & (end <= leave[1:]), leave[1:], np.nan)
+    seen = _seen(moves, found) & (end >= begin)
     unknown = np.where(seen, 0.0, np.nan)
     return Segments(
-        begin + unknown,
-        end + unknown,
-        until + unknown,
-        seen,
-        nearest[1:],
-        _stretches(found),
-        found.offset[:3],
+        begin + unknown, end + unknown, until + unknown, seen, nearest[1:], _stretches(found), off
     )
 
 
