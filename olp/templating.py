@@ -11,6 +11,7 @@ do, J004 a limit was reached, J005 no such template.
 from __future__ import annotations
 
 import os
+import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -275,8 +276,13 @@ def _explain(problem: Exception, name: str) -> Diagnostic:
         return error("J004", f"the template was stopped: {text}", span, file=file)
     if isinstance(problem, UnicodeDecodeError):
         return error("J001", "a template is UTF-8 text, this is not", file=file)
-    text = str(problem) if isinstance(problem, UndefinedError) else f"{type(problem).__name__}: {problem}"
-    return error("J002", text, span, file=file)
+    if isinstance(problem, UndefinedError):
+        # Classes of olp mean nothing to those who write templates.
+        text = re.sub(
+            r"'(?:\w+\.)*(\w+) object' has", lambda match: f"a {match[1].lower()} has", str(problem)
+        )
+        return error("J002", text, span, file=file, help="the head of olp's own template lists what there is")
+    return error("J002", f"{type(problem).__name__}: {problem}", span, file=file)
 
 
 def _place(problem: Exception, name: str) -> tuple[str, int]:

@@ -506,3 +506,13 @@ def test_the_export_command_writes_reads_and_refuses(tmp_path, capfd):
     assert len(list((tmp_path / "all").glob("*.JBI"))) == len(
         list((SAMPLES / "inform/welding").glob("*.JBI"))
     )
+
+
+def test_a_name_that_no_row_has_is_told_in_words_of_the_template(tmp_path, capsys):
+    template, job = tmp_path / "mine.j2", SAMPLES / "inform" / "twins" / "base.jbi"
+    template.write_text("{{ row.nope }}", encoding="utf-8")
+    assert main(["annotate", str(job), "--template", str(template), "-o", str(tmp_path / "A.JBI")]) == 2
+    told = capsys.readouterr().err
+    assert "error[J002]: a row has no attribute 'nope'" in told
+    assert "olp." not in told.split("-->")[0]
+    assert not (tmp_path / "A.JBI").exists()
