@@ -160,6 +160,7 @@ def test_time_writes_a_file_whole_and_never_over_its_input(tmp_path, capsys):
         ["--format", "xml"],
         ["--assumptions", "nowhere.toml"],
         ["--cycles", "0"],
+        ["--workers", "-1"],
         ["--encoding", "klingon"],
     ],
 )

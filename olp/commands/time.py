@@ -40,7 +40,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="the phases of one line and what limits each (JOB:LINE in another job); a picture with -o FILE.svg|.png",
     )
     parser.add_argument(
-        "--workers", type=int, default=0, metavar="N", help="processes (default: one per core)"
+        "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
     )
 
 
