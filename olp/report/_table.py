@@ -53,6 +53,9 @@ def totals(timing: Timing) -> str:
     parts = f"motion {timing.motion_s:.3f} s, waits {timing.wait_s:.3f} s, I/O {timing.io_s:.3f} s"
     robot = timing.robot or "robot not known"
     total = at_least(timing.total_s, any(d.is_error for d in timing.diagnostics))
+    if timing.interval is not None:
+        total += f" s (95 %: {timing.low_s:.3f} to {timing.high_s:.3f})"
+        return f"total {total} ({parts}), {robot}, timing signature"
     return f"total {total} s ({parts}), {robot}, {timing.model} acceleration model"
 
 

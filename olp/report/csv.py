@@ -29,13 +29,18 @@ class Csv(Report):
         if not options.segments:
             totals = (f"{getattr(timing, name):.6f}" for name in _TOTALS[2:-1])
             return _rows([[file, timing.robot or "", *totals, timing.untimed]])
-        return _rows([_cell(value) for value in segment.values()] for segment in timing.segments())
+        names = _header(options)
+        return _rows([_cell(segment.get(name)) for name in names] for segment in timing.segments())
 
     def join(self, parts: Sequence[Part], options: Options) -> str:
-        from olp.timing import COLUMNS
-
-        header = COLUMNS if options.segments else _TOTALS
+        header = _header(options) if options.segments else _TOTALS
         return _rows([header]) + "".join(part.text for part in parts)
+
+
+def _header(options: Options) -> tuple[str, ...]:
+    from olp.timing import COLUMNS
+
+    return (*COLUMNS, "low_s", "high_s") if options.interval else COLUMNS
 
 
 def _rows(rows: object) -> str:

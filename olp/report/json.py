@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from olp.timing import Timing
 
 
-_TOTALS = ("robot", "model", "total_s", "motion_s", "wait_s", "io_s", "untimed")
+_TOTALS = ("robot", "model", "total_s", "motion_s", "wait_s", "io_s", "untimed", "low_s", "high_s")
 
 
 class Json(Report):
@@ -39,8 +39,6 @@ def as_object(
     return {
         "file": file,
         **{name: getattr(timing, name, None) for name in _TOTALS},
-        "low_s": None,
-        "high_s": None,
         "segments": list(segments),
         "assumptions": [{"line": a.line, "says": a.says, "file": a.file} for a in assumptions],
         "diagnostics": [_diagnostic(d) for d in diagnostics],

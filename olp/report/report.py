@@ -22,11 +22,13 @@ if TYPE_CHECKING:
 class Options:
     """How much is told. `segments`: each line, not only totals. `width`: characters per line, 0 for no limit.
 
-    `colour`: the report goes to a terminal that shows colour."""
+    `colour`: the report goes to a terminal that shows colour. `interval`: a signature gives every segment one.
+    """
 
     segments: bool = True
     width: int = 0
     colour: bool = False
+    interval: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ class Domain(NamedTuple):
     length: tuple[float, float]  # [m]
     payload: tuple[float, float] | None  # [kg]
     moves: Floats  # (m, 6) [m] start and end points
+    angles: Floats  # (m, 3) [rad] Rx, Ry, Rz of the tool, nan where not told
     near: float  # [m] how far a move of the recording is from the others, nine in ten
     far: float  # [m] how far a move from a start point that is left out is from the others, the median
 
@@ -83,7 +84,8 @@ class Domain(NamedTuple):
 def domain_of(moves: MoveSet) -> Domain:
     """The domain of measured moves."""
     places = points(moves)
-    kept = thinned(places, KEPT)
+    rows = spread_out(places, KEPT)
+    kept = places[rows]
     near = float(np.quantile(_nearest_other(kept), 0.9)) if len(kept) > 1 else 0.0
     far = _left_out_distance(moves, places)
     payload = moves.payload[np.isfinite(moves.payload)]
@@ -93,6 +95,7 @@ def domain_of(moves: MoveSet) -> Domain:
         (float(length.min()), float(length.max())),
         (float(payload.min()), float(payload.max())) if len(payload) else None,
         kept,
+        _angles(moves.rotation[rows]),
         near,
         max(far, near),
     )
@@ -114,17 +117,27 @@ def nearest(places: Floats, known: Floats) -> Floats:
     return result
 
 
-def thinned(places: Floats, count: int) -> Floats:
-    """At most `count` rows: each the farthest from those chosen before, so that the region stays covered."""
+def spread_out(places: Floats, count: int) -> NDArray[np.int64]:
+    """At most `count` row numbers, rising: each the farthest from those chosen before, so that all is covered."""
     if len(places) <= count:
-        return places
+        return np.arange(len(places), dtype=np.int64)
     chosen = np.empty(count, dtype=np.int64)
     chosen[0] = 0
     far = np.sum((places - places[0]) ** 2, axis=1)
     for i in range(1, count):
         chosen[i] = int(np.argmax(far))
         far = np.minimum(far, np.sum((places - places[chosen[i]]) ** 2, axis=1))
-    return np.asarray(places[np.sort(chosen)])
+    return np.asarray(np.sort(chosen))
+
+
+def _angles(rotation: Floats) -> Floats:
+    from olp.geometry import angles_from_rotation
+
+    result = np.full((len(rotation), 3), np.nan)
+    told = np.asarray(np.isfinite(rotation).all(axis=(1, 2)))
+    if told.any():
+        result[told] = angles_from_rotation(rotation[told])
+    return result
 
 
 def _nearest_other(places: Floats) -> Floats:
@@ -141,5 +154,6 @@ def _left_out_distance(moves: MoveSet, places: Floats) -> float:
     for label in np.unique(labels).tolist()[:50]:
         own = labels == label
         if not own.all():
-            found.append(float(np.median(nearest(places[own], thinned(places[~own], KEPT)))))
+            rest = places[~own]
+            found.append(float(np.median(nearest(places[own], rest[spread_out(rest, KEPT)]))))
     return float(np.median(found)) if found else 0.0

@@ -78,7 +78,7 @@ def to_json(signature: Signature) -> dict[str, Any]:
             "payload_kg": None if domain.payload is None else list(domain.payload),
             "near_mm": domain.near / mm,
             "far_mm": domain.far / mm,
-            "moves_mm": (domain.moves / mm).tolist(),
+            "moves_mm_deg": np.concatenate([domain.moves / mm, domain.angles / deg], axis=1).tolist(),
         },
         "held_out_percent": {name: s._asdict() for name, s in signature.compared.items()},
         "olp": signature.olp,
@@ -107,7 +107,8 @@ def _signature(content: dict[str, Any]) -> Signature:
         str(name): Parameter(p["value"], str(p["unit"]), p.get("sd"))
         for name, p in content["parameters"].items()
     }
-    places = np.array(domain["moves_mm"], dtype=np.float64).reshape(-1, 6) * mm
+    kept = np.array(domain["moves_mm_deg"], dtype=np.float64).reshape(-1, 9)
+    places, angles = kept[:, :6] * mm, kept[:, 6:] * deg
     if not len(places) or not np.isfinite(places).all():
         raise ValueError("domain without moves")
     return Signature(
@@ -131,6 +132,7 @@ def _signature(content: dict[str, Any]) -> Signature:
             _pair(domain["length_mm"], mm),
             None if domain["payload_kg"] is None else _pair(domain["payload_kg"], 1.0),
             places,
+            angles,
             float(domain["near_mm"]) * mm,
             float(domain["far_mm"]) * mm,
         ),

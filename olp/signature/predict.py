@@ -36,6 +36,18 @@ class Prediction:
     novelty: Floats  # (n,) [1] see Domain
     weight: Floats  # (n,) [m/s] seconds per slowness, widening included
 
+    def take(self, rows: NDArray[np.intp]) -> Prediction:
+        """The moves of these row numbers."""
+        return Prediction(
+            self.duration[rows],
+            self.low[rows],
+            self.high[rows],
+            self.acceleration[rows],
+            tuple(self.reasons[i] for i in rows.tolist()),
+            self.novelty[rows],
+            self.weight[rows],
+        )
+
     def total_half(self, signature: Signature, times: Floats | None = None) -> float:
         """[s] half-width of the interval of the sum; `times` (n,): how often each move runs."""
         often = np.ones(len(self.duration)) if times is None else times

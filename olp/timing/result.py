@@ -17,6 +17,8 @@ from olp.plan import Assumption, Plan, StepKind
 if TYPE_CHECKING:
     import pandas
 
+    from olp.timing.signed import Interval
+
 Floats = NDArray[np.float64]
 
 # Name, decimals shown: what a segment is told by.
@@ -66,6 +68,22 @@ class Timing:
     angle_deg: Floats
     assumptions: tuple[Assumption, ...]
     diagnostics: tuple[Diagnostic, ...]
+    interval: Interval | None = None  # with a signature: see olp/timing/signed.py
+
+    @property
+    def low_s(self) -> float | None:
+        """[s] The lower end of the 95 % interval of the total; None without a signature."""
+        return None if self.interval is None else self.interval.total_low
+
+    @property
+    def high_s(self) -> float | None:
+        """[s] The upper end."""
+        return None if self.interval is None else self.interval.total_high
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """COLUMNS, and with a signature the ends of each segment's interval."""
+        return COLUMNS if self.interval is None else (*COLUMNS, "low_s", "high_s")
 
     @property
     def end_s(self) -> Floats:
@@ -120,7 +138,11 @@ class Timing:
                 "file": text.path,
             }
             row.update({name: values[step] for name, values in numbers.items()})
-            yield {name: row[name] for name in COLUMNS}
+            segment = {name: row[name] for name in COLUMNS}
+            if self.interval is not None:
+                low, high = float(self.interval.low[step]), float(self.interval.high[step])
+                segment["low_s"], segment["high_s"] = (None if math.isnan(v) else v for v in (low, high))
+            yield segment
 
     def frame(self) -> pandas.DataFrame:
         """The segments as a table, units in the column names."""
@@ -135,7 +157,9 @@ class Timing:
             "file": [plan.sources[s].path for s in plan.source.tolist()],
         }
         columns.update({name: getattr(self, name) for name in _NUMBERS})
-        return pandas.DataFrame({name: columns[name] for name in COLUMNS})
+        if self.interval is not None:
+            columns.update(low_s=self.interval.low, high_s=self.interval.high)
+        return pandas.DataFrame({name: columns[name] for name in self.columns})
 
 
 _NUMBERS = (
