@@ -28,9 +28,11 @@ _SECTIONS: Final = ("robot", "robots", "inputs", "variables", "waits", "process"
 _WAIT_KEYS: Final = ("default_s", "pause_s")
 _POSITION_KEYS: Final = ("pulse", "joint_deg", "pose_mm_deg", "tool", "user", "frame")
 _FRAMES: Final = ("base", "robot", "user")
-_MOTION_KEYS: Final = ("model", "accel_mm_s2", *SETTINGS)
+_MOTION_WORDS: Final = ("model", "acceleration_law")
+_MOTION_KEYS: Final = (*_MOTION_WORDS, "accel_mm_s2", *SETTINGS)
 _MOTION_EXAMPLES: Final = {
     "model": 'model = "constant"',
+    "acceleration_law": 'acceleration_law = "by_pose"',
     "accel_mm_s2": "accel_mm_s2 = 3050",
     "override_pct": "override_pct = 50, at most 150",
 }
@@ -191,10 +193,10 @@ class _Reader:
         found: dict[str, str | float] = {}
         for key in _MOTION_KEYS:
             value = table.get(key)
-            if key == "model" and isinstance(value, str):
+            if key in _MOTION_WORDS and isinstance(value, str):
                 if self._is_model(value):
                     found[key] = value
-            elif key != "model" and _is_number(value) and _in_range(key, value):
+            elif key not in _MOTION_WORDS and _is_number(value) and _in_range(key, value):
                 found[key] = float(value)
             elif value is not None:
                 example = _MOTION_EXAMPLES.get(key, f"{key} = 0.004")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 from olp.diagnostic import Diagnostic, OlpError
@@ -14,6 +14,7 @@ from olp.report import Options, Part, load_report
 if TYPE_CHECKING:
     from olp.assumptions import Assumptions
     from olp.program import Program
+    from olp.signature import Signature
     from olp.timing import Timing
 
 # Below this many files starting the workers costs more than they save.
@@ -35,6 +36,8 @@ class Job:
     max_steps: int = 2_000_000
     cycles: int = 1
     override: float | None = None
+    acceleration_law: str | None = None
+    signature: str | None = None  # path of a signature file
 
 
 def time_files(
@@ -103,7 +106,8 @@ def time_program(program: Program, job: Job) -> Timing:
         cycles=job.cycles,
         max_steps=job.max_steps,
     )
-    return time_plan(plan, job.model, job.acceleration, job.override)
+    signature = _signature(job.signature)
+    return time_plan(plan, job.model, job.acceleration, job.override, job.acceleration_law, signature)
 
 
 def check_job(job: Job) -> None:
@@ -116,6 +120,11 @@ def check_job(job: Job) -> None:
         from olp.motion import load_model
 
         load_model(job.model)
+    _signature(job.signature)
+    if job.acceleration_law is not None:
+        from olp.acceleration import load_law
+
+        load_law(job.acceleration_law)
     if job.encoding is not None:
         from olp.reading import check_encoding
 
@@ -123,6 +132,15 @@ def check_job(job: Job) -> None:
     assumptions = _assumptions(job)
     if assumptions is not None and not os.path.exists(assumptions.path):
         raise OlpError(*assumptions.diagnostics)
+
+
+@lru_cache(maxsize=4)
+def _signature(path: str | None) -> Signature | None:
+    if path is None:
+        return None
+    from olp.signature import read_signature
+
+    return read_signature(path)
 
 
 def _assumptions(job: Job) -> Assumptions | None:

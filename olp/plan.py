@@ -5,6 +5,7 @@ Held in columns, because a CAM job has 100,000 moves; `Plan.steps()` gives the s
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import pandas
 
     from olp.robot import Robot
+    from olp.signature import Signature
 
 Floats = NDArray[np.float64]
 PATHS: tuple[Path, ...] = tuple(Path)
@@ -211,11 +213,23 @@ class Plan:
             float(moves.blend[row]),
         )
 
-    def time(self, model: str | None = None, signature: object = None, **options: float) -> pandas.DataFrame:
+    def time(
+        self,
+        model: str | None = None,
+        signature: Signature | str | os.PathLike[str] | None = None,
+        acceleration_law: str | None = None,
+        **options: float,
+    ) -> pandas.DataFrame:
         """Seconds per step: one row per segment, wait or signal, with the column names of `olp time --format json`.
 
-        Raises OlpError for an unknown model.
+        `signature`: one that was read, or its file. Raises OlpError for an unknown model or law, and for a signature
+        that is none or of another robot.
         """
         from olp.timing import time_plan
 
-        return time_plan(self, model=model, **options).frame()
+        if isinstance(signature, str | os.PathLike):
+            from olp.signature import read_signature
+
+            signature = read_signature(os.fspath(signature))
+        law = acceleration_law
+        return time_plan(self, model=model, acceleration_law=law, signature=signature, **options).frame()

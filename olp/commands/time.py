@@ -57,10 +57,18 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
         help="acceleration of linear moves in mm/s² (default: the robot's)",
     )
     parser.add_argument(
+        "--accel-law",
+        metavar="L",
+        help="what an axis can do: constant, time_constant, by_pose or torque (default: constant)",
+    )
+    parser.add_argument(
         "--override",
         type=positive,
         metavar="PCT",
         help="speed override in percent, a factor on V= and VJ= (default: 100)",
+    )
+    parser.add_argument(
+        "--signature", metavar="FILE", help="the robot's timing signature, made by olp calibrate"
     )
     parser.add_argument("--assumptions", metavar="FILE", help="an olp.toml (default: the nearest one)")
     parser.add_argument("--encoding", metavar="E", help="of the program text (default: guessed)")
@@ -121,7 +129,9 @@ def job_of(args: Namespace, count: int) -> Job:
     segments = not getattr(args, "summary", False) and (count == 1 or args.segments or report != "text")
     job = Job(
         format=report,
-        options=Options(segments, *terminal(args) if report == "text" else ()),
+        options=Options(
+            segments, *(terminal(args) if report == "text" else (0, False)), interval=args.signature is not None
+        ),
         robot=args.robot,
         model=args.model,
         acceleration=None if args.accel is None else args.accel * 1e-3,
@@ -130,6 +140,8 @@ def job_of(args: Namespace, count: int) -> Job:
         max_steps=args.max_steps,
         override=None if args.override is None else args.override * 1e-2,
         cycles=args.cycles,
+        acceleration_law=args.accel_law,
+        signature=args.signature,
     )
     check_job(job)
     return job

@@ -18,7 +18,7 @@ _MOST_NAMED = 6
 def missing_robots(m: Machine, plan: Plan) -> list[Diagnostic]:
     """One finding per thing that leaves positions unknown, with what would help."""
     found = [_finding(m, gap) for gap in m.world.cell.gaps.values() if gap.unusable]
-    return found + _joint_moves_without_axes(m, plan)
+    return found + _moves_without_axes(m, plan)
 
 
 def _finding(m: Machine, gap: Gap) -> Diagnostic:
@@ -57,8 +57,8 @@ def _candidates(m: Machine, name: str) -> str:
     return "olp robots lists them"
 
 
-def _joint_moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
-    """Joint moves to poses whose axes are unknown: they cannot be timed."""
+def _moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
+    """Moves to poses out of reach; without a robot joint moves to poses, which cannot be timed."""
     moves = plan.moves
     joint = moves.path == PATHS.index(Path.JOINT)
     findings = []
@@ -68,7 +68,7 @@ def _joint_moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
             continue
         if f"{ROBOT_GAP}{mechanism.name}" in m.world.cell.gaps:  # told already
             continue
-        rows = np.nonzero(joint & (moves.mechanism == index))[0]
+        rows = np.nonzero((moves.mechanism == index) & (joint if robot is None else True))[0]
         width = len(robot.axes) if robot is not None else 6
         target = moves.target[rows]
         lost = np.isnan(plan.positions.axes[target, :width]).any(axis=1)
@@ -86,7 +86,7 @@ def _lost(
     source, line = plan.sources[int(plan.source[step])], int(plan.line[step])
     text = source.line(line)
     span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-    count = f"{len(rows)} joint move{'s' if len(rows) > 1 else ''}"
+    count = f"{len(rows)} {'joint ' if no_robot else ''}move{'s' if len(rows) > 1 else ''}"
     if no_robot:
         says = f"{count} to Cartesian points, the first one here: they need the robot {name}"
         return error("I003", says, span, file=source.path, help=_remedy(m, name), source_line=text)

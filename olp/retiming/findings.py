@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-
 import numpy as np
-from numpy.typing import NDArray
 
-from olp.diagnostic import Diagnostic, Span, warning
-from olp.plan import Plan, StepKind
+from olp.diagnostic import Diagnostic, warning
+from olp.plan import Plan
+from olp.plan_findings import of_rows
 from olp.retiming.limits import PathLimits
 from olp.units import deg, mm
 
@@ -16,7 +14,7 @@ _MANNERS = ("a straight wrist", "a stretched arm", "a wrist above axis S")
 
 
 def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
-    """One warning per kind of trouble, at its first line, counting the others."""
+    """One warning per file and kind of trouble, at its first line, counting the others."""
     moves = plan.moves
 
     def lost(row: int) -> tuple[str, str]:
@@ -44,30 +42,16 @@ def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
         )
 
     found = [
-        _told(plan, "L103", ~np.isnan(limits.lost), lost),
-        _told(plan, "L104", limits.outside >= 0, outside),
-        _told(plan, "L105", limits.singular >= 0, singular),
+        ("L103", ~np.isnan(limits.lost), lost),
+        ("L104", limits.outside >= 0, outside),
+        ("L105", limits.singular >= 0, singular),
     ]
-    return tuple(d for part in found for d in part)
-
-
-def _told(
-    plan: Plan, code: str, where: NDArray[np.bool_], says: Callable[[int], tuple[str, str]]
-) -> Iterator[Diagnostic]:
-    rows = np.flatnonzero(where)
-    if not len(rows):
-        return
-    steps = np.flatnonzero(plan.kind == StepKind.MOVE)
-    owners = steps[np.searchsorted(plan.row[steps], rows, side="right") - 1]
-    lines = {(int(plan.source[s]), int(plan.line[s])) for s in owners.tolist()}
-    source, line = plan.sources[int(plan.source[owners[0]])], int(plan.line[owners[0]])
-    text = source.line(line)
-    message, help_ = says(int(rows[0]))
-    more = len(lines) - 1
-    if more:
-        message += f" (and {more} more lines)" if more > 1 else " (and 1 more line)"
-    span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-    yield warning(code, message, span, file=source.path, source_line=text, help=help_)
+    told: list[Diagnostic] = []
+    for code, where, says in found:
+        rows = np.flatnonzero(where)
+        if len(rows):
+            told += of_rows(plan, rows, warning, code, *says(int(rows[0])))
+    return tuple(told)
 
 
 def _name(plan: Plan, row: int) -> str:

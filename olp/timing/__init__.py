@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnostic import Diagnostic, Span, error
+from olp.acceleration import load_law
+from olp.diagnostic import Diagnostic, OlpError, error
 from olp.effects import Effects, effects_of, settling_of
 from olp.motion import Profile, load_model
 from olp.plan import PATHS, Assumption, Plan, StepKind
+from olp.plan_findings import of_rows
 from olp.program import Path
-from olp.source import Source
+from olp.timing.accelerations import Limits, filter_time
 from olp.timing.additions import Additions, additions
 from olp.timing.chain import Chain, chain
-from olp.timing.demand import Demand, Limits, demand
+from olp.timing.demand import Demand, demand
 from olp.timing.inferred import report_inferred
+from olp.timing.oddities import oddities
 from olp.timing.result import COLUMNS, RowTimes, Timing
+from olp.timing.signed import Signed, interval, sign
 from olp.units import deg, mm, percent
+
+if TYPE_CHECKING:
+    from olp.signature import Signature
 
 __all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
 
 DEFAULT_MODEL = "constant"
+DEFAULT_LAW = "constant"
 Floats = NDArray[np.float64]
 
 
@@ -31,24 +40,34 @@ def time_plan(
     model: str | None = None,
     acceleration: float | None = None,
     override: float | None = None,
+    acceleration_law: str | None = None,
+    signature: Signature | None = None,
     **parameters: float,
 ) -> Timing:
     """Times every step of `plan`.
 
-    `model`, `acceleration` [m/s²] of linear moves and the speed `override` [1] beat olp.toml, which beats the robot;
-    `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a diagnostic. Raises OlpError
-    for an unknown model or parameter, and for an override that no controller has.
+    `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` beat olp.toml,
+    which beats the robot; `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a
+    diagnostic. Raises OlpError for an unknown model, law or parameter, and for an override that no controller has.
+    `signature`: times the straight moves it knows, with an interval; what it learnt holds the settling at their ends.
+    It holds for constant acceleration only (H013).
     """
     settings = plan.settings
+    if signature is not None:
+        model = _model_of_signature(model)
     chosen = load_model(model or str(settings.get("model", DEFAULT_MODEL)))
     if acceleration is None and "accel_mm_s2" in settings:
         acceleration = float(settings["accel_mm_s2"]) * mm
     assumed: dict[str, Assumption] = {}
-    limits = Limits(acceleration, lambda says: assumed.setdefault(says, Assumption(0, says)) and None)
+    law = load_law(acceleration_law or str(settings.get("acceleration_law", DEFAULT_LAW)))
+    limits = Limits(acceleration, lambda says: assumed.setdefault(says, Assumption(0, says)) and None, law)
     effects = effects_of(settings, override)
     for says in effects.told:
         limits.report(says)
+    if law.name != DEFAULT_LAW:
+        limits.report(f"{law.name} acceleration law: {law.summary}")
     wanted = demand(_at_override(plan, effects.override), limits)
+    signed = None if signature is None else sign(plan, wanted, signature, limits.report)
     joined = chain(plan, wanted)
     profile = chosen.profile(
         np.where(wanted.unknown, 0.0, wanted.length),
@@ -60,14 +79,25 @@ def time_plan(
         **parameters,
     )
     report_inferred(plan, wanted.length > 0, limits.report)
-    durations = _durations(plan, wanted, joined, profile, limits, effects)
+    durations = _durations(plan, wanted, joined, profile, limits, effects, signed)
     timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects)
-    problems = _problems(plan, wanted, durations)
+    if signed is not None:
+        stops = joined.exact_stop & (joined.start_speed == 0) & (joined.end_speed == 0)
+        timing = replace(timing, interval=interval(plan, signed, timing.duration_s, stops, limits.report))
+    problems = [*_problems(plan, wanted, durations), *oddities(plan, wanted)]
     return replace(
         timing,
         assumptions=(*plan.assumptions, *assumed.values()),
         diagnostics=(*plan.diagnostics, *wanted.diagnostics, *problems),
     )
+
+
+def _model_of_signature(model: str | None) -> str:
+    """The motion model that 1/a of equation 6.1 belongs to. Raises OlpError (H013) when another one was asked for."""
+    if model not in (None, DEFAULT_MODEL):
+        says = f"a signature holds for the constant acceleration model, not for {model}"
+        raise OlpError(error("H013", says, help="leave out --model, or --signature"))
+    return DEFAULT_MODEL
 
 
 def _at_override(plan: Plan, override: float) -> Plan:
@@ -81,13 +111,24 @@ def _at_override(plan: Plan, override: float) -> Plan:
 
 
 def _durations(
-    plan: Plan, wanted: Demand, joined: Chain, profile: Profile, limits: Limits, effects: Effects
+    plan: Plan,
+    wanted: Demand,
+    joined: Chain,
+    profile: Profile,
+    limits: Limits,
+    effects: Effects,
+    signed: Signed | None,
 ) -> Floats:
     """[s] per row of Moves; nan where unknown."""
     settling, assumed = settling_of(effects, plan.robot)
-    if assumed and joined.exact_stop.any():
+    stops = joined.exact_stop.copy()
+    if signed is not None:
+        stops[signed.rows] = False  # measured times end when the arm stands still
+    if assumed and stops.any():
         limits.report(assumed)
-    duration = profile.duration - joined.saving + np.where(joined.exact_stop, settling, 0.0)
+    # What an exact stop was measured to cost holds the filter's time, which the law has counted already.
+    settling = max(0.0, settling - filter_time(plan, limits))
+    duration = profile.duration - joined.saving + np.where(stops, settling, 0.0)
     return np.where(wanted.unknown, np.nan, np.maximum(duration, 0.0))
 
 
@@ -203,25 +244,17 @@ def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
         return []
     from olp.interpreter.robots import ROBOT_IS_ASKED_FOR
 
-    is_move = np.nonzero(plan.kind == StepKind.MOVE)[0]
-    owner = np.searchsorted(plan.row[is_move], bad, side="right") - 1
-    lines: dict[tuple[int, str, str], dict[int, None]] = {}
+    reasons: dict[tuple[str, str], list[int]] = {}
     robot_asked_for = any(d.code in ROBOT_IS_ASKED_FOR for d in plan.diagnostics)
-    for step, row in zip(is_move[owner].tolist(), bad.tolist(), strict=True):
+    for row in bad.tolist():
         if robot_asked_for and plan.robots[int(plan.moves.mechanism[row])] is None:
             continue
-        key = int(plan.source[step]), *_why(plan, wanted, row)
-        lines.setdefault(key, {})[int(plan.line[step])] = None
-    return [_problem(plan.sources[s], says, how, list(found)) for (s, says, how), found in lines.items()]
-
-
-def _problem(source: Source, says: str, how: str, lines: list[int]) -> Diagnostic:
-    line, more = lines[0], len(lines) - 1
-    text = source.line(line)
-    span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-    if more:
-        says += " (and once more)" if more == 1 else f" (and in {more} more lines)"
-    return error("T101", says, span, file=source.path, source_line=text, help=how)
+        reasons.setdefault(_why(plan, wanted, row), []).append(row)
+    return [
+        finding
+        for (says, how), found in reasons.items()
+        for finding in of_rows(plan, np.array(found), error, "T101", says, how)
+    ]
 
 
 def _why(plan: Plan, wanted: Demand, row: int) -> tuple[str, str]:

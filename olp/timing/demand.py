@@ -6,7 +6,6 @@ so that neighbours of different kinds can be chained.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from olp.diagnostic import Diagnostic
 from olp.plan import PATHS, Moves, Plan
 from olp.program import Path
+from olp.timing.accelerations import DEFAULT_ACCELERATION_TIME, Limits, of_axes, of_lines
 from olp.timing.slowing import slow_down
 from olp.units import deg
 
@@ -22,18 +22,9 @@ Floats = NDArray[np.float64]
 _JOINT = PATHS.index(Path.JOINT)
 _NOTHING = 1e-9  # [m] or [rad]: below this nothing moves
 
-# Used where the robot file says nothing; each use is reported as an assumption.
-DEFAULT_LINEAR_ACCELERATION = 3.05  # [m/s²] MA2010 on a DX200, five corner runs at 50 to 800 mm/s
-DEFAULT_ACCELERATION_TIME = 0.3  # [s] to rated axis speed: middle of the times in five published backups
-DEFAULT_TURN_SPEED = 180.0 * deg  # [rad/s] of the tool's orientation
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Accelerations and speeds to use. `report` is called with what had to be assumed."""
-
-    linear_acceleration: float | None  # [m/s²]
-    report: Callable[[str], None]
+DEFAULT_TURN_SPEED = (
+    180.0 * deg
+)  # [rad/s] of the tool's orientation; assumed where no robot is known, and reported
 
 
 @dataclass(slots=True)
@@ -94,19 +85,14 @@ def demand(plan: Plan, limits: Limits) -> Demand:
 def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, out: Demand) -> None:
     """Lines, arcs and splines: the slower of travelling and turning."""
     length, angle = moves.length[rows], np.nan_to_num(moves.angle[rows])
-    acceleration = limits.linear_acceleration or (plan.robot.linear_acceleration if plan.robot else None)
-    if acceleration is None:
-        acceleration = DEFAULT_LINEAR_ACCELERATION
-        limits.report(
-            f"the acceleration of linear moves is not known: {acceleration * 1e3:g} mm/s² (a measured MA2010)"
-        )
     speed = moves.travel[rows].copy()
     turn_limit, turn_acceleration = _turn_limits(plan)
     turn = np.where(np.isnan(moves.turn[rows]), turn_limit, moves.turn[rows])
     by_turn = np.isnan(speed) & ~np.isnan(moves.turn[rows])
     speed[by_turn] = np.inf
+    up, down = of_lines(plan, rows, speed, limits)
     with np.errstate(divide="ignore", invalid="ignore"):
-        travel_time = _rest_to_rest(length, speed, acceleration)
+        travel_time = _rest_to_rest(length, speed, up)
         turn_time = _rest_to_rest(angle, turn, turn_acceleration)
         turning = (angle > _NOTHING) & ((turn_time > travel_time) | by_turn | (length <= _NOTHING))
         scale = np.where(length > _NOTHING, length / angle, 1.0)
@@ -116,9 +102,9 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, ou
         turning, np.minimum(turn * scale, np.where(length > _NOTHING, speed, np.inf)), speed
     )
     # While the tool turns its point still travels, and may not accelerate harder than on a plain line.
-    travelling = np.where(length > _NOTHING, acceleration, np.inf)
-    accelerations = np.where(turning, np.minimum(turn_acceleration * scale, travelling), acceleration)
-    out.acceleration[rows] = out.deceleration[rows] = accelerations
+    for column, push in ((out.acceleration, up), (out.deceleration, down)):
+        travelling = np.where(length > _NOTHING, push, np.inf)
+        column[rows] = np.where(turning, np.minimum(turn_acceleration * scale, travelling), push)
     out.rule[rows] = turning
     out.unknown[rows] = np.isnan(length) | (np.isnan(out.speed[rows]) & (out.length[rows] > _NOTHING))
     if (turning & np.isnan(moves.turn[rows])).any():
@@ -156,16 +142,9 @@ def _axes(
     axes = plan.positions.axes[:, : len(robot.axes)]
     distance = np.abs(axes[moves.target[rows]] - axes[moves.start[rows]])
     speed = moves.fraction[rows, None] * robot.speeds
-    acceleration = robot.accelerations
-    if np.isnan(acceleration).any():
-        limits.report(
-            f"accelerations of some axes of {robot.name} are not known: "
-            f"{DEFAULT_ACCELERATION_TIME:g} s to rated speed"
-        )
-        acceleration = np.where(
-            np.isnan(acceleration), robot.speeds / DEFAULT_ACCELERATION_TIME, acceleration
-        )
-    time = _rest_to_rest(distance, speed, np.broadcast_to(acceleration, distance.shape))
+    up, down = of_axes(plan, robot, rows, moves.fraction[rows], limits)
+    up, down = np.broadcast_to(up, distance.shape), np.broadcast_to(down, distance.shape)
+    time = _rest_to_rest(distance, speed, up, down)
     out.unknown[rows] = np.isnan(time).any(axis=1) | np.isnan(moves.fraction[rows])
     slowest = np.argmax(np.nan_to_num(time), axis=1)
     pick = np.arange(len(rows)), slowest
@@ -177,7 +156,7 @@ def _axes(
     out.metric[rows] = metric
     out.length[rows] = np.where(metric, length, turned)
     out.speed[rows] = speed[pick] * scale
-    out.acceleration[rows] = out.deceleration[rows] = acceleration[slowest] * scale
+    out.acceleration[rows], out.deceleration[rows] = up[pick] * scale, down[pick] * scale
     first = len(names)
     names.extend(
         f"axis {axis}" if name.startswith("R") else f"{name} axis {axis}" for axis in robot.axis_names
@@ -185,9 +164,13 @@ def _axes(
     out.rule[rows] = first + slowest
 
 
-def _rest_to_rest(distance: Floats, speed: Floats, acceleration: Floats | float) -> Floats:
+def _rest_to_rest(
+    distance: Floats, speed: Floats, up: Floats | float, down: Floats | float | None = None
+) -> Floats:
     """[s] from rest to rest at constant acceleration; only to find out which of several demands is the slowest."""
     with np.errstate(divide="ignore", invalid="ignore"):
+        # Of two rates the one that takes both their times, 2/a = 1/up + 1/down, gives the same duration.
+        acceleration = up if down is None else 2.0 / (1.0 / up + 1.0 / down)
         time: Floats = np.where(
             distance * acceleration >= speed * speed,
             distance / speed + speed / acceleration,

@@ -10,7 +10,8 @@ from olp.diagnostic import Diagnostic
 from olp.plan import Plan
 
 if TYPE_CHECKING:
-    from olp.timing.demand import Demand, Limits
+    from olp.timing.accelerations import Limits
+    from olp.timing.demand import Demand
 
 
 def slow_down(plan: Plan, limits: Limits, out: Demand, names: list[str]) -> tuple[Diagnostic, ...]:

@@ -1,0 +1,94 @@
+"""Moves that are timed, but hardly as whoever wrote them meant: told at the first of them, the others counted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import Diagnostic, info, warning
+from olp.interpreter.paths import circle
+from olp.plan import PATHS, BlendCode, Plan, StepKind
+from olp.plan_findings import of_rows
+from olp.program import Path
+from olp.timing.demand import Demand
+from olp.units import mm
+
+_CIRCULAR = PATHS.index(Path.CIRCULAR)
+_NOTHING = 1e-9  # [m] or [rad]: below this nothing moves
+
+
+def oddities(plan: Plan, wanted: Demand) -> list[Diagnostic]:
+    """T102 moves to where the arm stands, T103 circular moves that are lines, T104 zones longer than a move."""
+    return [*_nowhere(plan, wanted), *_no_circle(plan), *_long_zones(plan, wanted)]
+
+
+def _nowhere(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
+    moves = plan.moves
+    still = (wanted.length <= _NOTHING) & ~wanted.unknown
+    still[np.unique(moves.mechanism, return_index=True)[1]] = (
+        False  # of the first move nobody knows the start
+    )
+    first = plan.row[plan.kind == StepKind.MOVE]
+    rows = first[np.logical_and.reduceat(still, first)] if len(first) else first
+    says = "the arm stands at the target of this move already: it takes no time"
+    yield from of_rows(plan, rows, info, "T102", says, "leave it out, or correct its point")
+
+
+def _no_circle(plan: Plan) -> Iterator[Diagnostic]:
+    moves = plan.moves
+    rows = np.flatnonzero((moves.path == _CIRCULAR) & (moves.length > _NOTHING))
+    if not len(rows):
+        return
+    point, arcs = plan.positions.position, rows[moves.via[rows] >= 0]
+    _, radius, _ = circle(*(point[at[arcs]] for at in (moves.start, moves.target, moves.via)))
+    says = "the three points of this arc lie on a line, or two of them are one: it is timed as a line"
+    how = "move the middle point off the line, or write a linear move"
+    yield from of_rows(plan, arcs[np.isinf(radius)], warning, "T103", says, how)
+    after = _following(moves.mechanism)
+    on_arc = (moves.path == _CIRCULAR) & (moves.via >= 0)
+    lines = rows[moves.via[rows] < 0]
+    alone = lines[(after[lines] < 0) | ~on_arc[after[lines]]]
+    says = "this circular move has no two others beside it to make an arc with: it is timed as a line"
+    yield from of_rows(
+        plan, alone, warning, "T103", says, "an arc takes three circular moves, the first to where it begins"
+    )
+
+
+def _long_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
+    """A zone is cut to half of the shorter neighbour, as controllers do; one longer than a whole move is told."""
+    moves = plan.moves
+    zoned = np.flatnonzero(moves.blend_code == BlendCode.ZONE)
+    if not len(zoned):
+        return
+    after = _following(moves.mechanism)[zoned]
+    zoned, after = zoned[after >= 0], after[after >= 0]
+    travels = wanted.metric & ~wanted.unknown & (wanted.length > _NOTHING)
+    both = travels[zoned] & travels[after]
+    zoned, after = zoned[both], after[both]
+    shorter = np.minimum(wanted.length[zoned], wanted.length[after])
+    long = moves.blend[zoned] > shorter * (1 + 1e-9)
+    rows = zoned[long]
+    if len(rows):
+        zone, cut = moves.blend[rows[0]] / mm, shorter[long][0] / 2 / mm
+        says = (
+            f"the corner's zone of {zone:g} mm is longer than the shorter of its moves: {cut:.3g} mm are used"
+        )
+        yield from of_rows(
+            plan,
+            rows,
+            warning,
+            "T104",
+            says,
+            "a zone ends at half of the shorter move; a lower position level changes nothing",
+        )
+
+
+def _following(mechanism: NDArray[np.int16]) -> NDArray[np.intp]:
+    """(m,): the next row of the same mechanism, -1 for its last."""
+    result = np.full(len(mechanism), -1, dtype=np.intp)
+    for index in np.unique(mechanism):
+        rows = np.flatnonzero(mechanism == index)
+        result[rows[:-1]] = rows[1:]
+    return result
