@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable
+from functools import cache
 from typing import Any, TypeVar, cast
 
 from olp.diagnostic import OlpError, error
@@ -12,6 +13,7 @@ from olp.diagnostic import OlpError, error
 Base = TypeVar("Base")
 
 
+@cache
 def file_names(base: type) -> tuple[str, ...]:
     """The modules beside that of `base`, sorted, without loading them; not those that begin with _."""
     package, _, home = base.__module__.rpartition(".")

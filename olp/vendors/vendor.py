@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cache
 from importlib import import_module
 from typing import ClassVar
 
@@ -37,7 +36,6 @@ class Vendor(ABC):
         """The program. Never raises on bad text: what is wrong stands in `Program.diagnostics`."""
 
 
-@cache
 def vendor_names() -> tuple[str, ...]:
     """The names of all vendors, sorted."""
     return file_names(Vendor)
