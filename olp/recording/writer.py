@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.files import write_output
-from olp.recording.columns import KINDS, LOG_POINT, LOG_TURN, POINTS, TURNS
+from olp.recording.columns import KINDS, LOG_POINT, LOG_TURN, POINTS, TURNS, move_axis
 from olp.recording.log import Log
 from olp.recording.moves import Floats, RecordedMoves
 from olp.recording.settings import FILE_NAME, Settings
@@ -42,12 +42,23 @@ def write_recording(
 
 def moves_csv(moves: RecordedMoves) -> str:
     """The text of moves.csv: the columns that say something, in the contract's order."""
-    columns = {name: cells for name, cells in _columns(moves) if name in _REQUIRED or any(cells)}
+    columns = dict(_columns(moves))
+    said = {_group(name) for name, cells in columns.items() if name in _REQUIRED or any(cells)}
+    columns = {name: cells for name, cells in columns.items() if _group(name) in said}
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*columns.values(), strict=True))
     return table.getvalue()
+
+
+def _group(name: str) -> str:
+    """What has to be written together: a point is there with all its numbers, a way with both its ends."""
+    if name in (*POINTS["start"], *POINTS["end"]):
+        return "points"
+    if move_axis(name):
+        return "joints"
+    return next((group[0] for group in (POINTS["via"], *TURNS.values()) if name in group), name)
 
 
 def _columns(moves: RecordedMoves) -> Iterable[tuple[str, list[str]]]:
