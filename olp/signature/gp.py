@@ -1,13 +1,12 @@
-"""A Gaussian process: smooth functions of a few groups of coordinates, with noise that bears outliers.
+"""A Gaussian process: a sum of smooth functions, each of some groups of coordinates, with noise that bears outliers.
 
-Covariance s² m(d) with m the Matérn 5/2 function and d² the sum over groups of (distance / length)²;
-C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning
-(MIT Press 2006), equations 4.17, 5.8, 5.9.
+The covariance of each part is s² m(d) with m the Matérn 5/2 function and d² the sum over its groups of (distance /
+length)²; C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (MIT Press 2006), equations
+4.17, 5.8, 5.9.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,76 +20,102 @@ _ROOT5 = np.sqrt(5.0)
 # [standard deviations] Beyond this a value's noise is taken as larger, the further the more; rounds of that.
 _OUTLIER, _ROUNDS = 4.0, 2
 _JITTER = 1e-8
+_BLOCK = 4096
+
+# Coordinates (n, k) of every group of every part.
+Places = tuple[tuple[Floats, ...], ...]
 
 
-class Prior(NamedTuple):
-    """Log-normal beliefs of scale, lengths and noise: middle value and spread of the logarithm."""
+class Belief(NamedTuple):
+    """Log-normal: a middle value and the spread of the logarithm."""
 
-    scale: tuple[float, float]
-    lengths: tuple[tuple[float, float], ...]
-    noise: tuple[float, float]
+    middle: float
+    spread: float
 
-    @property
-    def middle(self) -> Floats:
-        return np.log([self.scale[0], *(m for m, _ in self.lengths), self.noise[0]])
 
-    @property
-    def spread(self) -> Floats:
-        return np.array([self.scale[1], *(s for _, s in self.lengths), self.noise[1]])
+class Part(NamedTuple):
+    """One smooth function: its size, and its length in each group of coordinates."""
+
+    scale: Belief
+    lengths: tuple[Belief, ...]
+
+
+class Fitted(NamedTuple):
+    scale: float
+    lengths: tuple[float, ...]
 
 
 class Process(NamedTuple):
-    """What was learnt: values are those at `places`, less nothing."""
+    """What was learnt of n values at `places`."""
 
-    scale: float
-    lengths: tuple[float, ...]
+    parts: tuple[Fitted, ...]
     noise: float
-    places: tuple[Floats, ...]  # one (n, k) array per group
+    places: Places
     weights: Floats  # (n,) inverse covariance times values
-    extra: Floats  # (n,) variance of each value's noise
+    variances: Floats  # (n,) of each value's noise
 
 
-def learn(places: tuple[Floats, ...], values: Floats, prior: Prior, floor: float = 0.0) -> Process:
-    """The most probable scale, lengths and noise (not below `floor`), with outliers set apart, and the weights."""
-    squares = [_squares(p, p) for p in places]
-    extra = np.ones(len(values))
-    theta = prior.middle
+def learn(places: Places, values: Floats, parts: tuple[Part, ...], noise: Belief) -> Process:
+    """The most probable scales, lengths and noise, with outliers set apart, and the weights."""
+    squares = _squares(places, places)
+    beliefs = [b for part in parts for b in (part.scale, *part.lengths)] + [noise]
+    middle = np.log([b.middle for b in beliefs])
+    spread = np.array([b.spread for b in beliefs])
+    extra, theta = np.ones(len(values)), middle
     for turn in range(_ROUNDS):
         share = extra
-        theta = minimise(lambda t: _cost(t, squares, values, share, prior), theta, 40 if turn == 0 else 12)  # noqa: B023
-        noise = max(float(np.exp(theta[-1])), floor)
-        inverse = np.linalg.inv(_covariance(theta, squares)[0] + np.diag(noise**2 * extra))
-        spread = np.sqrt(1.0 / np.diag(inverse))
-        left_out = (inverse @ values) / np.diag(inverse)
-        # The value's own inflated noise must not excuse it.
-        plain = np.sqrt(np.maximum(spread**2 - noise**2 * (extra - 1.0), noise**2))
-        extra = np.maximum(1.0, np.abs(left_out) / plain / _OUTLIER) ** 2
-    noise = max(float(np.exp(theta[-1])), floor)
-    matrix = _covariance(theta, squares)[0] + np.diag(noise**2 * extra)
-    weights = np.asarray(np.linalg.solve(matrix, values))
-    lengths = tuple(float(v) for v in np.exp(theta[1:-1]))
-    variances = np.asarray(noise**2 * extra, dtype=np.float64)
-    return Process(float(np.exp(theta[0])), lengths, noise, places, weights, variances)
+
+        def cost(t: Floats, share: Floats = share) -> tuple[float, Floats]:
+            value, slope = _cost(t, squares, values, share)
+            off = (t - middle) / spread
+            return value + 0.5 * float(off @ off), slope + off / spread
+
+        theta = minimise(cost, theta, 40 if turn == 0 else 10)
+        extra = _extra(theta, squares, values, extra)
+    fitted = _fitted(theta, squares)
+    size = float(np.exp(theta[-1]))
+    variances = np.asarray(size**2 * extra, dtype=np.float64)
+    matrix = sum(_covariances(fitted, squares)) + np.diag(variances)
+    return Process(fitted, size, places, np.asarray(np.linalg.solve(matrix, values)), variances)
 
 
-def answer(process: Process, places: tuple[Floats, ...]) -> tuple[Floats, Floats]:
+def answer(process: Process, places: Places) -> tuple[Floats, Floats]:
     """Mean and standard deviation (n,) at new places; the noise is not in the standard deviation."""
-    theta = np.log([process.scale, *process.lengths, process.noise])
-    cross = _covariance(theta, [_squares(a, b) for a, b in zip(places, process.places, strict=True)])[0]
-    own = _covariance(theta, [_squares(p, p) for p in process.places])[0] + np.diag(process.extra)
-    solved = np.linalg.solve(own, cross.T)
-    variance = process.scale**2 - np.sum(cross * solved.T, axis=1)
-    return np.asarray(cross @ process.weights), np.sqrt(np.maximum(variance, 0.0))
+    own = sum(_covariances(process.parts, _squares(process.places, process.places))) + np.diag(
+        process.variances
+    )
+    factor = np.linalg.cholesky(own)
+    whole = sum(part.scale**2 for part in process.parts)
+    count = len(places[0][0])
+    mean, doubt = np.empty(count), np.empty(count)
+    for begin in range(0, count, _BLOCK):
+        rows = slice(begin, begin + _BLOCK)
+        asked = tuple(tuple(group[rows] for group in part) for part in places)
+        cross = sum(_covariances(process.parts, _squares(asked, process.places)))
+        mean[rows] = cross @ process.weights
+        solved = np.linalg.solve(factor, np.asarray(cross).T)
+        doubt[rows] = np.sqrt(np.maximum(whole - np.sum(solved**2, axis=0), 0.0))
+    return mean, doubt
 
 
-def _cost(
-    theta: Floats, squares: Sequence[Floats], values: Floats, extra: Floats, prior: Prior
-) -> tuple[float, Floats]:
-    """Minus the logarithm of the posterior density of the logarithms, and its gradient (5.8, 5.9)."""
-    covariance, slopes = _covariance(theta, squares, slopes=True)
+def _extra(theta: Floats, squares: list[list[Floats]], values: Floats, extra: Floats) -> Floats:
+    """How many times the common variance each value's noise has: 1, and more for those the others do not foresee."""
+    noise = float(np.exp(2 * theta[-1]))
+    inverse = np.linalg.inv(sum(_covariances(_fitted(theta, squares), squares)) + np.diag(noise * extra))
+    left_out = (inverse @ values) / np.diag(inverse)
+    # The value's own inflated noise must not excuse it.
+    plain = np.sqrt(np.maximum(1.0 / np.diag(inverse) - noise * (extra - 1.0), noise))
+    return np.asarray(np.maximum(1.0, np.abs(left_out) / plain / _OUTLIER) ** 2)
+
+
+def _cost(theta: Floats, squares: list[list[Floats]], values: Floats, extra: Floats) -> tuple[float, Floats]:
+    """Minus the logarithm of the marginal likelihood, and its gradient along the logarithms (5.8, 5.9)."""
+    fitted = _fitted(theta, squares)
+    covariances = _covariances(fitted, squares)
+    whole = np.asarray(sum(covariances))
     noise = np.exp(2 * theta[-1]) * extra
     try:
-        factor = np.linalg.cholesky(covariance + np.diag(noise + _JITTER * np.exp(2 * theta[0])))
+        factor = np.linalg.cholesky(whole + np.diag(noise + _JITTER * float(whole[0, 0])))
     except np.linalg.LinAlgError:
         return np.inf, np.zeros_like(theta)
     inverse_factor = np.linalg.solve(factor, np.eye(len(values)))
@@ -98,24 +123,53 @@ def _cost(
     weights = inverse @ values
     cost = 0.5 * float(values @ weights) + float(np.log(np.diag(factor)).sum())
     inner = inverse - np.outer(weights, weights)
-    gradient = [float(np.sum(inner * covariance)), *(0.5 * float(np.sum(inner * s)) for s in slopes)]
+    gradient = []
+    for part, own, groups in zip(fitted, covariances, squares, strict=True):
+        gradient.append(float(np.sum(inner * own)))
+        common = inner * _steepness(part, groups)
+        gradient += [
+            0.5 * float(np.sum(common * square)) / length**2
+            for square, length in zip(groups, part.lengths, strict=True)
+        ]
     gradient.append(float(np.sum(np.diag(inner) * noise)))
-    off = (theta - prior.middle) / prior.spread
-    return cost + 0.5 * float(off @ off), np.array(gradient) + off / prior.spread
+    return cost, np.array(gradient)
 
 
-def _covariance(
-    theta: Floats, squares: Sequence[Floats], slopes: bool = False
-) -> tuple[Floats, list[Floats]]:
-    """The covariance, and its slope along the logarithm of each length."""
-    parts = [s * np.exp(-2 * t) for s, t in zip(squares, theta[1:-1], strict=True)]
-    distance = np.sqrt(sum(parts[1:], parts[0]))
-    fall = np.exp(2 * theta[0] - _ROOT5 * distance)
-    covariance = (1 + _ROOT5 * distance + 5 / 3 * distance**2) * fall
-    common = (5 / 3) * (1 + _ROOT5 * distance) * fall if slopes else fall
-    return covariance, [common * p for p in parts] if slopes else []
+def _fitted(theta: Floats, squares: list[list[Floats]]) -> tuple[Fitted, ...]:
+    parts, place = [], 0
+    for groups in squares:
+        numbers = np.exp(theta[place : place + 1 + len(groups)]).tolist()
+        parts.append(Fitted(numbers[0], tuple(numbers[1:])))
+        place += 1 + len(groups)
+    return tuple(parts)
 
 
-def _squares(first: Floats, second: Floats) -> Floats:
-    apart = np.sum(first**2, axis=1)[:, None] + np.sum(second**2, axis=1) - 2 * first @ second.T
-    return np.asarray(np.maximum(apart, 0.0))
+def _distance(part: Fitted, groups: list[Floats]) -> Floats:
+    total = sum(square / length**2 for square, length in zip(groups, part.lengths, strict=True))
+    return np.asarray(np.sqrt(total))
+
+
+def _covariances(parts: tuple[Fitted, ...], squares: list[list[Floats]]) -> list[Floats]:
+    result = []
+    for part, groups in zip(parts, squares, strict=True):
+        d = _distance(part, groups)
+        result.append(part.scale**2 * (1 + _ROOT5 * d + 5 / 3 * d**2) * np.exp(-_ROOT5 * d))
+    return result
+
+
+def _steepness(part: Fitted, groups: list[Floats]) -> Floats:
+    """The slope along the logarithm of a length is this times (distance / length)² of its group."""
+    d = _distance(part, groups)
+    return np.asarray(part.scale**2 * 5 / 3 * (1 + _ROOT5 * d) * np.exp(-_ROOT5 * d))
+
+
+def _squares(first: Places, second: Places) -> list[list[Floats]]:
+    return [
+        [_apart(a, b) for a, b in zip(mine, others, strict=True)]
+        for mine, others in zip(first, second, strict=True)
+    ]
+
+
+def _apart(first: Floats, second: Floats) -> Floats:
+    square = np.sum(first**2, axis=1)[:, None] + np.sum(second**2, axis=1) - 2 * first @ second.T
+    return np.asarray(np.maximum(square, 0.0))

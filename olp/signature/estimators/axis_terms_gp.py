@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from olp.signature.estimator import Estimate, Parameters, measured_slowness
+from olp.signature.domain import domain_of, nearest, points
+from olp.signature.estimator import Estimate, Parameter, Parameters, measured_slowness
 from olp.signature.estimators.axis_terms import AxisTerms
 from olp.signature.moveset import MoveSet
-from olp.signature.residual import estimate_residual, fit_residual
+from olp.signature.residual import estimate_residual, fit_residual, learnt_places
 
 if TYPE_CHECKING:
     from olp.robot import Robot
@@ -24,9 +25,18 @@ class AxisTermsGp(AxisTerms):
         terms = super().fit(moves, robot)
         left = measured_slowness(moves) - super().estimate(terms, moves, robot).slowness
         good = np.isfinite(left)
-        return {**terms, **fit_residual(moves.take(good), left[good])}
+        domain = domain_of(moves)
+        return {
+            **terms,
+            **fit_residual(moves.take(good), left[good]),
+            "near": Parameter(domain.near, "m"),
+            "far": Parameter(max(domain.far, domain.near + 1e-3), "m"),
+        }
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
         carried = super().estimate(parameters, moves, robot)
         mean, doubt = estimate_residual(parameters, moves)
-        return Estimate(carried.slowness + mean, np.hypot(carried.sd, doubt), carried.inside)
+        near, far = float(parameters["near"].value), float(parameters["far"].value)
+        # What the terms leave is a fact of the place: from a start point that was not learnt it carried nothing over.
+        believed = np.clip((far - nearest(points(moves), learnt_places(parameters))) / (far - near), 0.0, 1.0)
+        return Estimate(carried.slowness + believed * mean, np.hypot(carried.sd, doubt), carried.inside)

@@ -8,7 +8,7 @@ import numpy as np
 
 from olp.signature.estimator import Estimate, Estimator, Parameter, Parameters, measured_slowness
 from olp.signature.moveset import MoveSet
-from olp.signature.residual import estimate_residual, fit_residual
+from olp.signature.residual import estimate_residual, fit_residual, residual_size
 
 if TYPE_CHECKING:
     from olp.robot import Robot
@@ -30,5 +30,5 @@ class GaussianProcess(Estimator):
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
         mean, doubt = estimate_residual(parameters, moves)
-        inside = doubt < 0.9 * float(parameters["residual_scale"].value)
+        inside = doubt < 0.9 * residual_size(parameters)
         return Estimate(float(parameters["slowness"].value) + mean, doubt, np.asarray(inside))
