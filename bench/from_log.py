@@ -1,6 +1,7 @@
 """`olp recording from-log` on published recordings of a Yaskawa MA2010 on a DX200: what it makes of raw joint logs.
 
     python bench/from_log.py FOLDER
+    python bench/from_log.py --speed      how quickly a log of a million samples is read
 
 FOLDER holds `commands.csv` and the joint recordings beside it. For each run the job is written that was commanded,
 with its tool, and the log is cut into that job's moves. Beside it stands what can be measured without knowing any
@@ -74,6 +75,27 @@ def segment(folder: Path, command: dict[str, str], work: Path) -> FromLog:
     return moves_from_log(Log(table[:, 0], joints, (False,) * 6, file=command["file"]), timing)
 
 
+def speed(count: int = 1_000_000) -> None:
+    """Reads a log of `count` samples and 14 columns."""
+    from time import perf_counter
+
+    from olp.recording.log_reader import read_log
+    from olp.recording.writer import log_csv
+
+    rng = np.random.default_rng(0)
+    axes, currents = np.cumsum(rng.normal(size=(count, 6)), 0) * 1e-4, rng.normal(size=(count, 6))
+    log = Log(np.arange(count) * 0.004, axes, (False,) * 6, current=currents, move=np.full(count, -1))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "log.csv"
+        file.write_bytes(log_csv(log))
+        started = perf_counter()
+        read_log(file)
+        took = perf_counter() - started
+        print(
+            f"{count:,} rows x 14 columns, {file.stat().st_size / 1e6:.0f} MB: {took:.2f} s, {count / took:,.0f} rows/s"
+        )
+
+
 def main(folder: Path) -> None:
     with (folder / "commands.csv").open(encoding="utf-8", newline="") as file:
         commands = [row for row in csv.DictReader(file) if "MOVL" in row["motion"]]
@@ -105,4 +127,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    speed() if sys.argv[1] == "--speed" else main(Path(sys.argv[1]))

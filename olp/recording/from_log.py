@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 By = Literal["auto", "points", "counter", "dwell"]
 _KINDS = {Path.JOINT: JOINT, Path.LINEAR: LINEAR}
-_CORNERS = {BlendCode.EXACT: "stop", BlendCode.ZONE: "zone", BlendCode.UNTAGGED: "untagged"}
+_CORNERS = {BlendCode.EXACT: "stop", BlendCode.ZONE: "zone", BlendCode.UNTAGGED: "untagged", BlendCode.RADIUS: "zone"}
 _OFF = 1.0 * mm
 _TURNED = 5.0 * deg
 _LISTED = 12
@@ -127,7 +127,7 @@ def _columns(
         for chosen in (start, target)
     ]
     corner = [_CORNERS[BlendCode(code)] for code in asked.blend_code[rows].tolist()]
-    zone = asked.blend_code[rows] == BlendCode.ZONE
+    zone = np.isin(asked.blend_code[rows], (BlendCode.ZONE, BlendCode.RADIUS))
     full = np.abs(asked.acceleration[rows] - 1.0) < 1e-9
     turn = asked.turn[rows] / deg + nothing
     sources = plan.source[step].tolist()
@@ -233,10 +233,10 @@ def _unsayable(moves: RecordedMoves, timing: Timing) -> list[Diagnostic]:
     told = []
     untagged = sum(word == "untagged" for word in moves.texts["corner"])
     if untagged:
-        says = f"{untagged} moves end in corners without a position level: the column corner says untagged"
+        says = f"corners without a position level: {untagged}; the column corner says untagged there"
         told.append(info("D046", says, file=timing.plan.path))
     splines = int((timing.plan.moves.path == PATHS.index(Path.SPLINE)).sum())
     if splines:
-        says = f"{splines} splines are written as circular moves through their middles"
+        says = f"splines: {splines}, written as circular moves through their middles"
         told.append(warning("D046", says, file=timing.plan.path))
     return told

@@ -62,6 +62,7 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     if moves is not None and table is not None and not any(d.is_error for d in found):
         found += fit_together(table, moves, logs, robot)
     found += _beside(Path(path), files)
+    found = _by_place(found)
     if moves is None or any(d.is_error for d in found):
         raise OlpError(*found)
     tool = None if settings.tool is None else Pose.from_xyz_angles(settings.tool)
@@ -119,6 +120,12 @@ def _beside(path: Path, files: dict[str, Path]) -> list[Diagnostic]:
         return []
     says = f"{FILE_NAME} beside it was not read"
     return [info("D025", says, file=str(path), help=f"name the folder {path.parent} to read both")]
+
+
+def _by_place(found: list[Diagnostic]) -> list[Diagnostic]:
+    """File by file, line by line; what has no line comes after the lines."""
+    files = list(dict.fromkeys(d.file for d in found))
+    return sorted(found, key=lambda d: (files.index(d.file), d.line == 0, d.line, d.column))
 
 
 def _attempt(work: Any, found: list[Diagnostic]) -> Any:

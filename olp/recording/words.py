@@ -125,7 +125,9 @@ def gaps(recording: Recording) -> list[tuple[str, str]]:
     if silent.any():
         found.append(("speed_mm_s or speed_pct", f"a prediction of {silent.sum():,} moves"))
     if not moves.measured.all():
-        found.append(("duration_s", f"{(~moves.measured).sum():,} moves are only there to be predicted"))
+        found.append(
+            ("duration_s", f"without it a move is only there to be predicted: {(~moves.measured).sum():,}")
+        )
     if np.isnan(moves.start_angles).all() and not moves.has_joints.any():
         found.append(("orientation", "whether turning the tool, not moving it, sets the time"))
     if np.isnan(moves.t_start).all():
