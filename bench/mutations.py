@@ -185,7 +185,7 @@ def is_alias_row(text: str) -> bool:
 def loses_its_end(raw: bytes, damaged: bytes) -> bool:
     """Whether instructions of the damaged text run out without END, or the sample's are gone altogether."""
     words = [line.strip(_BLANKS) for line in _SPLIT.split(damaged)]
-    starts = [index for index, word in enumerate(words) if word == b"//INST"]
+    starts = [index for index, word in enumerate(words) if word.split()[:1] == [b"//INST"]]
     if not starts:
         return b"//INST" in raw
     jobs = [index for index, word in enumerate(words) if word == b"/JOB"] + [len(words)]
