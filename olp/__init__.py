@@ -1,10 +1,10 @@
 """olp reads robot programs, says how long every line takes and why, and writes them back unharmed.
 
-    import olp
+import olp
 
-    program = olp.read("job.jbi")       # Program; program.diagnostics, program.to_bytes()
-    plan = program.plan()               # Plan: executed steps in order
-    plan.time()                         # pandas DataFrame, one row per segment, wait or signal
+program = olp.read("job.jbi")       # Program; program.diagnostics, program.to_bytes()
+plan = program.plan()               # Plan: executed steps in order
+plan.time()                         # pandas DataFrame, one row per segment, wait or signal
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Writing files: whole or not at all, and never over an input unless asked. Code: C006 an input would be overwritten."""
+"""Writing files: whole or not at all, and never over an input unless asked. C006: an input would be overwritten."""
 
 from __future__ import annotations
 

@@ -28,7 +28,9 @@ def job(
 ) -> list[str]:
     """The lines of a whole job around the given ones."""
     families = [re.sub(r"\d.*", "", row) for row in points]
-    counts = [sum(family == one or (one == "EC" and family == "E") for family in families) for one in FAMILIES]
+    counts = [
+        sum(family == one or (one == "EC" and family == "E") for family in families) for one in FAMILIES
+    ]
     lines = ["/JOB", f"//NAME {name}", "//POS", f"///NPOS {','.join(map(str, counts))}", *points]
     if aliases:
         lines += ["//ALIAS", *aliases]
