@@ -139,4 +139,4 @@ def _left_out(recording: Recording, moves: MoveSet, measured: NDArray[np.bool_])
 def _tool(recording: Recording) -> tuple[float, ...] | None:
     if recording.tool is None:
         return None
-    return (*recording.tool.position, *recording.tool.xyz_angles())
+    return tuple(float(v) for v in recording.tool.xyz_angles())
