@@ -130,7 +130,9 @@ def job_of(args: Namespace, count: int) -> Job:
     job = Job(
         format=report,
         options=Options(
-            segments, *(terminal(args) if report == "text" else (0, False)), interval=args.signature is not None
+            segments,
+            *(terminal(args) if report == "text" else (0, False)),
+            interval=args.signature is not None,
         ),
         robot=args.robot,
         model=args.model,
