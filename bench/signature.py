@@ -25,7 +25,7 @@ from olp.signature import MoveSet, moves_of_recording  # noqa: E402
 from olp.signature.calibrate import fit_moves  # noqa: E402
 from olp.signature.document import Learnt, Signature  # noqa: E402
 from olp.signature.domain import domain_of  # noqa: E402
-from olp.signature.estimator import estimator_names  # noqa: E402
+from olp.signature.estimator import estimator_names, load_estimator  # noqa: E402
 from olp.signature.predict import Prediction, predict  # noqa: E402
 
 Floats = NDArray[np.float64]
@@ -137,7 +137,8 @@ def methods() -> None:
     print("\nmean % of each method by itself, nothing chosen")
     kinds = folds(True)
     print(f"{'':20s} " + " ".join(f"{name:>20s}" for name in kinds))
-    for method in estimator_names():
+    names = [n for n in estimator_names() if not load_estimator(n).needs(MOVES, ROBOT)]
+    for method in names:
         cells = [held_out(out, method).percent for out, *_ in kinds.values()]
         print(f"{method:20s} " + " ".join(f"{c.mean():13.2f} /{c.max():5.1f}" for c in cells), flush=True)
 

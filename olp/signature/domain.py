@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 # Rows of the learnt moves that a file keeps; more of them only describe the same region again.
 KEPT = 400
+# [1] Times `far` from which on a place is outside.
+_FAR = 1.5
 # Values at the very edge of what was learnt are inside.
 _SLACK = 1e-6
 
@@ -44,7 +46,7 @@ class Domain(NamedTuple):
         """(n,) [1] from 1: how much the interval widens because speed, load or place are outside."""
         low, high = self.speed
         pace = np.maximum(moves.speed / high, low / moves.speed)
-        place = self.distance(moves) / max(self.far, 1e-3)
+        place = self.distance(moves) / (_FAR * max(self.far, self.near, 1e-3))
         load = np.ones(len(moves))
         if self.payload is not None:
             carried = np.where(np.isnan(moves.payload), self.payload[0], moves.payload)
@@ -60,7 +62,7 @@ class Domain(NamedTuple):
         if self.payload is not None:
             self._range(reasons, moves.payload, self.payload, "payload", "kg", 1.0)
         far = self.distance(moves)
-        for row in np.nonzero(far > 1.5 * max(self.far, self.near) + _SLACK)[0].tolist():
+        for row in np.nonzero(far > _FAR * max(self.far, self.near) + _SLACK)[0].tolist():
             reasons[row].append(f"{far[row] / mm:.0f} mm from the nearest learnt move")
         return ["; ".join(r) for r in reasons]
 

@@ -20,6 +20,7 @@ _ROOT5 = np.sqrt(5.0)
 # [standard deviations] Beyond this a value's noise is taken as larger, the further the more; rounds of that.
 _OUTLIER, _ROUNDS = 4.0, 2
 _JITTER = 1e-8
+_ENOUGH = 3e-3  # of the log-likelihood: less is no reason to go on
 _BLOCK = 4096
 
 # Coordinates (n, k) of every group of every part.
@@ -70,7 +71,7 @@ def learn(places: Places, values: Floats, parts: tuple[Part, ...], noise: Belief
             off = (t - middle) / spread
             return value + 0.5 * float(off @ off), slope + off / spread
 
-        theta = minimise(cost, theta, 40 if turn == 0 else 10)
+        theta = minimise(cost, theta, 40 if turn == 0 else 10, _ENOUGH)
         extra = _extra(theta, squares, values, extra)
     fitted = _fitted(theta, squares)
     size = float(np.exp(theta[-1]))

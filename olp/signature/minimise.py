@@ -17,8 +17,13 @@ _ENOUGH = 1e-4
 _LONGEST = 1.0  # in the units of the variables, which are logarithms
 
 
-def minimise(function: Callable[[Floats], tuple[float, Floats]], start: Floats, most: int) -> Floats:
-    """The best point found from `start` in at most `most` steps. `function` gives value and gradient."""
+def minimise(
+    function: Callable[[Floats], tuple[float, Floats]], start: Floats, most: int, enough: float = 1e-6
+) -> Floats:
+    """The best point found from `start`. `function` gives value and gradient.
+
+    Ends after `most` steps, or when one gains less than `enough`.
+    """
     place = np.array(start, dtype=np.float64)
     value, slope = function(place)
     inverse = np.eye(len(place)) / max(1.0, float(np.linalg.norm(slope)))
@@ -43,6 +48,6 @@ def minimise(function: Callable[[Floats], tuple[float, Floats]], start: Floats, 
         if curve > 1e-12:
             left = np.eye(len(place)) - np.outer(moved, turned) / curve
             inverse = left @ inverse @ left.T + np.outer(moved, moved) / curve
-        if gained < 1e-5:
+        if gained < enough:
             return place
     return place

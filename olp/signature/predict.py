@@ -73,7 +73,8 @@ def predict(signature: Signature, moves: MoveSet, robot: Robot | None = None) ->
         raise OlpError(error("H008", says)) from None
     domain = signature.domain
     novelty = domain.novelty(moves)
-    strain = domain.strain(moves) * np.where(estimate.inside, 1.0, _OUTSIDE)
+    # From a new place the held-out start points have shown what an estimator's extrapolation costs.
+    strain = domain.strain(moves) * np.where(estimate.inside | (novelty > 0.5), 1.0, _OUTSIDE)
     duration = duration_of(estimate.slowness, moves)
     weight = moves.speed * strain
     half = signature.errors.half(novelty) * weight
