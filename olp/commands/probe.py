@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from olp.probe import Wanted
     from olp.recording import Recording
 
-SUMMARY = "design the moves that tell most of a robot's timing: a job to run, and moves.csv to fill in"
+SUMMARY = "design the moves that tell most of a robot's timing, as a job"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
