@@ -104,6 +104,7 @@ def main(folder: Path) -> None:
         f"{'run':<52}{'moves':>6}{'seen':>6}{'first s':>9}{'second s':>9}{'total s':>9}{'inner s':>9}{'more s':>8}"
     )
     more: dict[str, list[float]] = {}
+    halves: list[Floats] = []
     seen = asked = 0
     with tempfile.TemporaryDirectory() as work:
         for row in runs:
@@ -113,6 +114,8 @@ def main(folder: Path) -> None:
             at_rest_last = "movel_test" not in row["file"]
             inner = read(folder, at_rest_last, row["file"])[0].total
             seen, asked = seen + len(duration), asked + count
+            if "linear" in row["file"] and "/pl" in row["file"] and count == 2 and row["PL"] not in "012":
+                halves.append(duration)
             more.setdefault(row["V_mm_s"], []).append(float(duration.sum()) - inner)
             shown = [f"{d:9.3f}" for d in (*duration[:2], duration.sum(), inner, duration.sum() - inner)]
             name = row["file"].removeprefix("blending_test/").removesuffix(".csv")
@@ -121,6 +124,9 @@ def main(folder: Path) -> None:
                 if told.code in ("D042", "D043") and str(told.severity) == "warning":
                     print(f"    {told.code} {told.message}")
     print(f"\nmoves seen: {seen} of {asked} (asked: all)")
+    for name, law, values in zip(("first", "second"), (3.75, 5.0), np.transpose(halves), strict=True):
+        spread = f"{np.median(values):.3f} s, {values.min():.3f} to {values.max():.3f} s"
+        print(f"{len(values)} straight runs, PL=3..8, {name} move: {spread} (law of the overlap: {law} s)")
     for speed, values in more.items():
         middle, scatter = np.median(values), np.std(values)
         print(f"V = {speed:>3} mm/s: {len(values)} runs longer by {middle:.3f} s, scatter {scatter:.3f} s")

@@ -510,3 +510,53 @@ def test_the_resolution_shows_in_the_durations_when_nobody_says_it(step, said, t
     noise = read(tmp_path, table(*rows)).noise_floor()
     assert noise.inferred
     np.testing.assert_equal(noise.resolution, said)
+
+
+BITS = [
+    b",",
+    b"\n",
+    b'"',
+    b"nan",
+    b"-1",
+    b"1e999",
+    b"\x00",
+    b"\xff",
+    b"",
+    b"9" * 25,
+    b"q1_deg",
+    b"t_s",
+    b"\r",
+    b";",
+    b"=",
+    b"[",
+]
+
+
+@pytest.mark.parametrize("name", ["moves.csv", "log.csv", "recording.toml"])
+def test_whatever_is_in_a_file_is_read_or_refused(name, tmp_path):
+    import random
+
+    from olp.diagnostic import OlpError
+    from olp.recording.words import as_dict, describe
+
+    write(tmp_path, (ROOT / "samples/recordings/every-column/moves.csv").read_text("utf-8"))
+    write(tmp_path, 'controller = "X"\ntool = [1, 2, 3, 4, 5, 6.5]\n', "recording.toml")
+    write(
+        tmp_path,
+        "t_s,q1_deg,q2_deg,move,mode\n" + "".join(f"{i}.5,1,2,-1,a\n" for i in range(10, 30)),
+        "log.csv",
+    )
+    whole, chance = (tmp_path / name).read_bytes(), random.Random(7)
+    answers = {True: 0, False: 0}
+    for _ in range(150):
+        at = chance.randrange(len(whole) + 1)
+        upto = min(len(whole), at + chance.choice([0, 1, 3, 40]))
+        (tmp_path / name).write_bytes(whole[:at] + chance.choice(BITS) + whole[upto:])
+        try:
+            found = read_recording(tmp_path)
+            assert describe(found)
+            assert as_dict(found)["moves"] == len(found.moves)
+            answers[True] += 1
+        except OlpError as problem:
+            answers[False] += all(d.message for d in problem.diagnostics)
+    assert min(answers.values()) > 5

@@ -18,6 +18,7 @@ Indices = NDArray[np.intp]
 REACH = 0.025  # [m]
 _STEPS = 2_500  # that the program's way is cut into
 _MOST_STEPS = 12_000
+_FLAT = 1e-3  # [m] an extent that no distance depends on
 _MOST_CONSIDERED = 100_000  # samples of a log that are looked at for its way
 
 
@@ -51,7 +52,7 @@ def align(log_time: Floats, log_way: Floats, time: Floats, way: Floats) -> Align
         size *= 1.5
         mine, asked = keyframes(log_time, log_way, size), keyframes(time, way, size)
     reach = max(REACH, 3 * size)
-    left, right = _pairs(mine[1], asked[1], reach)
+    left, right = _pairs(*_spanned(mine[1], asked[1]), reach)
     difference = mine[1][left] - asked[1][right]
     distance = np.linalg.norm(difference, axis=1)
     near = distance < reach
@@ -88,6 +89,16 @@ def keyframes(time: Floats, way: Floats, size: float) -> tuple[Floats, Floats]:
         if len(times) > 4 * _MOST_STEPS:
             break
     return np.array(times), np.array(places)
+
+
+def _spanned(log: Floats, asked: Floats) -> tuple[Floats, Floats]:
+    """Both in the directions in which they extend at all: a tool that does not turn needs 3 of the 12."""
+    both = np.concatenate([log, asked])
+    middle = both.mean(axis=0)
+    axes = np.linalg.eigh((both - middle).T @ (both - middle))[1]
+    seen = (both - middle) @ axes
+    seen = seen[:, np.ptp(seen, axis=0) > _FLAT]
+    return seen[: len(log)], seen[len(log) :]
 
 
 def _pairs(log: Floats, asked: Floats, reach: float) -> tuple[Indices, Indices]:

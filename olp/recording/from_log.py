@@ -30,7 +30,12 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 By = Literal["auto", "points", "counter", "dwell"]
 _KINDS = {Path.JOINT: JOINT, Path.LINEAR: LINEAR}
-_CORNERS = {BlendCode.EXACT: "stop", BlendCode.ZONE: "zone", BlendCode.UNTAGGED: "untagged", BlendCode.RADIUS: "zone"}
+_CORNERS = {
+    BlendCode.EXACT: "stop",
+    BlendCode.ZONE: "zone",
+    BlendCode.UNTAGGED: "untagged",
+    BlendCode.RADIUS: "zone",
+}
 _OFF = 1.0 * mm
 _TURNED = 5.0 * deg
 _LISTED = 12

@@ -73,7 +73,14 @@ class LogTable:
 
 def read_log_table(path: Path) -> LogTable:
     """The cells of the log in `path`. Raises OlpError with every cell that cannot be read."""
-    return _parquet(path) if is_parquet(path) else _csv(path)
+    if is_parquet(path):
+        return _parquet(path)
+    try:
+        return _csv(path)
+    except csv.Error as problem:
+        raise OlpError(
+            error("D002", f"not CSV: {problem}", file=str(path), help="check the quotes")
+        ) from None
 
 
 def is_known(name: str) -> bool:
@@ -87,6 +94,9 @@ def _csv(path: Path) -> LogTable:
     file, raw = str(path), read_bytes(path)
     if raw[:3] == b"\xef\xbb\xbf":
         raw = raw[3:]
+    # Only without quotes and old line ends, and where each row has its commas, do rows and lines agree.
+    if b'"' in raw or b"\r" in raw.replace(b"\r\n", b""):
+        return _slowly(file, raw)
     first = decode(raw[: raw.find(b"\n") + 1] or raw, file)
     names = check_header(next(csv.reader([first]), []), file, first)
     text = _text_columns(raw, names)
@@ -94,9 +104,8 @@ def _csv(path: Path) -> LogTable:
     rows = raw.count(b"\n") + (not raw.endswith(b"\n")) - 1
     if rows * len(names) * 8 > MOST_BYTES:
         raise OlpError(error("D003", f"{rows:,} samples of {len(names)} columns are too many", file=file))
-    # Only where each row has its commas and no quotes do rows and lines agree.
-    if b'"' in raw or raw.count(b",") != (rows + 1) * (len(names) - 1) or b"\r" in raw.replace(b"\r\n", b""):
-        return _slowly(file, raw, names, text)
+    if raw.count(b",") != (rows + 1) * (len(names) - 1):
+        return _slowly(file, raw)
     try:
         frame = pandas.read_csv(
             io.BytesIO(raw),
@@ -108,13 +117,13 @@ def _csv(path: Path) -> LogTable:
             encoding="utf-8",
         )
     except (ValueError, UnicodeDecodeError):
-        return _slowly(file, raw, names, text)
+        return _slowly(file, raw)
     cells: Cells = {
         name: tuple(frame.iloc[:, i].fillna("")) if name in text else frame.iloc[:, i].to_numpy(np.float64)
         for i, name in enumerate(names)
     }
     if any(np.isinf(values).any() for name, values in cells.items() if name not in text):
-        return _slowly(file, raw, names, text)
+        return _slowly(file, raw)
     return LogTable(Table(file, names, (), np.arange(2, len(frame) + 2), (first,)), cells)
 
 
@@ -132,11 +141,12 @@ def _text_columns(raw: bytes, names: tuple[str, ...]) -> set[str]:
     }
 
 
-def _slowly(file: str, raw: bytes, names: tuple[str, ...], text: set[str]) -> LogTable:
+def _slowly(file: str, raw: bytes) -> LogTable:
     """Row by row. A last row that breaks off is left out (the recorder was stopped); any other bad row is an error."""
     lines = tuple(io.StringIO(decode(raw, file), newline=""))
     reader = csv.reader(lines)
-    next(reader)
+    names = check_header(next(reader, []), file, lines[0] if lines else "")
+    text = _text_columns(raw, names)
     kept: list[list[str]] = []
     starts: list[int] = []
     blank: list[int] = []

@@ -146,7 +146,10 @@ def _corner_shift(moves: Moved, way: Way) -> Floats:
 
 
 def _stretches(found: Alignment) -> tuple[tuple[float, float], ...]:
-    """[s] from, to: where the log moves out of the program's reach."""
+    """[s] from, to: where the log moves out of the program's reach, for longer than the reach itself.
+
+    Shorter ones are the chords that a coarse log cuts off a curve.
+    """
     inside = np.concatenate([[True], found.explained, [True]]).astype(np.int64)
     change = inside[1:] - inside[:-1]
     begins, ends = np.nonzero(change < 0)[0], np.nonzero(change > 0)[0]
@@ -154,6 +157,7 @@ def _stretches(found: Alignment) -> tuple[tuple[float, float], ...]:
     return tuple(
         (float(found.time[max(b - 1, 0)]), float(found.time[min(e, last)]))
         for b, e in zip(begins.tolist(), ends.tolist(), strict=True)
+        if (e - b) * found.size > found.reach
     )
 
 
