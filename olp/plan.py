@@ -37,11 +37,12 @@ class StepKind(IntEnum):
 
 
 class BlendCode(IntEnum):
-    """How the end of a move is passed; `blend` holds the zone [m] for ZONE, and nothing otherwise."""
+    """How the end of a move is passed; `blend` holds the zone [m] for ZONE, the radius for RADIUS, else nothing."""
 
     EXACT = 0
     ZONE = 1
     UNTAGGED = 2  # no position level written: the controller's filter rounds, nothing stops
+    RADIUS = 3  # rounded by an arc that touches both moves
 
 
 class Assumption(NamedTuple):
@@ -149,7 +150,7 @@ class Plan:
 
     `kind` (n,): StepKind. `row` (n,): first row in `moves`, or index into `durations`. `source` (n,): index into
     `sources`, `line` (n,): 1-based line there. `durations` [s]: of waits and signals.
-    `calls`: of the main routine, in order.
+    `calls`: of the main routine, in order. `zone_law`: the blending law whose zones BlendCode.ZONE means.
     """
 
     sources: tuple[Source, ...]
@@ -168,6 +169,7 @@ class Plan:
     robots: tuple[Robot | None, ...] = ()  # per mechanism
     settings: Mapping[str, str | float] = field(default_factory=dict)  # [motion] of olp.toml, as written
     calls: tuple[CallSpan, ...] = ()
+    zone_law: str = "yaskawa"
 
     @property
     def path(self) -> str:

@@ -17,7 +17,9 @@ from olp.interpreter.world import KIND_PREFIX
 from olp.plan import BlendCode
 from olp.program import Blend, BlendKind, Move
 
-_EXACT, _ZONE, _UNTAGGED = int(BlendCode.EXACT), int(BlendCode.ZONE), int(BlendCode.UNTAGGED)
+_EXACT, _ZONE, _UNTAGGED, _RADIUS = (
+    int(c) for c in (BlendCode.EXACT, BlendCode.ZONE, BlendCode.UNTAGGED, BlendCode.RADIUS)
+)
 _HIGHEST_LEVEL = 8
 _NAN = math.nan
 
@@ -146,12 +148,12 @@ def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
 
 
 def _blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float]:
-    """(blend code, zone [m])."""
+    """(blend code, zone or radius [m])."""
     if blend.kind is BlendKind.CONTINUOUS or blend.value is None:
         return _UNTAGGED, _NAN
     value = quantity(m, blend.value)
     if blend.kind is BlendKind.RADIUS:
-        return (_ZONE, value) if value > 0.0 else (_EXACT, _NAN)
+        return (_RADIUS, value) if value > 0.0 else (_EXACT, _NAN)
     level = round(value)
     if level <= 0:
         return _EXACT, _NAN

@@ -70,7 +70,7 @@ def time_plan(
     signed = None if signature is None else sign(plan, wanted, signature, limits.report)
     joined = chain(plan, wanted)
     profile = chosen.profile(
-        np.where(wanted.unknown, 0.0, wanted.length),
+        np.where(wanted.unknown, 0.0, wanted.length - joined.trim),
         np.where(wanted.unknown, 1.0, wanted.speed),
         np.where(wanted.unknown, 1.0, wanted.acceleration),
         np.where(wanted.unknown, 1.0, wanted.deceleration),
@@ -221,8 +221,12 @@ def _row_times(
     step_time = np.repeat(duration[is_move], per_step)
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.where((step_time > 0) & (rows < step_time), rows / step_time, 1.0)
+        # A corner that replaces the ends of its moves is told by its time alone: the row before it stretches.
+        rate = np.where(joined.saving < 0, rate * profile.duration / rows, rate)
     start = np.repeat(begins[is_move], per_step) - joined.ramp / 2
-    return RowTimes(profile, start, joined.ramp, rate, np.where(wanted.unknown, 0.0, wanted.length))
+    return RowTimes(
+        profile, start, joined.ramp, rate, np.where(wanted.unknown, 0.0, wanted.length - joined.trim)
+    )
 
 
 def _rules(wanted: Demand, profile: Profile) -> list[str]:

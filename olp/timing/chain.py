@@ -2,7 +2,8 @@
 
 Corners with a position level follow olp/blending/yaskawa.py: z before the point the next move begins, its speed ramping
 up over the next z/V while the first still runs at V. The corner saves z/(2V), with z = the level's zone, but at most
-half of the shorter neighbour; dense points save less.
+half of the shorter neighbour; dense points save less. Corner radii, and the zones of other laws, replace the ends of
+both moves: see olp/timing/corners.py.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 
 from olp.blending.yaskawa import PositionLevels, delays
 from olp.plan import BlendCode, Plan, StepKind
+from olp.timing.corners import round_corners
 from olp.timing.demand import Demand
 
 Floats = NDArray[np.float64]
+_OVERLAPPING = "yaskawa"  # the law under which moves run at once; others replace the corner
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +27,8 @@ class Chain:
     """Per row of Moves.
 
     `start_speed`, `end_speed` [m/s] at its corners. `saving` [s]: what the corner at its end saves. `ramp` [s]: how
-    long its speed ramps up while the row before still runs. `exact_stop`: whether it ends in one.
+    long its speed ramps up while the row before still runs. `exact_stop`: whether it ends in one. `trim` [m]: how much
+    of it its corners replace, where their law replaces anything; the time in the corner is a saving below zero then.
     """
 
     start_speed: Floats
@@ -32,6 +36,7 @@ class Chain:
     saving: Floats
     ramp: Floats
     exact_stop: NDArray[np.bool_]
+    trim: Floats
 
 
 def chain(plan: Plan, wanted: Demand) -> Chain:
@@ -40,7 +45,8 @@ def chain(plan: Plan, wanted: Demand) -> Chain:
     count = len(moves)
     exact = moves.blend_code == BlendCode.EXACT
     moving = wanted.length > 1e-9
-    result = Chain(np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count), exact & moving)
+    start, end, saving, ramp, trim = np.zeros((5, count))
+    result = Chain(start, end, saving, ramp, exact & moving, trim)
     era = _eras(plan, exact & ~moving)
     for mechanism in np.unique(moves.mechanism):
         rows = np.nonzero((moves.mechanism == mechanism) & moving & ~wanted.unknown)[0]
@@ -69,10 +75,19 @@ def _join(plan: Plan, wanted: Demand, rows: NDArray[np.intp], era: NDArray[np.in
     linked = (code != BlendCode.EXACT) & (era[before] == era[after])
     linked &= wanted.metric[before] & wanted.metric[after]
     speed = np.where(linked, np.minimum(wanted.speed[before], wanted.speed[after]), 0.0)
-    speed = _reachable(speed, wanted, rows)
+    overlapping = plan.zone_law == _OVERLAPPING
+    rounded = linked & ((code == BlendCode.RADIUS) | ((code == BlendCode.ZONE) & (not overlapping)))
+    duration = np.zeros(len(before))
+    if rounded.any():
+        duration = round_corners(plan, wanted, before, after, rounded, speed, out.trim)
+    wished = speed
+    speed = _reachable(wished, wanted.length[rows] - out.trim[rows], wanted, rows)
     out.end_speed[before] = speed
     out.start_speed[after] = speed
-    zoned = linked & (code == BlendCode.ZONE) & (speed > 0)
+    if rounded.any():  # at a lower speed a corner of the same shape takes longer
+        slower = np.divide(wished, speed, out=np.ones_like(speed), where=rounded & (speed > 0))
+        out.saving[before] = -duration * slower
+    zoned = linked & (code == BlendCode.ZONE) & (speed > 0) & overlapping
     if zoned.any():
         half = 0.5 * np.minimum(wanted.length[before], wanted.length[after])
         zone = np.where(zoned, np.minimum(moves.blend[before], half), 0.0)
@@ -83,12 +98,12 @@ def _join(plan: Plan, wanted: Demand, rows: NDArray[np.intp], era: NDArray[np.in
         ramp, handing = np.insert(overlap, 0, 0.0), np.append(overlap, 0.0)
         late = delays(cruise, ramp, handing, PositionLevels().alone)
         out.ramp[after] = overlap
-        out.saving[before] = overlap / 2 - late[:-1]
+        out.saving[before[zoned]] = (overlap / 2 - late[:-1])[zoned]
 
 
-def _reachable(speed: Floats, wanted: Demand, rows: NDArray[np.intp]) -> Floats:
+def _reachable(speed: Floats, length: Floats, wanted: Demand, rows: NDArray[np.intp]) -> Floats:
     """Corner speeds (n - 1,) lowered until every row can brake and accelerate between its corners."""
-    length, up, down = wanted.length[rows], wanted.acceleration[rows], wanted.deceleration[rows]
+    up, down = wanted.acceleration[rows], wanted.deceleration[rows]
     start, end = np.concatenate(([0.0], speed)), np.concatenate((speed, [0.0]))
     gain = np.where(end > start, 2 * up * length, 2 * down * length)
     if not np.any(np.abs(end**2 - start**2) > gain * (1 + 1e-9)):
