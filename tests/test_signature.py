@@ -95,9 +95,7 @@ def test_the_order_of_what_is_asked_does_not_matter(name, moves, robot):
     assert estimator.estimate(parameters, moves.take(order), robot).slowness == pytest.approx(whole[order])
 
 
-@pytest.mark.parametrize(
-    "name", ["axis_terms", "axis_terms_gp", "joint_limits", "constant"]
-)
+@pytest.mark.parametrize("name", ["axis_terms", "axis_terms_gp", "joint_limits", "constant"])
 def test_one_wrong_reading_does_not_move_the_others(name, moves, robot):
     estimator = load_estimator(name)
     wrong = moves.duration.copy()
@@ -351,6 +349,7 @@ def test_predict_answers_every_row_measured_or_not(tmp_path, signature, capsys):
         "7,linear,1350,700,100,710,700,100,300,,0\n",
         "9,wait,,,,,,,,0.5,\n",
         "11,linear,1350,700,100,710,650,100,300,9.99,0\n",
+        "12,linear,1350,700,100,710,650,100,300,,3\n",
     ]
     path.write_text(HEADER + "".join(rows), encoding="utf-8")
     assert (
@@ -362,6 +361,9 @@ def test_predict_answers_every_row_measured_or_not(tmp_path, signature, capsys):
     assert lines[1].startswith("7,2.640000,")
     assert lines[2] == "9,,,"
     assert lines[3].startswith("11,2.660000,")
+    at_stop, through = ([float(v) for v in line.split(",")[1:]] for line in lines[3:])
+    assert through[0] == at_stop[0]
+    assert through[1] < at_stop[1]
     assert "H012" in capsys.readouterr().err
 
 

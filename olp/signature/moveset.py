@@ -88,16 +88,17 @@ class MoveSet:
         )
 
 
-def moves_of_recording(recording: Recording) -> tuple[MoveSet, NDArray[np.int64]]:
+def moves_of_recording(recording: Recording, stops: bool = True) -> tuple[MoveSet, NDArray[np.int64]]:
     """The straight moves of a recording, and the row of each in `recording.moves`.
 
-    Left out: moves of another kind, without points or speed, and moves that do not end in an exact stop.
+    Left out: moves of another kind, without points or speed, and, with `stops`, moves that do not end in an exact stop.
     """
     from olp.geometry import rotation_from_angles
 
     moves = recording.moves
     linear = np.array([kind == "linear" for kind in moves.kinds], dtype=bool)
-    known = linear & moves.has_points & np.isfinite(moves.speed) & moves.stops
+    known = linear & moves.has_points & np.isfinite(moves.speed)
+    known &= moves.stops | (not stops)
     known &= np.nan_to_num(moves.chord) > 0
     rows = np.nonzero(known)[0].astype(np.int64)
     turned = np.isfinite(moves.start_angles[rows]).all(axis=1)
