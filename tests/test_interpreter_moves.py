@@ -241,7 +241,7 @@ def test_joint_moves_to_poses_need_a_robot_and_linear_ones_do_not() -> None:
     plan = plan_of(body)
     line = plan.sources[0].lines.index("MOVJ C00001 VJ=25.00") + 1
     assert errors(plan) == [("I003", line)]
-    assert "2 joint moves" in plan.diagnostics[0].message
+    assert plan.diagnostics[0].message.endswith("needs the robot RB1 (and once more)")
     assert visited(plan) == [0, 1, 2, 3]
     assert not findings(plan_of("MOVL C00000 V=50.0\nMOVL C00001 V=50.0"))
 

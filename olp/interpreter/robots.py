@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from olp.cell import ROBOT_GAP, Gap
-from olp.diagnostic import Diagnostic, OlpError, Span, error, warning
+from olp.diagnostic import Diagnostic, OlpError, error, warning
 from olp.interpreter.state import Machine
-from olp.plan import PATHS, Plan, StepKind
+from olp.plan import PATHS, Plan
+from olp.plan_findings import of_rows
 from olp.program import Path
 from olp.robot import candidates_for_pulses
 
 ROBOT_IS_ASKED_FOR = ("I001", "I003")  # codes of findings that say that moves need a robot
 _MOST_NAMED = 6
+_UNREACHED = "check the robot, the tool and the user frame that the points are written in"
 
 
 def missing_robots(m: Machine, plan: Plan) -> list[Diagnostic]:
@@ -61,7 +63,7 @@ def _moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
     """Moves to poses out of reach; without a robot joint moves to poses, which cannot be timed."""
     moves = plan.moves
     joint = moves.path == PATHS.index(Path.JOINT)
-    findings = []
+    findings: list[Diagnostic] = []
     for index, mechanism in enumerate(m.world.mechanisms):
         robot = mechanism.robot
         if not mechanism.is_robot or (robot is not None and robot.geometry is None):
@@ -73,23 +75,10 @@ def _moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
         target = moves.target[rows]
         lost = np.isnan(plan.positions.axes[target, :width]).any(axis=1)
         lost &= ~np.isnan(plan.positions.position[target, 0])
-        if lost.any():
-            findings.append(_lost(m, plan, rows[lost], robot is None, mechanism.name))
+        if robot is None:
+            says = f"this joint move to a Cartesian point needs the robot {mechanism.name}"
+            findings += of_rows(plan, rows[lost], error, "I003", says, _remedy(m, mechanism.name))
+        else:
+            says = f"{mechanism.name} does not reach the target of this move"
+            findings += of_rows(plan, rows[lost], warning, "I004", says, _UNREACHED)
     return findings
-
-
-def _lost(
-    m: Machine, plan: Plan, rows: np.ndarray[tuple[int], np.dtype[np.intp]], no_robot: bool, name: str
-) -> Diagnostic:
-    steps = np.nonzero(plan.kind == StepKind.MOVE)[0]
-    step = int(steps[np.searchsorted(plan.row[steps], rows[0], side="right") - 1])
-    source, line = plan.sources[int(plan.source[step])], int(plan.line[step])
-    text = source.line(line)
-    span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-    count = f"{len(rows)} {'joint ' if no_robot else ''}move{'s' if len(rows) > 1 else ''}"
-    if no_robot:
-        says = f"{count} to Cartesian points, the first one here: they need the robot {name}"
-        return error("I003", says, span, file=source.path, help=_remedy(m, name), source_line=text)
-    says = f"{name} does not reach the target of {count}, the first one here"
-    advice = "check the robot, the tool and the user frame that the points are written in"
-    return warning("I004", says, span, file=source.path, help=advice, source_line=text)
