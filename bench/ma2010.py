@@ -26,6 +26,7 @@ from olp.acceleration import load_law as load_acceleration  # noqa: E402
 from olp.blending import Corners, load_law  # noqa: E402
 from olp.blending._overlap import response  # noqa: E402
 from olp.blending.yaskawa import intervals  # noqa: E402
+from olp.motion import load_model  # noqa: E402
 from olp.units import mm  # noqa: E402
 
 Floats = NDArray[np.float64]
@@ -221,6 +222,7 @@ def corner_runs(folder: Path) -> None:
         print(
             f"  V 800 from the other four, time held at {taken:.3f} s: lag {lag:.4f} s, error {100 * error:+.2f} %"
         )
+    closed_forms(runs)
     both = fit_filter(runs, True)
     print(f"  all five together: acceleration time {both[0]:.4f} s, lag {both[1]:.4f} s")
     carried = load_law("acceleration_filter").values
@@ -229,6 +231,38 @@ def corner_runs(folder: Path) -> None:
     assert numbers[1] is not None
     errors = [corner_time(r, windows_of(r, numbers[0], True), numbers[1]) / r.total - 1 for r in runs]
     print(f"  all five with what the project carries, {numbers}: error % {_percent(np.array(errors))}")
+
+
+def closed_forms(runs: list[Run]) -> None:
+    """The laws of `olp time`, without filter and lag: one ramp at each end of the whole length, no fit."""
+    own = 3.05  # [m/s²] what olp time takes for the lines of an MA2010
+    by_pose = [_by_pose(run) for run in runs]
+    laws = {
+        "constant": [(own, own)] * len(runs),
+        "time_constant": [(min(own, run.speed / 0.15),) * 2 for run in runs],
+        "by_pose": [(min(own, up), min(own, down)) for up, down in by_pose],
+        "by_pose without the linear acceleration": by_pose,
+    }
+    print("  olp time's acceleration laws, closed forms between the same thresholds: error %")
+    for name, pushes in laws.items():
+        errors = [_closed_form(run, *push) / run.total - 1 for run, push in zip(runs, pushes, strict=True)]
+        print(f"    {name:40s} {_percent(np.array(errors))}")
+
+
+def _by_pose(run: Run) -> tuple[float, float]:
+    """[m/s²] that the axes allow at the start and at the end."""
+    law, (first, second) = load_acceleration("by_pose"), run.directions
+    ends = ((0, first), (len(run.time) - 1, -second))
+    up, down = (float(law.along_path(ROBOT, run.joints[i], run.rates(i, d))[0][0]) for i, d in ends)
+    return up, down
+
+
+def _closed_form(run: Run, up: float, down: float) -> float:
+    """[s] between the thresholds."""
+    length = float(run.lengths.sum())
+    profile = load_model("constant").profile(length, run.speed, up, down)
+    begin, end = (float(profile.time_at(at)[0]) for at in (THRESHOLD, length - run.ahead[-1] - THRESHOLD))
+    return end - begin
 
 
 def _lag(runs: list[Run], time: float) -> float:
