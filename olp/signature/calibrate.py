@@ -22,7 +22,16 @@ from olp.signature.estimator import (
     load_estimator,
     measured_slowness,
 )
-from olp.signature.folds import HeldOut, by_moves, by_starts, hold_out, merit, residuals, score_of
+from olp.signature.folds import (
+    HeldOut,
+    by_directions,
+    by_moves,
+    by_starts,
+    hold_out,
+    merit,
+    residuals,
+    score_of,
+)
 from olp.signature.moveset import MoveSet, moves_of_recording
 from olp.version import __version__
 
@@ -33,7 +42,7 @@ if TYPE_CHECKING:
 AUTO = "auto"
 _FEWEST = 4
 # Rows that the choice is made on; a long recording tells no more about which method suits.
-_MOST_TO_CHOOSE = 600
+_MOST_TO_CHOOSE = 300
 
 
 class Fit(NamedTuple):
@@ -92,21 +101,23 @@ def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> Fit:
         sample = moves.take(_sample(len(moves)))
         names = [n for n in estimator_names() if not load_estimator(n).needs(sample, robot)]
         for name in names:
-            near, far = _held_out(load_estimator(name), sample, robot)
-            compared[name] = score_of(near, far, sample)
+            compared[name] = score_of(*_held_out(load_estimator(name), sample, robot), sample)
         method = min(compared, key=lambda name: merit(compared[name]))
     estimator = load_estimator(method)
     parameters = fit_or_refuse(estimator, moves, robot)
     sample = moves.take(_sample(len(moves)))
-    near, far = _held_out(estimator, sample, robot)
-    compared.setdefault(method, score_of(near, far, sample))
+    near, far, turned = _held_out(estimator, sample, robot)
+    compared.setdefault(method, score_of(near, far, turned, sample))
     return Fit(method, parameters, _error_model(near, far, sample), compared)
 
 
-def _held_out(estimator: Estimator, moves: MoveSet, robot: Robot | None) -> tuple[HeldOut, HeldOut | None]:
+def _held_out(
+    estimator: Estimator, moves: MoveSet, robot: Robot | None
+) -> tuple[HeldOut, HeldOut | None, HeldOut | None]:
     near = hold_out(estimator, moves, robot, by_moves(len(moves)))
-    starts = by_starts(moves)
-    return near, None if starts is None else hold_out(estimator, moves, robot, starts)
+    starts, directions = by_starts(moves), by_directions(moves)
+    far = None if starts is None else hold_out(estimator, moves, robot, starts)
+    return near, far, None if directions is None else hold_out(estimator, moves, robot, directions)
 
 
 def _error_model(near: HeldOut, far: HeldOut | None, moves: MoveSet) -> ErrorModel:

@@ -26,8 +26,9 @@ class Learnt(NamedTuple):
 class Score(NamedTuple):
     """Held-out mean absolute percentage errors [%] inside the recording; nan where it could not be held out."""
 
-    moves: float  # every fifth move at a time
+    moves: float  # every tenth move at a time
     starts: float  # whole start points
+    directions: float = float("nan")  # all moves towards the base, away from it, down, up
 
 
 @dataclass(frozen=True, slots=True)

@@ -137,7 +137,7 @@ def _signature(content: dict[str, Any]) -> Signature:
             float(domain["far_mm"]) * mm,
         ),
         compared={
-            str(name): Score(*(math.nan if s[k] is None else float(s[k]) for k in Score._fields))
+            str(name): Score(*(math.nan if s.get(k) is None else float(s[k]) for k in Score._fields))
             for name, s in content["held_out_percent"].items()
         },
         olp=str(content["olp"]),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from olp.signature.document import Score
 from olp.signature.estimator import Estimator, duration_of, measured_slowness
-from olp.signature.moveset import MoveSet
+from olp.signature.moveset import MoveSet, direction_labels
 
 if TYPE_CHECKING:
     from olp.robot import Robot
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
-PARTS = 5  # every fifth move
-_MOST_STARTS = 12
+# Moves up to which every tenth is held out, and start points by twelfths; beyond, fifths and sixths tell as much.
+_FEW = 200
 
 
 class HeldOut(NamedTuple):
@@ -29,8 +29,8 @@ class HeldOut(NamedTuple):
 
 
 def by_moves(count: int) -> Labels:
-    """Every fifth move together, so that its neighbours in time stay."""
-    return np.arange(count, dtype=np.int64) % PARTS
+    """Every tenth (of many moves every fifth) together, so that its neighbours in time stay."""
+    return np.arange(count, dtype=np.int64) % (10 if count <= _FEW else 5)
 
 
 def by_starts(moves: MoveSet) -> Labels | None:
@@ -38,7 +38,13 @@ def by_starts(moves: MoveSet) -> Labels | None:
     labels = moves.start_labels
     if labels.max(initial=0) < 2:
         return None
-    return labels % _MOST_STARTS
+    return labels % (12 if len(moves) <= _FEW else 6)
+
+
+def by_directions(moves: MoveSet) -> Labels | None:
+    """The senses of the motion; None when all moves have the same."""
+    labels = direction_labels(moves)
+    return labels if len(np.unique(labels)) > 1 else None
 
 
 def hold_out(estimator: Estimator, moves: MoveSet, robot: Robot | None, labels: Labels) -> HeldOut:
@@ -67,11 +73,11 @@ def residuals(held: HeldOut, moves: MoveSet) -> Floats:
     return np.asarray(measured_slowness(moves) - held.slowness)
 
 
-def score_of(near: HeldOut, far: HeldOut | None, moves: MoveSet) -> Score:
-    return Score(percentage(near, moves), percentage(far, moves))
+def score_of(near: HeldOut, far: HeldOut | None, turned: HeldOut | None, moves: MoveSet) -> Score:
+    return Score(*(percentage(held, moves) for held in (near, far, turned)))
 
 
 def merit(score: Score) -> float:
-    """What the choice minimises: both situations count by ratio, a tenth off either is worth the same."""
+    """What the choice minimises: the situations count by ratio, a tenth off any is worth the same."""
     known = [np.log(v) for v in score if np.isfinite(v) and v > 0]
     return float(np.mean(known)) if known else float("inf")

@@ -56,27 +56,39 @@ class Process(NamedTuple):
     variances: Floats  # (n,) of each value's noise
 
 
-def learn(places: Places, values: Floats, parts: tuple[Part, ...], noise: Belief) -> Process:
-    """The most probable scales, lengths and noise, with outliers set apart, and the weights."""
-    squares = _squares(places, places)
+def learn(
+    places: Places,
+    values: Floats,
+    parts: tuple[Part, ...],
+    noise: Belief,
+    few: NDArray[np.int64] | None = None,
+) -> Process:
+    """The most probable scales, lengths and noise, with outliers set apart, and the weights.
+
+    `few`: row numbers from which scales, lengths and noise are learnt, by default all.
+    """
+    whole = _squares(places, places)
+    rows = np.arange(len(values)) if few is None else few
+    squares = [[square[np.ix_(rows, rows)] for square in groups] for groups in whole]
     beliefs = [b for part in parts for b in (part.scale, *part.lengths)] + [noise]
     middle = np.log([b.middle for b in beliefs])
     spread = np.array([b.spread for b in beliefs])
-    extra, theta = np.ones(len(values)), middle
+    extra, theta, every = np.ones(len(rows)), middle, np.ones(len(values))
     for turn in range(_ROUNDS):
         share = extra
 
         def cost(t: Floats, share: Floats = share) -> tuple[float, Floats]:
-            value, slope = _cost(t, squares, values, share)
+            value, slope = _cost(t, squares, values[rows], share)
             off = (t - middle) / spread
             return value + 0.5 * float(off @ off), slope + off / spread
 
         theta = minimise(cost, theta, 40 if turn == 0 else 10, _ENOUGH)
-        extra = _extra(theta, squares, values, extra)
-    fitted = _fitted(theta, squares)
+        every = _extra(theta, whole, values, every)
+        extra = every[rows]
+    fitted = _fitted(theta, whole)
     size = float(np.exp(theta[-1]))
-    variances = np.asarray(size**2 * extra, dtype=np.float64)
-    matrix = sum(_covariances(fitted, squares)) + np.diag(variances)
+    variances = np.asarray(size**2 * every, dtype=np.float64)
+    matrix = sum(_covariances(fitted, whole)) + np.diag(variances)
     return Process(fitted, size, places, np.asarray(np.linalg.solve(matrix, values)), variances)
 
 

@@ -121,3 +121,10 @@ def moves_of_recording(recording: Recording, stops: bool = True) -> tuple[MoveSe
         ),
         rows,
     )
+
+
+def direction_labels(moves: MoveSet) -> NDArray[np.int64]:
+    """(n,) towards the base 0, away 1, down 2, up 3: the tests of the thesis, and their opposite."""
+    x, z = moves.direction[:, 0], moves.direction[:, 2]
+    upright = np.abs(z) > np.abs(x)
+    return np.where(upright, 2 + (z > 0), (x > 0).astype(np.int64)).astype(np.int64)

@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 
 # Moves a process is made of; of more of them, neighbours are averaged.
 MOST = 300
+# Of more than _MANY, _FEW tell the lengths.
+_MANY, _FEW = 160, 100
 
 
 def fit_residual(moves: MoveSet, values: Floats) -> dict[str, Parameter]:
@@ -24,7 +26,9 @@ def fit_residual(moves: MoveSet, values: Floats) -> dict[str, Parameter]:
     reach = max(float(np.median(moves.length)), 1e-3)
     by_place = Part(Belief(2 * size, 1.0), (Belief(0.7 * reach, 1.0), Belief(0.6 * reach, 1.0)))
     by_direction = Part(Belief(size, 1.0), (Belief(0.5, 1.0),))
-    process = learn(_coordinates(places), centre, (by_place, by_direction), Belief(0.1 * size, 1.0))
+    few = spread_out(places, _FEW) if len(places) > _MANY else np.arange(len(places))
+    noise = Belief(0.1 * size, 1.0)
+    process = learn(_coordinates(places), centre, (by_place, by_direction), noise, few)
     return {
         "residual_scales": Parameter([p.scale for p in process.parts], "s²/m"),
         "residual_lengths": Parameter([list(p.lengths) for p in process.parts], "m, m; 1"),

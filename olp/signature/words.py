@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from olp.signature.document import Signature
+from olp.signature.folds import merit
 from olp.units import deg, mm
 
 
@@ -20,9 +21,12 @@ def summary(signature: Signature) -> list[str]:
         f"method {signature.method}",
     ]
     if signature.compared:
-        lines.append("held out inside the recording, mean error in %:   moves  start points")
-        ranked = sorted(signature.compared.items(), key=lambda item: np.nan_to_num(sum(item[1]), nan=1e9))
-        lines += [f"  {name:<44}  {_two(s.moves)}  {_two(s.starts):>12}" for name, s in ranked]
+        lines.append("held out inside the recording, mean error in %:   moves  start points  directions")
+        ranked = sorted(signature.compared.items(), key=lambda item: merit(item[1]))
+        lines += [
+            f"  {name:<44}  {_two(s.moves)}  {_two(s.starts):>12}  {_two(s.directions):>10}"
+            for name, s in ranked
+        ]
     return lines
 
 

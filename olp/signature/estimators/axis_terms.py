@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from olp.signature.axis_paths import axis_paths, has_axes
 from olp.signature.estimator import Estimate, Estimator, Parameter, Parameters, measured_slowness
-from olp.signature.moveset import MoveSet
+from olp.signature.moveset import MoveSet, direction_labels
 from olp.signature.subsets import Member, all_subsets, answers, fit_member, grouped_errors
 
 if TYPE_CHECKING:
@@ -139,13 +139,6 @@ def chosen(scaled: Floats, slowness: Floats, moves: MoveSet) -> list[tuple[tuple
         pairs += [(float(total[i]), subsets[i], ridge) for i in best.tolist()]
     pairs.sort()
     return [(terms_, ridge * len(moves) / len(part)) for _, terms_, ridge in pairs[:MEMBERS]]
-
-
-def direction_labels(moves: MoveSet) -> NDArray[np.int64]:
-    """(n,) towards the base 0, away 1, down 2, up 3: the tests of the thesis, and their opposite."""
-    x, z = moves.direction[:, 0], moves.direction[:, 2]
-    upright = np.abs(z) > np.abs(x)
-    return np.where(upright, 2 + (z > 0), (x > 0).astype(np.int64)).astype(np.int64)
 
 
 def robust_member(scaled: Floats, slowness: Floats, terms: tuple[int, ...], ridge: float) -> Member:
