@@ -194,7 +194,7 @@ class _Reader:
         for key in _MOTION_KEYS:
             value = table.get(key)
             if key in _MOTION_WORDS and isinstance(value, str):
-                if self._is_model(value):
+                if self._is_there(key, value):
                     found[key] = value
             elif key not in _MOTION_WORDS and _is_number(value) and _in_range(key, value):
                 found[key] = float(value)
@@ -203,14 +203,15 @@ class _Reader:
                 self._report("V004", f"{key} has the wrong kind of value", key, example)
         return found
 
-    def _is_model(self, name: str) -> bool:
+    def _is_there(self, key: str, name: str) -> bool:
+        """Whether there is such a motion model or acceleration law; reported if not."""
+        from olp.acceleration import law_names
         from olp.motion import model_names
 
-        names = model_names()
+        names = model_names() if key == "model" else law_names()
         if name not in names:
-            self._report(
-                "V004", f"there is no motion model {name[:60]!r}", "model", f"available: {', '.join(names)}"
-            )
+            what = "motion model" if key == "model" else "acceleration law"
+            self._report("V004", f"there is no {what} {name[:60]!r}", key, f"available: {', '.join(names)}")
         return name in names
 
     def _variables(self) -> dict[tuple[Store, int], Given]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from olp.acceleration import law_names, load_law
+from olp.assumptions import load_assumptions
 from olp.cell import Cell, Mechanism
 from olp.diagnostic import OlpError
 from olp.interpreter.recorder import Recorder
@@ -122,12 +125,28 @@ def test_a_robot_without_masses_gets_the_constants_and_says_so():
 
 
 def test_olp_toml_names_the_law_and_the_argument_beats_it():
-    from dataclasses import replace
-
     plan = plan_of(STRETCHED, swung(STRETCHED, 0, 0.1))
     named = replace(plan, settings={"acceleration_law": "by_pose"})
     assert time_plan(named).total_s == time_plan(plan, acceleration_law="by_pose").total_s
     assert time_plan(named, acceleration_law="constant").total_s == time_plan(plan).total_s
+
+
+@pytest.mark.parametrize("law", law_names())
+def test_olp_toml_may_name_every_law_there_is(tmp_path, law):
+    file = tmp_path / "olp.toml"
+    file.write_text(f'[motion]\nacceleration_law = "{law}"\n')
+    found = load_assumptions(file)
+    assert found.motion == {"acceleration_law": law}
+    assert not found.diagnostics
+
+
+def test_a_law_that_olp_toml_names_and_nobody_knows_is_told_with_its_line(tmp_path):
+    file = tmp_path / "olp.toml"
+    file.write_text('[motion]\nmodel = "linear"\nacceleration_law = "brisk"\n')
+    found = load_assumptions(file)
+    assert found.motion == {"model": "linear"}
+    assert [(d.code, d.line) for d in found.diagnostics] == [("V004", 3)]
+    assert "by_pose" in found.diagnostics[0].help
 
 
 def test_an_unknown_law_is_refused_with_those_there_are():
