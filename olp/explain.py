@@ -300,6 +300,11 @@ def _gains(timing: Timing, row: int) -> tuple[str, ...]:
 
 def _held_up(timing: Timing, row: int) -> list[str]:
     if float(timing.rows.rate[row]) < 1.0 - 1e-9:
+        clock = timing.rows
+        if (cut := float(timing.plan.moves.length[row] - clock.length[row])) > _NOTHING:
+            return [
+                f"its corners replace {cut / mm:.1f} mm of it; the corner's own time is spread over its phases"
+            ]
         return ["another mechanism of this line is slower: the arm keeps step with it"]
     return []
 

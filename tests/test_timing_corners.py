@@ -9,6 +9,8 @@ import pytest
 from test_timing import MM, PL_ZONES, plan_of
 
 from olp.blending import Corners, load_law
+from olp.explain import explain
+from olp.explanation import as_text
 from olp.motion import load_model
 from olp.plan import BlendCode
 from olp.timing import time_plan
@@ -105,3 +107,10 @@ def test_the_track_of_a_rounded_corner_ends_in_time_and_never_stands_still_in_it
     speed = np.linalg.norm(np.diff(way.position[moving], axis=0), axis=1) / 0.005
     assert speed[10:].min() > 0.05
     assert way.time[-1] == pytest.approx(timing.total_s)
+
+
+def test_a_rounded_line_explained_tells_of_its_corner_and_blames_no_other_mechanism():
+    timing = time_plan(rounded(100.0, 20.0))
+    told = as_text(explain(timing, "1"))
+    assert "its corners replace 20.0 mm of it" in told
+    assert "another mechanism" not in told
