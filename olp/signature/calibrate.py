@@ -1,6 +1,7 @@
 """From measured moves to a signature: fit, choice and error model, all from the recording alone.
 
-Codes: H003 too few measured moves, H004 moves that cannot be used, H005 moves faster than length over speed.
+Codes: H003 too few measured moves, H004 moves that cannot be used, H005 moves faster than length over speed,
+H033 repeated moves.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from olp.signature.folds import (
     score_of,
 )
 from olp.signature.moveset import MoveSet, moves_of_recording
+from olp.signature.partial_cycles import average_cycles, with_scatter
 from olp.version import __version__
 
 if TYPE_CHECKING:
@@ -72,6 +74,11 @@ def calibrate(
         says = f"{np.sum(~slow)} moves are faster than length over programmed speed and were left out"
         told.append(warning("H005", says, file=recording.path, help="check their speed_mm_s and duration_s"))
         moves = moves.take(slow)
+    cycles = average_cycles(moves)
+    if cycles.freedom:
+        says = f"{len(moves)} rows are {len(cycles.moves)} moves, repeated; their means were used"
+        told.append(info("H033", says, file=recording.path))
+        moves = cycles.moves
     if len(moves) < _FEWEST:
         says = f"{len(moves)} measured straight moves with exact stops, at least {_FEWEST} are needed"
         raise OlpError(error("H003", says, file=recording.path))
@@ -86,7 +93,7 @@ def calibrate(
         recording=Learnt(recording.path, recording.sha256, len(moves), settings.time_resolution),
         method=fitted.method,
         parameters=fitted.parameters,
-        errors=fitted.errors,
+        errors=with_scatter(fitted.errors, cycles),
         domain=domain_of(moves),
         compared=fitted.compared,
         olp=__version__,

@@ -17,10 +17,11 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 # Lengths of the Matérn functions in spreads of what was learnt, a factor √3 apart; how much the terms count beside the
-# place; noise of one move as a share of the variance of the function.
+# place; noise of one move as a
+# share of the variance of the function, large for totals that somebody took by hand.
 LENGTHS = (1.0, 1.7, 3.0, 5.0)
 SHARES = (0.3, 1.0, 3.0)
-NOISES = (1e-3, 1e-2, 5e-2)
+NOISES = (1e-3, 1e-2, 0.1, 1.0)
 # The unknown level of all moves, in variances of the function: nothing is believed of it.
 _LEVEL = 4.0
 _ROOT5 = np.sqrt(5.0)
@@ -54,9 +55,11 @@ class Observations(NamedTuple):
 
     def sum(self, rows: Floats) -> Floats:
         """(m, …) of (n, …): the moves' rows, weighed and summed."""
-        shape = (len(self.values), *rows.shape[1:])
-        result = np.zeros(shape)
-        np.add.at(result, self.owner, rows * self.share.reshape(-1, *([1] * (rows.ndim - 1))))
+        weighed = rows * self.share.reshape(-1, *([1] * (rows.ndim - 1)))
+        if len(self.owner) == len(self.values) and np.array_equal(self.owner, np.arange(len(self.owner))):
+            return np.asarray(weighed)
+        result = np.zeros((len(self.values), *rows.shape[1:]))
+        np.add.at(result, self.owner, weighed)
         return result
 
 
@@ -107,22 +110,28 @@ def answer(views: Views, seen: Observations, ruler: Ruler, wanted: Views) -> Ans
     """The function at `wanted` (w,) from observations of the moves `views`."""
     level = float(seen.values.sum() / seen.sum(np.ones(len(seen.owner))).sum())
     left = seen.values - level * seen.sum(np.ones(len(seen.owner)))
+    # Sums of sums of covariances are the same for all members: formed once per length.
+    ones = np.ones(len(seen.owner))
     own, cross = _distances(views, views, ruler), _distances(wanted, views, ruler)
-    inner = {length: (_matern(own[0] / length), _matern(own[1] / length)) for length in LENGTHS}
-    outer = {length: (_matern(cross[0] / length), _matern(cross[1] / length)) for length in LENGTHS}
+    inner = {n: [seen.sum(np.ascontiguousarray(seen.sum(_matern(d / n)).T)) for d in own] for n in LENGTHS}
+    outer = {n: [seen.sum(np.ascontiguousarray(_matern(d / n).T)).T for d in cross] for n in LENGTHS}
+    weight = seen.sum(ones)
     size = float(np.mean(seen.sum(seen.share)))
     said: list[tuple[float, Floats, Floats]] = []
     for member in members(views):
-        among = inner[member.place_length][0] + member.term_share * inner[member.term_length][1] + _LEVEL
-        to = outer[member.place_length][0] + member.term_share * outer[member.term_length][1] + _LEVEL
-        summed = seen.sum(np.ascontiguousarray(seen.sum(among).T))
-        said.append(_one(summed + member.noise * size * np.eye(len(left)), seen.sum(to.T).T, left, member))
+        share = member.term_share
+        among = inner[member.place_length][0] + share * inner[member.term_length][1]
+        to = outer[member.place_length][0] + share * outer[member.term_length][1]
+        noise = member.noise * size * np.eye(len(left))
+        said.append(
+            _one(among + _LEVEL * np.outer(weight, weight) + noise, to + _LEVEL * weight, left, member)
+        )
     evidence = np.array([e for e, _, _ in said])
-    weight = np.exp(evidence - evidence.max())
-    weight /= weight.sum()
+    belief = np.exp(evidence - evidence.max())
+    belief /= belief.sum()
     means, variances = np.array([m for _, m, _ in said]), np.array([v for _, _, v in said])
-    mean = weight @ means
-    return Answer(mean + level, np.sqrt(weight @ (variances + (means - mean) ** 2)))
+    mean = belief @ means
+    return Answer(mean + level, np.sqrt(belief @ (variances + (means - mean) ** 2)))
 
 
 def _one(own: Floats, cross: Floats, left: Floats, member: Member) -> tuple[float, Floats, Floats]:
