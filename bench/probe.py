@@ -32,8 +32,8 @@ ASKED = 0.55
 Labels = NDArray[np.int64]
 
 
-def designed(moves: MoveSet, count: int) -> Labels:
-    """As `olp probe` does it, from coordinates alone."""
+def designed(moves: MoveSet, count: int, known: Labels | None = None) -> Labels:
+    """As `olp probe` does it, from coordinates alone; with `known` rows as `olp probe --next` does it."""
     blind = MoveSet(
         moves.start,
         moves.end,
@@ -48,8 +48,11 @@ def designed(moves: MoveSet, count: int) -> Labels:
     )
     views = views_of(blind, ROBOT)
     covariance = average_covariance(views, views, ruler_of(views))
-    nothing = np.zeros(len(moves), dtype=bool)
-    return np.sort(most_telling(covariance, count, nothing, ~nothing))
+    measured = np.zeros(len(moves), dtype=bool)
+    if known is not None:
+        measured[known] = True
+    more = most_telling(covariance, count, measured, ~measured)
+    return np.sort(np.concatenate([np.nonzero(measured)[0], more]))
 
 
 def errors(moves: MoveSet, rows: Labels, method: str) -> tuple[float, float]:
@@ -86,6 +89,8 @@ def main() -> int:
             f"{n}: {errors(moves, designed(moves, n), METHODS[0])[0]:.2f} %" for n in (10, 15, 20, 25, 30, 40)
         )
     )
+    later = designed(moves, 10, designed(moves, 10))
+    print(f"10, then 10 more by --next: {errors(moves, later, METHODS[0])[0]:.2f} %")
     found = errors(moves, chosen, METHODS[0])[0]
     print(f"asked: {ASKED:.2f} %, found: {found:.2f} % ({METHODS[0]}, fixed before)")
     return 0 if found <= ASKED else 1

@@ -240,3 +240,32 @@ def test_calibrate_learns_from_the_means_of_cycles(tmp_path):
     said = predict(signature, moves_of_recording(recording)[0])
     duration = recording.moves.duration
     assert np.mean((said.low <= duration) & (duration <= said.high)) > 0.9
+
+
+def test_a_joint_log_of_a_probes_job_becomes_a_signature(tmp_path):
+    box = ["--box", "710,1350,0,700,100,740", "--orientation", "180,-90,0"]
+    probe = tmp_path / "probe"
+    assert main(["probe", "--robot", "yaskawa/up20", "--moves", "6", *box, "-o", str(probe)]) == 0
+    job, log = str(probe / "PROBE.JBI"), tmp_path / "track.csv"
+    assert main(["track", job, "--robot", "yaskawa/up20", "--dt", "0.008", "-o", str(log)]) == 0
+    rows = [row.split(",") for row in log.read_text().splitlines()]
+    kept = [i for i, name in enumerate(rows[0]) if name == "t_s" or name.startswith("q")]
+    text = "".join(",".join(row[i] for i in kept) + "\n" for row in rows)
+    (tmp_path / "log.csv").write_text(text)
+    made = tmp_path / "made"
+    line = [
+        "recording",
+        "from-log",
+        str(tmp_path / "log.csv"),
+        job,
+        "--robot",
+        "yaskawa/up20",
+        "-o",
+        str(made),
+    ]
+    assert main(line) == 0
+    signature, _ = calibrate(read_recording(made), "averaged_process")
+    moves, _ = moves_of_recording(read_recording(probe))
+    said = predict(signature, moves, UP20)
+    # The log was made at olp's own 400 mm/s².
+    np.testing.assert_allclose(said.duration, moves.length / 0.3 + 0.3 / 0.4, rtol=0.002)

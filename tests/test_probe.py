@@ -207,3 +207,12 @@ def test_a_design_cannot_be_given_more_moves_than_lines():
     with pytest.raises(OlpError) as raised:
         design_experiment(WANTED._replace(box=BOX + 5.0))
     assert "out of reach" in raised.value.diagnostics[0].message
+
+
+def test_a_robot_that_points_its_tool_down_flips_its_wrist(tmp_path):
+    box = np.array([[900.0, 1300.0], [-300.0, 300.0], [0.0, 400.0]]) * mm
+    wanted = Wanted(load_robot("yaskawa/ma2010"), box, 4, 0.3, (180 * deg, 0.0, 0.0))
+    experiment = design_experiment(wanted)
+    write_experiment(experiment, tmp_path)
+    flags = ",".join(map(str, experiment.posture))
+    assert f"///RCONF {flags}".encode() in (tmp_path / "PROBE.JBI").read_bytes()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.probe.reach import look
+from olp.probe.reach import FLIPPED, PLAIN, Posture, look
 from olp.signature.domain import spread_out
 from olp.units import mm
 
@@ -35,6 +35,7 @@ class Candidates(NamedTuple):
     ends: Labels
     looked: int  # lines that were looked at
     told: str  # why some cannot be run
+    posture: Posture  # the one of two that more lines can be run in
 
 
 def candidates(
@@ -44,7 +45,12 @@ def candidates(
     points = _points(box)
     count = len(points)
     first, second = np.triu_indices(count, 1)
-    lines = look(robot, points[first], points[second], rotation, tool, speed)
+    both = {
+        posture: look(robot, points[first], points[second], rotation, tool, speed, posture)
+        for posture in (PLAIN, FLIPPED)
+    }
+    posture = max(both, key=lambda one: int(both[one].possible.sum()))
+    lines = both[posture]
     possible = np.zeros((count, count), dtype=bool)
     possible[first, second] = possible[second, first] = lines.possible
     usable = possible & _joined(possible)
@@ -54,7 +60,7 @@ def candidates(
         kept = spread_out(np.concatenate([points[starts], points[ends]], axis=1), _MOST)
         starts, ends = starts[kept], ends[kept]
     return Candidates(
-        points, possible, starts.astype(np.int64), ends.astype(np.int64), len(first), lines.told()
+        points, possible, starts.astype(np.int64), ends.astype(np.int64), len(first), lines.told(), posture
     )
 
 

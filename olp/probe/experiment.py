@@ -16,6 +16,7 @@ from olp.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.geometry import angles_from_rotation, rotation_from_angles
 from olp.probe.candidates import Candidates, candidates
 from olp.probe.design import most_telling, share_left
+from olp.probe.reach import Posture
 from olp.probe.route import Ways, order
 from olp.signature.axis_paths import has_axes
 from olp.signature.estimators.averaged_process import views_of
@@ -64,6 +65,7 @@ class Experiment:
     before: tuple[tuple[int, ...], ...]
     rank: Labels
     left: float
+    posture: Posture
     first: int = 1  # number of the first move
     told: tuple[Diagnostic, ...] = ()
 
@@ -189,7 +191,16 @@ def _routed(wanted: Wanted, found: Candidates, chosen: Labels, left: float, firs
         at = int(ends[move])
     rows = np.array(turn, dtype=np.int64)
     return Experiment(
-        wanted, found.points, starts[rows], ends[rows], tuple(before), rows, left, first, _told(wanted, found)
+        wanted,
+        found.points,
+        starts[rows],
+        ends[rows],
+        tuple(before),
+        rows,
+        left,
+        found.posture,
+        first,
+        _told(wanted, found),
     )
 
 

@@ -103,7 +103,8 @@ def _points(experiment: Experiment, used: NDArray[np.int64]) -> PointTable:
     values = np.concatenate([places, np.broadcast_to(angles, (count, 3))], axis=1)
     numbers = np.arange(count, dtype=np.int64)
     nothing = np.zeros(count, dtype=np.int32)
-    state = PointState(PointKind.POSE, "robot", None, wanted.tool_number, (0,) * _FLAGS)
+    flags = experiment.posture + (0,) * (_FLAGS - len(experiment.posture))
+    state = PointState(PointKind.POSE, "robot", None, wanted.tool_number, flags)
     block = PointBlock(
         Store.ROBOT, True, numbers, values, nothing, nothing, {int(n): int(n) for n in numbers.tolist()}
     )

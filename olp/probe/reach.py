@@ -1,6 +1,6 @@
 """Whether straight lines between points of a box can be run: reach, soft limits, singularities, axis speeds.
 
-Looked at along the whole line, with a margin, in one posture of the arm: in front, elbow up, wrist not flipped.
+Looked at along the whole line, with a margin, in one posture of the arm: in front, elbow up, wrist flipped or not.
 """
 
 from __future__ import annotations
@@ -18,6 +18,11 @@ from olp.units import deg, mm
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+
+# The first six flags of RCONF.
+Posture = tuple[int, int, int, int, int, int]
+PLAIN: Posture = (0, 0, 0, 0, 0, 0)
+FLIPPED: Posture = (1, 0, 0, 0, 0, 0)
 
 # How far every place of a line stays from soft limits and singularities, and from the rated speeds.
 LIMIT_MARGIN = 2.0 * deg
@@ -43,7 +48,13 @@ class Lines(NamedTuple):
 
 
 def look(
-    robot: Robot, start: Floats, end: Floats, rotation: Floats, tool: Pose | None, speed: float
+    robot: Robot,
+    start: Floats,
+    end: Floats,
+    rotation: Floats,
+    tool: Pose | None,
+    speed: float,
+    posture: Posture = PLAIN,
 ) -> Lines:
     """Lines from `start` to `end` (n, 3) [m] at `speed` [m/s]; `rotation` (3, 3) of the tool. Raises OlpError (K…)."""
     longest = float(np.linalg.norm(end - start, axis=1).max(initial=0.0))
@@ -52,19 +63,26 @@ def look(
     step = max(1, _CHUNK // looks)
     for first in range(0, len(start), step):
         part = slice(first, first + step)
-        reasons += _look(robot, start[part], end[part], rotation, tool, speed, looks)
+        reasons += _look(robot, start[part], end[part], rotation, tool, speed, looks, posture)
     return Lines(np.array([not reason for reason in reasons], dtype=bool), tuple(reasons))
 
 
 def _look(
-    robot: Robot, start: Floats, end: Floats, rotation: Floats, tool: Pose | None, speed: float, looks: int
+    robot: Robot,
+    start: Floats,
+    end: Floats,
+    rotation: Floats,
+    tool: Pose | None,
+    speed: float,
+    looks: int,
+    posture: Posture,
 ) -> list[str]:
     share = np.linspace(0.0, 1.0, looks)[None, :, None]
     count = len(start)
     place = (start[:, None, :] + share * (end - start)[:, None, :]).reshape(-1, 3)
     turned = np.broadcast_to(rotation, (len(place), 3, 3))
     flange, turned = (place, turned) if tool is None else without_tool(place, turned, tool)
-    joints, reached = inverse(robot, flange, turned)
+    joints, reached = inverse(robot, flange, turned, posture)
     joints = np.where(reached[:, None], joints, 0.0)
     faults: list[tuple[str, Bools]] = [("out of reach", ~reached)]
     faults += _limits(robot, joints, reached)
