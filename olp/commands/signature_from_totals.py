@@ -29,10 +29,10 @@ def run(args: Namespace) -> int:
     if args.output not in (None, "-"):
         refuse_inputs(args.output, [args.totals, *table.totals])
     found = programs_of(table, args.robot)
+    print_diagnostics(found.told)
     tool = None if found.tool is None else tuple(float(v) for v in found.tool.xyz_angles())
     signature = signature_of_totals(found.totals, found.robot, table.path, table.sha256, tool)
     write_signature(signature, args.output)
-    print_diagnostics(found.told)
     if args.output not in (None, "-"):
         print("\n".join(summary(signature)))
         totals = found.totals

@@ -29,6 +29,8 @@ Floats = NDArray[np.float64]
 _STRAIGHT = PATHS.index(Shape.LINEAR)
 # [m] Tools nearer than this are one tool.
 _SAME_TOOL = 1e-4
+# Straight moves of all programs together: the covariance of every pair is held in memory.
+_MOST_MOVES = 2000
 _MOST_BYTES = 50_000_000
 
 
@@ -106,6 +108,8 @@ def programs_of(table: Table, robot: str | None = None) -> Programs:
             why = "no straight move from stop to stop"
         if not why and sets and _differs(moves.tool, sets[0][0].tool):
             why = "it moves another tool than the others"
+        if not why and sum(len(known) for known, _ in sets) + len(moves) > _MOST_MOVES:
+            why = f"the programs before it have {_MOST_MOVES} moves already"
         if why or arm is None:
             told.append(warning("H031", f"left out: {why}", file=str(file)))
             continue

@@ -10,7 +10,7 @@ from olp.signature.axis_paths import has_axes
 from olp.signature.domain import points
 from olp.signature.estimator import Estimate, Estimator, Parameter, Parameters, measured_slowness
 from olp.signature.estimators.axis_terms import terms_of
-from olp.signature.mixture import Observations, Ruler, Views, answer, ruler_of
+from olp.signature.mixture import Observations, Views, answer, ruler_of
 from olp.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
@@ -89,6 +89,3 @@ def _learnt(parameters: Parameters) -> tuple[Views, Observations]:
     places = array("places").reshape(-1, 6)
     views = Views(places, array("terms").reshape(len(places), -1))
     return views, Observations(array("observations"), array("observation_of_move", np.int64), array("share"))
-
-
-__all__ = ["MOST", "AveragedProcess", "Ruler", "parameters_of", "views_of"]
