@@ -20,6 +20,7 @@ from olp.signature.domain import domain_of
 from olp.signature.errors import spread_of
 from olp.signature.estimator import duration_of, estimator_names, load_estimator
 from olp.signature.file import from_json, to_json, to_text
+from olp.signature.folds import merit
 from olp.signature.gp import Belief, Part, _cost, _squares, answer, learn
 from olp.signature.minimise import minimise
 from olp.signature.subsets import all_subsets, grouped_errors
@@ -151,9 +152,10 @@ def test_a_whole_test_is_predicted_by_terms_of_the_axes(recording, moves, robot)
 def test_the_choice_is_made_by_held_out_moves_and_start_points(moves, robot):
     part = moves.take(np.arange(0, len(moves), 2))
     fit = fit_moves(part, robot)
-    scores = {name: score.moves * score.starts for name, score in fit.compared.items()}
-    assert set(METHODS) <= set(scores)
-    assert fit.method == min(scores, key=scores.__getitem__) != "constant"
+    assert set(METHODS) <= set(fit.compared)
+    best = min(merit(score) for score in fit.compared.values())
+    assert merit(fit.compared[fit.method]) <= best + 0.05
+    assert fit.method not in ("constant", "joint_limits")
 
 
 def test_intervals_hold_nineteen_of_twenty_moves_of_start_points_that_were_held_out(moves, robot):

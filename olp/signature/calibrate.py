@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
 AUTO = "auto"
 _FEWEST = 4
+_EQUAL = 0.05  # of the logarithm: five percent between two methods say nothing
 # Rows that the choice is made on; a long recording tells no more about which method suits.
 _MOST_TO_CHOOSE = 300
 
@@ -109,13 +110,21 @@ def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> Fit:
         names = [n for n in estimator_names() if not load_estimator(n).needs(sample, robot)]
         for name in names:
             compared[name] = score_of(*_held_out(load_estimator(name), sample, robot), sample)
-        method = min(compared, key=lambda name: merit(compared[name]))
+        method = chosen(compared)
     estimator = load_estimator(method)
     parameters = fit_or_refuse(estimator, moves, robot)
     sample = moves.take(_sample(len(moves)))
     near, far, turned = _held_out(estimator, sample, robot)
     compared.setdefault(method, score_of(near, far, turned, sample))
     return Fit(method, parameters, _error_model(near, far, sample), compared)
+
+
+def chosen(compared: dict[str, Score]) -> str:
+    """The best by `merit`; of those within _EQUAL of it, one that is preferred."""
+    merits = {name: merit(score) for name, score in compared.items()}
+    best = min(merits, key=merits.__getitem__)
+    equal = [name for name in merits if merits[name] <= merits[best] + _EQUAL]
+    return next((name for name in equal if load_estimator(name).preferred), best)
 
 
 def _held_out(

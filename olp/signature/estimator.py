@@ -51,6 +51,7 @@ class Estimator(ABC):
 
     summary: ClassVar[str]
     needs_robot: ClassVar[bool] = False
+    preferred: ClassVar[bool] = False  # among methods that are equally good
 
     @property
     def name(self) -> str:

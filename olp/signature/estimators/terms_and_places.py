@@ -26,6 +26,7 @@ class TermsAndPlaces(AxisTerms):
     """
 
     summary = "a smooth function of the place among learnt moves, terms of the axes' motion elsewhere"
+    preferred = True
 
     def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
         values = measured_slowness(moves)
