@@ -50,13 +50,13 @@ def read_source(source: Source, *, vendor: str | None = None) -> Program:
 
     found = find_vendor(vendor) if vendor else recognise(source)
     if found is None:
-        known = ", ".join(vendor_names())
+        known = ", ".join(f"{v.title} ({' '.join(v.suffixes)})" for v in map(find_vendor, vendor_names()))
         raise OlpError(
             error(
                 "P002",
                 "this is no robot program that olp knows",
                 file=source.path,
-                help=f"name its language: one of {known}",
+                help=f"olp reads {known}",
             )
         )
     return found.read(source)
