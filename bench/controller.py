@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path as File
 
 import numpy as np
+from tables import print_table
 
 from olp.controller import Controller, State, Step, Target
 from olp.controller.server import Server
@@ -228,13 +229,6 @@ def client() -> str:
         server.shutdown()
     *_, last, count = done.stdout.splitlines()
     return f"{count}, the last at {last.split()[0]} s; {int(count.split()[0]) / seconds:,.0f} per s"
-
-
-def print_table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-    print(f"| {' | '.join(header)} |")
-    print(f"|{'---|' * len(header)}")
-    for row in rows:
-        print(f"| {' | '.join(row)} |")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio
 from numpy.typing import NDArray
+from tables import print_table
 
 from olp.dynamics import (
     Body,
@@ -203,13 +204,6 @@ def per_second(work: Callable[[], object], runs: int = RUNS) -> float:
         work()
         times.append(time.process_time() - start)
     return SAMPLES / statistics.median(times)
-
-
-def print_table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-    print(f"| {' | '.join(header)} |")
-    print(f"|{'---|' * len(header)}")
-    for row in rows:
-        print(f"| {' | '.join(row)} |")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from tables import print_table
 
 from olp.kinematics import branches, forward, inverse, singularities, track, track_branches
 from olp.robot import Robot, load_robot
@@ -157,13 +158,6 @@ def matrices(poses: tuple[Array, Array], chosen: NDArray[np.intp]) -> Array:
     result = np.tile(np.eye(4), (len(chosen), 1, 1))
     result[:, :3, 3], result[:, :3, :3] = poses[0][chosen], poses[1][chosen]
     return result
-
-
-def print_table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-    print(f"| {' | '.join(header)} |")
-    print(f"|{'---|' * len(header)}")
-    for row in rows:
-        print(f"| {' | '.join(row)} |")
 
 
 if __name__ == "__main__":

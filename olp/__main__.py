@@ -15,7 +15,7 @@ from olp.commands.command import Parser, from_os_error
 from olp.diagnostic import Diagnostic, OlpError, error
 from olp.version import __version__
 
-DONE, FINDING, NO_ANSWER = 0, 1, 2
+DONE, NO_ANSWER = 0, 2
 INTERRUPTED, CLOSED_PIPE = 130, 141  # as a shell reports SIGINT and SIGPIPE
 
 HELP = """\

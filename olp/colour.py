@@ -10,7 +10,6 @@ BOLD: Final = "1"
 DIM: Final = "2"
 RED: Final = "31"
 YELLOW: Final = "33"
-CYAN: Final = "36"
 
 
 def paint(text: str, style: str) -> str:

@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 
 from olp.acceleration.time_constant import MA2010_TIME
 from olp.blending._overlap import Overlap
-from olp.blending.law import BlendingLaw, Corners, Passage
+from olp.blending._overlapping import OverlappingLaw
+from olp.blending.law import Corners, Passage
 from olp.blending.yaskawa import SERVO_LAG, filter_times
 from olp.motion.model import Parameter
 
 Floats = NDArray[np.float64]
 
 
-class AccelerationFilter(BlendingLaw):
+class AccelerationFilter(OverlappingLaw):
     """The next move begins when the command of this one ends; the filter lets one fall while the other rises.
 
     A moving average over the acceleration time w turns each step of commanded speed into a straight ramp of w,
@@ -50,15 +51,6 @@ class AccelerationFilter(BlendingLaw):
             speed_out=corners.speed_after,
             capped=np.zeros(len(corners), dtype=bool),
         )
-
-    def span(self, corners: Corners) -> Floats:
-        return self._overlap(corners).span
-
-    def position(self, corners: Corners, time: Floats) -> Floats:
-        return self._overlap(corners).position(time)
-
-    def velocity(self, corners: Corners, time: Floats) -> Floats:
-        return self._overlap(corners).velocity(time)
 
     def _overlap(self, corners: Corners) -> Overlap:
         window = filter_times(corners, self._value("acceleration_time"))

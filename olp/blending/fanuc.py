@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.blending._overlap import Overlap
-from olp.blending.law import BlendingLaw, Corners, Passage
+from olp.blending._overlapping import OverlappingLaw
+from olp.blending.law import Corners, Passage
 from olp.motion.model import Parameter
 
 Floats = NDArray[np.float64]
 
 
-class Continuous(BlendingLaw):
+class Continuous(OverlappingLaw):
     """CNT100 begins the next move when this one begins to brake, CNT0 when it has braked to rest, others in
     proportion.
 
@@ -48,15 +49,6 @@ class Continuous(BlendingLaw):
             speed_out=corners.speed_after,
             capped=np.zeros(len(corners), dtype=bool),
         )
-
-    def span(self, corners: Corners) -> Floats:
-        return self._overlap(corners).span
-
-    def position(self, corners: Corners, time: Floats) -> Floats:
-        return self._overlap(corners).position(time)
-
-    def velocity(self, corners: Corners, time: Floats) -> Floats:
-        return self._overlap(corners).velocity(time)
 
     def _overlap(self, corners: Corners) -> Overlap:
         least = self._value("acceleration_time")

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from olp.acceleration.time_constant import MA2010_TIME
 from olp.blending._overlap import Overlap
-from olp.blending.law import BlendingLaw, Corners, Passage
+from olp.blending._overlapping import OverlappingLaw
+from olp.blending.law import Corners, Passage
 from olp.motion.model import Parameter
 
 Floats = NDArray[np.float64]
@@ -21,7 +22,7 @@ SERVO_LAG = 0.043  # [s] DX200 and MA2010, corner runs at 50 to 800 mm/s (docs/b
 _CORNER_RUNS = "published DX200 recordings of an MA2010, corner at 50 to 800 mm/s; shapes only, not times"
 
 
-class PositionLevels(BlendingLaw):
+class PositionLevels(OverlappingLaw):
     """With a position level PL = 1 to 8 the next move begins while `z` of this one is left.
 
     Over the next z/V seconds its commanded speed rises evenly from nothing to its full speed, while this move
@@ -70,15 +71,6 @@ class PositionLevels(BlendingLaw):
             speed_out=corners.speed_after,
             capped=corners.amount > corners.half,
         )
-
-    def span(self, corners: Corners) -> Floats:
-        return self._overlap(corners).span
-
-    def position(self, corners: Corners, time: Floats) -> Floats:
-        return self._overlap(corners).position(time)
-
-    def velocity(self, corners: Corners, time: Floats) -> Floats:
-        return self._overlap(corners).velocity(time)
 
     def _overlap(self, corners: Corners) -> Overlap:
         ramp = np.minimum(corners.amount, corners.half) / corners.speed_before

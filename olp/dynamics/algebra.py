@@ -18,8 +18,6 @@ Term: TypeAlias = float | Array  # exactly `float` for a constant: numpy's own s
 Triple: TypeAlias = tuple[Term, Term, Term]
 Matrix: TypeAlias = tuple[Triple, Triple, Triple]
 
-ZERO: Triple = (0.0, 0.0, 0.0)
-
 
 def times(a: Term, b: Term) -> Term:
     """a b"""
