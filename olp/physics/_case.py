@@ -1,0 +1,119 @@
+"""What the terms of moves see: the judged simulation's motion, and everything about each move that a cause could hang on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from olp.physics._motion import Motion
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rates:
+    """How fast k axes turn per unit of way, from kinematics (or from joint points alone, then the same all along).
+
+    `path`: at m places spread evenly over the way, signed; rows of waits and of moves whose axes are not known are 0.
+    """
+
+    path: Floats  # (n, m, k) [rad/m | rad/rad | m/m]
+    known: Mask  # (n,) rows whose rates are known
+    exact: bool  # from the robot's kinematics along the way
+    names: tuple[str, ...]  # (k,) of the axes
+    rated: Floats | None = None  # (k,) [rad/s | m/s] rated speeds, where a robot file tells them
+
+    @property
+    def start(self) -> Floats:
+        """(n, k)"""
+        return np.asarray(self.path[:, 0, :])
+
+    @property
+    def end(self) -> Floats:
+        """(n, k)"""
+        return np.asarray(self.path[:, -1, :])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """n executed moves with a measured duration, in order of execution. Columns that nobody wrote are nan.
+
+    `base`: the motion that the judged simulation seems to have used; `simulated` is what it said, and a model's
+    prediction is `simulated` plus the difference that terms make to `base`.
+    """
+
+    move: NDArray[np.int64]  # the recording's own numbers
+    measured: Floats  # [s]
+    simulated: Floats  # [s]
+    base: Motion
+    moving: Mask  # not a wait
+    joint: Mask  # joint moves: their ways are angles
+    start: Floats  # (n, 3) [m]
+    end: Floats  # (n, 3) [m]
+    turn: Floats  # [rad] of the tool, nan where not known
+    stop_start: Mask  # begins at an exact stop
+    stop_end: Mask  # ends with one
+    blend: Floats  # [m] rounding at the move's end, 0: exact stop
+    blend_start: Floats  # [m] rounding at the move's start
+    corner: Floats  # [rad] change of direction at the move's end, nan where not known
+    payload: Floats  # [kg]
+    payload_inertia: Floats  # [kg m²]
+    t_start: Floats  # [s]
+    cycle: NDArray[np.int64]  # -1: none
+    job: tuple[str, ...]
+    line: NDArray[np.int64]  # 0: none
+    rates: Rates | None = None
+    resolution: float = 0.0  # [s] of `measured`
+    covariates: Mapping[str, Floats] = field(default_factory=dict)
+    repeats: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))  # (n,) equal: programmed alike
+
+    def __len__(self) -> int:
+        return len(self.move)
+
+    @property
+    def residual(self) -> Floats:
+        """(n,) [s] measured less simulated."""
+        return self.measured - self.simulated
+
+    @property
+    def length(self) -> Floats:
+        """(n,) [m] straight from start to end, nan without points."""
+        return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
+
+    @property
+    def rise(self) -> Floats:
+        """(n,) sine of the incline, up is positive; 0 where it is not known."""
+        length = self.length
+        up = self.end[:, 2] - self.start[:, 2]
+        return np.asarray(np.nan_to_num(up / np.where(length > 0, length, np.nan)))
+
+    def take(self, rows: NDArray[np.int64]) -> Case:
+        """Some of the moves; what the neighbours were stays as it was."""
+        from dataclasses import replace
+
+        columns = {
+            name: getattr(self, name)[rows] for name in _COLUMNS if len(getattr(self, name)) == len(self)
+        }
+        rates = self.rates
+        if rates is not None:
+            rates = replace(rates, path=rates.path[rows], known=rates.known[rows])
+        return replace(
+            self,
+            base=self.base.take(rows),
+            job=tuple(self.job[i] for i in rows.tolist()),
+            rates=rates,
+            covariates={name: values[rows] for name, values in self.covariates.items()},
+            **columns,
+        )
+
+
+_COLUMNS = (
+    *("move", "measured", "simulated", "moving", "joint", "start", "end", "turn", "stop_start", "stop_end"),
+    *("blend", "blend_start", "corner", "payload", "payload_inertia", "t_start", "cycle", "line", "repeats"),
+)
