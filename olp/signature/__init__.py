@@ -4,10 +4,10 @@ After N. Apostolovic, "An innovative method for improvement of robotic simulatio
 University of Newfoundland, chapters 5 and 6 (method `factors`), and beyond it. docs/signature.md describes it.
 """
 
-from olp.signature.calibrate import calibrate
 from olp.signature.document import Signature
 from olp.signature.estimator import estimator_names
 from olp.signature.file import read_signature, write_signature
+from olp.signature.learn import calibrate
 from olp.signature.moveset import MoveSet, moves_of_recording
 from olp.signature.predict import Prediction, predict
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from olp.signature.domain import Domain
 from olp.signature.errors import ErrorModel
 from olp.signature.estimator import Parameter
+from olp.signature.parts import Part
 
 SCHEMA = "olp-signature"
-VERSION = 1
+# 2 holds `parts`, which an olp that reads 1 would leave out in silence; without them 1 is written.
+VERSION = 2
 
 
 class Learnt(NamedTuple):
@@ -46,3 +48,6 @@ class Signature:
     domain: Domain
     compared: Mapping[str, Score]
     olp: str
+    parts: Mapping[str, Part] = field(
+        default_factory=dict
+    )  # what was learnt beside straight moves, see parts.py

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from olp.signature.document import SCHEMA, VERSION, Learnt, Score, Signature
 from olp.signature.domain import Domain
 from olp.signature.errors import ErrorModel, Spread
 from olp.signature.estimator import Parameter
+from olp.signature.parts import KINDS, Part
 from olp.units import deg, mm
 
 _MOST_BYTES = 50_000_000
@@ -52,9 +54,9 @@ def to_text(signature: Signature) -> str:
 def to_json(signature: Signature) -> dict[str, Any]:
     """The file's content, units in the names."""
     learnt, domain, errors = signature.recording, signature.domain, signature.errors
-    return {
+    content = {
         "schema": SCHEMA,
-        "version": VERSION,
+        "version": VERSION if signature.parts else 1,
         "robot": signature.robot,
         "controller": signature.controller,
         "tool_mm_deg": None
@@ -68,9 +70,7 @@ def to_json(signature: Signature) -> dict[str, Any]:
             "time_resolution_s": learnt.resolution,
         },
         "method": signature.method,
-        "parameters": {
-            name: {"value": p.value, "unit": p.unit, "sd": p.sd} for name, p in signature.parameters.items()
-        },
+        "parameters": _told(signature.parameters),
         "errors_s2_per_m": {"near": errors.near._asdict(), "far": errors.far._asdict()},
         "domain": {
             "speed_mm_s": [v / mm for v in domain.speed],
@@ -82,6 +82,24 @@ def to_json(signature: Signature) -> dict[str, Any]:
         },
         "held_out_percent": {name: s._asdict() for name, s in signature.compared.items()},
         "olp": signature.olp,
+    }
+    if signature.parts:
+        content["parts"] = {name: _part_json(part) for name, part in signature.parts.items()}
+    return content
+
+
+def _told(quantities: Mapping[str, Parameter]) -> dict[str, Any]:
+    return {name: {"value": p.value, "unit": p.unit, "sd": p.sd} for name, p in quantities.items()}
+
+
+def _part_json(part: Part) -> dict[str, Any]:
+    return {
+        "quantities": _told(part.quantities),
+        "errors_s": {**part.spread._asdict(), "row_half": part.row_half},
+        "rows": part.rows,
+        "longest_s": part.longest,
+        "held_out_percent": {"unlearnt": part.unlearnt, "learnt": part.learnt},
+        "law": part.law,
     }
 
 
@@ -103,10 +121,7 @@ def from_json(content: Any, file: str = "") -> Signature:
 def _signature(content: dict[str, Any]) -> Signature:
     learnt, domain, errors = content["recording"], content["domain"], content["errors_s2_per_m"]
     tool = content["tool_mm_deg"]
-    parameters = {
-        str(name): Parameter(p["value"], str(p["unit"]), p.get("sd"))
-        for name, p in content["parameters"].items()
-    }
+    parameters = _parameters(content["parameters"])
     kept = np.array(domain["moves_mm_deg"], dtype=np.float64).reshape(-1, 9)
     places, angles = kept[:, :6] * mm, kept[:, 6:] * deg
     if not len(places) or not np.isfinite(places).all():
@@ -141,6 +156,34 @@ def _signature(content: dict[str, Any]) -> Signature:
             for name, s in content["held_out_percent"].items()
         },
         olp=str(content["olp"]),
+        parts={name: _part(name, entry) for name, entry in content.get("parts", {}).items()},
+    )
+
+
+def _parameters(content: dict[str, Any]) -> dict[str, Parameter]:
+    return {str(name): Parameter(p["value"], str(p["unit"]), p.get("sd")) for name, p in content.items()}
+
+
+def _part(name: str, entry: dict[str, Any]) -> Part:
+    quantities = _parameters(entry["quantities"])
+    for known in KINDS[name].quantities:
+        value = float(quantities[known.name].value)
+        if not (math.isfinite(value) and value >= known.lowest):
+            raise ValueError(f"{known.name} {value}")
+    row_half = entry["errors_s"]["row_half"]
+    longest = float(entry["longest_s"])
+    if not longest > 0:
+        raise ValueError(f"longest_s {longest}")
+    held = entry["held_out_percent"]
+    return Part(
+        quantities,
+        _spread(entry["errors_s"]),
+        math.inf if row_half is None else float(row_half),
+        int(entry["rows"]),
+        longest,
+        float(held["unlearnt"]),
+        float(held["learnt"]),
+        str(entry["law"]),
     )
 
 

@@ -88,17 +88,23 @@ class MoveSet:
         )
 
 
-def moves_of_recording(recording: Recording, stops: bool = True) -> tuple[MoveSet, NDArray[np.int64]]:
+def moves_of_recording(
+    recording: Recording, stops: bool = True, kinds: tuple[str, ...] = ("linear",)
+) -> tuple[MoveSet, NDArray[np.int64]]:
     """The straight moves of a recording, and the row of each in `recording.moves`.
 
-    Left out: moves of another kind, without points or speed, and, with `stops`, moves that do not end in an exact stop.
+    Left out: moves of another kind, without points or speed, and, with `stops`, moves that do not run from exact stop
+    to exact stop. Curves among `kinds` are told by their chords.
     """
     from olp.geometry import rotation_from_angles
+    from olp.signature.places import with_points
+    from olp.signature.stretches import stretches_of
 
-    moves = recording.moves
-    linear = np.array([kind == "linear" for kind in moves.kinds], dtype=bool)
-    known = linear & moves.has_points & np.isfinite(moves.speed)
-    known &= moves.stops | (not stops)
+    moves = with_points(recording.moves, recording.robot, recording.tool)
+    known = np.array([kind in kinds for kind in moves.kinds], dtype=bool)
+    known &= moves.has_points & np.isfinite(moves.speed)
+    if stops:
+        known &= moves.stops & ~stretches_of(moves).begins_rolling
     known &= np.nan_to_num(moves.chord) > 0
     rows = np.nonzero(known)[0].astype(np.int64)
     turned = np.isfinite(moves.start_angles[rows]).all(axis=1)

@@ -15,6 +15,7 @@ from olp.diagnostic import OlpError, error
 from olp.signature.document import Signature
 from olp.signature.estimator import duration_of, load_estimator
 from olp.signature.moveset import MoveSet
+from olp.signature.parts import STOP, value_of
 
 if TYPE_CHECKING:
     from olp.robot import Robot
@@ -75,7 +76,8 @@ def predict(signature: Signature, moves: MoveSet, robot: Robot | None = None) ->
     novelty = domain.novelty(moves)
     # From a new place the held-out start points have shown what an estimator's extrapolation costs.
     strain = domain.strain(moves) * np.where(estimate.inside | (novelty > 0.5), 1.0, _OUTSIDE)
-    duration = duration_of(estimate.slowness, moves)
+    # Of several speeds the part of a stop that does not grow with the speed was learnt by itself.
+    duration = duration_of(estimate.slowness, moves) + value_of(signature.parts, STOP, "fixed_time")
     weight = moves.speed * strain
     half = signature.errors.half(novelty) * weight
     # No interval reaches below what the programmed speed allows.

@@ -1,6 +1,6 @@
 """Predictions for every row of a moves.csv, measured or not.
 
-Codes: H010 moves outside what was learnt, H012 rows whose time a signature cannot say.
+Codes: H010 moves outside what was learnt, H012 rows of which nothing can be said, H020 rows that olp's own model times.
 """
 
 from __future__ import annotations
@@ -12,14 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnostic import Diagnostic, info, warning
+from olp.signature import intervals
 from olp.signature.document import Signature
-from olp.signature.moveset import moves_of_recording
-from olp.signature.predict import predict
+from olp.signature.parts import CIRCULAR, CORNER, JOINT
+from olp.signature.recorded import Rows as Known
+from olp.signature.recorded import rows_of
 
 if TYPE_CHECKING:
     from olp.recording import Recording
+    from olp.recording.moves import RecordedMoves
 
 Floats = NDArray[np.float64]
+
+_WAIT_COLUMN = "wait_s"
 
 
 class Rows(NamedTuple):
@@ -41,36 +46,80 @@ class Rows(NamedTuple):
 
 def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows, tuple[Diagnostic, ...]]:
     """Predicts each row and tells of those it cannot, or only with a wider interval. Raises OlpError (see predict)."""
-    count = len(recording.moves)
-    predicted, low, high = (np.full(count, np.nan) for _ in range(3))
-    moves, rows = moves_of_recording(recording, stops=False)
-    told: list[Diagnostic] = []
-    if len(rows):
-        found = predict(signature, moves, recording.robot)
-        # Learnt from stop to stop: through a corner any part of what the stop costs may be saved.
-        rolling = ~recording.moves.stops[rows]
-        saved = np.where(rolling, found.duration - moves.length / moves.speed, 0.0)
-        predicted[rows], low[rows], high[rows] = found.duration, found.low - saved, found.high
-        if rolling.any():
-            says = f"{int(rolling.sum())} moves end in a corner; the signature was learnt from stop to stop"
-            told.append(info("H010", f"{says}: their intervals are wider", file=recording.path))
-        numbers = recording.moves.move[rows].tolist()
-        told += _outside(found.reasons, numbers, recording.path)
-    missing = count - len(rows)
-    if missing:
-        known = set(rows.tolist())
-        first = next(i for i in range(count) if i not in known)
-        says = (
-            f"{missing} of {count} rows are not straight moves with points and speed_mm_s, "
-            f"the first is move {recording.moves.move[first]}: not predicted"
-        )
-        told.append(warning("H012", says, file=recording.path))
-    return Rows(recording.moves.move, predicted, low, high), tuple(told)
+    assumed: list[str] = []
+    known = rows_of(signature, recording, assumed.append)
+    moves, stretches = known.moves, known.stretches
+    kinds = np.array(moves.kinds, dtype=object)
+    times = known.times
+    predicted = np.where(kinds == "wait", _waits(moves), times.duration)
+    corner = stretches.begins_rolling | stretches.ends_rolling
+    low, high = intervals.ends_of(
+        known.parts, moves.kind, times, stretches.stops, corner, known.half, known.strain, known.law
+    )
+    # A corner that leads to nowhere in this recording may save any part of what the stop costs.
+    low = np.where(stretches.open, np.maximum(low - times.full - times.fixed, 0.0), low)
+    plain = (kinds == "linear") & ~corner & ~stretches.open
+    if known.said is not None:
+        at = plain[known.told]
+        low[known.told[at]], high[known.told[at]] = known.said.low[at], known.said.high[at]
+    resting = kinds == "wait"
+    low[resting] = high[resting] = predicted[resting]
+    nothing = ~np.isfinite(predicted)
+    for values in (predicted, low, high):
+        values[nothing] = np.nan
+    told = [
+        *_outside(known, recording.path),
+        *_own(known, ~nothing & (kinds != "wait"), assumed, recording.path),
+    ]
+    if nothing.any():
+        told.append(_nothing(moves, nothing, recording.path))
+    return Rows(moves.move, predicted, low, high), tuple(told)
 
 
-def _outside(reasons: tuple[str, ...], numbers: list[int], file: str) -> list[Diagnostic]:
+def _waits(moves: RecordedMoves) -> Floats:
+    """(n,) [s] as programmed: the column wait_s, else what the simulation says."""
+    written = moves.covariates.get(_WAIT_COLUMN, np.full(len(moves), np.nan))
+    return np.asarray(np.where(np.isfinite(written), written, moves.sim))
+
+
+def _own(known: Known, said: NDArray[np.bool_], assumed: list[str], file: str) -> list[Diagnostic]:
+    """Rows of which the signature has learnt nothing: timed by olp's own model, their intervals are guesses."""
+    found = []
+    kinds = np.array(known.moves.kinds, dtype=object)
+    for kind, name in ((JOINT, "joint"), (CIRCULAR, "circular")):
+        count = int(np.sum(said & (kinds == name)))
+        if count and kind not in known.parts:
+            says = (
+                f"{count} {name} moves: none were learnt, olp's own model times them, with a guessed interval"
+            )
+            found.append(info("H020", says, file=file))
+    corners = int(np.sum(known.stretches.ends_rolling))
+    if corners and (CORNER not in known.parts or known.parts[CORNER].law != known.law):
+        says = f"{corners} corners: the signature learnt none of this law ({known.law}), their intervals are guessed"
+        found.append(info("H020", says, file=file))
+    open_ends = int(np.sum(known.stretches.open))
+    if open_ends:
+        says = f"{open_ends} moves end in a corner and no row goes on: timed as stops, intervals wider"
+        found.append(info("H020", says, file=file))
+    return [*found, *(info("H020", f"assumed: {says}", file=file) for says in dict.fromkeys(assumed))]
+
+
+def _nothing(moves: RecordedMoves, nothing: NDArray[np.bool_], file: str) -> Diagnostic:
+    first = int(np.argmax(nothing))
+    says = (
+        f"{int(nothing.sum())} of {len(moves)} rows are not predicted, the first is move {moves.move[first]} "
+        f"({moves.kinds[first]})"
+    )
+    help = "a path needs points and speed_mm_s, a joint move joints (or points with angles), speed_pct and a robot"
+    return warning("H012", says, file=file, help=f"{help}; a wait its programmed time in sim_s or wait_s")
+
+
+def _outside(known: Known, file: str) -> list[Diagnostic]:
     """One note for all moves that are outside, with the commonest reason's first example."""
-    far = [(number, reason) for number, reason in zip(numbers, reasons, strict=True) if reason]
+    if known.said is None:
+        return []
+    numbers = known.moves.move[known.told].tolist()
+    far = [(number, reason) for number, reason in zip(numbers, known.said.reasons, strict=True) if reason]
     if not far:
         return []
     kinds = Counter(reason.split(" ")[0] for _, reason in far)

@@ -1,0 +1,61 @@
+"""95 % intervals of moves of every kind: learnt where the recording held them, else told as a guess.
+
+What is guessed: with no joint moves learnt their acceleration takes between nothing and three times its time; curves
+between nothing and twice; with no corners learnt each may cost half a stop more or less and half of what it saves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.recording.moves import CIRCULAR as CURVED
+from olp.recording.moves import JOINT as TURNING
+from olp.signature.parts import CIRCULAR, CORNER, JOINT, Parts
+from olp.signature.stretch_times import Times
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_JOINT_GUESS, _CURVE_GUESS = 3.0, 2.0
+
+
+def ends_of(
+    parts: Parts,
+    kind: NDArray[np.int8],
+    times: Times,
+    stops: NDArray[np.int64],
+    corner: Mask,
+    half: Floats,
+    strain: Floats,
+    law: str,
+) -> tuple[Floats, Floats]:
+    """Low and high (n,) [s]. `half` (n,) [s] of a straight move from stop to stop there, and how far outside it is.
+
+    `stops`: ends at which the arm stands; `corner`: rows that begin or end in one. Of joint moves `half` is not used.
+    """
+    duration = times.duration
+    below, above = half * stops / 2, half * stops / 2
+    for code, name, guess in ((TURNING, JOINT, _JOINT_GUESS), (CURVED, CIRCULAR, _CURVE_GUESS)):
+        rows = kind == code
+        if name in parts:
+            part = parts[name]
+            wide = part.spread.half * np.maximum(1.0, duration / part.longest) * strain
+            below = np.where(rows, wide, below)
+            above = np.where(rows, wide, above)
+        else:
+            own = np.where(code == TURNING, 0.0, half) * stops / 2
+            below = np.where(rows, own + times.over + times.fixed, below)
+            above = np.where(rows, own + (guess - 1) * times.over + times.fixed, above)
+    known = CORNER in parts and parts[CORNER].law == law
+    if known:
+        wide = parts[CORNER].row_half * strain
+        extra = np.where(corner, np.hypot(below, wide) - below, 0.0)
+    else:
+        extra = np.where(corner, times.full / 2 + np.abs(np.nan_to_num(times.saving)) / 2, 0.0)
+    # A zone that is not known may reach to the middle of the move.
+    lost = np.where(np.isnan(times.saving), times.floor / 2, 0.0)
+    # Only a corner lets a move take less than its way at the programmed speed.
+    lowest = np.where(corner, 0.0, np.minimum(times.floor, duration))
+    low = np.maximum(duration - below - extra - lost, lowest)
+    return low, duration + above + extra
