@@ -211,9 +211,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
             "heldout_rmse_before_s": _number(finding.evidence.heldout_before),
             "heldout_rmse_after_s": _number(finding.evidence.heldout_after),
         },
-        "alternatives": [
-            {"term": a.term, "delta_bic": _number(a.delta_bic)} for a in finding.alternatives
-        ],
+        "alternatives": [{"term": a.term, "delta_bic": _number(a.delta_bic)} for a in finding.alternatives],
     }
 
 

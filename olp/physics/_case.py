@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -71,7 +71,10 @@ class Case:
     rates: Rates | None = None
     resolution: float = 0.0  # [s] of `measured`
     covariates: Mapping[str, Floats] = field(default_factory=dict)
-    repeats: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))  # (n,) equal: programmed alike
+    repeats: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(0, np.int64)
+    )  # (n,) equal: programmed alike
+    derived: dict[str, Floats] = field(default_factory=dict)  # what terms work out once per case
 
     def __len__(self) -> int:
         return len(self.move)
@@ -93,6 +96,36 @@ class Case:
         up = self.end[:, 2] - self.start[:, 2]
         return np.asarray(np.nan_to_num(up / np.where(length > 0, length, np.nan)))
 
+    def once(self, name: str, make: Callable[[], Floats]) -> Floats:
+        """A column that a term works out from this case, kept for its next call."""
+        if name not in self.derived:
+            self.derived[name] = make()
+        return self.derived[name]
+
+    @property
+    def unit(self) -> str:
+        """ "m" of ways, "rad" when all moves are joint moves."""
+        return "rad" if bool((self.joint | ~self.moving).all()) else "m"
+
+    @property
+    def ratio(self) -> Floats:
+        """(n,) what a number in `unit` is for each move: joint moves beside straight ones count by their accelerations."""
+        return self.once("ratio", self._ratio)
+
+    def _ratio(self) -> Floats:
+        ones = np.ones(len(self))
+        angular, straight = self.joint & self.moving, ~self.joint & self.moving
+        if not angular.any() or not straight.any():
+            return ones
+        pace = self.base.accelerate
+        return np.where(self.joint, np.median(pace[angular]) / np.median(pace[straight]), ones)
+
+    @property
+    def pace(self) -> float:
+        """[unit/s²] the middle of the simulation's accelerations."""
+        of = self.moving & np.isfinite(self.base.accelerate)
+        return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
+
     def take(self, rows: NDArray[np.int64]) -> Case:
         """Some of the moves; what the neighbours were stays as it was."""
         from dataclasses import replace
@@ -108,6 +141,7 @@ class Case:
             base=self.base.take(rows),
             job=tuple(self.job[i] for i in rows.tolist()),
             rates=rates,
+            derived={},
             covariates={name: values[rows] for name, values in self.covariates.items()},
             **columns,
         )

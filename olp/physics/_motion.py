@@ -31,25 +31,15 @@ class Motion:
     share_end: Floats  # (n,)
     least: Floats  # (n,) [s] that the move takes whatever the ways says
     added: Floats  # (n,) [s]
-    rate: Floats  # (n,) [1] seconds on the recorder per second
-    cycle: float = 0.0  # [s] durations are whole multiples of; 0: not
+    rate: Floats  # (n,) [1] by which whole durations are longer
+    cycle: float = 0.0  # [s] of which whole durations are multiples; 0: not
 
     def with_(self, **changes: Floats | float) -> Motion:
         return replace(self, **changes)  # type: ignore[arg-type]
 
-    def smooth(self) -> Floats:
-        """(n,) [s] durations before they are rounded up to the cycle (half a cycle stands for the rounding)."""
-        return np.asarray(self._whole() + self.cycle / 2)
-
     def duration(self) -> Floats:
-        """(n,) [s]"""
-        whole = self._whole()
-        if self.cycle <= 0:
-            return whole
-        return np.asarray(np.ceil(whole / self.cycle - 1e-6) * self.cycle)
-
-    def _whole(self) -> Floats:
-        return np.asarray((np.maximum(self._travel(), self.least) + self.added) * self.rate)
+        """(n,) [s] before `rate` and `cycle`, which hold for whole durations."""
+        return np.asarray(np.maximum(self._travel(), self.least) + self.added)
 
     def _travel(self) -> Floats:
         """(n,) [s] of the way alone."""

@@ -88,6 +88,10 @@ class MoveTerm(Term):
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         """The motion with the term in it."""
 
+    def doubt(self, form: Form, values: Floats) -> float:
+        """What values that physics does not expect cost, in units of BIC: 0 for those it does."""
+        return 0.0
+
     def says(self, form: Form, values: Floats, case: Case) -> str:
         """One clause with the numbers, for a person: "every exact stop takes 38 ms longer"."""
         return ", ".join(f"{p.name} {v:.4g} {p.unit}" for p, v in zip(form.parameters, values, strict=True))

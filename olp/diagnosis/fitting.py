@@ -1,0 +1,164 @@
+"""Fitting the parameters of several terms together, so that a few odd moves do not decide.
+
+Residuals follow Student's t (K. Lange, R. Little, J. Taylor, "Robust statistical modeling using the t distribution",
+JASA 84, 1989): like least squares near the middle, and far away a logarithm. The scale is fitted along, never below what the
+recorder's resolution leaves. Steps are Levenberg and Marquardt's (D. Marquardt, SIAM J. Appl. Math. 11, 1963).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.model import Model, Part
+from olp.physics import Form, MoveTerm, Parameter
+from olp.physics._case import Case
+
+Floats = NDArray[np.float64]
+
+FREEDOM = 6.0  # of Student's t
+_STEP = 1e-5  # of a parameter's span, for differences
+_ROUNDS = 4  # of the scale's fixed point
+
+
+class Noise(NamedTuple):
+    """What is known of the scatter before anything is fitted."""
+
+    least: float  # [s] no fit may claim less
+    order: float = 0.0  # [1] correlation of one residual with the one before it, in order of execution
+
+
+class Fit(NamedTuple):
+    """A model with its best values. `loss`: minus the logarithm of the likelihood, less a constant."""
+
+    model: Model
+    loss: float
+    scale: float  # [s] of the scatter
+    bic: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the terms, sorted, each once."""
+        return tuple(sorted({part.term.name for part in self.model.parts}))
+
+    @property
+    def labels(self) -> frozenset[str]:
+        return frozenset(part.label for part in self.model.parts)
+
+
+def whiten(residual: Floats, order: float) -> Floats:
+    """(n, …) less what the move before foretells (D. Cochrane, G. Orcutt, JASA 44, 1949)."""
+    if order == 0.0:
+        return residual
+    result = residual.copy()
+    result[1:] -= order * residual[:-1]
+    result[0] *= np.sqrt(1.0 - order**2)
+    return result
+
+
+def loss_of(residual: Floats, least: float, start: float = 0.0) -> tuple[float, float]:
+    """Loss and scale [s] of residuals (n,), the scale at its best."""
+    square = residual**2
+    scale = start if start > 0 else max(1.4826 * float(np.median(np.abs(residual))), least)
+    for _ in range(_ROUNDS):
+        weight = (FREEDOM + 1.0) / (FREEDOM + square / scale**2)
+        scale = max(float(np.sqrt((weight * square).mean())), least)
+    far = 0.5 * (FREEDOM + 1.0) * np.log1p(square / (FREEDOM * scale**2))
+    return float(far.sum() + len(residual) * np.log(scale)), scale
+
+
+def penalty(parts: Sequence[tuple[MoveTerm, Form]], case: Case) -> float:
+    """What the parts cost in BIC: log n per parameter, and the choice between a term's forms."""
+    count = sum(len(form.parameters) for _, form in parts)
+    forms = sum(2.0 * np.log(max(len(term.forms(case)), 1)) for term, _ in parts)
+    return float(count * np.log(len(case)) + forms)
+
+
+def evaluate(model: Model, case: Case, noise: Noise) -> Fit:
+    """A model as it stands, nothing fitted but the scale."""
+    loss, scale = loss_of(whiten(case.measured - model.seconds(case), noise.order), noise.least)
+    return Fit(model, loss, scale, 2.0 * loss + penalty([(p.term, p.form) for p in model.parts], case))
+
+
+def fit(model: Model, case: Case, noise: Noise, steps: int = 10) -> Fit:
+    """The best values near those of `model`."""
+    if not model.parts:
+        return evaluate(model, case, noise)
+    place, damping = _pack(model), 1e-3
+    best = evaluate(model, case, noise)
+    residual = whiten(case.measured - model.seconds(case), noise.order)
+    low, high = _bounds(model)
+    for _ in range(steps):
+        slopes = _slopes(model, place, low, high, case, noise)
+        weight = (FREEDOM + 1.0) / (FREEDOM + (residual / best.scale) ** 2)
+        normal = slopes.T @ (weight[:, None] * slopes)
+        pull = slopes.T @ (weight * residual)
+        gained = 0.0
+        for _ in range(5):
+            grown = normal + damping * np.diag(np.maximum(np.diag(normal), 1e-12))
+            try:
+                step = np.linalg.solve(grown, pull)
+            except np.linalg.LinAlgError:
+                break
+            tried = np.clip(place + step, low, high)
+            candidate = _unpack(model, tried)
+            left = whiten(case.measured - candidate.seconds(case), noise.order)
+            loss, scale = loss_of(left, noise.least, best.scale)
+            if loss < best.loss - 1e-9:
+                gained = best.loss - loss
+                place, residual, model = tried, left, candidate
+                best = Fit(model, loss, scale, best.bic + 2.0 * (loss - best.loss))
+                damping = max(damping / 10.0, 1e-9)
+                break
+            damping *= 10.0
+        if gained < 1e-4:
+            break
+    return best
+
+
+def slopes_of(model: Model, case: Case, noise: Noise) -> Floats:
+    """(n, p) of the whitened prediction by the search's coordinates, at the model's values."""
+    low, high = _bounds(model)
+    return _slopes(model, _pack(model), low, high, case, noise)
+
+
+def parameters_of(model: Model) -> list[tuple[Part, Parameter, float]]:
+    """All parameters in the order of the search's coordinates."""
+    return [(p, q, float(v)) for p in model.parts for q, v in zip(p.form.parameters, p.values, strict=True)]
+
+
+def _slopes(model: Model, place: Floats, low: Floats, high: Floats, case: Case, noise: Noise) -> Floats:
+    here = _unpack(model, place).smooth(case)
+    columns = []
+    for index in range(len(place)):
+        step = _STEP * (high[index] - low[index])
+        step = -step if place[index] + step > high[index] else step
+        moved = place.copy()
+        moved[index] += step
+        columns.append((_unpack(model, moved).smooth(case) - here) / step)
+    return whiten(np.stack(columns, axis=1), noise.order)
+
+
+def _pack(model: Model) -> Floats:
+    return np.array([np.log(value) if p.log else value for _, p, value in parameters_of(model)])
+
+
+def _bounds(model: Model) -> tuple[Floats, Floats]:
+    of = [p for _, p, _ in parameters_of(model)]
+    low = np.array([np.log(p.low) if p.log else p.low for p in of])
+    return low, np.array([np.log(p.high) if p.log else p.high for p in of])
+
+
+def _unpack(model: Model, place: Floats) -> Model:
+    parts, at = [], 0
+    for part in model.parts:
+        width = len(part.form.parameters)
+        log = np.array([p.log for p in part.form.parameters], dtype=bool)
+        coordinates = place[at : at + width]
+        values = np.where(log, np.exp(np.where(log, coordinates, 0.0)), coordinates)
+        parts.append(part._replace(values=values))
+        at += width
+    return Model(tuple(parts))

@@ -1,0 +1,153 @@
+"""Whether what remains is scatter, or goes together with something: order, columns, repeats.
+
+Each look is a test with a p-value, and the p-values are corrected for the number of looks (S. Holm, Scand. J. Statist. 6,
+1979), so that one clean recording in a hundred is called structured.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.result import Correlate
+from olp.physics._case import Case
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+LEVEL = 0.01
+_FEWEST = 8
+_LAGS = 5
+
+
+class Remains(NamedTuple):
+    """What the tests said of residuals."""
+
+    correlates: tuple[Correlate, ...]  # the significant ones, the surest first
+    order: float  # [1] correlation of a residual with the one before it; 0 when it is not significant
+
+    @property
+    def structured(self) -> bool:
+        return bool(self.correlates)
+
+
+def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remains:
+    """Looks at residuals (n,) [s] from every side."""
+    clipped = np.clip(residual, *np.quantile(residual, [0.005, 0.995])) if len(residual) > 50 else residual
+    found = [
+        *_by_order(clipped),
+        *_by_columns(clipped, case),
+        *_by_groups(clipped, {**groups, "repeat": case.repeats}),
+    ]
+    looks = len(found)
+    kept = []
+    for rank, look in enumerate(sorted(found, key=lambda c: c.p_value)):
+        if look.p_value * (looks - rank) > LEVEL:
+            break
+        kept.append(look)
+    order = next((c.statistic for c in kept if c.column == "previous move"), 0.0)
+    return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)))
+
+
+def _by_order(residual: Floats) -> list[Correlate]:
+    """Autocorrelation (G. Box, D. Pierce, JASA 65, 1970) and the strongest period (R. Fisher, 1929)."""
+    n = len(residual)
+    if n < 3 * _FEWEST:
+        return []
+    centred = residual - residual.mean()
+    power = float(centred @ centred)
+    if power <= 0:
+        return []
+    lags = [float(centred[k:] @ centred[:-k]) / power for k in range(1, _LAGS + 1)]
+    first = Correlate("previous move", lags[0], _two_sided(lags[0] * math.sqrt(n)))
+    together = n * (n + 2) * sum(r**2 / (n - k) for k, r in enumerate(lags, 1))
+    box = Correlate("previous moves", math.sqrt(together / (n * _LAGS)), _chi_square(together, _LAGS))
+    spectrum = np.abs(np.fft.rfft(centred)[1:]) ** 2
+    peak = float(spectrum.max() / spectrum.sum())
+    fisher = min(1.0, len(spectrum) * (1.0 - peak) ** (len(spectrum) - 1))
+    return [first, box, Correlate("a period in the order of moves", math.sqrt(peak), fisher)]
+
+
+def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
+    """Spearman's rank correlation with every number known of a move."""
+    columns: dict[str, Floats] = {
+        "length": case.length,
+        "speed": case.base.speed,
+        "simulated": case.simulated,
+        "incline": case.rise,
+        "t_start_s": case.t_start,
+        "move": np.arange(len(case), dtype=float),
+        "turn": case.turn,
+        "payload_kg": case.payload,
+        "payload_inertia_kg_m2": case.payload_inertia,
+        "corner": np.where(case.stop_end, np.nan, case.corner),
+        **{
+            f"{axis} of the {end}": points[:, k]
+            for end, points in (("start", case.start), ("end", case.end))
+            for k, axis in enumerate("xyz")
+        },
+        **case.covariates,
+    }
+    found = []
+    for name, values in columns.items():
+        known = np.isfinite(values)
+        if known.sum() < _FEWEST or np.ptp(values[known]) <= 0:
+            continue
+        rho = _spearman(residual[known], values[known])
+        found.append(Correlate(name, rho, _two_sided(rho * math.sqrt(known.sum() - 1))))
+    return found
+
+
+def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
+    """Analysis of variance on ranks (W. Kruskal, W. Wallis, JASA 47, 1952)."""
+    found = []
+    ranks = _ranks(residual)
+    for name, labels in groups.items():
+        if len(labels) != len(residual):
+            continue
+        names, inverse, count = np.unique(labels, return_inverse=True, return_counts=True)
+        if len(names) < 2 or len(names) > len(labels) // 2:
+            continue
+        means = np.bincount(inverse, ranks) / count
+        between = float((count * (means - ranks.mean()) ** 2).sum())
+        total = float(((ranks - ranks.mean()) ** 2).sum())
+        if total <= 0:
+            continue
+        k, n = len(names), len(labels)
+        ratio = (between / (k - 1)) / max((total - between) / (n - k), 1e-12 * total)
+        found.append(Correlate(name, math.sqrt(between / total), f_tail(ratio, k - 1, n - k)))
+    return found
+
+
+def _spearman(a: Floats, b: Floats) -> float:
+    one, two = _ranks(a), _ranks(b)
+    one, two = one - one.mean(), two - two.mean()
+    size = math.sqrt(float(one @ one) * float(two @ two))
+    return float(one @ two) / size if size > 0 else 0.0
+
+
+def _ranks(values: Floats) -> Floats:
+    """Ranks; equal values share the middle one."""
+    _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    return np.asarray((last - (count - 1) / 2.0)[inverse], dtype=float)
+
+
+def _two_sided(z: float) -> float:
+    return math.erfc(abs(z) / math.sqrt(2.0))
+
+
+def _chi_square(x: float, freedom: int) -> float:
+    """Tail of chi square (Wilson and Hilferty, PNAS 17, 1931)."""
+    k = 2.0 / (9.0 * freedom)
+    return 0.5 * math.erfc((((x / freedom) ** (1.0 / 3.0) - (1.0 - k)) / math.sqrt(k)) / math.sqrt(2.0))
+
+
+def f_tail(x: float, top: int, bottom: int) -> float:
+    """Tail of Fisher's F (E. Paulson, Annals of Mathematical Statistics 13, 1942: the cube root is nearly normal)."""
+    a, b, root = 2.0 / (9.0 * top), 2.0 / (9.0 * bottom), max(x, 0.0) ** (1.0 / 3.0)
+    z = ((1.0 - b) * root - (1.0 - a)) / math.sqrt(b * root**2 + a)
+    return 0.5 * math.erfc(z / math.sqrt(2.0))

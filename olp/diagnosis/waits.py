@@ -1,0 +1,44 @@
+"""Waits that come from outside the arm: one-sided outliers beside what the terms explain."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.fitting import Fit
+from olp.physics._case import Case
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_LEVEL = 0.01  # that one clean recording in a hundred may have an outlier
+_MOST = 0.35  # of all moves; more is no exception but a rule
+_ONE_SIDED = 5  # times as many late moves as early ones
+
+
+def spread(residual: Floats, least: float) -> float:
+    """[s] standard deviation of the middle of the residuals."""
+    return max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), least)
+
+
+def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
+    """(n,) moves that are later than scatter explains; none when as many are early (a heavy-tailed scatter)."""
+    residual = case.measured - fitted.model.seconds(case)
+    sigma = spread(residual, least)
+    far = threshold(len(case)) * sigma
+    late, early = residual > far, residual < -far
+    if not late.any() or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
+        return np.zeros(len(case), dtype=bool)
+    return np.asarray(late, dtype=bool)
+
+
+def threshold(count: int) -> float:
+    """[1] standard deviations that the largest of `count` normal values passes with probability `_LEVEL`."""
+    tail = _LEVEL / max(count, 1)
+    low, high = 1.0, 12.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if 0.5 * math.erfc(middle / math.sqrt(2.0)) > tail else (low, middle)
+    return high

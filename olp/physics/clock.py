@@ -1,0 +1,36 @@
+"""The recorder's time runs at another rate, begins elsewhere, or its channels are not of one instant."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.physics.term import LogTerm, Parameter
+
+Complex = NDArray[np.complex128]
+
+
+class Clock(LogTerm):
+    summary = "the recorder's time runs at another rate or offset"
+    does = (
+        "all axes are late by one and the same time, whatever their speed, load or acceleration; at another rate "
+        "that time grows with the time itself, rests included"
+    )
+    source = "straight line between two clocks; a pure delay has the gain 1 at every frequency"
+    confusable = ("servo-lag", "speed-scale", "joint-compliance")
+    equation: ClassVar[str] = r"t_\mathrm{log} = t_0 + r\,t"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("offset", "s", -1e9, 1e9, 0.0, meaning="what the recorder's clock reads too much"),
+        Parameter("rate", "1", 0.5, 2.0, 1.0, meaning="seconds of the recorder in a second"),
+    )
+
+    def seen_in(self, columns: frozenset[str]) -> bool:
+        return bool(columns & {"command", "sim"})
+
+
+def shift(omega: NDArray[np.float64], late: float) -> Complex:
+    """Shifted over unshifted, less 1, at `omega` (n,) [rad/s], for a signal that comes `late` [s]."""
+    away: Complex = np.exp(-1j * omega * late) - 1
+    return away

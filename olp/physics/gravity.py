@@ -1,0 +1,62 @@
+"""`gravity`: acceleration and deceleration depend on how steeply the move goes up or down."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.physics._case import Case, Floats
+from olp.physics._motion import Motion
+from olp.physics.term import Form, MoveTerm, Parameter, Stage
+
+_STEEP = 0.2  # sine of the steepest incline that has to be there
+_LEAST = 0.05  # of the acceleration remains, whatever gravity takes
+
+
+class Gravity(MoveTerm):
+    summary = "acceleration and deceleration depend on how steeply the move goes up or down"
+    does = "ramps change with the sine of the incline: up against down, or steep against level"
+    source = (
+        "N. Apostolovic, An innovative method …, chapter 6 (factors over the incline); Newton's second law"
+    )
+    confusable = ("reach-inertia", "joint-acceleration-limit", "acceleration")
+    stage = Stage.SCALES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        rise = case.rise[case.moving & ~case.joint]
+        if len(rise) < 4 or np.ptp(rise) < _STEEP:
+            return ()
+        share = Parameter(
+            "share", "1", -0.9, 0.9, 0.0, False, "of the acceleration that a vertical move loses"
+        )
+        steep = Parameter(
+            "share", "1", 0.0, 0.95, 0.0, False, "of the acceleration that gravity takes upright"
+        )
+        return (
+            Form("both ramps", (share,), r"a_\uparrow = a\,(1 - k\sin\gamma)"),
+            Form(
+                "against and with",
+                (steep,),
+                r"a_{acc} = a\,(1 - k\sin\gamma),\; a_{dec} = a\,(1 + k\sin\gamma)",
+            ),
+        )
+
+    def lacks(self, case: Case) -> str:
+        return "" if self.forms(case) else "moves with points at several inclines"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        return np.array([[-0.2], [0.2]]) if form.key == "both ramps" else np.array([[0.2], [0.5]])
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        pull = values[0] * case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
+        sign = -1.0 if form.key == "both ramps" else 1.0
+        return motion.with_(
+            accelerate=motion.accelerate * np.maximum(1.0 - pull, _LEAST),
+            decelerate=motion.decelerate * np.maximum(1.0 + sign * pull, _LEAST),
+        )
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.key == "both ramps":
+            way, back = ("up", "down") if values[0] > 0 else ("down", "up")
+            return f"straight {way} both ramps have {abs(values[0]):.0%} less acceleration, straight {back} as much more"
+        return f"straight up gravity takes {values[0]:.0%} of the acceleration and gives it to the braking"

@@ -1,0 +1,78 @@
+"""`joint-acceleration-limit`: an axis reaches its acceleration limit, so the path accelerates more slowly there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.physics._case import Case, Floats
+from olp.physics._motion import Motion
+from olp.physics.term import Form, MoveTerm, Parameter, Stage
+
+_QUANTILES = (0.2, 0.5, 0.8, 0.93)
+
+
+class JointAccelerationLimit(MoveTerm):
+    summary = "an axis reaches its acceleration limit, so the path accelerates more slowly in some poses and directions"
+    does = "ramps are longer where the axis has to turn far per millimetre of way, and as simulated elsewhere"
+    source = "q'' = q' s'' + q'' s'²; J. Bobrow, S. Dubowsky, J. Gibson, Int. J. Robotics Research 4(3), 1985"
+    confusable = ("reach-inertia", "gravity", "torque-speed", "joint-speed-limit")
+    stage = Stage.LIMITS
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        if case.rates is None:
+            return ()
+        forms = []
+        for axis, name in enumerate(case.rates.names):
+            asked = _asked(case, axis)
+            if (asked > 0).sum() < 4:
+                continue
+            high, low = float(asked.max()), float(np.quantile(asked[asked > 0], 0.05))
+            if high <= 1.02 * low:
+                continue
+            says = f"that axis {name} can give"
+            limit = Parameter(f"limit_{name.lower()}", "rad/s^2", 0.2 * low, high, np.inf, True, says)
+            forms.append(Form(name, (limit,), r"a \le A_j / |q_j'|", axis))
+        return tuple(forms)
+
+    def lacks(self, case: Case) -> str:
+        return "" if case.rates is not None else "a robot, or joint points"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        asked = _asked(case, form.axis)
+        return np.quantile(asked[asked > 0], _QUANTILES)[:, None]
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        start, end = ends(case, form.axis)
+        with np.errstate(divide="ignore"):
+            return motion.with_(
+                accelerate=np.minimum(motion.accelerate, values[0] / start),
+                decelerate=np.minimum(motion.decelerate, values[0] / end),
+            )
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        return f"axis {form.key} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
+
+
+def ends(case: Case, axis: int) -> tuple[Floats, Floats]:
+    """(n,), (n,) [rad/m] the most that an axis turns per unit of way over each ramp of the simulation."""
+    return (
+        case.once(f"ramp {axis} 0", lambda: _over_ramp(case, axis, False)),
+        case.once(f"ramp {axis} 1", lambda: _over_ramp(case, axis, True)),
+    )
+
+
+def _over_ramp(case: Case, axis: int, last: bool) -> Floats:
+    assert case.rates is not None
+    rate = np.abs(case.rates.path[:, :, axis])
+    share = np.linspace(0.0, 1.0, rate.shape[1])
+    share = 1.0 - share if last else share
+    slow = case.base.decelerate if last else case.base.accelerate
+    ramp = np.minimum(case.base.speed**2 / (2 * slow) / np.maximum(case.base.way, 1e-9), 0.5)
+    return np.asarray(np.where(share[None, :] <= ramp[:, None] + 1e-9, rate, 0.0).max(axis=1))
+
+
+def _asked(case: Case, axis: int) -> Floats:
+    """(n,) [rad/s²] of the axis in the simulation's ramps."""
+    start, end = ends(case, axis)
+    return np.asarray(np.maximum(start * case.base.accelerate, end * case.base.decelerate))

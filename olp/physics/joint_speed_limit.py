@@ -1,0 +1,82 @@
+"""`joint-speed-limit`: an axis reaches its speed limit, so the path is slowed there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.physics._case import Case, Floats
+from olp.physics._motion import Motion
+from olp.physics.term import Form, MoveTerm, Parameter, Stage
+
+_QUANTILES = (0.3, 0.6, 0.85, 0.95, 0.985)
+
+
+class JointSpeedLimit(MoveTerm):
+    summary = "an axis reaches its speed limit, so the path is slowed there (near a singularity, say)"
+    does = "moves in which the axis has to turn fast are longer, in cruise; all others are as simulated"
+    source = "q' = J⁻¹ x'; B. Siciliano et al., Robotics (Springer 2009), section 3.5"
+    confusable = ("speed-clamp", "orientation-limit", "joint-acceleration-limit")
+    stage = Stage.LIMITS
+    phase = "cruise"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        if case.rates is None:
+            return ()
+        forms = []
+        for axis, name in enumerate(case.rates.names):
+            asked = _asked(case, axis)
+            if (asked > 0).sum() < 4:
+                continue
+            high, low = float(asked.max()), float(np.quantile(asked[asked > 0], 0.05))
+            limit = Parameter(
+                f"limit_{name.lower()}", "rad/s", 0.2 * low, high, np.inf, True, f"of axis {name}"
+            )
+            forms.append(Form(name, (limit,), r"\dot s \le V_j / |q_j'(s)|", axis))
+        return tuple(forms)
+
+    def lacks(self, case: Case) -> str:
+        return "" if case.rates is not None else "a robot, or joint points"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        asked = _asked(case, form.axis)
+        return np.quantile(asked[asked > 0], _QUANTILES)[:, None]
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        """Where the axis would be too fast, the way takes as long as the axis needs; ramps stay what they are."""
+        assert case.rates is not None
+        touched = np.nonzero(_asked(case, form.axis) > values[0])[0]
+        if not len(touched):
+            return motion
+        rate = np.abs(case.rates.path[touched, :, form.axis])
+        profile = _profile(motion.take(touched), rate.shape[1])
+        slower = np.maximum(rate / values[0] - 1.0 / profile, 0.0)
+        added = motion.added.copy()
+        # Trapezoidal rule; at the very ends the profile stands still and nothing is limited.
+        mean = (slower.sum(axis=1) - 0.5 * (slower[:, 0] + slower[:, -1])) / (rate.shape[1] - 1)
+        added[touched] += motion.way[touched] * mean
+        return motion.with_(added=added)
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        return f"axis {form.key} turns no faster than {np.degrees(values[0]):.1f} deg/s"
+
+
+def _profile(motion: Motion, places: int) -> Floats:
+    """(n, m) [m/s] speed along the way, without jerk."""
+    share = np.linspace(0.0, 1.0, places)[None, :]
+    way = motion.way[:, None]
+    rising = np.sqrt(2.0 * motion.accelerate[:, None] * share * way)
+    falling = np.sqrt(2.0 * motion.decelerate[:, None] * (1.0 - share) * way)
+    rising = np.where(motion.share_start[:, None] > 0.5, rising, np.inf)
+    falling = np.where(motion.share_end[:, None] > 0.5, falling, np.inf)
+    return np.maximum(np.minimum(np.minimum(rising, falling), motion.speed[:, None]), 1e-9)
+
+
+def _asked(case: Case, axis: int) -> Floats:
+    """(n,) [rad/s] the fastest that the axis turns in the simulation."""
+
+    def work_out() -> Floats:
+        assert case.rates is not None
+        rate = np.abs(case.rates.path[:, :, axis])
+        return np.asarray((rate * _profile(case.base, rate.shape[1])).max(axis=1))
+
+    return case.once(f"axis speed {axis}", work_out)

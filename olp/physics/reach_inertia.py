@@ -1,0 +1,84 @@
+"""`reach-inertia`: acceleration falls as the load is farther from the first axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.physics._case import Case, Floats
+from olp.physics._motion import Motion
+from olp.physics.term import Form, MoveTerm, Parameter, Stage
+
+_SPREAD = 0.05  # [m] of the distances from the first axis that has to be there
+
+
+class ReachInertia(MoveTerm):
+    summary = "acceleration falls as the load is farther from the first axis"
+    does = "ramps far out are longer than ramps near the base, with the square of the distance"
+    source = "Steiner's theorem: inertia about the first axis is I0 + m r²; Apostolovic, equation 6.3 (radial distance)"
+    confusable = ("gravity", "joint-acceleration-limit", "payload")
+    stage = Stage.SCALES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        near, far = _reaches(case)
+        both = np.concatenate([near, far])[np.tile(case.moving & ~case.joint, 2)]
+        if len(both) < 8 or not np.isfinite(both).all() or np.ptp(both) < _SPREAD:
+            return ()
+        top = 8.0 / float(np.max(both)) ** 2
+        one = Parameter("growth", "1/m^2", 0.0, top, 0.0, False, "of the inertia with the distance squared")
+        middle = Parameter(
+            "growth", "1/m^2", 0.0, 0.9 / max(float(np.median(both)) ** 2, 1e-6), 0.0, False, one.meaning
+        )
+        return (
+            Form("", (one,), r"a(r) = a / (1 + k r^2)"),
+            Form("across", (one,), r"a(r) = a / (1 + k r^2 \cos^2\varphi)"),
+            Form("about the middle", (middle,), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
+        )
+
+    def lacks(self, case: Case) -> str:
+        return "" if self.forms(case) else "moves with points at several distances from the first axis"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        return np.array([[0.02], [0.12]]) * form.parameters[0].high
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        start, end = (
+            case.once(f"reach {form.key} {k}", lambda k=k: _weight(case, form.key, k))
+            for k in (0, 1)  # type: ignore[misc]
+        )
+        return motion.with_(
+            accelerate=motion.accelerate / (1.0 + values[0] * start),
+            decelerate=motion.decelerate / (1.0 + values[0] * end),
+        )
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        start, end = _reaches(case)
+        low, high = float(np.nanmin([start, end])), float(np.nanmax([start, end]))
+        less = 1.0 - (1.0 + values[0] * low**2) / (1.0 + values[0] * high**2)
+        return f"at {high * 1000:.0f} mm from the first axis there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
+
+
+def _reaches(case: Case) -> tuple[Floats, Floats]:
+    """(n,), (n,) [m] from the first axis at start and end."""
+    return np.hypot(case.start[:, 0], case.start[:, 1]), np.hypot(case.end[:, 0], case.end[:, 1])
+
+
+def _weight(case: Case, key: str, end: int) -> Floats:
+    """(n,) [m²] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
+    reaches = _reaches(case)
+    square = reaches[end] ** 2
+    if key == "across":
+        square = square * _across(case, end) ** 2
+    elif key:
+        both = np.concatenate(reaches)
+        square = square - float(np.nanmedian(both)) ** 2
+    return np.where(case.joint | ~case.moving, 0.0, np.nan_to_num(square))
+
+
+def _across(case: Case, end: int) -> Floats:
+    """(n,) share of the way that turns the first axis."""
+    place = case.end if end else case.start
+    way = case.end - case.start
+    unit = way / np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+    reach = np.maximum(np.hypot(place[:, 0], place[:, 1]), 1e-9)
+    return np.asarray((place[:, 0] * unit[:, 1] - place[:, 1] * unit[:, 0]) / reach)
