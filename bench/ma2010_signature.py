@@ -1,10 +1,10 @@
 """Totals of an MA2010's runs by a signature learnt on the other directions: python bench/ma2010_signature.py FOLDER
 
-FOLDER holds `commands.csv` and the joint recordings beside it. Every run becomes rows of a moves.csv, which part where
-the tool was nearest to the corner. A run is timed from 0.5 mm behind its start to 0.5 mm before its end (see
-ma2010_runs). Samples 46 ms apart do not tell when the arm began and came to rest: the half millimetres are counted at
-programmed speed, and speeding up and braking there together as 0.15 s, the acceleration time of the corner runs
-(4 ms, another test, docs/blending.md). That constant is the same in every run.
+FOLDER holds `commands.csv` and the joint recordings beside it. Every run becomes rows of a moves.csv, which part in the
+middle of a rest, and in a corner where `olp recording from-log` parts them. A run is timed from 0.5 mm behind its start
+to 0.5 mm before its end (see ma2010_runs). Samples 46 ms apart do not tell when the arm began and came to rest: the half
+millimetres are counted at programmed speed, and speeding up and braking there together as 0.15 s, the acceleration time
+of the corner runs (4 ms, another test, docs/blending.md). That constant is the same in every run.
 
 The signature of each line of the table is calibrated by `olp calibrate`'s code on the runs in other directions only:
 estimator, acceleration, what a stop costs and what a corner saves. Nothing is chosen by hand inside.
@@ -24,13 +24,16 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
+from from_log import job_text, segment, tool_text  # noqa: E402
 from ma2010_runs import ROBOT, THRESHOLD, Run, read  # noqa: E402
 
+import olp  # noqa: E402
 from olp.geometry import angles_from_rotation  # noqa: E402
 from olp.kinematics import forward  # noqa: E402
 from olp.recording import Recording, read_recording  # noqa: E402
-from olp.signature import calibrate  # noqa: E402
+from olp.signature import Signature, calibrate  # noqa: E402
 from olp.signature.rows import predict_recording  # noqa: E402
+from olp.timing import time_plan  # noqa: E402
 from olp.units import deg, mm  # noqa: E402
 
 Floats = NDArray[np.float64]
@@ -49,70 +52,91 @@ HEAD = [
 
 
 class Test(NamedTuple):
-    """One run: its group, position level (9: none written) and recording."""
+    """One run: its group, position level (9: none written), and what `olp recording` and `olp time` get of it."""
 
     group: str
     level: int
     run: Run
+    durations: Floats  # (p - 1,) [s]
+    angles: Floats  # (3,) [deg] of the tool
+    job: str
 
 
 def tests(folder: Path) -> list[Test]:
+    names = [
+        (group, level, f"{group}/blending_zone_test/pl{level}.csv")
+        for group in ("linear", "linear2", "linear3", "linear4", "kink")
+        for level in range(9)
+        if (group, level) != ("linear2", 0)  # recorded on another control group
+    ]
+    names += [(group, 9, f"{group}_nozone/blending_zone_test/nozone.csv") for group in ("linear2", "kink")]
+    names += [("dense", level, f"linear/dense_points_test/pl{level}.csv") for level in range(9)]
+    with (folder / "commands.csv").open(encoding="utf-8", newline="") as file:
+        commands = {row["file"]: row for row in csv.DictReader(file)}
+    turn = tool_of(folder)[:3, :3]
     found = []
-    for group in ("linear", "linear2", "linear3", "linear4", "kink"):
-        for level in range(9):
-            if (group, level) != ("linear2", 0):  # recorded on another control group
-                name = f"blending_test/{group}/blending_zone_test/pl{level}.csv"
-                found.append(Test(group, level, read(folder, True, name)[0]))
-    for group in ("linear2", "kink"):
-        name = f"blending_test/{group}_nozone/blending_zone_test/nozone.csv"
-        found.append(Test(group, 9, read(folder, True, name)[0]))
-    for level in range(9):
-        name = f"blending_test/linear/dense_points_test/pl{level}.csv"
-        found.append(Test("dense", level, read(folder, True, name)[0]))
+    for group, level, name in names:
+        command = commands[f"blending_test/{name}"]
+        run = read(folder, True, command["file"])[0]
+        angles = angles_from_rotation(forward(ROBOT, run.joints[:1])[1][0] @ turn)
+        job = job_text((run.points / mm).tolist(), angles, run.speed / mm, command["PL"])
+        found.append(Test(group, level, run, durations(run, level, folder, command), angles / deg, job))
     return found
 
 
-def durations(run: Run) -> Floats:
+def tool_of(folder: Path) -> Floats:
+    """(4, 4) [mm]"""
+    return np.loadtxt(folder / "config" / "weldgun_old.csv", delimiter=",")
+
+
+def durations(run: Run, level: int, folder: Path, command: dict[str, str]) -> Floats:
     """(p - 1,) [s] of each move, see above."""
-    way = np.linalg.norm(run.place[:, None] - run.points[1:-1], axis=2)
-    total, outer = run.total, THRESHOLD / run.speed + OUTER / 2
+    if level == 0:
+        way = np.linalg.norm(run.place[:, None] - run.points[1:-1], axis=2)
+        inner = [run.time[near < near.min() + 0.02 * mm].mean() for near in way.T]
+    else:
+        with tempfile.TemporaryDirectory() as work:
+            seen = segment(folder, command, Path(work)).moves.t_start
+        inner = (seen[1:] - np.loadtxt(folder / run.name, delimiter=",", usecols=0, max_rows=1)).tolist()
+    outer = THRESHOLD / run.speed + OUTER / 2
     begin = int(np.argmax(run.behind > THRESHOLD))
     start = np.interp(THRESHOLD, run.behind[begin - 1 : begin + 1], run.time[begin - 1 : begin + 1])
-    corners = []
-    for column in way.T:
-        # An exact stop is left in the middle of the rest.
-        near = np.nonzero(column < column.min() + 0.02 * mm)[0]
-        corners.append(run.time[near].mean())
-    marks = np.concatenate([[start - outer], corners, [start + total + outer]])
-    return np.diff(marks)
+    return np.diff(np.concatenate([[start - outer], inner, [start + run.total + outer]]))
 
 
-def recording(chosen: list[Test], folder: Path, work: Path) -> Recording:
+def recording(chosen: list[Test], tool: Floats, work: Path) -> Recording:
     """These runs as moves.csv and recording.toml, read as anybody's."""
-    tool = np.loadtxt(folder / "config" / "weldgun_old.csv", delimiter=",")
-    turn = tool[:3, :3]
-    rows, number = [], 0
+    rows: list[list[str]] = []
     for test in chosen:
         run = test.run
-        angles = angles_from_rotation(forward(ROBOT, run.joints[:1])[1][0] @ turn) / deg
-        taken = durations(run)
-        for i, seconds in enumerate(taken.tolist()):
-            number += 1
-            last = i == len(taken) - 1
+        for i, seconds in enumerate(test.durations.tolist()):
+            last = i == len(test.durations) - 1
             level = "0" if last else "" if test.level == 9 else str(test.level)
             corner = "untagged" if test.level == 9 and not last else "stop" if level == "0" else "zone"
             points = [f"{v / mm:.4f}" for v in (*run.points[i], *run.points[i + 1])]
-            turned = [f"{a:.4f}" for a in angles]
-            speed = f"{run.speed / mm:g}"
-            rows.append(
-                [str(number), f"{seconds:.6f}", "linear", *points, *turned, speed, level, run.name, corner]
-            )
+            head = [
+                str(len(rows) + 1),
+                f"{seconds:.6f}",
+                "linear",
+                *points,
+                *(f"{a:.4f}" for a in test.angles),
+            ]
+            rows.append([*head, f"{run.speed / mm:g}", level, run.name, corner])
     with (work / "moves.csv").open("w", encoding="utf-8", newline="") as file:
         csv.writer(file).writerows([HEAD, *rows])
-    pose = [*tool[:3, 3], *(angles_from_rotation(turn) / deg)]
-    told = f'robot = "yaskawa/ma2010"\ncontroller = "DX200"\ntool = {[round(float(v), 6) for v in pose]}\n'
+    pose = [round(float(v), 6) for v in (*tool[:3, 3], *(angles_from_rotation(tool[:3, :3]) / deg))]
+    told = f'robot = "yaskawa/ma2010"\ncontroller = "DX200"\ntool = {pose}\n'
     (work / "recording.toml").write_text(told, encoding="utf-8")
     return read_recording(work)
+
+
+def by_job(test: Test, signature: Signature, tool: Floats, work: Path) -> tuple[float, float, float]:
+    """[s] total of `olp time JOB --signature`, and its interval."""
+    (work / "TOOL.CND").write_text(tool_text(tool), encoding="ascii")
+    (work / "RUN.JBI").write_text(test.job, encoding="ascii", newline="")
+    timing = time_plan(olp.read(work / "RUN.JBI").plan("yaskawa/ma2010"), signature=signature)
+    assert timing.interval is not None
+    return timing.total_s, timing.interval.total_low, timing.interval.total_high
 
 
 def totals(values: Floats, made: Recording) -> Floats:
@@ -122,8 +146,8 @@ def totals(values: Floats, made: Recording) -> Floats:
 
 
 def main(folder: Path) -> int:
-    every = tests(folder)
-    errors: dict[tuple[str, int], float] = {}
+    every, tool = tests(folder), tool_of(folder)
+    found: list[tuple[str, float, float, bool]] = []  # group, errors of both commands [%], interval holds
     print(
         "learnt on the other directions: what the signature holds, then each run left out, error % (measured s)"
     )
@@ -131,41 +155,38 @@ def main(folder: Path) -> int:
         learnt = [t for t in every if t.group not in groups]
         held = [t for t in every if t.group in groups]
         with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as two:
-            signature, told = calibrate(recording(learnt, folder, Path(one)))
-            asked = recording(held, folder, Path(two))
+            signature, told = calibrate(recording(learnt, tool, Path(one)))
+            asked = recording(held, tool, Path(two))
             said = predict_recording(signature, asked)[0]
+            timed = [by_job(test, signature, tool, Path(two)) for test in held]
         print(f"{direction}: learnt from {len(learnt)} runs, method {signature.method}")
         for note in told:
             if note.code == "H021":
                 print(f"    {note.message}")
         measured, predicted = totals(asked.moves.duration, asked), totals(said.predicted, asked)
-        inside = np.mean((said.low <= asked.moves.duration) & (asked.moves.duration <= said.high))
-        for test, true, guess in zip(held, measured, predicted, strict=True):
-            errors[test.group, test.level] = 100 * (guess / true - 1)
-        for group in groups:
-            own = [
-                (t.level, errors[t.group, t.level], s)
-                for t, s in zip(held, measured, strict=True)
-                if t.group == group
-            ]
-            print(
-                f"    {group:8s} "
-                + "  ".join(f"{'no' if k == 9 else k}: {e:+.2f} ({s:.3f})" for k, e, s in own)
-            )
-        print(f"    95 % intervals hold {100 * inside:.0f} % of the rows")
-    return summary(errors)
+        lines: dict[str, list[str]] = {group: [] for group in groups}
+        for test, true, guess, (total, low, high) in zip(held, measured, predicted, timed, strict=True):
+            error, other = 100 * (guess / true - 1), 100 * (total / true - 1)
+            found.append((test.group, error, other, low <= true <= high))
+            lines[test.group].append(f"{'no' if test.level == 9 else test.level}: {error:+.2f} ({true:.3f})")
+        for group, words in lines.items():
+            print(f"    {group:8s} " + "  ".join(words))
+        taken = asked.moves.duration
+        rows = np.mean((said.low <= taken) & (taken <= said.high))
+        print(f"    95 % intervals hold {100 * rows:.0f} % of the rows")
+    return max(summary(name, [f for f in found if (f[0] == "dense") == dense]) for name, dense in (
+        ("two-line runs", False), ("dense runs", True)))  # fmt: skip
 
 
-def summary(errors: dict[tuple[str, int], float]) -> int:
-    runs = np.abs([e for (group, _), e in errors.items() if group != "dense"])
-    dense = np.abs([e for (group, _), e in errors.items() if group == "dense"])
-    print(
-        f"two-line runs: {len(runs)}, mean {runs.mean():.2f} %, worst {runs.max():.2f} %, above {ASKED} %: {np.sum(runs > ASKED)}"
-    )
-    print(
-        f"dense runs: {len(dense)}, mean {dense.mean():.2f} %, worst {dense.max():.2f} %, above {ASKED} %: {np.sum(dense > ASKED)}"
-    )
-    return int(max(runs.max(), dense.max()) > ASKED)
+def summary(name: str, found: list[tuple[str, float, float, bool]]) -> int:
+    for command, column in (("olp predict", 1), ("olp time", 2)):
+        errors = np.abs([f[column] for f in found])
+        print(
+            f"{name}, {command}: {len(errors)}, mean {errors.mean():.2f} %, worst {errors.max():.2f} %, "
+            f"above {ASKED} %: {np.sum(errors > ASKED)}"
+        )
+    print(f"{name}: the total's 95 % interval holds {sum(f[3] for f in found)} of {len(found)}")
+    return int(max(abs(f[1]) for f in found) > ASKED)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from olp.recording.moves import CIRCULAR as CURVED
 from olp.recording.moves import JOINT as TURNING
+from olp.signature.errors import Spread
 from olp.signature.parts import CIRCULAR, CORNER, JOINT, Parts
 from olp.signature.stretch_times import Times
 
@@ -18,6 +19,7 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _JOINT_GUESS, _CURVE_GUESS = 3.0, 2.0
+_NORMAL = 1.96
 
 
 def ends_of(
@@ -59,3 +61,9 @@ def ends_of(
     lowest = np.where(corner, 0.0, np.minimum(times.floor, duration))
     low = np.maximum(duration - below - extra - lost, lowest)
     return low, duration + above + extra
+
+
+def learnt_half(spread: Spread, often: NDArray[np.int64]) -> float:
+    """[s] half-width of a sum; `often` (m,): how many times each distinct move, or stretch, runs."""
+    own = _NORMAL * spread.own * float(np.sqrt(np.sum(often.astype(np.float64) ** 2)))
+    return float(np.hypot(own, spread.quantile * spread.shared * float(np.sum(often))))

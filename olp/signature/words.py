@@ -51,6 +51,15 @@ def describe(signature: Signature) -> list[str]:
     lines += [
         f"  {name}: {_short(p.value)} {p.unit}{_doubt(p.sd)}" for name, p in signature.parameters.items()
     ]
+    for kind, part in signature.parts.items():
+        law = f", law {part.law}" if part.law else ""
+        lines.append(
+            f"{kind}: learnt from {part.rows}{law}, held out {part.unlearnt:.2f} % without, {part.learnt:.2f} % with it"
+        )
+        lines += [
+            f"  {name}: {_short(p.value)} {p.unit}{_doubt(p.sd)}" for name, p in part.quantities.items()
+        ]
+        lines.append(f"  95 % within {part.spread.half:.3f} s")
     return lines
 
 

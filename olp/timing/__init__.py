@@ -22,7 +22,8 @@ from olp.timing.demand import Demand, demand
 from olp.timing.inferred import report_inferred
 from olp.timing.oddities import oddities
 from olp.timing.result import COLUMNS, RowTimes, Timing
-from olp.timing.signed import Signed, interval, sign
+from olp.timing.signed import Signed, axis_scale, measured_stops, settled, sign, turn_corners
+from olp.timing.signed_interval import interval
 from olp.units import deg, mm, percent
 
 if TYPE_CHECKING:
@@ -60,7 +61,12 @@ def time_plan(
         acceleration = float(settings["accel_mm_s2"]) * mm
     assumed: dict[str, Assumption] = {}
     law = load_law(acceleration_law or str(settings.get("acceleration_law", DEFAULT_LAW)))
-    limits = Limits(acceleration, lambda says: assumed.setdefault(says, Assumption(0, says)) and None, law)
+    limits = Limits(
+        acceleration,
+        lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
+        law,
+        axis_scale(signature),
+    )
     effects = effects_of(settings, override)
     for says in effects.told:
         limits.report(says)
@@ -69,6 +75,8 @@ def time_plan(
     wanted = demand(_at_override(plan, effects.override), limits)
     signed = None if signature is None else sign(plan, wanted, signature, limits.report)
     joined = chain(plan, wanted)
+    if signed is not None:
+        joined = turn_corners(plan, signed, joined)
     profile = chosen.profile(
         np.where(wanted.unknown, 0.0, wanted.length - joined.trim),
         np.where(wanted.unknown, 1.0, wanted.speed),
@@ -79,11 +87,12 @@ def time_plan(
         **parameters,
     )
     report_inferred(plan, wanted.length > 0, limits.report)
-    durations = _durations(plan, wanted, joined, profile, limits, effects, signed)
-    timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects)
+    settling = _settling(plan, joined, limits, effects, signed)
+    durations = np.where(wanted.unknown, np.nan, np.maximum(profile.duration - joined.saving + settling, 0.0))
+    timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects, signed)
     if signed is not None:
-        stops = joined.exact_stop & (joined.start_speed == 0) & (joined.end_speed == 0)
-        timing = replace(timing, interval=interval(plan, signed, timing.duration_s, stops, limits.report))
+        seen = interval(plan, signed, wanted, joined, settling, timing.duration_s, limits.report)
+        timing = replace(timing, interval=seen)
     problems = [*_problems(plan, wanted, durations), *oddities(plan, wanted)]
     return replace(
         timing,
@@ -110,26 +119,17 @@ def _at_override(plan: Plan, override: float) -> Plan:
     return replace(plan, moves=slowed)
 
 
-def _durations(
-    plan: Plan,
-    wanted: Demand,
-    joined: Chain,
-    profile: Profile,
-    limits: Limits,
-    effects: Effects,
-    signed: Signed | None,
-) -> Floats:
-    """[s] per row of Moves; nan where unknown."""
+def _settling(plan: Plan, joined: Chain, limits: Limits, effects: Effects, signed: Signed | None) -> Floats:
+    """[s] per row of Moves that its stop takes beyond the motion."""
     settling, assumed = settling_of(effects, plan.robot)
-    stops = joined.exact_stop.copy()
-    if signed is not None:
-        stops[signed.rows] = False  # measured times end when the arm stands still
-    if assumed and stops.any():
+    told = np.zeros(len(joined.exact_stop), dtype=bool) if signed is None else measured_stops(signed)
+    if assumed and (joined.exact_stop & ~told).any():
         limits.report(assumed)
     # What an exact stop was measured to cost holds the filter's time, which the law has counted already.
     settling = max(0.0, settling - filter_time(plan, limits))
-    duration = profile.duration - joined.saving + np.where(stops, settling, 0.0)
-    return np.where(wanted.unknown, np.nan, np.maximum(duration, 0.0))
+    if signed is not None:
+        return settled(plan, signed, joined.exact_stop, settling)
+    return np.where(joined.exact_stop, settling, 0.0)
 
 
 def _gather(
@@ -140,6 +140,7 @@ def _gather(
     rows: Floats,
     joined: Chain,
     effects: Effects,
+    signed: Signed | None,
 ) -> Timing:
     """From rows of Moves to steps: a move lasts as long as its slowest mechanism, and is told by its leading one."""
     count = len(plan)
@@ -150,7 +151,8 @@ def _gather(
         duration[is_move] = np.maximum.reduceat(rows, first)
     timed = ~is_move
     duration[timed] = plan.durations[plan.row[timed]]
-    added = additions(plan, joined.end_speed, duration, effects)
+    measured = None if signed is None else measured_stops(signed)
+    added = additions(plan, joined.end_speed, duration, effects, measured)
     moves = plan.moves
 
     def column(values: Floats) -> Floats:

@@ -38,6 +38,9 @@ class Limits:
     linear_acceleration: float | None  # [m/s²]
     report: Callable[[str], None]
     law: AccelerationLaw | None = None
+    axis_scale: float = (
+        1.0  # by which the arm's axes take longer to reach their speed, as a signature learnt it
+    )
 
 
 def constant_axes(robot: Robot, limits: Limits) -> Floats:

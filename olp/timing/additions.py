@@ -25,8 +25,17 @@ class Additions(NamedTuple):
         return self.before + self.after
 
 
-def additions(plan: Plan, end_speed: Floats, duration: Floats, effects: Effects) -> Additions:
-    """`end_speed` [m/s] per row of Moves; `duration` [s] per step, of the motion, the wait or the signal itself."""
+def additions(
+    plan: Plan,
+    end_speed: Floats,
+    duration: Floats,
+    effects: Effects,
+    measured: NDArray[np.bool_] | None = None,
+) -> Additions:
+    """`end_speed` [m/s] per row of Moves; `duration` [s] per step, of the motion, the wait or the signal itself.
+
+    `measured`, per row of Moves: moves whose time was learnt from stop to stop, with all that is added here in it.
+    """
     count = len(plan)
     before, after = np.zeros(count), np.zeros(count)
     if not count or not (effects.dispatch or effects.servo_lag or effects.cycle):
@@ -37,10 +46,14 @@ def additions(plan: Plan, end_speed: Floats, duration: Floats, effects: Effects)
     if is_move.any():
         stops[is_move] = np.maximum.reduceat(end_speed, plan.row[is_move]) == 0.0
     stops &= moves
-    before[_standing_before(moves, stops)] = effects.dispatch
-    after[stops] = effects.servo_lag
+    learnt = np.zeros(count, dtype=bool)
+    if measured is not None and is_move.any():
+        learnt[is_move] = measured[plan.row[is_move]]
+    before[_standing_before(moves, stops) & ~learnt] = effects.dispatch
+    after[stops & ~learnt] = effects.servo_lag
     if effects.cycle:
-        after += _to_whole_cycles(np.where(moves, np.nan_to_num(duration) + after, 0.0), stops, effects.cycle)
+        whole = _to_whole_cycles(np.where(moves, np.nan_to_num(duration) + after, 0.0), stops, effects.cycle)
+        after += np.where(learnt, 0.0, whole)
     return Additions(before, after)
 
 

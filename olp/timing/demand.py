@@ -143,7 +143,8 @@ def _axes(
     distance = np.abs(axes[moves.target[rows]] - axes[moves.start[rows]])
     speed = moves.fraction[rows, None] * robot.speeds
     up, down = of_axes(plan, robot, rows, moves.fraction[rows], limits)
-    up, down = np.broadcast_to(up, distance.shape), np.broadcast_to(down, distance.shape)
+    longer = limits.axis_scale if robot is plan.robot else 1.0
+    up, down = np.broadcast_to(up / longer, distance.shape), np.broadcast_to(down / longer, distance.shape)
     time = _rest_to_rest(distance, speed, up, down)
     out.unknown[rows] = np.isnan(time).any(axis=1) | np.isnan(moves.fraction[rows])
     slowest = np.argmax(np.nan_to_num(time), axis=1)

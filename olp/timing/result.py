@@ -17,7 +17,7 @@ from olp.plan import Assumption, Plan, StepKind
 if TYPE_CHECKING:
     import pandas
 
-    from olp.timing.signed import Interval
+    from olp.timing.signed_interval import Interval
 
 Floats = NDArray[np.float64]
 

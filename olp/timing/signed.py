@@ -1,63 +1,78 @@
-"""What a timing signature says of a plan's straight moves: their corrected acceleration, and an interval.
+"""What a timing signature says of a plan's moves: their corrected acceleration, stops and corners.
 
 Code: H013 a motion model that a signature does not hold for.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.plan import PATHS, Plan, StepKind
+from olp.plan import PATHS, Plan
 from olp.program import Path
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from olp.signature import Prediction, Signature
+    from olp.timing.chain import Chain
     from olp.timing.demand import Demand
 
 Floats = NDArray[np.float64]
-_STRAIGHT = PATHS.index(Path.LINEAR)
+Mask = NDArray[np.bool_]
+_STRAIGHT, _JOINT = PATHS.index(Path.LINEAR), PATHS.index(Path.JOINT)
 _SAME = 1e-5  # [m] moves nearer than this are one move that runs again
 
 
 class Signed(NamedTuple):
-    """`rows` (m,) of Moves that the signature times, and what it says of them."""
+    """`rows` (m,) of Moves whose acceleration the signature told, and what it said of them, curves by their chords.
+
+    `joints` (k,): mask of Moves, joint moves of the signature's robot.
+    """
 
     rows: NDArray[np.intp]
     signature: Signature
-    said: Prediction
+    said: Prediction | None
     again: NDArray[np.intp]  # (m,) which distinct move each row is: errors of repeats are the same error
+    joints: Mask
 
 
-class Interval(NamedTuple):
-    """95 %: `low`, `high` (n,) [s] per step, nan where nothing is known; of the whole program [s]."""
+def axis_scale(signature: Signature | None) -> float:
+    """[1] by which the axes of the arm take longer to reach their speed than olp's model says."""
+    if signature is None:
+        return 1.0
+    from olp.signature.parts import JOINT, value_of
 
-    low: Floats
-    high: Floats
-    total_low: float
-    total_high: float
+    return value_of(signature.parts, JOINT, "acceleration_time_scale")
 
 
-def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str], None]) -> Signed | None:
+def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str], None]) -> Signed:
     """Puts the corrected acceleration into `wanted`, scaled by ACC= and DEC=. Raises OlpError (see predict)."""
     from olp.geometry import Pose, rotation_from_quaternion
     from olp.signature import MoveSet, predict
+    from olp.signature.parts import CIRCULAR, value_of
+    from olp.signature.predict import robot_of
 
+    robot_of(signature, plan.robot)
     moves, positions = plan.moves, plan.positions
     arm = np.array([robot is not None and robot is plan.robot for robot in plan.robots], dtype=bool)
-    mine = (moves.path == _STRAIGHT) & wanted.metric & ~wanted.unknown & ~wanted.slowed & (wanted.rule == 0)
+    own = arm[moves.mechanism] if len(arm) else np.zeros(len(moves), dtype=bool)
+    mine = (
+        own & (moves.path != _JOINT) & wanted.metric & ~wanted.unknown & ~wanted.slowed & (wanted.rule == 0)
+    )
     mine &= (wanted.length > 0) & np.isfinite(moves.travel)
-    mine &= arm[moves.mechanism] if len(arm) else False
     known = np.asarray(np.isfinite(positions.position).all(axis=1))
     mine &= known[moves.start] & known[moves.target]
+    chord = np.linalg.norm(positions.position[moves.target] - positions.position[moves.start], axis=1)
+    mine &= np.nan_to_num(chord) > _SAME
+    joints = own & (moves.path == _JOINT) & ~wanted.unknown & (wanted.length > 0)
     rows = np.nonzero(mine)[0]
     if not len(rows):
-        report("the signature times none of the moves: none is a straight move of the arm with known points")
-        return None
+        report("the signature times none of the paths: none is of the arm and has known points")
+        return Signed(rows, signature, None, rows, joints)
     start, end = positions.position[moves.start[rows]], positions.position[moves.target[rows]]
     turned = positions.quaternion[moves.start[rows]]
     rotation = np.full((len(rows), 3, 3), np.nan)
@@ -78,46 +93,64 @@ def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str
         tool=None if signature.tool is None else Pose.from_xyz_angles(signature.tool),
     )
     said = predict(signature, asked, plan.robot)
-    wanted.acceleration[rows] = said.acceleration * moves.acceleration[rows]
-    wanted.deceleration[rows] = said.acceleration * moves.deceleration[rows]
+    curved = moves.path[rows] != _STRAIGHT
+    push = said.acceleration / np.where(
+        curved, value_of(signature.parts, CIRCULAR, "acceleration_time_scale"), 1.0
+    )
+    wanted.acceleration[rows] = push * moves.acceleration[rows]
+    wanted.deceleration[rows] = push * moves.deceleration[rows]
     outside = [(row, reason) for row, reason in zip(rows.tolist(), said.reasons, strict=True) if reason]
     if outside:
-        report(
-            f"{len(outside)} of {len(rows)} straight moves are outside what the signature learnt: {outside[0][1]}"
-        )
+        report(f"{len(outside)} of {len(rows)} paths are outside what the signature learnt: {outside[0][1]}")
     keys = np.round(np.concatenate([start, end, asked.speed[:, None]], axis=1) / _SAME)
     again = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
-    return Signed(rows, signature, said, again)
+    return Signed(rows, signature, said, again, joints)
 
 
-def interval(
-    plan: Plan, signed: Signed, duration: Floats, stops: NDArray[np.bool_], report: Callable[[str], None]
-) -> Interval:
-    """Of steps that last `duration` (n,) [s]; `stops` (rows of Moves): moves that run from stop to stop."""
-    is_move = plan.kind == StepKind.MOVE
-    first = plan.row[is_move]
-    low, high = duration.copy(), duration.copy()
-    low[is_move] = high[is_move] = np.nan
-    place = dict(zip(first.tolist(), np.nonzero(is_move)[0].tolist(), strict=True))
-    led = [(i, place[row]) for i, row in enumerate(signed.rows.tolist()) if row in place]
-    index = np.array([i for i, _ in led], dtype=np.intp)
-    steps = np.array([s for _, s in led], dtype=np.intp)
-    said = signed.said
-    low[steps] = duration[steps] - (said.duration - said.low)[index]
-    high[steps] = duration[steps] + (said.high - said.duration)[index]
-    # Repeats of a move have one error, many times.
-    names, chosen, count = np.unique(signed.again[index], return_index=True, return_counts=True)
-    half = (
-        said.take(index[chosen]).total_half(signed.signature, count.astype(np.float64)) if len(names) else 0.0
-    )
-    total = float(np.nansum(duration))
-    others = int(is_move.sum()) - len(steps)
-    if others:
-        report(
-            f"the interval is that of {len(steps)} straight moves; {others} other moves are taken as exact"
-        )
-    rolling = int(np.sum(~stops[signed.rows]))
-    if rolling:
-        report(f"{rolling} straight moves pass a corner; the signature was learnt from stop to stop")
-    floor = total - float(np.nansum(duration[steps])) if len(steps) else total
-    return Interval(low, high, max(total - half, floor), total + half)
+def settled(plan: Plan, signed: Signed, exact: Mask, settling: float) -> Floats:
+    """(k,) [s] per row of Moves that an exact stop takes: what was learnt, and `settling` where nothing was."""
+    from olp.signature.parts import CIRCULAR, JOINT, STOP, value_of
+
+    parts = signed.signature.parts
+    result = np.where(exact, settling, 0.0)
+    told = np.zeros(len(exact), dtype=bool)
+    told[signed.rows] = True
+    # Measured times end when the arm stands still: what settles is in the acceleration, or was learnt beside it.
+    stop = value_of(parts, STOP, "fixed_time")
+    curve = stop + value_of(parts, CIRCULAR, "fixed_time")
+    result = np.where(told & exact, np.where(plan.moves.path == _STRAIGHT, stop, curve), result)
+    if JOINT in parts:
+        result = np.where(signed.joints & exact, parts[JOINT].value("fixed_time"), result)
+    return result
+
+
+def measured_stops(signed: Signed) -> Mask:
+    """(k,) rows of Moves whose learnt times hold all that the controller adds to a stop already."""
+    from olp.signature.parts import JOINT
+
+    result: Mask = signed.joints & (JOINT in signed.signature.parts)
+    result[signed.rows] = True
+    return result
+
+
+def turn_corners(plan: Plan, signed: Signed, joined: Chain) -> Chain:
+    """Corners as learnt, where the plan's corners follow the law that they were learnt of."""
+    from olp.signature.parts import CORNER
+
+    part = signed.signature.parts.get(CORNER)
+    if part is None or part.law != plan.zone_law:
+        return joined
+    rolling, first = corners_of(plan, signed, joined)
+    saving = joined.saving.copy()
+    rounded = joined.trim > 0  # arcs replace the ends of their moves: what they save is not in `saving`
+    scaled = saving * np.where(rounded, 1.0, part.value("saving_scale")) - part.value("corner_time")
+    saving = np.where(rolling, scaled, saving)
+    last = first & ~rolling
+    return replace(joined, saving=np.where(last, saving - part.value("stretch_time"), saving))
+
+
+def corners_of(plan: Plan, signed: Signed, joined: Chain) -> tuple[Mask, Mask]:
+    """(k,) rows of the arm that end rolling, and those that begin so."""
+    mine = signed.joints.copy()
+    mine[signed.rows] = True
+    return mine & (joined.end_speed > 0), mine & (joined.start_speed > 0)
