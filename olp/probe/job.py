@@ -123,7 +123,7 @@ def _prove(experiment: Experiment, data: bytes) -> tuple[tuple[int, ...], float]
         file = FilePath(folder) / f"{NAME}.JBI"
         file.write_bytes(data)
         if experiment.wanted.tool is not None:
-            text = _tool_file(experiment.wanted.tool_number, experiment.wanted.tool)
+            text = tool_file(experiment.wanted.tool_number, experiment.wanted.tool)
             (FilePath(folder) / "TOOL.CND").write_text(text, encoding="ascii")
         program = read(str(file))
         plan = program.plan(experiment.wanted.robot)
@@ -181,7 +181,7 @@ def _differences(experiment: Experiment, plan: object, lines: tuple[int, ...]) -
     return says
 
 
-def _tool_file(number: int, tool: Pose) -> str:
+def tool_file(number: int, tool: Pose) -> str:
     """TOOL.CND for the proof alone: on a controller it would replace the tools that are there."""
     numbers = (tool.xyz_angles() / ([mm] * 3 + [deg] * 3)).tolist()
     blank = ["0.000,0.000,0.000", "0.000", "0.000,0.000,0.000", "0.000,0,1"]
