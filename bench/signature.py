@@ -8,11 +8,14 @@ and weights, the fit, and the width of the intervals. Rows that are held out are
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
 
 import numpy as np
 from numpy.typing import NDArray

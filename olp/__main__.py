@@ -33,6 +33,8 @@ Exit status: 0 done and held, 1 a finding, 2 the question could not be answered.
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command line (without the leading "olp") and returns its exit status."""
     make_streams_robust()
+    # The matrices here are small: further threads of numpy's OpenBLAS, not loaded yet, would only burn time in waiting.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         status = dispatch(list(sys.argv[1:] if arguments is None else arguments))
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""Models, laws and formats are files of the folder that their base class lives in: its listing is the list of them."""
+"""Models, laws, formats and methods are files of a folder, that of their base class or one in it."""
 
 from __future__ import annotations
 
@@ -14,25 +14,41 @@ Base = TypeVar("Base")
 
 
 @cache
-def file_names(base: type) -> tuple[str, ...]:
-    """The modules beside that of `base`, sorted, without loading them; not those that begin with _."""
-    package, _, home = base.__module__.rpartition(".")
+def file_names(base: type, folder: str = "") -> tuple[str, ...]:
+    """The modules beside that of `base`, or in `folder` beside it, sorted, without loading them; none with _ first."""
+    package, home = _package(base, folder), base.__module__.rpartition(".")[2]
     names = (module.name for module in pkgutil.iter_modules(importlib.import_module(package).__path__))
     return tuple(sorted(name for name in names if name != home and not name.startswith("_")))
 
 
-def load_from(base: Callable[..., Base], name: str, kind: str, code: str, **values: Any) -> Base:
-    """An instance, made with `values`, of the class that the module `name` beside that of `base` derives from it.
+def load_from(
+    base: Callable[..., Base],
+    name: str,
+    kind: str,
+    code: str,
+    *,
+    folder: str = "",
+    others: tuple[str, ...] = (),
+    **values: Any,
+) -> Base:
+    """An instance, made with `values`, of the class that the module `name` derives from `base` (see `file_names`).
 
-    Raises OlpError (`code`) for a name that is none, listing those there are; `kind` says what it is in words.
+    Raises OlpError (`code`) for a name that is none, listing `others` and those there are; `kind` says what it is in
+    words.
     """
     assert isinstance(base, type)
-    known = file_names(base)
+    known = file_names(base, folder)
     if name not in known:
-        raise OlpError(error(code, f"there is no {kind} {name!r}", help=f"available: {', '.join(known)}"))
-    package = base.__module__.rpartition(".")[0]
+        listed = ", ".join((*others, *known))
+        raise OlpError(error(code, f"there is no {kind} {name!r}", help=f"available: {listed}"))
+    package = _package(base, folder)
     module = importlib.import_module(f"{package}.{name}")
     for thing in vars(module).values():
         if isinstance(thing, type) and issubclass(thing, base) and thing.__module__ == module.__name__:
             return cast(Base, thing(**values))
     raise OlpError(error(code, f"{package.replace('.', '/')}/{name}.py defines no {kind}"))
+
+
+def _package(base: type, folder: str) -> str:
+    package = base.__module__.rpartition(".")[0]
+    return f"{package}.{folder}" if folder else package

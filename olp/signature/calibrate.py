@@ -16,23 +16,13 @@ from olp.signature.document import Learnt, Score, Signature
 from olp.signature.domain import domain_of
 from olp.signature.errors import ErrorModel, spread_of
 from olp.signature.estimator import (
-    Estimator,
     Parameters,
     estimator_names,
     fit_or_refuse,
     load_estimator,
     measured_slowness,
 )
-from olp.signature.folds import (
-    HeldOut,
-    by_directions,
-    by_moves,
-    by_starts,
-    hold_out,
-    merit,
-    residuals,
-    score_of,
-)
+from olp.signature.folds import Trial, merit, merit_doubt, residuals, score_of, try_out
 from olp.signature.moveset import MoveSet, moves_of_recording
 from olp.signature.partial_cycles import average_cycles, with_scatter
 from olp.version import __version__
@@ -44,8 +34,11 @@ if TYPE_CHECKING:
 AUTO = "auto"
 _FEWEST = 4
 _EQUAL = 0.05  # of the logarithm: five percent between two methods say nothing
-# Rows that the choice is made on; a long recording tells no more about which method suits.
-_MOST_TO_CHOOSE = 300
+# [standard errors] by which another method has to be better than one that is preferred: 95 % sure.
+_SURE = 1.96
+# Of more moves than _ALL the choice is made on _TO_CHOOSE, a long recording tells no more about which method suits; how
+# wrong the chosen one is, is told by _TO_JUDGE, as many as the smooth functions are made of.
+_ALL, _TO_CHOOSE, _TO_JUDGE = 150, 120, 300
 
 
 class Fit(NamedTuple):
@@ -105,50 +98,47 @@ def calibrate(
 def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> Fit:
     """Learns from measured moves. Raises OlpError: H001, H002."""
     compared: dict[str, Score] = {}
+    judged, trial = _sample(moves, _TO_JUDGE), None
     if method == AUTO:
-        sample = moves.take(_sample(len(moves)))
+        sample = judged if len(moves) <= _ALL else _sample(moves, _TO_CHOOSE)
         names = [n for n in estimator_names() if not load_estimator(n).needs(sample, robot)]
-        for name in names:
-            compared[name] = score_of(*_held_out(load_estimator(name), sample, robot), sample)
-        method = chosen(compared)
-    estimator = load_estimator(method)
-    parameters = fit_or_refuse(estimator, moves, robot)
-    sample = moves.take(_sample(len(moves)))
-    near, far, turned = _held_out(estimator, sample, robot)
-    compared.setdefault(method, score_of(near, far, turned, sample))
-    return Fit(method, parameters, _error_model(near, far, sample), compared)
+        trials = try_out(names, sample, robot)
+        method = chosen(trials, sample)
+        compared = {name: score_of(trials[name], sample) for name in names}
+        trial = trials[method] if sample is judged else None
+    parameters = fit_or_refuse(load_estimator(method), moves, robot)
+    trial = trial or try_out([method], judged, robot)[method]
+    compared.setdefault(method, score_of(trial, judged))
+    return Fit(method, parameters, _error_model(trial, judged), compared)
 
 
-def chosen(compared: dict[str, Score]) -> str:
-    """The best by `merit`; of those within _EQUAL of it, one that is preferred."""
-    merits = {name: merit(score) for name, score in compared.items()}
+def chosen(trials: dict[str, Trial], moves: MoveSet) -> str:
+    """The best by `merit`, unless it is not surely better than one that is preferred."""
+    merits = {name: merit(score_of(trial, moves)) for name, trial in trials.items()}
     best = min(merits, key=merits.__getitem__)
-    equal = [name for name in merits if merits[name] <= merits[best] + _EQUAL]
-    return next((name for name in equal if load_estimator(name).preferred), best)
+    for name in merits:
+        if load_estimator(name).preferred:
+            doubt = merit_doubt(trials[name], trials[best], moves)
+            if merits[name] <= merits[best] + max(_EQUAL, _SURE * doubt):
+                return name
+    return best
 
 
-def _held_out(
-    estimator: Estimator, moves: MoveSet, robot: Robot | None
-) -> tuple[HeldOut, HeldOut | None, HeldOut | None]:
-    near = hold_out(estimator, moves, robot, by_moves(len(moves)))
-    starts, directions = by_starts(moves), by_directions(moves)
-    far = None if starts is None else hold_out(estimator, moves, robot, starts)
-    return near, far, None if directions is None else hold_out(estimator, moves, robot, directions)
-
-
-def _error_model(near: HeldOut, far: HeldOut | None, moves: MoveSet) -> ErrorModel:
-    close = spread_of(residuals(near, moves), moves.start_labels)
-    if far is None:
+def _error_model(trial: Trial, moves: MoveSet) -> ErrorModel:
+    close = spread_of(residuals(trial.near, moves), moves.start_labels)
+    if trial.far is None:
         # One start point says nothing of another: three times as wide is a guess, and said to be outside.
         wide = close._replace(half=3 * close.half, shared=max(close.shared, close.half), groups=2)
         return ErrorModel(close, wide)
-    wide = spread_of(residuals(far, moves), far.labels)
+    wide = spread_of(residuals(trial.far, moves), trial.far.labels)
     return ErrorModel(close, wide._replace(half=max(wide.half, close.half)))
 
 
-def _sample(count: int) -> NDArray[np.int64]:
-    step = max(1, -(-count // _MOST_TO_CHOOSE))
-    return np.arange(0, count, step, dtype=np.int64)
+def _sample(moves: MoveSet, most: int) -> MoveSet:
+    """At most that many moves, evenly from first to last."""
+    if len(moves) <= most:
+        return moves
+    return moves.take(np.linspace(0, len(moves) - 1, most).astype(np.int64))
 
 
 def _left_out(recording: Recording, moves: MoveSet, measured: NDArray[np.bool_]) -> list[Diagnostic]:

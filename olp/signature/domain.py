@@ -89,7 +89,7 @@ def domain_of(moves: MoveSet) -> Domain:
     rows = spread_out(places, KEPT)
     kept = places[rows]
     near = float(np.quantile(_nearest_other(kept), 0.9)) if len(kept) > 1 else 0.0
-    far = _left_out_distance(moves, places)
+    far = _left_out_distance(moves.start_labels[rows], kept)
     payload = moves.payload[np.isfinite(moves.payload)]
     length = moves.length
     return Domain(
@@ -149,13 +149,11 @@ def _nearest_other(places: Floats) -> Floats:
     return np.asarray(np.sqrt(np.maximum(apart.min(axis=1), 0.0)))
 
 
-def _left_out_distance(moves: MoveSet, places: Floats) -> float:
+def _left_out_distance(labels: NDArray[np.int64], places: Floats) -> float:
     """[m] median over start points of the distance of their moves to those of all others; 0 with one start."""
-    labels = moves.start_labels
     found = []
     for label in np.unique(labels).tolist()[:50]:
         own = labels == label
         if not own.all():
-            rest = places[~own]
-            found.append(float(np.median(nearest(places[own], rest[spread_out(rest, KEPT)]))))
+            found.append(float(np.median(nearest(places[own], places[~own]))))
     return float(np.median(found)) if found else 0.0

@@ -5,22 +5,25 @@ Codes: H001 no such estimator, H002 the recording does not hold what the estimat
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnostic import OlpError, error
+from olp.registry import file_names, load_from
 from olp.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
     from olp.robot import Robot
 
 Floats = NDArray[np.float64]
+
+_FOLDER = "estimators"
+_KEPT = 16  # fits that are remembered: of all methods, on the same moves
 
 
 class Parameter(NamedTuple):
@@ -87,20 +90,18 @@ def duration_of(slowness: Floats, moves: MoveSet) -> Floats:
 
 def estimator_names() -> tuple[str, ...]:
     """The estimators there are: the files of `estimators/`, without loading them."""
-    folder = importlib.import_module("olp.signature.estimators").__path__
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(folder) if not m.name.startswith("_")))
+    return file_names(Estimator, _FOLDER)
 
 
 def load_estimator(name: str) -> Estimator:
-    """The estimator of that name; raises OlpError (H001), listing those there are."""
-    if name not in estimator_names():
-        says = f"there is no method {name!r}"
-        raise OlpError(error("H001", says, help=f"available: {', '.join(('auto', *estimator_names()))}"))
-    module = importlib.import_module(f"olp.signature.estimators.{name}")
-    for thing in vars(module).values():
-        if isinstance(thing, type) and issubclass(thing, Estimator) and thing.__module__ == module.__name__:
-            return thing()
-    raise OlpError(error("H001", f"olp/signature/estimators/{name}.py defines no estimator"))
+    """The estimator of that name; raises OlpError (H001), listing those there are and `auto`."""
+    return load_from(Estimator, name, "method", "H001", folder=_FOLDER, others=("auto",))
+
+
+@lru_cache(maxsize=_KEPT)
+def learnt(name: str, moves: MoveSet, robot: Robot | None) -> Parameters:
+    """`fit` of the estimator of that name; several that build on one another then learn its part once."""
+    return load_estimator(name).fit(moves, robot)
 
 
 def fit_or_refuse(estimator: Estimator, moves: MoveSet, robot: Robot | None) -> Parameters:
@@ -108,4 +109,4 @@ def fit_or_refuse(estimator: Estimator, moves: MoveSet, robot: Robot | None) -> 
     why = estimator.needs(moves, robot)
     if why:
         raise OlpError(error("H002", f"method {estimator.name}: {why}"))
-    return estimator.fit(moves, robot)
+    return learnt(estimator.name, moves, robot)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.signature.document import Score
-from olp.signature.estimator import Estimator, duration_of, measured_slowness
+from olp.signature.estimator import duration_of, learnt, load_estimator, measured_slowness
 from olp.signature.moveset import MoveSet, direction_labels
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 # Moves up to which every tenth is held out, and start points by twelfths; beyond, fifths and sixths tell as much.
-_FEW = 200
+_FEW = 150
 
 
 class HeldOut(NamedTuple):
@@ -42,22 +42,45 @@ def by_starts(moves: MoveSet) -> Labels | None:
 
 
 def by_directions(moves: MoveSet) -> Labels | None:
-    """The senses of the motion; None when all moves have the same."""
+    """The senses of the motion; None with fewer than three: one alone says nothing of what directions cost."""
     labels = direction_labels(moves)
-    return labels if len(np.unique(labels)) > 1 else None
+    return labels if len(np.unique(labels)) > 2 else None
 
 
-def hold_out(estimator: Estimator, moves: MoveSet, robot: Robot | None, labels: Labels) -> HeldOut:
-    """Fits without each group in turn."""
-    result = np.full(len(moves), np.nan)
+class Trial(NamedTuple):
+    """A method's predictions of moves, of start points and of directions that it had not seen."""
+
+    near: HeldOut
+    far: HeldOut | None
+    turned: HeldOut | None
+
+
+def try_out(names: list[str], moves: MoveSet, robot: Robot | None) -> dict[str, Trial]:
+    """The methods of these names in all three situations; None where the moves cannot tell."""
+    folds = (by_moves(len(moves)), by_starts(moves), by_directions(moves))
+    held = [None if labels is None else hold_out(names, moves, robot, labels) for labels in folds]
+    near, far, turned = held
+    assert near is not None
+    return {
+        name: Trial(near[name], far[name] if far else None, turned[name] if turned else None)
+        for name in names
+    }
+
+
+def hold_out(names: list[str], moves: MoveSet, robot: Robot | None, labels: Labels) -> dict[str, HeldOut]:
+    """Each method without each group in turn."""
+    result = {name: np.full(len(moves), np.nan) for name in names}
     for label in np.unique(labels).tolist():
         out = labels == label
-        rest = moves.take(~out)
-        if out.all() or estimator.needs(rest, robot):
+        if out.all():
             continue
-        parameters = estimator.fit(rest, robot)
-        result[out] = estimator.estimate(parameters, moves.take(out), robot).slowness
-    return HeldOut(result, labels)
+        rest, asked = moves.take(~out), moves.take(out)
+        for name in names:
+            estimator = load_estimator(name)
+            if not estimator.needs(rest, robot):
+                parameters = learnt(name, rest, robot)
+                result[name][out] = estimator.estimate(parameters, asked, robot).slowness
+    return {name: HeldOut(slowness, labels) for name, slowness in result.items()}
 
 
 def percentage(held: HeldOut | None, moves: MoveSet) -> float:
@@ -73,11 +96,39 @@ def residuals(held: HeldOut, moves: MoveSet) -> Floats:
     return np.asarray(measured_slowness(moves) - held.slowness)
 
 
-def score_of(near: HeldOut, far: HeldOut | None, turned: HeldOut | None, moves: MoveSet) -> Score:
-    return Score(*(percentage(held, moves) for held in (near, far, turned)))
+def score_of(trial: Trial, moves: MoveSet) -> Score:
+    return Score(*(percentage(held, moves) for held in trial))
 
 
 def merit(score: Score) -> float:
     """What the choice minimises: the situations count by ratio, a tenth off any is worth the same."""
     known = [np.log(v) for v in score if np.isfinite(v) and v > 0]
     return float(np.mean(known)) if known else float("inf")
+
+
+def merit_doubt(one: Trial, other: Trial, moves: MoveSet) -> float:
+    """Standard error of the difference between the merits of two methods: groups that are held out are the sample.
+
+    The jackknife over the groups of each situation (B. Efron, The jackknife, the bootstrap and other resampling
+    plans, SIAM 1982, equation 3.13); situations count as independent.
+    """
+    variances = []
+    for mine, others in zip(one, other, strict=True):
+        if mine is None or others is None:
+            continue
+        first, second = (_group_sums(held, moves) for held in (mine, others))
+        use = np.isfinite(first + second)
+        first, second = first[use], second[use]
+        count = len(first)
+        without = first.sum() - first, second.sum() - second
+        if count < 2 or min(without[0].min(), without[1].min()) <= 0:
+            continue
+        ratio = np.log(without[0] / without[1])
+        variances.append((count - 1) / count * float(np.sum((ratio - ratio.mean()) ** 2)))
+    return float(np.sqrt(np.sum(variances)) / len(variances)) if variances else 0.0
+
+
+def _group_sums(held: HeldOut, moves: MoveSet) -> Floats:
+    """(groups,) sums of the relative errors of each group that was held out together."""
+    error = np.abs(duration_of(held.slowness, moves) - moves.duration) / moves.duration
+    return np.asarray(np.bincount(np.unique(held.labels, return_inverse=True)[1], error))

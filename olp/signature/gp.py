@@ -16,7 +16,6 @@ from olp.signature.minimise import minimise
 
 Floats = NDArray[np.float64]
 
-_ROOT5 = np.sqrt(5.0)
 # [standard deviations] Beyond this a value's noise is taken as larger, the further the more; rounds of that.
 _OUTLIER, _ROUNDS = 4.0, 2
 _JITTER = 1e-8
@@ -124,8 +123,8 @@ def _extra(theta: Floats, squares: list[list[Floats]], values: Floats, extra: Fl
 def _cost(theta: Floats, squares: list[list[Floats]], values: Floats, extra: Floats) -> tuple[float, Floats]:
     """Minus the logarithm of the marginal likelihood, and its gradient along the logarithms (5.8, 5.9)."""
     fitted = _fitted(theta, squares)
-    covariances = _covariances(fitted, squares)
-    whole = np.asarray(sum(covariances))
+    shapes = [_shape(part, groups) for part, groups in zip(fitted, squares, strict=True)]
+    whole = np.asarray(sum(covariance for covariance, _ in shapes))
     noise = np.exp(2 * theta[-1]) * extra
     try:
         factor = np.linalg.cholesky(whole + np.diag(noise + _JITTER * float(whole[0, 0])))
@@ -137,14 +136,14 @@ def _cost(theta: Floats, squares: list[list[Floats]], values: Floats, extra: Flo
     cost = 0.5 * float(values @ weights) + float(np.log(np.diag(factor)).sum())
     inner = inverse - np.outer(weights, weights)
     gradient = []
-    for part, own, groups in zip(fitted, covariances, squares, strict=True):
-        gradient.append(float(np.sum(inner * own)))
-        common = inner * _steepness(part, groups)
+    for part, (own, steepness), groups in zip(fitted, shapes, squares, strict=True):
+        gradient.append(float(np.vdot(inner, own)))
+        common = inner * steepness
         gradient += [
-            0.5 * float(np.sum(common * square)) / length**2
+            0.5 * float(np.vdot(common, square)) / length**2
             for square, length in zip(groups, part.lengths, strict=True)
         ]
-    gradient.append(float(np.sum(np.diag(inner) * noise)))
+    gradient.append(float(np.diag(inner) @ noise))
     return cost, np.array(gradient)
 
 
@@ -157,23 +156,17 @@ def _fitted(theta: Floats, squares: list[list[Floats]]) -> tuple[Fitted, ...]:
     return tuple(parts)
 
 
-def _distance(part: Fitted, groups: list[Floats]) -> Floats:
-    total = sum(square / length**2 for square, length in zip(groups, part.lengths, strict=True))
-    return np.asarray(np.sqrt(total))
-
-
 def _covariances(parts: tuple[Fitted, ...], squares: list[list[Floats]]) -> list[Floats]:
-    result = []
-    for part, groups in zip(parts, squares, strict=True):
-        d = _distance(part, groups)
-        result.append(part.scale**2 * (1 + _ROOT5 * d + 5 / 3 * d**2) * np.exp(-_ROOT5 * d))
-    return result
+    return [_shape(part, groups)[0] for part, groups in zip(parts, squares, strict=True)]
 
 
-def _steepness(part: Fitted, groups: list[Floats]) -> Floats:
-    """The slope along the logarithm of a length is this times (distance / length)² of its group."""
-    d = _distance(part, groups)
-    return np.asarray(part.scale**2 * 5 / 3 * (1 + _ROOT5 * d) * np.exp(-_ROOT5 * d))
+def _shape(part: Fitted, groups: list[Floats]) -> tuple[Floats, Floats]:
+    """Covariance, and its steepness: the slope along the logarithm of a length is that times (distance / length)²."""
+    square = sum(square / length**2 for square, length in zip(groups, part.lengths, strict=True))
+    near = np.sqrt(5.0 * np.asarray(square))
+    common = part.scale**2 * np.exp(-near)
+    steepness = common * (1 + near)
+    return steepness + common * near * near / 3, 5 / 3 * steepness
 
 
 def _squares(first: Places, second: Places) -> list[list[Floats]]:

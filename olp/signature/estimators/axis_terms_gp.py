@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from olp.signature.domain import domain_of, nearest, points
-from olp.signature.estimator import Estimate, Parameter, Parameters, measured_slowness
+from olp.signature.estimator import Estimate, Parameter, Parameters, learnt, measured_slowness
 from olp.signature.estimators.axis_terms import AxisTerms
 from olp.signature.moveset import MoveSet
 from olp.signature.residual import estimate_residual, fit_residual, learnt_places
@@ -16,13 +16,16 @@ if TYPE_CHECKING:
     from olp.robot import Robot
 
 
+_TERMS = "axis_terms"
+
+
 class AxisTermsGp(AxisTerms):
     """`axis_terms`, and a Gaussian process over start and end points for what it leaves."""
 
     summary = "terms of the axes' motion, and a smooth function of start and end point for the rest"
 
     def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
-        terms = super().fit(moves, robot)
+        terms = learnt(_TERMS, moves, robot)
         left = measured_slowness(moves) - super().estimate(terms, moves, robot).slowness
         good = np.isfinite(left)
         domain = domain_of(moves)
