@@ -64,6 +64,14 @@
     picture.addEventListener("click", (event) => { const row = at(event); if (row >= 0) go(row); });
   }
 
+  // A link to a line in a folded listing opens it.
+  const unfold = () => {
+    const line = location.hash.length > 1 && $(location.hash.slice(1)), fold = line && line.closest("details");
+    if (fold && !fold.open) { fold.open = true; line.scrollIntoView(); }
+  };
+  addEventListener("hashchange", unfold);
+  unfold();
+
   // Tables: sorted by a click on a heading.
   for (const table of document.querySelectorAll("table.sortable")) {
     const heads = [...table.tHead.rows[0].cells];

@@ -112,7 +112,7 @@ def _errors(diagnosis: Diagnosis) -> Iterator[str]:
     size = max((len(name) for name, _ in known), default=0)
     for name, errors in known:
         yield f"{name.ljust(size)}  {_error(errors)}"
-    yield f"{'noise of the recording'.ljust(size)}  {words.seconds(diagnosis.noise_floor)}"
+    yield f"{'noise floor'.ljust(size)}  {words.seconds(diagnosis.noise_floor)}"
     if math.isfinite(diagnosis.placebo):
         share = f"{diagnosis.placebo * 100:.0f} % of searches"
         yield f"{'names found in shuffled data'.ljust(size)}  {share}"
@@ -126,7 +126,7 @@ def _error(errors: Errors) -> str:
 
 
 def _finding(page: _Page, title: str, finding: Finding, known: dict[int, words.Place], moves: int) -> None:
-    page.head(f"{title}: {finding.says}")
+    page.head(f"{title}: {words.units(finding.says)}")
     where = words.few(words.largest(finding, known))
     if where:
         costs = words.listed([f"{name} ({words.seconds(cost, sign=True)})" for name, _, cost in where])
@@ -189,8 +189,10 @@ def _remainder(page: _Page, diagnosis: Diagnosis) -> None:
     if not math.isfinite(remainder.rmse):
         return
     page.head(f"what remains without a name: {words.seconds(remainder.rmse)}")
-    for c in remainder.correlates:
+    for c in remainder.correlates[:_MOST]:
         how = f"{words.figure(c.statistic, 2)}, {words.chance(c.p_value)}"
         page.say(f"- goes together with {c.column} ({how})", 2, hang=2)
+    if len(remainder.correlates) > _MOST:
+        page.say(f"… and {len(remainder.correlates) - _MOST} more", 2, DIM)
     if remainder.correction:
         page.say(f"- {remainder.correction}", 2, hang=2)

@@ -113,7 +113,7 @@ def labels(findings: Sequence[Finding]) -> tuple[str, ...]:
 
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict as one sentence."""
-    causes = listed([f"“{name}”" for name in dict.fromkeys(term_title(f.term) for f in diagnosis.findings)])
+    causes = listed(_causes(diagnosis))
     match diagnosis.verdict:
         case "explained":
             return f"The robot differs from the simulation because of {causes or 'the effects below'}."
@@ -122,6 +122,24 @@ def headline(diagnosis: Diagnosis) -> str:
         case "no-mismatch":
             return "Simulation and robot agree: nothing stands above the noise of the recording."
     return "The difference is real, but no known effect holds on moves that the fit never saw."
+
+
+def _causes(diagnosis: Diagnosis) -> list[str]:
+    """Every named term, with those that the data cannot tell from it."""
+    named = dict.fromkeys(finding.term for finding in diagnosis.findings)
+    out = []
+    for term in named:
+        groups = [group for group in diagnosis.indistinguishable if term in group]
+        like = [
+            other for other in dict.fromkeys(name for group in groups for name in group) if other not in named
+        ]
+        also = f" (or {listed([_quoted(other) for other in like], 'or')})" if like else ""
+        out.append(_quoted(term) + also)
+    return out
+
+
+def _quoted(term: str) -> str:
+    return f"“{term_title(term)}”"
 
 
 def promise(diagnosis: Diagnosis) -> str:
@@ -138,8 +156,8 @@ def promise(diagnosis: Diagnosis) -> str:
 def floor(diagnosis: Diagnosis) -> str:
     """The noise floor as a clause."""
     if not math.isfinite(diagnosis.noise_floor):
-        return "the noise of the recording is not known"
-    return f"the recording itself is uncertain by {seconds(diagnosis.noise_floor)}"
+        return "the noise floor is not known"
+    return f"the noise floor is {seconds(diagnosis.noise_floor)}"
 
 
 def errors(found: Errors) -> str:
@@ -150,11 +168,16 @@ def errors(found: Errors) -> str:
 
 def parameter(name: str, value: FittedParameter) -> str:
     """ "time 0.038 s (95 % interval 0.036 to 0.040)" and what is wrong with it."""
-    unit = "" if value.unit in ("", "1") else f"{GLUE}{value.unit}"
+    unit = f"{GLUE}{units(value.unit)}" if units(value.unit) else ""
     text = f"{name.replace('_', ' ')} {figure(value.value)}{unit}"
     if math.isfinite(value.low) and math.isfinite(value.high):
         text += f" (95 % interval {figure(value.low)} to {figure(value.high)})"
     return "; ".join([text, *doubts(value)])
+
+
+def units(text: str) -> str:
+    """A unit, or a sentence with units, as it is printed: m/s² for m/s^2; nothing for a ratio."""
+    return "" if text == "1" else text.replace("^2", "²").replace("^3", "³")
 
 
 def doubts(value: FittedParameter) -> list[str]:

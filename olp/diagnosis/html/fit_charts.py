@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +12,11 @@ from numpy.typing import NDArray
 
 from olp.diagnosis import words
 from olp.diagnosis.html.rows import Rows
-from olp.diagnosis.html.svg import Chart, around, n, svg
-from olp.diagnosis.result import Diagnosis
+from olp.diagnosis.html.svg import Chart, around, svg
 from olp.plot.axes import room
 
 Floats = NDArray[np.float64]
+Ladder = Sequence[tuple[str, float, float]]  # term added, BIC, RMSE of unseen moves [s]; the first term is ""
 MS = 1000.0
 _BINS = 30
 _ROOM = 62.0  # [px] that a number beside a bar takes
@@ -76,66 +77,43 @@ def _spread(when: str, values: Floats) -> str:
 
 
 class Rung(NamedTuple):
-    """One step of the ladder. [s], nan where it is not known."""
+    """One step of the ladder."""
 
     name: str
-    rmse: float  # of all moves, with this cause and those above it
-    without: float  # RMSE of unseen moves without this cause
-    with_it: float  # RMSE of unseen moves with all causes
-    delta_bic: float
-    p_value: float
+    heldout: float  # [s] RMSE of moves that the fit did not see
+    bic: float
+    gain: float  # BIC less than one step before
 
 
-def rungs(diagnosis: Diagnosis, rows: Rows) -> list[Rung]:
-    """The simulation as it is, then the causes one after the other, each time the one that then helps most."""
-    nan = math.nan
-    out = [Rung("simulation as it is", _rms(rows.before), nan, nan, nan, nan)]
-    evidence = {
-        label: f.evidence
-        for label, f in zip(words.labels(diagnosis.findings), diagnosis.findings, strict=True)
-    }
-    left, residual = dict(rows.causes), rows.before
-    while left:
-        best = min(left, key=lambda name: _rms(residual - left[name]))
-        residual = residual - left.pop(best)
-        e = evidence[best]
-        out.append(
-            Rung(f"+ {best}", _rms(residual), e.heldout_before, e.heldout_after, e.delta_bic, e.p_value)
-        )
+def rungs(ladder: Ladder) -> list[Rung]:
+    """The simulation as it is, then one cause after the other; a term that is added again is numbered."""
+    out: list[Rung] = []
+    seen: dict[str, int] = {}
+    for term, bic, heldout in ladder:
+        seen[term] = seen.get(term, 0) + 1
+        again = f" ({seen[term]})" if seen[term] > 1 else ""
+        name = f"+ {words.term_title(term)}{again}" if term else "simulation as it is"
+        out.append(Rung(name, heldout, bic, out[-1].bic - bic if out else math.nan))
     return out
 
 
-def _rms(values: Floats) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else math.nan
-
-
 def ladder(steps: list[Rung], noise: float) -> Markup:
-    """The typical error, cause by cause, down to the noise floor."""
-    values = [step.rmse * MS for step in steps]
+    """The error on unseen moves, cause by cause, down to the noise floor."""
+    values = [step.heldout * MS for step in steps]
     if len(steps) < 2 or not all(map(math.isfinite, values)):
         return Markup("")
-    height = 34.0 * len(steps)
-    extra = [step.without * MS for step in steps if math.isfinite(step.without)]
-    top = max(*values, *extra, noise * MS if math.isfinite(noise) else 0.0) * 1.14 or 1.0
-    chart = Chart((0.0, top), (0.0, float(len(steps))), (760.0, height + 58.0), left=190.0)
-    chart.axes("typical error (root mean square) [ms]", "", y_ticks=False)
+    top = max(*values, noise * MS if math.isfinite(noise) else 0.0) * 1.14 or 1.0
+    chart = Chart((0.0, top), (0.0, float(len(steps))), (760.0, 34.0 * len(steps) + 58.0), left=190.0)
+    chart.axes("typical error of unseen moves (root mean square) [ms]", "", y_ticks=False)
     if math.isfinite(noise):
         chart.band(0.0, noise * MS, upright=True)
     for i, (step, value) in enumerate(zip(steps, values, strict=True)):
-        y = float(chart.y(len(steps) - i - 0.5))
+        y, end = float(chart.y(len(steps) - i - 0.5)), float(chart.x(value))
         chart.text(chart.left - 10, y + 4, _cut(step.name, 26), "end", "label")
-        chart.box(
-            chart.left, y - 9, float(chart.x(value)) - chart.left, 18, f"bar {'after' if i else 'before'}"
-        )
-        end = float(chart.x(value))
-        if math.isfinite(step.without):
-            mark = float(chart.x(step.without * MS))
-            chart.parts.append(f'<path class="mark" d="M{n(mark)} {n(y - 13)}V{n(y + 13)}"/>')
-            end = mark if end - 4 < mark < end + _ROOM else end
-        chart.text(end + 7, y + 4, words.seconds(step.rmse), css="label")
-    told = "; ".join(f"{step.name}: {words.seconds(step.rmse)}" for step in steps)
-    return chart.svg("Evidence ladder: typical error after each cause", told)
+        chart.box(chart.left, y - 9, end - chart.left, 18, f"bar {'after' if i else 'before'}")
+        chart.text(end + 7, y + 4, words.seconds(step.heldout), css="label")
+    told = "; ".join(f"{step.name}: {words.seconds(step.heldout)}" for step in steps)
+    return chart.svg("Evidence ladder: error of unseen moves after each cause", told)
 
 
 def waterfall(rows: Rows) -> Markup:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from olp.diagnosis import words
-from olp.diagnosis.html.rows import Rows
+from olp.diagnosis.html.rows import Floats, Rows
 from olp.diagnosis.result import Diagnosis
 
 LIMIT = 0.02  # that the causes may miss of the model's own prediction
@@ -91,13 +91,11 @@ def sums(rows: Rows) -> Sums:
     )
 
 
-def check(rows: Rows, predicted: Mapping[int, float] | None) -> Check | None:
-    """The sum of the causes against `predicted` [s] per move, the model with all causes at work at once."""
-    if not rows.causes or predicted is None or not np.isfinite(rows.simulated).any():
+def check(rows: Rows, predicted: Floats | None) -> Check | None:
+    """The sum of the causes against `predicted` (n,) [s], the model with all causes at work at once."""
+    if not rows.causes or predicted is None:
         return None
-    model = (
-        np.array([predicted.get(m, math.nan) for m in rows.move.tolist()], dtype=np.float64) - rows.simulated
-    )
+    model = predicted - rows.simulated
     causes = rows.before - rows.after
     known = np.isfinite(model) & np.isfinite(causes)
     size = float(np.abs(model[known]).sum())
@@ -122,7 +120,7 @@ def shares(rows: Rows) -> str:
     )
 
 
-def _total(values: np.ndarray) -> float:
+def _total(values: Floats) -> float:
     known = values[np.isfinite(values)]
     return float(known.sum()) if len(known) else math.nan
 

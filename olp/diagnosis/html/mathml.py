@@ -93,12 +93,12 @@ class _Setter:
     def _scripted(self) -> str:
         base = self._one()
         below = above = ""
-        while self._at < len(self._tokens) and self._tokens[self._at][0] in "^_":
+        while self._at < len(self._tokens) and self._tokens[self._at][0] in "^_'":
             mark = self._next()[0]
-            script = self._word() or self._one()
-            if (above if mark == "^" else below) != "":
+            script = "<mo>′</mo>" if mark == "'" else self._word() or self._one()
+            if (below if mark == "_" else above) != "":
                 raise _UnknownError
-            above, below = (script, below) if mark == "^" else (above, script)
+            above, below = (above, script) if mark == "_" else (script, below)
         if above and below:
             return f"<msubsup>{base}{below}{above}</msubsup>"
         return f"<msup>{base}{above}</msup>" if above else f"<msub>{base}{below}</msub>" if below else base
@@ -136,7 +136,7 @@ class _Setter:
             return f"<mrow>{body}</mrow>"
         if token[3]:
             raise _UnknownError
-        sign = token[0].replace("-", "−").replace("'", "′")
+        sign = token[0].replace("-", "−")
         return f"<mi>{escape(sign)}</mi>" if sign.isalpha() else f"<mo>{escape(sign)}</mo>"
 
     def _command(self, name: str) -> str:

@@ -9,42 +9,63 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from olp import resources
-from olp.diagnosis import words
-from olp.diagnosis.html import colours, fit_charts, group_charts, ledger, path_charts, program
-from olp.diagnosis.html.mathml import mathml
-from olp.diagnosis.html.rows import Rows, groups_of, rows_of
+from olp.diagnosis.html import colours, path_charts, program, sections
+from olp.diagnosis.html.fit_charts import Ladder
+from olp.diagnosis.html.rows import Floats, rows_of
 from olp.diagnosis.html.tables import tables_of
-from olp.diagnosis.result import PHASES, Diagnosis, Errors, Finding, NextMove
+from olp.diagnosis.result import Diagnosis
 
 if TYPE_CHECKING:
+    from olp.diagnosis.diagnose import Outcome
     from olp.physics._case import Case
     from olp.recording import Recording
 
 _FOLDER, _TEMPLATE = "templates", "diagnosis.html.j2"
-_MM = 1000.0
-_PRINTED = 40  # program lines on paper; the style sheet hides the others
 
 
 def html_report(
+    outcome: Outcome,
+    recording: Recording | None = None,
+    job_text: str | Mapping[str, str] | None = None,
+    *,
+    log_summary: Mapping[str, Any] | None = None,
+) -> str:
+    """One self-contained HTML file, UTF-8.
+
+    `job_text`: the program's text, or texts by the name that column `job` has; `log_summary`: what a log told, any
+    nested names and numbers.
+    """
+    return diagnosis_page(
+        outcome.diagnosis,
+        outcome.case,
+        recording,
+        job_text,
+        log_summary=log_summary,
+        predicted=outcome.predicted,
+        ladder=outcome.ladder,
+    )
+
+
+def diagnosis_page(
     diagnosis: Diagnosis,
     case: Case | None = None,
     recording: Recording | None = None,
     job_text: str | Mapping[str, str] | None = None,
     *,
     log_summary: Mapping[str, Any] | None = None,
-    predicted: Mapping[int, float] | None = None,
+    predicted: Floats | None = None,
+    ladder: Ladder = (),
 ) -> str:
-    """One self-contained HTML file, UTF-8.
+    """The same of as much as there is.
 
-    `job_text`: the program's text, or texts by the name that column `job` has; `log_summary`: what a log told, any
-    nested names and numbers; `predicted`: [s] per move with all causes at work at once, to check the ledger's sums.
+    `predicted`: (n,) [s] per move of the case with all causes at work at once, to check the ledger's sums; `ladder`:
+    term added ("" for none), BIC and RMSE of unseen moves [s], step by step.
     """
     rows = rows_of(diagnosis, case, recording)
     lines = program.program_lines(rows)
@@ -58,12 +79,13 @@ def html_report(
         "steps": range(colours.STEPS),
         "compared": len(rows),
         "tables": tables_of(log_summary or {}),
-        **_summary(diagnosis, recording),
-        **_fit(diagnosis, rows),
-        **_where(diagnosis, rows, recording),
-        **_findings(diagnosis, case, lines),
-        **_ledger(diagnosis, rows, lines, listings, predicted),
-        **_open(diagnosis),
+        **sections.summary(diagnosis, recording),
+        **sections.fit(diagnosis, rows),
+        **sections.evidence(diagnosis, rows, ladder),
+        **sections.where(diagnosis, rows, recording),
+        **sections.findings(diagnosis, case, lines),
+        **sections.split(diagnosis, rows, lines, listings, predicted),
+        **sections.still_open(diagnosis),
     }
     return _render(values)
 
@@ -88,229 +110,3 @@ def _json(value: Any) -> Markup:
     for sign in "<>&":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
     return Markup(text)
-
-
-def _summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]:
-    titles = {
-        "no-mismatch": "no mismatch",
-        "partly-explained": "partly explained",
-        "unexplained": "not explained",
-    }
-    before, after = diagnosis.heldout_before, diagnosis.heldout_after
-    tiles = []
-    if math.isfinite(before.rmse):
-        tiles.append(("Typical error before", words.seconds(before.rmse), _share(before), "before"))
-    elif math.isfinite(diagnosis.before.rmse):
-        tiles.append(
-            (
-                "Typical error",
-                words.seconds(diagnosis.before.rmse),
-                _share(diagnosis.before),
-                "before",
-            )
-        )
-    if math.isfinite(after.rmse):
-        tiles.append(("Typical error after", words.seconds(after.rmse), _share(after), "after"))
-    tiles.append(
-        ("Noise of the recording", words.seconds(diagnosis.noise_floor), "nothing below can be told", "")
-    )
-    held = f"held out by {diagnosis.held_out_by}" if diagnosis.held_out_by else ""
-    tiles.append(("Moves compared", str(diagnosis.moves), held, ""))
-    return {
-        "verdict": diagnosis.verdict,
-        "verdict_title": titles.get(diagnosis.verdict, diagnosis.verdict),
-        "headline": words.headline(diagnosis),
-        "promise": words.promise(diagnosis),
-        "tiles": tiles,
-        "facts": _facts(recording),
-        "title": recording.path if recording is not None else "",
-    }
-
-
-def _share(errors: Errors) -> str:
-    return f"{words.percent(errors.mape)} of the duration on average" if math.isfinite(errors.mape) else ""
-
-
-def _facts(recording: Recording | None) -> list[tuple[str, str]]:
-    """What was judged, for whoever files the report."""
-    if recording is None:
-        return []
-    settings, noise = recording.settings, recording.noise_floor()
-    facts = [
-        ("Recording", recording.path),
-        ("Robot", recording.robot.name if recording.robot else "not named"),
-    ]
-    if settings.controller:
-        facts.append(("Controller", settings.controller))
-    if math.isfinite(noise.resolution):
-        how = "as its digits show" if noise.inferred else "as the recording says"
-        facts.append(("Resolution of the durations", f"{words.seconds(noise.resolution)}, {how}"))
-    if noise.freedom:
-        facts.append(("Scatter of repeated moves", words.seconds(noise.repeats)))
-    return [*facts, ("SHA-256 of the values", recording.sha256)]
-
-
-def _fit(diagnosis: Diagnosis, rows: Rows) -> dict[str, Any]:
-    noise = diagnosis.noise_floor
-    steps = fit_charts.rungs(diagnosis, rows) if rows.causes else []
-    errors = [
-        ("all moves, simulation as it is", diagnosis.before),
-        ("moves the fit never saw, before", diagnosis.heldout_before),
-        ("moves the fit never saw, after", diagnosis.heldout_after),
-    ]
-    return {
-        "scatter": fit_charts.scatter(rows),
-        "histogram": fit_charts.histogram(rows, noise),
-        "ladder": fit_charts.ladder(steps, noise),
-        "waterfall": fit_charts.waterfall(rows),
-        "rungs": [
-            (
-                step.name,
-                words.seconds(step.rmse),
-                words.seconds(step.without) if math.isfinite(step.without) else "",
-                words.seconds(step.with_it) if math.isfinite(step.with_it) else "",
-                words.figure(step.delta_bic, 3) if math.isfinite(step.delta_bic) else "",
-                words.p_value(step.p_value),
-            )
-            for step in steps
-        ],
-        "errors": [(name, *_error(found)) for name, found in errors if math.isfinite(found.rmse)],
-        "noise": words.seconds(noise),
-        "placebo": f"{diagnosis.placebo * 100:.0f} %" if math.isfinite(diagnosis.placebo) else "",
-        "held_out_by": diagnosis.held_out_by,
-        "bias": words.seconds(diagnosis.mismatch.bias, sign=True),
-    }
-
-
-def _error(errors: Errors) -> tuple[str, str, str]:
-    return words.seconds(errors.rmse), words.percent(errors.mape), words.percent(errors.worst)
-
-
-def _where(diagnosis: Diagnosis, rows: Rows, recording: Recording | None) -> dict[str, Any]:
-    noise = diagnosis.noise_floor
-    told = [m for m in diagnosis.mismatch.moves if m.significant]
-    phases = [(phase, [m.residual for m in told if m.phase == phase]) for phase in PHASES]
-    strips = group_charts.strips(rows, groups_of(rows, recording), noise)
-    return {
-        "panels": path_charts.panels(rows),
-        "legend": path_charts.legend(rows),
-        "over_time": group_charts.over_time(rows, noise),
-        "direction": group_charts.by_direction(rows, noise),
-        "steep": [
-            (name, count, words.seconds(before, sign=True), words.seconds(after, sign=True))
-            for name, count, before, after in group_charts.steep(rows)
-        ],
-        "strips": strips,
-        "phases": [
-            (phase, len(found), words.seconds(sum(found) / len(found), sign=True))
-            for phase, found in phases
-            if found
-        ],
-        "significant": len({m.move for m in told}),
-    }
-
-
-def _findings(diagnosis: Diagnosis, case: Case | None, lines: list[program.ProgramLine]) -> dict[str, Any]:
-    known = words.places(diagnosis, case)
-    anchors = {line.place: line.anchor for line in lines}
-    labels = words.labels(diagnosis.findings)
-    return {
-        "findings": [
-            _finding(label, finding, known, anchors, i)
-            for i, (label, finding) in enumerate(zip(labels, diagnosis.findings, strict=True))
-        ]
-    }
-
-
-def _finding(
-    label: str, finding: Finding, known: dict[int, words.Place], anchors: dict[str, str], number: int
-) -> dict[str, Any]:
-    evidence = finding.evidence
-    return {
-        "label": label,
-        "colour": number % 8,
-        "says": finding.says,
-        "summary": words.term_summary(finding.term),
-        "equation": mathml(finding.equation),
-        "parameters": [
-            (
-                name.replace("_", " "),
-                words.figure(p.value),
-                "" if p.unit == "1" else p.unit,
-                _interval(p.low, p.high),
-                ", ".join(words.doubts(p)),
-            )
-            for name, p in finding.parameters.items()
-        ],
-        "moves": words.counted(len(finding.moves), "move"),
-        "largest": [
-            (name, anchors.get(name, "") or f"move-{move}", words.seconds(cost, sign=True))
-            for name, move, cost in words.few(words.largest(finding, known), 5)
-        ],
-        "without": words.seconds(evidence.heldout_before),
-        "with_it": words.seconds(evidence.heldout_after),
-        "delta_bic": words.figure(evidence.delta_bic, 3),
-        "chance": words.chance(evidence.p_value),
-        "alternatives": [
-            (words.term_title(a.term), words.figure(a.delta_bic, 2)) for a in finding.alternatives
-        ],
-    }
-
-
-def _interval(low: float, high: float) -> str:
-    if not (math.isfinite(low) and math.isfinite(high)):
-        return words.UNKNOWN
-    return f"{words.figure(low)} to {words.figure(high)}"
-
-
-def _ledger(
-    diagnosis: Diagnosis,
-    rows: Rows,
-    lines: list[program.ProgramLine],
-    listings: list[program.Listing],
-    predicted: Mapping[int, float] | None,
-) -> dict[str, Any]:
-    anchors = {line.place: line.anchor for line in lines}
-    listed = {line.anchor for listing in listings for line in listing.lines if line.anchor}
-    return {
-        "causes": list(rows.causes),
-        "ledger": ledger.lines(diagnosis, rows, anchors),
-        "sums": ledger.sums(rows),
-        "check": ledger.check(rows, predicted),
-        "shares": ledger.shares(rows),
-        "program": [line._replace(listed=line.anchor in listed) for line in lines],
-        "unprinted": len(lines) > _PRINTED,
-        "listings": listings,
-    }
-
-
-def _open(diagnosis: Diagnosis) -> dict[str, Any]:
-    remainder = diagnosis.remainder
-    return {
-        "groups": [
-            words.listed([words.term_title(n) for n in group]) for group in diagnosis.indistinguishable
-        ],
-        "why": diagnosis.next_experiment.why,
-        "next_moves": [_next_move(move) for move in diagnosis.next_experiment.moves],
-        "remains": words.seconds(remainder.rmse),
-        "correlates": [
-            (c.column, words.figure(c.statistic, 2), words.p_value(c.p_value)) for c in remainder.correlates
-        ],
-        "correction": remainder.correction,
-        "notes": diagnosis.notes,
-        "unpaired": diagnosis.unpaired,
-    }
-
-
-def _next_move(move: NextMove) -> tuple[str, ...]:
-    start, end = (", ".join(f"{c * _MM:.1f}" for c in point) for point in (move.start, move.end))
-    payload = "" if move.payload is None else words.figure(move.payload)
-    return (
-        start,
-        end,
-        f"{move.speed * _MM:.0f}",
-        payload,
-        f"{move.blend * _MM:.1f}",
-        str(move.times),
-        move.why,
-    )
