@@ -1,0 +1,38 @@
+"""Makes many cases in several processes. The seeds of both sets are fixed here."""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+from pathlib import Path
+
+from bench.concealed.cases import make, schedule
+from bench.concealed.files import write
+
+SEEDS = {"dev": 20_261, "final": 86_420}
+
+
+def _one(task: tuple[int, int, str, int, str]) -> str:
+    seed, index, family, turn, folder = task
+    if family.startswith("log-"):
+        from bench.concealed.logs import make_log, write_log
+
+        log = make_log(seed, index, family, turn)
+        write_log(log, Path(folder))
+        return log.name
+    case = make(seed, index, family, turn)
+    write(case, Path(folder))
+    return case.name
+
+
+def generate_all(seed: int, count: int, folder: Path, jobs: int, families: tuple[str, ...] = ()) -> list[str]:
+    """The names of the cases written under `folder`: the first `count` of this seed, those of `families`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tasks = [(seed, i, f, t, str(folder)) for i, (f, t) in schedule(count) if not families or f in families]
+    with multiprocessing.get_context("spawn").Pool(jobs) as pool:
+        names = []
+        for name in pool.imap_unordered(_one, tasks):
+            names.append(name)
+            print(f"\r{len(names)} of {len(tasks)}", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr)
+    return sorted(names)
