@@ -28,9 +28,13 @@ class AxisPaths(NamedTuple):
 
 
 def axis_paths(moves: MoveSet, robot: Robot) -> AxisPaths:
-    """The arm stands in front, elbow up, wrist not flipped; the tool keeps its orientation along the line."""
-    start, start_rate = _at(moves, moves.start, robot)
-    end, end_rate = _at(moves, moves.end, robot)
+    """The tool keeps its orientation along the line.
+
+    The axes are those the moves tell; else the arm stands as their `configuration` says, where it is written as the
+    flags of RCONF (six digits 0 or 1), and otherwise in front, elbow up, wrist not flipped.
+    """
+    start, start_rate = _at(moves, moves.start, robot, 0)
+    end, end_rate = _at(moves, moves.end, robot, 1)
     return AxisPaths(start, end, start_rate, end_rate)
 
 
@@ -39,25 +43,49 @@ def has_axes(robot: Robot | None) -> bool:
     return robot is not None and robot.geometry is not None and robot.geometry.links is not None
 
 
-def _at(moves: MoveSet, places: Floats, robot: Robot) -> tuple[Floats, Floats]:
-    from olp.kinematics import inverse, jacobian, without_tool
+def _at(moves: MoveSet, places: Floats, robot: Robot, end: int) -> tuple[Floats, Floats]:
+    from olp.kinematics import jacobian
 
-    known = np.isfinite(moves.rotation).all(axis=(1, 2))
-    count, axes = len(moves), len(robot.axes)
-    angles, rates = np.full((count, axes), np.nan), np.full((count, axes), np.nan)
-    if not known.any():
+    axes = len(robot.axes)
+    angles, rates = _angles(moves, places, robot, end), np.full((len(moves), axes), np.nan)
+    rows = np.nonzero(np.isfinite(angles).all(axis=1))[0]
+    if not len(rows):
         return angles, rates
-    position, rotation = places[known], moves.rotation[known]
-    if moves.tool is not None:
-        position, rotation = without_tool(position, rotation, moves.tool)
-    joints, reached = inverse(robot, position, rotation)
-    rows = np.nonzero(known)[0][reached]
-    joints = joints[reached]
-    angles[rows] = joints
-    matrix = jacobian(robot, joints)
+    matrix = jacobian(robot, angles[rows])
     wanted = np.concatenate([moves.direction[rows], np.zeros((len(rows), 3))], axis=1)
     # The tool does not turn, so flange and tool centre point travel alike.
     turned = matrix.transpose(0, 2, 1)
     square = turned @ matrix + _DAMPING**2 * np.eye(axes)
     rates[rows] = np.linalg.solve(square, turned @ wanted[:, :, None])[:, :, 0]
     return angles, rates
+
+
+def _angles(moves: MoveSet, places: Floats, robot: Robot, end: int) -> Floats:
+    """(n, k) [rad] at one end: told, or by the inverse."""
+    from olp.kinematics import inverse, without_tool
+
+    count, axes = len(moves), len(robot.axes)
+    angles = np.full((count, axes), np.nan)
+    if moves.joints is not None and moves.joints.shape[2] == axes:
+        # A line whose other end is not told could lie in another turn of an axis.
+        told = np.isfinite(moves.joints).all(axis=(1, 2))
+        angles[told] = moves.joints[told, end]
+    known = np.isfinite(moves.rotation).all(axis=(1, 2)) & ~np.isfinite(angles).all(axis=1)
+    if not known.any():
+        return angles
+    position, rotation = places[known], moves.rotation[known]
+    if moves.tool is not None:
+        position, rotation = without_tool(position, rotation, moves.tool)
+    joints, reached = inverse(robot, position, rotation, _flags(moves)[known])
+    angles[np.nonzero(known)[0][reached]] = joints[reached]
+    return angles
+
+
+def _flags(moves: MoveSet) -> NDArray[np.int64]:
+    """(n, 6) of RCONF; 0 where `configuration` is another word."""
+    flags = np.zeros((len(moves), 6), dtype=np.int64)
+    for row, text in enumerate(moves.configuration):
+        digits = text.replace(",", "").replace(" ", "")
+        if len(digits) >= 6 and set(digits) <= {"0", "1"}:
+            flags[row] = [int(d) for d in digits[:6]]
+    return flags

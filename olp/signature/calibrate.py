@@ -6,6 +6,7 @@ H033 repeated moves.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -126,6 +127,8 @@ def chosen(trials: dict[str, Trial], moves: MoveSet) -> str:
 
 def _error_model(trial: Trial, moves: MoveSet) -> ErrorModel:
     close = spread_of(residuals(trial.near, moves), moves.start_labels)
+    # Moves between the same learnt ones err alike: no more errors are independent than moves were learnt from.
+    close = close._replace(shared=math.hypot(close.shared, close.own / math.sqrt(len(moves))))
     if trial.far is None:
         # One start point says nothing of another: three times as wide is a guess, and said to be outside.
         wide = close._replace(half=3 * close.half, shared=max(close.shared, close.half), groups=2)

@@ -37,6 +37,7 @@ class MoveSet:
     configuration: tuple[str, ...]  # (n,) posture of the arm, "" where not told
     program: tuple[str, ...]  # (n,)
     tool: Pose | None = None  # on the flange, None where it is not told
+    joints: Floats | None = None  # (n, 2, k) [rad] axes at start and end; nan or None where not told
 
     def __len__(self) -> int:
         return len(self.speed)
@@ -85,6 +86,7 @@ class MoveSet:
             tuple(self.configuration[i] for i in rows.tolist()),
             tuple(self.program[i] for i in rows.tolist()),
             self.tool,
+            None if self.joints is None else self.joints[rows],
         )
 
 
@@ -111,6 +113,7 @@ def moves_of_recording(
     rotation = np.full((len(rows), 3, 3), np.nan)
     if turned.any():
         rotation[turned] = rotation_from_angles(moves.start_angles[rows][turned])
+    joints = np.stack([moves.joints_start[rows], moves.joints_end[rows]], axis=1)
     postures = moves.texts.get("configuration", ("",) * len(moves))
     return (
         MoveSet(
@@ -124,6 +127,7 @@ def moves_of_recording(
             configuration=tuple(postures[i] for i in rows.tolist()),
             program=tuple(moves.job[i] for i in rows.tolist()),
             tool=recording.tool,
+            joints=joints if np.isfinite(joints).any() and not any(moves.slides) else None,
         ),
         rows,
     )

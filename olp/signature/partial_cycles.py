@@ -59,6 +59,7 @@ def average_cycles(moves: MoveSet) -> Cycles:
         kept.configuration,
         kept.program,
         kept.tool,
+        kept.joints,
     )
     return Cycles(averaged, count, math.sqrt(float(np.sum(off**2)) / freedom), freedom)
 

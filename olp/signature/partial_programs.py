@@ -137,8 +137,18 @@ def gather(programs: list[tuple[MoveSet, float]], total: Floats) -> Totals:
         configuration=tuple(c for moves in sets for c in moves.configuration),
         program=tuple(p for moves in sets for p in moves.program),
         tool=sets[0].tool,
+        joints=_together([moves.joints for moves in sets], [len(moves) for moves in sets]),
     )
     return Totals(together, owner, np.asarray(total), np.array([rest for _, rest in programs]))
+
+
+def _together(joints: list[Floats | None], counts: list[int]) -> Floats | None:
+    """(n, 2, k) [rad] of all programs; None when any has other axes."""
+    known = [values for values in joints if values is not None]
+    widths = {values.shape[2] for values in known}
+    if len(widths) != 1 or len(known) < len(counts):
+        return None
+    return np.concatenate(known)
 
 
 def stops_of(timing: Timing) -> tuple[MoveSet, float]:
@@ -172,6 +182,7 @@ def stops_of(timing: Timing) -> tuple[MoveSet, float]:
         configuration=("",) * count,
         program=(plan.path,) * count,
         tool=_tool_of(timing, row),
+        joints=np.stack([positions.axes[moves.start[row]], positions.axes[moves.target[row]]], axis=1),
     )
     return found, float(np.nansum(timing.duration_s) - np.nansum(timing.duration_s[steps]))
 

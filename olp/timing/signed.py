@@ -91,6 +91,7 @@ def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str
         configuration=("",) * len(rows),
         program=(plan.path,) * len(rows),
         tool=None if signature.tool is None else Pose.from_xyz_angles(signature.tool),
+        joints=np.stack([positions.axes[moves.start[rows]], positions.axes[moves.target[rows]]], axis=1),
     )
     said = predict(signature, asked, plan.robot)
     curved = moves.path[rows] != _STRAIGHT
