@@ -2,7 +2,7 @@
 
 FOLDER holds `commands.csv` and the joint recordings beside it. Every run becomes rows of a moves.csv, which part in the
 middle of a rest, and in a corner where `olp recording from-log` parts them. A run is timed from 0.5 mm behind its start
-to 0.5 mm before its end (see ma2010_runs). Samples 46 ms apart do not tell when the arm began and came to rest: the half
+to 0.5 mm before its end (see ma2010_runs). Samples 46 ms apart do not tell when the arm began and came to rest: half
 millimetres are counted at programmed speed, and speeding up and braking there together as 0.15 s, the acceleration time
 of the corner runs (4 ms, another test, docs/blending.md). That constant is the same in every run.
 

@@ -27,6 +27,7 @@ from olp.signature.parts import (
     learn_part,
 )
 from olp.signature.recorded import Rows, rows_of
+from olp.signature.stretches import stretches_of
 
 if TYPE_CHECKING:
     from olp.recording import Recording
@@ -69,11 +70,20 @@ def calibrate(
         straight = _without_stops(recording, stop.value("fixed_time"))
     signature, told = calibrate_straight(straight, method, robot)
     signature = replace(signature, parts=parts)
-    for kind, learn in ((JOINT, _learn_joint), (CIRCULAR, _learn_curves), (CORNER, _learn_corners)):
-        part = learn(rows_of(signature, recording, lambda says: None))
-        if part is not None:
-            parts[kind] = part
+    if _beside(recording):
+        rows = rows_of(signature, recording, lambda says: None)
+        for kind, learn in ((JOINT, _learn_joint), (CIRCULAR, _learn_curves), (CORNER, _learn_corners)):
+            part = learn(rows)
+            if part is not None:
+                parts[kind] = part
+                rows = rows.with_part(kind, part)
     return signature, (*told, *(_told(kind, part, recording.path) for kind, part in parts.items()))
+
+
+def _beside(recording: Recording) -> bool:
+    """Whether there is anything but straight moves from stop to stop."""
+    others = any(kind in (JOINT, CIRCULAR) for kind in recording.moves.kinds)
+    return others or bool(stretches_of(recording.moves).ends_rolling.any())
 
 
 def _told(kind: str, part: Part, file: str) -> Diagnostic:

@@ -59,7 +59,8 @@ class Motions:
         with np.errstate(divide="ignore", invalid="ignore"):
             peak = np.where(ends == 2, 2 * np.sqrt(way * s), np.sqrt(2 * way * s))
             time = np.where(speed * ramps <= way, way / speed + ramps, peak)
-            time = np.where((way == 0) & np.isfinite(speed), 0.0, time)
+            time = np.where(way == 0, 0.0, time)
+            time = np.where(np.isfinite(speed), time, np.nan)
         return np.asarray(np.max(time, axis=1)) if time.shape[1] else np.full(len(self), np.nan)
 
     def take(self, rows: Mask) -> Motions:

@@ -21,6 +21,7 @@ Labels = NDArray[np.int64]
 STOP, JOINT, CIRCULAR, CORNER = "stop", "joint", "circular", "corner"
 FEWEST = 4  # rows that a part is learnt from
 _FOLDS = 10
+_MANY = 40
 
 
 class Quantity(NamedTuple):
@@ -104,6 +105,7 @@ def learn_part(
     folds = np.arange(len(measured), dtype=np.int64) % min(_FOLDS, len(measured))
     found = choose(model, start, known.forms, measured, folds, lowest)
     spread = spread_of(found.errors, groups)
+    spread = spread._replace(half=max(spread.half, _of_few(found.errors)))
     quantities = {
         q.name: Parameter(float(value), q.unit, float(sd) if i in found.form else None)
         for i, (q, value, sd) in enumerate(
@@ -114,3 +116,11 @@ def learn_part(
     longest = float(np.max(measured))
     part = Part(quantities, spread, spread.half, len(measured), longest, before, after, law)
     return part, found
+
+
+def _of_few(errors: Floats) -> float:
+    """[s] half-width by Student's t: of few errors the largest one covers less than 95 %. 0 of many."""
+    if len(errors) >= _MANY:
+        return 0.0
+    own = float(np.sqrt(np.mean(errors**2)))
+    return own * Spread(own, 0.0, own, len(errors) - 1).quantile

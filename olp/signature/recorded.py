@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from olp.signature.document import Signature
 from olp.signature.motions import Motions, motions_of, with_slowness
 from olp.signature.moveset import moves_of_recording
-from olp.signature.parts import Part, Parts
+from olp.signature.parts import JOINT, Part, Parts
 from olp.signature.places import with_points
 from olp.signature.predict import Prediction, predict, robot_of
 from olp.signature.stretch_times import Times, law_savings, times_of
@@ -63,7 +63,8 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     if recording.robot is None and robot is not None:
         recording = replace(recording, robot=robot)
     moves = with_points(recording.moves, robot, recording.tool)
-    motions = motions_of(moves, robot, recording.tool, report)
+    learnt = JOINT in signature.parts  # then the axes' accelerations were, too
+    motions = motions_of(moves, robot, recording.tool, (lambda says: None) if learnt else report)
     count = len(moves)
     half, strain = np.full(count, np.nan), np.ones(count)
     asked, told = moves_of_recording(recording, stops=False, kinds=_ALONG)
@@ -76,7 +77,7 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     stretches = stretches_of(moves)
     saving, law = law_savings(moves, motions, stretches, robot)
     settling, assumed = settling_of(Effects(), robot)
-    if assumed and any(kind == "joint" for kind in moves.kinds) and "joint" not in signature.parts:
+    if assumed and not learnt and any(kind == "joint" for kind in moves.kinds):
         report(assumed)
     return Rows(moves, motions, stretches, saving, law, settling, signature.parts, half, strain, told, said)
 

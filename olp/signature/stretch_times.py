@@ -81,8 +81,13 @@ def law_savings(
         return saving, law
     zone = _zones(moves, robot)
     if law == OVERLAP:
-        for label in np.unique(stretches.label[at]).tolist():
-            rows = np.nonzero(stretches.label == label)[0]
+        labels = np.unique(stretches.label[at])
+        for begin, end in zip(
+            np.searchsorted(stretches.label, labels).tolist(),
+            np.searchsorted(stretches.label, labels, side="right").tolist(),
+            strict=True,
+        ):
+            rows = slice(begin, end)
             saving[rows] = _overlaps(motions.way[rows], motions.pace[rows], zone[rows])
     else:
         saving[at] = _rounded(moves, motions, at, zone[at])
