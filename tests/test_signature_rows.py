@@ -442,3 +442,20 @@ def test_errors_of_held_out_rows_do_not_see_their_own_row():
         rest = np.delete(np.arange(10), row)
         alone = solve(lambda q, r=rest: q[0] * x[r], np.zeros(1), (0,), measured[rest], lowest)
         assert found.errors[row] == pytest.approx(measured[row] - alone.values[0], abs=1e-9)
+
+
+def test_a_total_of_joint_moves_is_as_unsure_as_their_held_out_errors_add_up(tmp_path):
+    made, _ = calibrate(recorded(tmp_path / "a", [*straights(), *turns(40, noise=0.05)]), "constant")
+    job = tmp_path / "J.JBI"
+    there, back = "MOVJ C00001 VJ=50.00 PL=0", "MOVJ C00000 VJ=50.00 PL=0"
+    halves = []
+    for times in (1, 4):
+        text = joint_job().replace(
+            "MOVJ C00002 VJ=10.00 PL=0", "\r\n".join([back, *[there, back] * (times - 1)])
+        )
+        job.write_text(text, encoding="ascii", newline="")
+        found = time_plan(olp.read(job).plan(ROBOT.name), signature=made).interval
+        halves.append((found.total_high - found.total_low) / 2)
+    # Two moves, each with an error of its own; run four times, both errors come four times.
+    assert 1.5 * 0.05 < halves[0] < 6 * 0.05
+    assert halves[1] == pytest.approx(4 * halves[0], rel=1e-6)
