@@ -98,7 +98,6 @@
 
   // The ledger: only some rows.
   const book = $("book"), search = $("search"), only = $("only");
-  document.querySelector(".tools").hidden = false;
   const filter = () => {
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
     let shown = 0;
@@ -111,8 +110,11 @@
     }
     $("count").textContent = shown + " of " + book.tBodies[0].rows.length + " moves";
   };
-  search.addEventListener("input", filter);
-  only.addEventListener("change", filter);
+  if (book) {
+    document.querySelector(".tools").hidden = false;
+    search.addEventListener("input", filter);
+    only.addEventListener("change", filter);
+  }
 
   // The path in space: turned by drag or keys, far moves drawn first.
   const canvas = $("view");

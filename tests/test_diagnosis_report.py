@@ -176,6 +176,13 @@ def test_every_verdict_can_be_told_with_nothing_else_known(verdict):
     assert "nan" not in re.sub(r"<(script|style).*?</\1>", "", page, flags=re.S).lower()
 
 
+def test_nothing_is_promised_where_nothing_was_named(diagnosis, case, recording):
+    none = replace(diagnosis, verdict="no-mismatch", findings=(), indistinguishable=())
+    for told in (text_report(none, case, 0), diagnosis_page(none, case, recording)):
+        assert "never saw" not in told
+        assert "after" not in re.findall(r"Typical error \w*", told)
+
+
 # --- numbers ------------------------------------------------------------------------------------------------
 
 
@@ -263,7 +270,7 @@ def test_all_parts_are_there(html):
 def test_hostile_names_stay_text(case, diagnosis):
     n = len(case)
     bad_case = replace(case, job=(HOSTILE,) * n)
-    parameters = {HOSTILE: p for p in diagnosis.findings[0].parameters.values()}
+    parameters = {HOSTILE: diagnosis.findings[0].parameters["size"]}
     finding = replace(
         diagnosis.findings[0], term=HOSTILE, says=HOSTILE, equation=HOSTILE, parameters=parameters
     )
@@ -285,6 +292,13 @@ def test_hostile_names_stay_text(case, diagnosis):
     assert "<script>alert" not in text
     assert "49" not in [cell.strip() for cell in page.text_of("li")]
     assert json.loads(page.text_of("script")[0])["names"][0].count("alert") == 1
+
+
+def test_control_characters_do_not_reach_the_page(case, diagnosis):
+    turned = "A\u202eB\x1bC\x00.JBI"
+    text = diagnosis_page(replace(diagnosis, notes=(turned,)), replace(case, job=(turned,) * len(case)))
+    assert not set(text) & set("\u202e\x1b\x00")
+    assert "A\ufffdB\ufffdC\ufffd.JBI" in text
 
 
 def test_six_hundred_moves_fit_in_a_megabyte(case, diagnosis):

@@ -64,7 +64,7 @@ class _Page:
 
     def say(self, text: str, indent: int = 0, style: str = "", hang: int = 0) -> None:
         """One paragraph; the lines after the first stand `hang` further in."""
-        text = _plain(text)
+        text = words.plain(text)
         first, rest = " " * indent, " " * (indent + hang)
         broken = (
             wrap(text, self._width, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False)
@@ -82,11 +82,6 @@ class _Page:
             self.say(f"- {item}", 2, hang=2)
         if len(items) > _MOST:
             self.say(f"… and {len(items) - _MOST} more", 2, DIM)
-
-
-def _plain(text: str) -> str:
-    """Names come from files: nothing of them may steer the terminal."""
-    return "".join(c if c.isprintable() or c == words.GLUE else "\ufffd" for c in text)
 
 
 def _verdict(page: _Page, diagnosis: Diagnosis) -> None:
@@ -107,7 +102,7 @@ def _errors(diagnosis: Diagnosis) -> Iterator[str]:
         (f"all {words.counted(diagnosis.moves, 'move')}, simulation as it is", diagnosis.before),
         (f"{unseen}, before", diagnosis.heldout_before),
         (f"{unseen}, after", diagnosis.heldout_after),
-    ]
+    ][: 3 if diagnosis.findings else 1]
     known = [(name, errors) for name, errors in rows if math.isfinite(errors.rmse)]
     size = max((len(name) for name, _ in known), default=0)
     for name, errors in known:

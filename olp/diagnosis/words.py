@@ -143,8 +143,11 @@ def _quoted(term: str) -> str:
 
 
 def promise(diagnosis: Diagnosis) -> str:
-    """What naming the effects is worth, on moves that neither search nor fit saw; "" where nothing was held out."""
+    """What naming the effects is worth, on moves that neither search nor fit saw; "" where nothing is known."""
     before, after = diagnosis.heldout_before, diagnosis.heldout_after
+    if not diagnosis.findings:
+        told = math.isfinite(diagnosis.before.rmse)
+        return f"The typical error is {errors(diagnosis.before)}; {floor(diagnosis)}." if told else ""
     if not (math.isfinite(before.rmse) and math.isfinite(after.rmse)):
         return ""
     return (
@@ -173,6 +176,11 @@ def parameter(name: str, value: FittedParameter) -> str:
     if math.isfinite(value.low) and math.isfinite(value.high):
         text += f" (95 % interval {figure(value.low)} to {figure(value.high)})"
     return "; ".join([text, *doubts(value)])
+
+
+def plain(text: str) -> str:
+    """Text from a file without what could steer a terminal or turn the reading direction."""
+    return "".join(c if c.isprintable() or c in (GLUE, "\t") else "\ufffd" for c in text)
 
 
 def units(text: str) -> str:

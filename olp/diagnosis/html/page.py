@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from olp import resources
+from olp.diagnosis import words
 from olp.diagnosis.html import colours, path_charts, program, sections
 from olp.diagnosis.html.fit_charts import Ladder
 from olp.diagnosis.html.rows import Floats, rows_of
@@ -98,10 +99,16 @@ def _render(values: dict[str, Any]) -> str:
         loader=FunctionLoader(lambda name: resources.read_text(_FOLDER, name)),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=_clean,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     return environment.get_template(_TEMPLATE).render(values)
+
+
+def _clean(value: Any) -> Any:
+    """Values as they may stand in a page: markup of olp's own, or printable text."""
+    return words.plain(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _json(value: Any) -> Markup:

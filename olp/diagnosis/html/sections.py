@@ -29,7 +29,7 @@ def summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]
     }
     before, after = diagnosis.heldout_before, diagnosis.heldout_after
     tiles = []
-    if math.isfinite(before.rmse):
+    if diagnosis.findings and math.isfinite(before.rmse):
         tiles.append(("Typical error before", words.seconds(before.rmse), _share(before), "before"))
     elif math.isfinite(diagnosis.before.rmse):
         tiles.append(
@@ -40,7 +40,7 @@ def summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]
                 "before",
             )
         )
-    if math.isfinite(after.rmse):
+    if diagnosis.findings and math.isfinite(after.rmse):
         tiles.append(("Typical error after", words.seconds(after.rmse), _share(after), "after"))
     tiles.append(("Noise floor", words.seconds(diagnosis.noise_floor), _floor_note(diagnosis, recording), ""))
     held = f"held out by {diagnosis.held_out_by}" if diagnosis.held_out_by else ""
@@ -99,7 +99,7 @@ def fit(diagnosis: Diagnosis, rows: Rows) -> dict[str, Any]:
         ("all moves, simulation as it is", diagnosis.before),
         ("moves the fit never saw, before", diagnosis.heldout_before),
         ("moves the fit never saw, after", diagnosis.heldout_after),
-    ]
+    ][: 3 if diagnosis.findings else 1]
     return {
         "scatter": fit_charts.scatter(rows),
         "histogram": fit_charts.histogram(rows, noise),

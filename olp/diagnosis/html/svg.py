@@ -8,6 +8,7 @@ import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import ArrayLike, NDArray
 
+from olp.diagnosis import words
 from olp.plot.axes import number, room, ticks
 
 Floats = NDArray[np.float64]
@@ -73,14 +74,16 @@ class Chart:
         if y_label:
             x, y = n(14.0), n(self.top + self.inner_height / 2)
             turned = f'transform="rotate(-90 {x} {y})"'
-            self.parts.append(f'<text x="{x}" y="{y}" text-anchor="middle" {turned}>{escape(y_label)}</text>')
+            self.parts.append(
+                f'<text x="{x}" y="{y}" text-anchor="middle" {turned}>{escape(words.plain(y_label))}</text>'
+            )
 
     def text(self, x: float, y: float, text: str, anchor: str = "start", css: str = "") -> None:
         """[px]"""
         where = f'x="{n(x)}" y="{n(y)}"'
         how = f' text-anchor="{anchor}"' if anchor != "start" else ""
         kind = f' class="{css}"' if css else ""
-        self.parts.append(f"<text {where}{how}{kind}>{escape(text)}</text>")
+        self.parts.append(f"<text {where}{how}{kind}>{escape(words.plain(text))}</text>")
 
     def band(self, low: float, high: float, css: str = "noise", upright: bool = False) -> None:
         """A stretch of y over the panel's width, or `upright` of x over its height."""
@@ -127,7 +130,7 @@ class Chart:
 
 def svg(parts: Sequence[str], width: float, height: float, title: str, description: str = "") -> Markup:
     """Shapes as an inline SVG image. `parts` are markup already."""
-    label = escape(f"{title}. {description}" if description else title)
+    label = escape(words.plain(f"{title}. {description}" if description else title))
     return Markup(
         f'<svg viewBox="0 0 {n(width)} {n(height)}" role="img" aria-label="{label}" '
         f'style="--w:{n(width)}px">{"".join(parts)}</svg>'
