@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +15,7 @@ Floats = NDArray[np.float64]
 
 class Backlash(LogTerm):
     summary = "a dead band at reversals"
-    does = "after every reversal the axis stands still until the play is crossed, then is off by half of it the other way"
+    does = "after a reversal the axis stands still until the play is crossed, then is off by half of it the other way"
     source = "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash, Automatica 38(10), 2002"
     confusable = ("coulomb-friction",)
     equation: ClassVar[str] = r"q = \min(\max(q^-, \theta - \tfrac{b}{2}), \theta + \tfrac{b}{2})"
@@ -33,21 +34,22 @@ def play(motor: Floats, width: float) -> Floats:
     gone through one by one.
     """
     half = width / 2
-    direction = np.sign(np.diff(motor))
+    if half <= 0:
+        return np.zeros_like(motor)
+    # Less than a hundredth of the play is no reversal: at rest a computed curve is never quite still.
+    direction = np.sign(np.diff(np.round(motor / (half / 50))))
     moves = np.nonzero(direction)[0]
-    if not len(moves) or half <= 0:
+    if not len(moves):
         return np.zeros_like(motor)
     turns = moves[1:][direction[moves[1:]] != direction[moves[:-1]]]
-    starts = [0, *turns.tolist()]
-    ends = [*turns.tolist(), len(motor) - 1]
+    edges = [0, *turns.tolist(), len(motor)]
     axis = np.empty_like(motor)
     # Nobody knows where in the play the log begins: on the side of the first motion.
-    at = motor[0] - half * float(direction[moves[0]])
-    for begin, end in zip(starts, ends, strict=True):
-        stretch = motor[begin : end + 1]
-        rises = stretch[-1] >= stretch[0]
+    rises = bool(direction[moves[0]] > 0)
+    at = motor[0] - half if rises else motor[0] + half
+    for begin, end in itertools.pairwise(edges):
+        stretch = motor[begin:end]
         part = np.maximum(stretch - half, at) if rises else np.minimum(stretch + half, at)
-        axis[begin : end + 1] = part
-        at = float(part[-1])
-    axis[-1] = min(max(at, motor[-1] - half), motor[-1] + half)
+        axis[begin:end] = part
+        at, rises = float(part[-1]), not rises
     return axis - motor

@@ -29,5 +29,5 @@ class CoulombFriction(LogTerm):
 
 
 def coulomb(speed: Floats, soft: float) -> Floats:
-    """Torque (n,) per unit of the coefficient; the step is `soft` [rad/s | m/s] wide, where noise hides the direction."""
+    """Torque (n,) per unit of the coefficient, a step `soft` [rad/s | m/s] wide: noise hides the direction there."""
     return np.tanh(speed / soft) if soft > 0 else np.sign(speed)

@@ -1,0 +1,150 @@
+"""Torques and currents of all axes: which have friction that the rigid bodies leave out, and what blocks confirm."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.logs.select import best, criterion, gain, held_out, intervals, products
+from olp.diagnosis.logs.torque import AxisTorque, Motion, axis_torque, motion, rigid_basis
+from olp.recording.log import Log
+from olp.robots.model import Robot
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+MASSES = "masses"  # no name of a term: inertia and gravity that the simulation has otherwise
+_LEAST = 0.1  # of what is left: an effect of less is not named
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffortResult:
+    """One axis. `sizes`: term -> value and half-width of the 95 % interval, in `unit` per unit of the column."""
+
+    axis: int
+    signal: str  # torque or current
+    unit: str
+    data: AxisTorque
+    terms: tuple[str, ...]
+    gains: dict[str, tuple[float, float]]
+    delta_bic: dict[str, float]
+    sizes: dict[str, tuple[float, float]]
+    heldout: dict[str, tuple[float, float]]  # term -> RMS without and with it on blocks that no fit saw
+    before: float
+    after: float
+    left: Floats  # (n,) nan where not used
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Efforts:
+    moved: Motion
+    axes: tuple[EffortResult, ...]
+    against: str  # what was taken out of the torques, in words
+    notes: tuple[str, ...]
+
+
+def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | None) -> Efforts | None:
+    """Every axis with a torque or a current. `simulated` (n, k) torques or currents at the samples, or None."""
+    measured, signal = (log.torque, "torque") if log.torque is not None else (log.current, "current")
+    if measured is None:
+        return None
+    moved = motion(log)
+    rigid = None
+    notes = []
+    if simulated is not None:
+        against = "the simulated " + ("torques" if signal == "torque" else "currents")
+    else:
+        rigid = _model_torques(robot, moved) if signal == "torque" else None
+        against = (
+            f"the masses of {robot.name}"
+            if rigid is not None and robot is not None
+            else "fitted rigid bodies"
+        )
+        if rigid is None:
+            notes.append(
+                "no simulated torques and no masses: inertia and gravity were fitted per axis beside friction"
+            )
+    results = []
+    for axis in range(measured.shape[1]):
+        values = np.where(usable, measured[:, axis], np.nan)
+        basis = rigid_basis(moved, axis, log.slides)
+        if simulated is not None:
+            data = _axis(moved, values - simulated[:, axis], basis[:, :1], axis, basis[:, 1:])
+        elif rigid is not None:
+            data = _axis(moved, values - rigid[:, axis], basis[:, :1], axis, basis[:, 1:])
+        else:
+            data = _axis(moved, values, basis, axis, None)
+        if data is None:
+            notes.append(
+                f"axis {axis + 1} hardly moves or turns one way only: nothing is told of its friction"
+            )
+            continue
+        slides = log.slides[axis]
+        unit = "A" if signal == "current" else "N" if slides else "Nm"
+        results.append(judge_axis(data, axis, signal, unit))
+    return Efforts(moved, tuple(results), against, tuple(notes))
+
+
+def _axis(
+    moved: Motion, residual: Floats, base: Floats, axis: int, masses: Floats | None
+) -> AxisTorque | None:
+    extra = tuple((MASSES, column) for column in masses.T) if masses is not None else ()
+    return axis_torque(moved, residual, base, axis, extra)
+
+
+def _model_torques(robot: Robot | None, moved: Motion) -> Floats | None:
+    if robot is None or robot.dynamics is None:
+        return None
+    from dataclasses import replace
+
+    from olp.dynamics import dynamic_model, inverse_dynamics
+
+    frictionless = tuple(d._replace(viscous=0.0, coulomb=0.0) for d in robot.dynamics.drives)
+    smooth = replace(robot, dynamics=replace(robot.dynamics, drives=frictionless))
+    return inverse_dynamics(dynamic_model(smooth), moved.q, moved.speed, moved.acceleration)
+
+
+def judge_axis(data: AxisTorque, axis: int, signal: str, unit: str) -> EffortResult:
+    """The best set of terms; each stays while it is large enough and its BIC wants it."""
+    terms, _ = best(data.products)
+    while True:
+        members, sizes, widths = intervals(data.products, terms)
+        columns = data.products.columns
+        all_sizes = np.zeros(len(columns))
+        all_sizes[list(members)] = sizes
+        left = np.where(data.use, data.residual - data.library @ all_sizes, np.nan)
+        rest = float(np.nanstd(left))
+        amount = {}
+        for term in terms:
+            index = [i for i, c in enumerate(columns) if c.term == term]
+            amount[term] = float((data.library[data.use][:, index] @ all_sizes[index]).std())
+        weak = [t for t in terms if amount[t] < _LEAST * rest]
+        if not weak:
+            break
+        worst = min(weak, key=lambda t: amount[t])
+        terms = tuple(t for t in terms if t != worst)
+    whole = criterion(data.products, terms)
+    raw = products(data.library[data.use], data.residual[data.use], columns)
+    errors = {t: (_rms(held_out(raw, _without(terms, t))), _rms(held_out(raw, terms))) for t in terms}
+    friction = tuple(t for t in terms if t != MASSES)
+    named = {columns[i].term: (float(s), float(w)) for i, s, w in zip(members, sizes, widths, strict=True)}
+    return EffortResult(
+        axis, signal, unit, data, terms,
+        {t: gain(data.products, terms, t) for t in terms},
+        {t: criterion(data.products, _without(terms, t)) - whole for t in terms},
+        {t: named[t] for t in friction},
+        errors,
+        _rms(held_out(raw, _without(terms, *friction))),
+        _rms(held_out(raw, terms)),
+        left,
+    )  # fmt: skip
+
+
+def _without(terms: tuple[str, ...], *gone: str) -> tuple[str, ...]:
+    return tuple(t for t in terms if t not in gone)
+
+
+def _rms(squares: Floats) -> float:
+    return math.sqrt(max(float(squares.mean()), 0.0))

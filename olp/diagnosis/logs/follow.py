@@ -1,0 +1,299 @@
+"""How one axis follows its reference: late by a clock, by its servo, by a soft gear or by play.
+
+The reference is a command or a simulation on an even grid; every linear effect is its spectrum times a transfer
+function, so a lag, a delay and an oscillation differ by what they do to quick parts of the motion, and compete.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.logs.select import Column, Products, products, solve
+from olp.diagnosis.logs.series import Spectrum
+from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.physics.backlash import play
+from olp.physics.clock import shift
+from olp.physics.joint_compliance import swing
+from olp.physics.servo_lag import lag
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Mask = NDArray[np.bool_]
+LAG, COMPLIANCE, BACKLASH = "servo-lag", "joint-compliance", "backlash"
+_FREQUENCIES = 80
+_DAMPINGS = (0.02, 0.08, 0.25)
+_ROUNDS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """The terms of one axis in numbers; nan: the term is not there."""
+
+    lag: float = math.nan  # [s]
+    frequency: float = math.nan  # [rad/s]
+    damping: float = math.nan  # [1]
+    swing: float = math.nan  # [1] how much of what a soft gear makes is seen: 1 behind it
+    play: float = math.nan  # [rad | m]
+
+    def only(self, terms: tuple[str, ...]) -> Shape:
+        kept = self
+        if LAG not in terms:
+            kept = replace(kept, lag=math.nan)
+        if COMPLIANCE not in terms:
+            kept = replace(kept, frequency=math.nan, damping=math.nan, swing=math.nan)
+        return kept if BACKLASH in terms else replace(kept, play=math.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Follower:
+    """One axis against its reference. `time` (n,) [s] of the samples on the reference's clock, `use` those to count."""
+
+    axis: int
+    time: Floats
+    measured: Floats  # (n,) [rad | m]
+    reference: Spectrum
+    use: Mask
+
+    def seen(self, values: Floats) -> Floats:
+        """(n,) a curve on the reference's grid at the samples."""
+        return self.reference.grid.at(self.time, values[:, None])[:, 0]
+
+    @property
+    def residual(self) -> Floats:
+        """(n,) measured less reference."""
+        return self.measured - self.seen(self.reference.grid.values[:, self.axis])
+
+    def delay(self, late: float) -> Floats:
+        """(n,) what a reference that comes `late` [s] adds."""
+        return self.seen(self.reference.through(shift(self.reference.omega, late), self.axis))
+
+    def effects(self, shape: Shape, late: float = 0.0) -> Floats:
+        """(n,) what the terms of `shape` add to the reference, on top of a clock that is `late` [s]."""
+        omega, axis = self.reference.omega, self.axis
+        gain = 1 + shift(omega, late)
+        if not math.isnan(shape.lag):
+            gain = gain * (1 + lag(omega, shape.lag))
+        if not math.isnan(shape.frequency):
+            gain = gain * (1 + shape.swing * swing(omega, shape.frequency, shape.damping))
+        added = self.reference.through(gain - 1, axis)
+        if not math.isnan(shape.play):
+            motor = self.reference.grid.values[:, axis] + added
+            added = added + play(motor, shape.play)
+        return self.seen(added)
+
+
+def start(follower: Follower, late: float = 0.0) -> Shape:
+    """A first guess of every term at once: lag and play by least squares, the oscillation by a scan of what is left."""
+    use, axis, reference = follower.use, follower.axis, follower.reference
+    residual = follower.residual - (follower.delay(late) if late else 0.0)
+    velocity = reference.derivative(1, axis, 0.5 * reference.grid.step)
+    side = direction(reference.grid.values[:, axis])
+    library = np.stack([np.ones(len(use)), -follower.seen(velocity), -follower.seen(side)], axis=1)
+    _, late_by, half = np.linalg.lstsq(library[use], residual[use], rcond=None)[0]
+    guess = Shape(lag=float(np.clip(late_by, 2e-4, 0.4)), play=float(np.clip(2 * half, 1e-6, 0.1)))
+    guess = refine(follower, guess, late, None, 3)
+    left = follower.residual - follower.effects(guess, late)
+    tried = []
+    for frequency, damping, size in scan(follower, left, late, guess.lag):
+        there = replace(guess, frequency=frequency, damping=damping, swing=size)
+        there = refine(follower, there, late, None, 2)
+        rest = (follower.residual - follower.effects(there, late))[use]
+        tried.append((float(rest.var()), there))
+    return min(tried, key=lambda t: t[0])[1]
+
+
+def direction(values: Floats) -> Floats:
+    """(n,) the direction of the last motion, held at rest: -1 or 1."""
+    step = np.diff(values, prepend=values[0])
+    # A quantised or filtered command never quite stands still.
+    step = np.where(np.abs(step) > 1e-4 * np.abs(step).max(initial=0.0), np.sign(step), 0.0)
+    where = np.maximum.accumulate(np.where(step != 0, np.arange(len(step)), 0))
+    held = step[where]
+    first = held[held != 0][0] if held.any() else 1.0
+    return np.asarray(np.where(held == 0, first, held))
+
+
+def scan(
+    follower: Follower, residual: Floats, late: float, constant: float
+) -> list[tuple[float, float, float]]:
+    """Frequency [rad/s], damping and size of the oscillations that explain most of a residual (n,), best two.
+
+    By spectra on the even grid, on top of a clock that is `late` [s] and a lag of `constant` [s].
+    """
+    reference, axis = follower.reference, follower.axis
+    grid = reference.grid
+    good = follower.use
+    filled = np.interp(grid.time, follower.time[good], (residual - residual[good].mean())[good], 0.0, 0.0)
+    padded = np.zeros(reference.size)
+    padded[: len(filled)] = filled
+    omega = reference.omega
+    nyquist = math.pi / grid.step
+    low, high = 2 * math.pi * 1.0, min(0.6 * nyquist, 2 * math.pi * 60)
+    inside = (omega > 0.3 * low) & (omega < min(1.5 * high, nyquist))
+    w, answer = omega[inside], np.fft.rfft(padded)[inside]
+    weight = np.sqrt(1 / _level(np.abs(answer) ** 2))
+    source = reference.transform[inside, axis] * (1 + shift(w, late)) * (1 + lag(w, constant)) * weight
+    # Far above the motion an oscillation looks like lateness or lag: both are taken out first.
+    taken = _real(np.stack([1j * w * source, w**2 * source, 1j * w**3 * source], axis=1))
+    basis = np.linalg.qr(taken / np.maximum(np.linalg.norm(taken, axis=0), 1e-300))[0]
+    target = _real(answer * weight)
+    target = target - basis @ (basis.T @ target)
+    tried = []
+    for frequency in np.geomspace(low, high, _FREQUENCIES).tolist():
+        own = []
+        for damping in _DAMPINGS:
+            column = _real(swing(w, frequency, damping) * source)
+            column = column - basis @ (basis.T @ column)
+            norm = max(float(column @ column), 1e-300)
+            product = float(column @ target)
+            own.append((product * product / norm, frequency, damping, float(np.clip(product / norm, -5, 5))))
+        tried.append(max(own))
+    scores = np.array([t[0] for t in tried])
+    peaks = [i for i in range(len(scores)) if scores[i] == scores[max(i - 2, 0) : i + 3].max()]
+    best = sorted(peaks, key=lambda i: -scores[i])[:2]
+    return [tried[i][1:] for i in best]
+
+
+def _real(values: Complex) -> Floats:
+    """Complex equations as twice as many real ones."""
+    return np.concatenate([values.real, values.imag])
+
+
+def _level(power: Floats) -> Floats:
+    """A smooth floor under a spectrum: running medians over 1/40 of it."""
+    edges = np.unique(np.linspace(0, len(power), 41).astype(int))
+    middles = (edges[:-1] + edges[1:]) / 2
+    medians = [np.median(power[a:b]) for a, b in itertools.pairwise(edges)]
+    return np.exp(np.interp(np.arange(len(power)), middles, np.log(np.maximum(medians, 1e-300))))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whitened:
+    """A follower's noise: its filter (8,) and the samples that have their neighbours."""
+
+    filter: Floats
+    keep: Mask
+
+    def of(self, values: Floats) -> Floats:
+        return whiten(values, self.filter, self.keep)
+
+
+def whitened(follower: Follower, left: Floats) -> Whitened:
+    """From what all terms together leave (n,)."""
+    run = runs(follower.time, follower.use)
+    return Whitened(autoregression(left, run), kept(run))
+
+
+NAMES = ("lag", "frequency", "damping", "swing", "play")
+_LOW = (1e-5, 2 * math.pi * 0.5, 2e-3, -20.0, 1e-9)
+_HIGH = (0.5, 2 * math.pi * 120, 0.5, 20.0, 0.1)  # damped more, nothing oscillates
+
+
+def jacobian(follower: Follower, shape: Shape, late: float) -> tuple[tuple[str, ...], Floats, Floats]:
+    """Names of the numbers of `shape`, effects (n,) and their derivatives (n, p)."""
+    here = follower.effects(shape, late)
+    names = tuple(n for n in NAMES if not math.isnan(getattr(shape, n)))
+    columns = []
+    for name in names:
+        value = getattr(shape, name)
+        step = 1e-3 * max(
+            abs(value), 1e-3 if name in ("damping", "swing") else 1e-5 if name == "lag" else 1e-9
+        )
+        there = follower.effects(replace(shape, **{name: value + step}), late)
+        columns.append((there - here) / step)
+    return names, here, np.stack(columns, axis=1) if columns else np.zeros((len(here), 0))
+
+
+def refine(
+    follower: Follower, shape: Shape, late: float, noise: Whitened | None, rounds: int = _ROUNDS
+) -> Shape:
+    """Gauss and Newton with halved steps, over a free constant; without `noise` plain least squares."""
+    ones = np.ones((len(follower.time), 1))
+
+    def seen(values: Floats) -> Floats:
+        return noise.of(values) if noise is not None else values[follower.use]
+
+    residual = follower.residual
+    constant = seen(ones)
+
+    def cost(values: Floats) -> float:
+        v = seen(values)
+        c = constant[:, 0]
+        v = v - c * float(c @ v) / max(float(c @ c), 1e-300)
+        return float(v @ v)
+
+    here = cost(residual - follower.effects(shape, late))
+    for _ in range(rounds):
+        names, effect, slope = jacobian(follower, shape, late)
+        if not names:
+            return shape
+        matrix = np.column_stack([seen(slope), constant])
+        scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+        matrix /= scale
+        values, vectors = np.linalg.eigh(matrix.T @ matrix)
+        good = values > 1e-12 * values[-1]
+        step = (
+            vectors[:, good]
+            @ ((vectors.T @ (matrix.T @ seen(residual - effect)))[good] / values[good])
+            / scale
+        )
+        share = 1.0
+        while share > 0.05:
+            moved = {
+                n: float(np.clip(getattr(shape, n) + share * s, _LOW[NAMES.index(n)], _HIGH[NAMES.index(n)]))
+                for n, s in zip(names, step[:-1], strict=True)
+            }
+            there = replace(shape, **moved)
+            now = cost(residual - follower.effects(there, late))
+            if now < here:
+                break
+            share /= 2
+        else:
+            return shape
+        done = (here - now) < 1e-5 * here
+        shape, here = there, now
+        if done:
+            break
+    return shape
+
+
+COLUMNS = (
+    Column(""),
+    Column(LAG, positive=True),
+    Column(COMPLIANCE, parameters=3),
+    Column(BACKLASH, positive=True),
+)
+
+
+def library(follower: Follower, shape: Shape, late: float) -> Floats:
+    """(n, 4) constant, lag, oscillation and play of `shape`, each as if alone on a clock that is `late` [s]."""
+    base = follower.delay(late) if late else 0.0
+    parts = [np.ones(len(follower.time))]
+    for term in (LAG, COMPLIANCE, BACKLASH):
+        parts.append(follower.effects(shape.only((term,)), late) - base)
+    return np.stack(parts, axis=1)
+
+
+def compared(
+    follower: Follower, shape: Shape, late: float, noise: Whitened, extra: Floats | None = None
+) -> Products:
+    """The terms of one axis as columns, whitened; `extra` (n, m): more that is always in (a clock's two numbers)."""
+    base = follower.delay(late) if late else 0.0
+    columns = library(follower, shape, late)
+    kinds = COLUMNS
+    if extra is not None:
+        columns = np.column_stack([columns, extra])
+        kinds = COLUMNS + (Column("clock"),) * extra.shape[1]
+    return products(noise.of(columns), noise.of(follower.residual - base), kinds)
+
+
+def sizes_of(products: Products, terms: tuple[str, ...]) -> dict[str, float]:
+    """Term -> size of its column, 1 where the shape is right already."""
+    members = products.members(terms)
+    sizes = solve(products.total, members)
+    return {products.columns[i].term: float(s) for i, s in zip(members, sizes, strict=True)}

@@ -1,0 +1,145 @@
+"""Sampled curves: between samples, on an even grid, and through linear systems in the frequency domain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Complex = NDArray[np.complex128]
+GAP = 2.5  # periods of the log without a sample
+
+
+def hermite(time: Floats, values: Floats, at: Floats) -> Floats:
+    """(m, k) cubic between samples: `values` (n, k) at `time` (n,), slopes by parabolas; constant beyond the ends."""
+    if len(time) < 3:
+        return np.asarray(np.stack([np.interp(at, time, column) for column in values.T], axis=1))
+    h = np.maximum(np.diff(time), 1e-12)[:, None]
+    secant = np.diff(values, axis=0) / h
+    slope = np.empty_like(values)
+    slope[1:-1] = (h[1:] * secant[:-1] + h[:-1] * secant[1:]) / (h[1:] + h[:-1])
+    slope[0], slope[-1] = secant[0], secant[-1]
+    inside = np.clip(at, time[0], time[-1])
+    i = np.clip(np.searchsorted(time, inside, side="right") - 1, 0, len(time) - 2)
+    step = h[i]
+    u = (inside - time[i])[:, None] / step
+    v = 1 - u
+    ends = v * v * (1 + 2 * u) * values[i] + u * u * (3 - 2 * u) * values[i + 1]
+    return np.asarray(ends + u * v * step * (v * slope[i] - u * slope[i + 1]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """A curve at even instants: `values` (n, k) at `start` + i `step` [s]."""
+
+    start: float
+    step: float
+    values: Floats
+
+    @property
+    def time(self) -> Floats:
+        return np.asarray(self.start + self.step * np.arange(len(self.values)), dtype=np.float64)
+
+    def at(self, instants: Floats, values: Floats | None = None) -> Floats:
+        """(m, k) the curve (or other `values` on the same grid) at `instants` [s]."""
+        source = self.values if values is None else values
+        place = (instants - self.start) / self.step
+        if len(place) == len(source) and np.abs(place - np.arange(len(place))).max(initial=0.0) < 1e-4:
+            return source
+        return hermite(self.time, source, instants)
+
+
+def even(time: Floats, values: Floats, step: float) -> Grid:
+    """The curve on a grid of `step` [s] from its first to its last sample. Rows that are not numbers are left out."""
+    good = np.isfinite(values).all(axis=1)
+    time, values = time[good], values[good]
+    grows = np.append(np.diff(time) > 0, True)  # a recorder quicker than its clock repeats instants
+    time, values = time[grows], values[grows]
+    instants = time[0] + step * np.arange(int(np.floor((time[-1] - time[0]) / step + 1e-6)) + 1)
+    return Grid(float(time[0]), step, hermite(time, values, instants))
+
+
+class Spectrum:
+    """A grid's Fourier transform, once; every linear system is then a product.
+
+    The curve is led back to its beginning on a smooth way, so that it repeats without a jump.
+    """
+
+    def __init__(self, grid: Grid, lead: float = 3.0) -> None:
+        self.grid = grid
+        n = len(grid.values)
+        self.size = _smooth_number(n + max(int(lead / grid.step), 16))
+        way = np.arange(1, self.size - n + 1) / (self.size - n + 1)
+        fade = (0.5 - 0.5 * np.cos(np.pi * way))[:, None]
+        back = grid.values[-1] + (grid.values[0] - grid.values[-1]) * fade
+        self.middle = grid.values[0]
+        self.transform: Complex = np.fft.rfft(np.concatenate([grid.values, back]) - self.middle, axis=0)
+        # [rad/s]
+        self.omega: Floats = np.asarray(2 * np.pi * np.fft.rfftfreq(self.size, grid.step), dtype=np.float64)
+
+    def through(self, transfer: Complex, axis: int) -> Floats:
+        """(n,) the answer of a system `transfer` (f,) to the curve of `axis`, on the grid."""
+        answer: Floats = np.fft.irfft(self.transform[:, axis] * transfer, self.size)
+        return answer[: len(self.grid.values)]
+
+    def derivative(self, order: int, axis: int, smooth: float = 0.0) -> Floats:
+        """(n,) the derivative, behind a Gaussian of `smooth` [s] standard deviation that shifts nothing."""
+        transfer = (1j * self.omega) ** order * np.exp(-0.5 * (self.omega * smooth) ** 2)
+        return self.through(np.asarray(transfer, dtype=np.complex128), axis)
+
+
+def _smooth_number(least: int) -> int:
+    """The first number from `least` on that has no prime factor above 5."""
+    best = 1 << (least - 1).bit_length()
+    five = 1
+    while five < best:
+        three = five
+        while three < best:
+            rest = -(-least // three)
+            best = min(best, three * (1 << max(rest - 1, 0).bit_length()))
+            three *= 3
+        five *= 5
+    return best
+
+
+def gaps(time: Floats) -> tuple[tuple[float, float], ...]:
+    """From, to [s] of every stretch without samples."""
+    if len(time) < 3:
+        return ()
+    step = np.diff(time)
+    where = np.nonzero(step > GAP * max(float(np.median(step)), 1e-9))[0]
+    return tuple((float(time[i]), float(time[i + 1])) for i in where.tolist())
+
+
+def dropped(time: Floats) -> int:
+    """How many samples are missing, by the median period; a step of one and a half periods or less is jitter."""
+    if len(time) < 3:
+        return 0
+    step = np.diff(time)
+    missing = np.round(step / max(float(np.median(step)), 1e-9)) - 1
+    return int(missing[missing > 0].sum())
+
+
+def beside_gaps(time: Floats, holes: tuple[tuple[float, float], ...], least: float, margin: float) -> Mask:
+    """(n,) samples within `margin` [s] of a hole longer than `least` [s], and of both ends: systems swing in there."""
+    bad = (time < time[0] + margin) | (time > time[-1] - margin / 2)
+    for begin, end in holes:
+        if end - begin > least:
+            bad |= (time > begin - margin / 2) & (time < end + margin)
+    return np.asarray(bad)
+
+
+def rests(time: Floats, speed: Floats, least: float = 0.08) -> list[tuple[int, int]]:
+    """First and last sample of every stretch of at least `least` [s] in which no axis moves.
+
+    `speed` (n, k), without much noise; still is a hundredth of what the axis does at its 95th percentile.
+    """
+    usual = np.quantile(np.abs(speed), 0.95, axis=0)
+    pace = np.max(np.abs(speed) / np.maximum(usual, 1e-12), axis=1)
+    still = np.concatenate([[False], pace < 0.01, [False]]).astype(np.int8)
+    change = np.diff(still)
+    begins, ends = np.nonzero(change > 0)[0], np.nonzero(change < 0)[0] - 1
+    return [(b, e) for b, e in zip(begins.tolist(), ends.tolist(), strict=True) if time[e] - time[b] >= least]

@@ -1,0 +1,136 @@
+"""What the axes need beyond rigid bodies: torque or current against speed, acceleration and gravity.
+
+Three ways to take rigid bodies out, the best that the recording allows: the simulation's own torques, the robot's
+masses, or a basis of inertia, gravity and centrifugal columns whose sizes are fitted per axis.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.logs.select import Column, Products, products
+from olp.diagnosis.logs.series import Grid, Spectrum, even
+from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.physics.coulomb_friction import coulomb
+from olp.physics.viscous_friction import viscous
+from olp.recording.log import Log
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_MOST_RATIO = 25  # samples per column, at least
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Positions, speeds and accelerations (n, k) of the samples of a log, from its command where there is one."""
+
+    time: Floats
+    q: Floats
+    speed: Floats
+    acceleration: Floats
+    noise: Floats  # (k,) [rad/s | m/s] of `speed`
+
+
+def motion(log: Log, smooth: float | None = None) -> Motion:
+    """By Gaussians of `smooth` [s] over the measured axes; two and a half samples, 8 ms at least, where None."""
+    step = log.period
+    width = smooth if smooth is not None else max(2.5 * step, 0.008)
+    grid = even(log.time, log.q, step)
+    spectrum = Spectrum(grid)
+    axes = range(log.q.shape[1])
+
+    def derived(order: int) -> Floats:
+        values = np.stack([spectrum.derivative(order, j, width) for j in axes], axis=1)
+        return grid.at(log.time, values)
+
+    rough = np.stack([spectrum.derivative(1, j, width / 2) for j in axes], axis=1)
+    speed = derived(1)
+    noise = 1.4826 * np.median(np.abs(grid.at(log.time, rough) - speed), axis=0)
+    if log.speed is not None and np.isfinite(log.speed).all():
+        measured = Spectrum(even(log.time, log.speed, step))
+        smoothed = np.stack([measured.derivative(0, j, width) for j in axes], axis=1)
+        speed = Grid(grid.start, step, smoothed).at(log.time)
+    return Motion(log.time, log.q, speed, derived(2), noise)
+
+
+def rigid_basis(moved: Motion, axis: int, slides: tuple[bool, ...]) -> Floats:
+    """(n, p) inertia, coupling, centrifugal and gravity columns of one axis, for a robot whose masses nobody knows.
+
+    Smooth in speed and even in it, so that none can stand for friction. Axes that never move bring nothing.
+    """
+    q, v, a = moved.q, moved.speed, moved.acceleration
+    k = q.shape[1]
+    live = [j for j in range(k) if np.ptp(q[:, j]) > 1e-3]
+    turning = [j for j in live if not slides[j]]
+    columns = [np.ones(len(q))]
+    columns += [a[:, j] for j in live]
+    columns += [v[:, i] * v[:, j] for i in live for j in live if i <= j and (i != axis or j != axis)]
+    inner = [j for j in turning if j > 0]
+    angles = [q[:, j] for j in inner]
+    angles += [q[:, i] + s * q[:, j] for i, j in itertools.pairwise(inner) for s in (1, -1)]
+    angles += [q[:, 1] + s * q[:, 2] + p * q[:, 4] for s in (1, -1) for p in (1, -1)] if k > 4 else []
+    for angle in angles:
+        columns += [np.cos(angle), np.sin(angle)]
+    if axis in turning:
+        for j in inner:
+            if j != axis:
+                columns += [np.cos(q[:, j]) * a[:, axis], np.sin(q[:, j]) * a[:, axis]]
+    basis = np.stack(columns, axis=1)
+    return _independent(basis)
+
+
+def _independent(basis: Floats) -> Floats:
+    """Principal directions, without those that the motion does not excite (a millionth of the strongest)."""
+    centred = basis[:, 1:] - basis[:, 1:].mean(axis=0)
+    spread = centred.std(axis=0)
+    centred = centred[:, spread > 1e-9] / spread[spread > 1e-9]
+    values, vectors = np.linalg.eigh(centred.T @ centred / len(centred))
+    good = values > 1e-5 * max(values.max(initial=0), 1e-300)
+    most = max(len(basis) // _MOST_RATIO, 1)
+    directions = vectors[:, good][:, ::-1][:, :most]
+    return np.column_stack([np.ones(len(basis)), centred @ directions])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AxisTorque:
+    """One axis: what is to be explained, the library, the samples used, and both whitened."""
+
+    axis: int
+    residual: Floats  # (n,) raw
+    library: Floats  # (n, p) raw
+    use: Mask  # (n,)
+    filter: Floats  # (8,)
+    products: Products
+
+
+def axis_torque(
+    moved: Motion, residual: Floats, base: Floats, axis: int, extra: tuple[tuple[str, Floats], ...] = ()
+) -> AxisTorque | None:
+    """The library of one axis over `base` (n, m); `extra`: more columns by term. None when the axis does not move."""
+    speed = moved.speed[:, axis]
+    quick = float(np.quantile(np.abs(speed), 0.98))
+    soft = max(0.005 * quick, 3 * float(moved.noise[axis]))
+    # At rest the direction of friction is anybody's guess.
+    use = (np.abs(speed) > 2 * soft) & np.isfinite(residual)
+    margin = moved.time[0] + 0.1, moved.time[-1] - 0.1
+    use &= (moved.time > margin[0]) & (moved.time < margin[1])
+    signs = np.sign(speed[use])
+    if use.sum() < 400 or abs(signs.mean()) > 0.98 or quick <= 10 * float(moved.noise[axis]):
+        return None
+    named = [("viscous-friction", viscous(speed)), ("coulomb-friction", coulomb(speed, soft)), *extra]
+    library = np.column_stack([base, *(column for _, column in named)])
+    columns = (Column(""),) * base.shape[1] + tuple(
+        Column(term, positive=term.endswith("friction")) for term, _ in named
+    )
+    fit = np.linalg.lstsq(library[use], residual[use], rcond=1e-10)[0]
+    run = runs(moved.time, use)
+    a = autoregression(residual - library @ fit, run)
+    keep = kept(run)
+    if keep.sum() < 300:
+        return None
+    white = products(whiten(library, a, keep), whiten(residual, a, keep), columns)
+    return AxisTorque(axis, residual, library, use, a, white)
