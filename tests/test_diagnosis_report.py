@@ -406,6 +406,18 @@ def test_program_lines_show_their_text_and_their_cost(html, case):
     assert f"{case.job[index]}:{case.line[index]}" in html
 
 
+def test_a_single_text_is_shown_as_the_job_that_it_names_and_no_other(case, diagnosis):
+    text = (UP20 / "APPR-1.JBI").read_text()
+    assert re.findall("<summary>(.*?)</summary>", diagnosis_page(diagnosis, case, None, text)) == [
+        "APPR-1.JBI"
+    ]
+    assert "<summary>" not in diagnosis_page(diagnosis, case, None, text.replace("APPR-1", "OTHER"))
+    one = replace(case, job=("CELL",) * len(case))
+    assert "<summary>CELL</summary>" in diagnosis_page(diagnosis, one, None, text)
+    shown = diagnosis_page(diagnosis, case, None, {"jobs/appr-1": text})
+    assert re.findall("<summary>(.*?)</summary>", shown) == ["APPR-1.JBI"]
+
+
 def test_without_points_the_page_does_without_maps(case, diagnosis):
     nowhere = np.full((len(case), 3), math.nan)
     text = diagnosis_page(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from olp.diagnosis import words
 from olp.diagnosis.html.rows import Rows
 
 _CONTEXT = 1  # lines shown around those that moved
+_HEAD = 12  # lines in which a program says its name
 _MOST = 600  # lines of one listing
 
 
@@ -79,15 +81,26 @@ def _mean(values: np.ndarray) -> float:
 
 
 def listings(rows: Rows, text: str | Mapping[str, str] | None, found: list[ProgramLine]) -> list[Listing]:
-    """The programs' texts around the lines that moved. A single text belongs to the job with most moves."""
-    jobs = [job for job in dict.fromkeys(rows.job) if job]
+    """The programs' texts around the lines that moved; a single text belongs to the only job or to the one it names."""
+    jobs = [job for job in dict.fromkeys(rows.job) if job] or [""]
     if text is None:
         return []
     if isinstance(text, str):
-        main = max(jobs, key=rows.job.count, default="")
-        text = {main: text}
+        head = "\n".join(text.splitlines()[:_HEAD]).casefold()
+        named = [
+            job
+            for job in jobs
+            if len(jobs) == 1 or re.search(rf"(?<![\w-]){re.escape(_stem(job))}(?![\w-])", head)
+        ]
+        text = dict.fromkeys(named[:1], text)
+    texts = {_stem(name): written for name, written in text.items()}
     by_place = {line.place: line for line in found}
-    return [_listing(job, text[job], by_place) for job in (jobs or [""]) if job in text]
+    return [_listing(job, texts[_stem(job)], by_place) for job in jobs if _stem(job) in texts]
+
+
+def _stem(job: str) -> str:
+    """A program's name without folder and suffix: controllers write it in many ways."""
+    return re.split(r"[/\\]", job)[-1].rsplit(".", 1)[0].casefold()
 
 
 def _listing(job: str, text: str, found: Mapping[str, ProgramLine]) -> Listing:
