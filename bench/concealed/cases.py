@@ -63,9 +63,9 @@ def schedule(count: int) -> list[tuple[int, tuple[str, int]]]:
 
 def make(seed: int, index: int, family: str, turn: int) -> Case:
     """One case; the same numbers make the same case."""
-    for attempt in range(20):
+    for attempt in range(40):
         dice = np.random.default_rng([seed, index, attempt])
-        wish = recipe(dice, family, turn)
+        wish = recipe(dice, family, turn + attempt // 10)
         case = _try(dice, f"{index:04d}-{family}", wish, family)
         if case is not None:
             return case

@@ -27,6 +27,12 @@ PAIRS = [
     ("acceleration", "settling", "external-wait"), ("blending", "settling"), ("gravity", "speed-clamp", "warm-up"),
 ]  # fmt: skip
 CANCELLED = ["jerk", "gravity", "settling", "reach-inertia", "payload", "speed-clamp", "warm-up", "dispatch"]
+# Those that can be as small as one likes.
+FAINT = [
+    t
+    for t in SINGLE
+    if t not in ("blending", "joint-speed-limit", "joint-acceleration-limit", "torque-speed")
+]
 CONFOUNDED = ["gravity", "settling", "payload", "reach-inertia", "warm-up", "jerk"]
 RARE = ["speed-clamp", "external-wait", "payload", "orientation-limit", "joint-speed-limit", "external-wait"]
 OUTSIDE = ["day", "parity", "walk", "step", "weekly"]
@@ -68,7 +74,7 @@ def _none(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
 
 
 def _noise(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
-    return Recipe((SINGLE[(7 * turn) % len(SINGLE)],), (_size(dice, 0.05, 0.3),), moves)
+    return Recipe((FAINT[(7 * turn) % len(FAINT)],), (_size(dice, 0.05, 0.3),), moves)
 
 
 def _overlapped(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
