@@ -45,6 +45,7 @@ DIRECTIONS = {
     "-x": ("linear4",),
     "60° turn": ("kink",),
 }
+Found = tuple[str, float, float, float, bool]  # group, errors of the commands [%], whether the interval holds
 HEAD = [
     "move", "duration_s", "type", "x_start_mm", "y_start_mm", "z_start_mm", "x_end_mm", "y_end_mm", "z_end_mm",
     "rx_deg", "ry_deg", "rz_deg", "speed_mm_s", "pl", "job", "corner",
@@ -130,13 +131,14 @@ def recording(chosen: list[Test], tool: Floats, work: Path) -> Recording:
     return read_recording(work)
 
 
-def by_job(test: Test, signature: Signature, tool: Floats, work: Path) -> tuple[float, float, float]:
-    """[s] total of `olp time JOB --signature`, and its interval."""
+def by_job(test: Test, signature: Signature, tool: Floats, work: Path) -> tuple[float, float, float, float]:
+    """[s] total of `olp time JOB --signature`, its interval, and the total without the signature."""
     (work / "TOOL.CND").write_text(tool_text(tool), encoding="ascii")
     (work / "RUN.JBI").write_text(test.job, encoding="ascii", newline="")
-    timing = time_plan(olp.read(work / "RUN.JBI").plan("yaskawa/ma2010"), signature=signature)
+    plan = olp.read(work / "RUN.JBI").plan("yaskawa/ma2010")
+    timing = time_plan(plan, signature=signature)
     assert timing.interval is not None
-    return timing.total_s, timing.interval.total_low, timing.interval.total_high
+    return timing.total_s, timing.interval.total_low, timing.interval.total_high, time_plan(plan).total_s
 
 
 def totals(values: Floats, made: Recording) -> Floats:
@@ -147,7 +149,7 @@ def totals(values: Floats, made: Recording) -> Floats:
 
 def main(folder: Path) -> int:
     every, tool = tests(folder), tool_of(folder)
-    found: list[tuple[str, float, float, bool]] = []  # group, errors of both commands [%], interval holds
+    found: list[Found] = []
     print(
         "learnt on the other directions: what the signature holds, then each run left out, error % (measured s)"
     )
@@ -165,9 +167,11 @@ def main(folder: Path) -> int:
                 print(f"    {note.message}")
         measured, predicted = totals(asked.moves.duration, asked), totals(said.predicted, asked)
         lines: dict[str, list[str]] = {group: [] for group in groups}
-        for test, true, guess, (total, low, high) in zip(held, measured, predicted, timed, strict=True):
-            error, other = 100 * (guess / true - 1), 100 * (total / true - 1)
-            found.append((test.group, error, other, low <= true <= high))
+        for test, true, guess, (total, low, high, plain) in zip(
+            held, measured, predicted, timed, strict=True
+        ):
+            error, other, bare = (100 * (seconds / true - 1) for seconds in (guess, total, plain))
+            found.append((test.group, error, other, bare, low <= true <= high))
             lines[test.group].append(f"{'no' if test.level == 9 else test.level}: {error:+.2f} ({true:.3f})")
         for group, words in lines.items():
             print(f"    {group:8s} " + "  ".join(words))
@@ -178,14 +182,14 @@ def main(folder: Path) -> int:
         ("two-line runs", False), ("dense runs", True)))  # fmt: skip
 
 
-def summary(name: str, found: list[tuple[str, float, float, bool]]) -> int:
-    for command, column in (("olp predict", 1), ("olp time", 2)):
+def summary(name: str, found: list[Found]) -> int:
+    for command, column in (("olp predict", 1), ("olp time", 2), ("olp time without a signature", 3)):
         errors = np.abs([f[column] for f in found])
         print(
             f"{name}, {command}: {len(errors)}, mean {errors.mean():.2f} %, worst {errors.max():.2f} %, "
             f"above {ASKED} %: {np.sum(errors > ASKED)}"
         )
-    print(f"{name}: the total's 95 % interval holds {sum(f[3] for f in found)} of {len(found)}")
+    print(f"{name}: the total's 95 % interval holds {sum(f[4] for f in found)} of {len(found)}")
     return int(max(abs(f[1]) for f in found) > ASKED)
 
 
