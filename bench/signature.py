@@ -28,7 +28,7 @@ from olp.signature import MoveSet, moves_of_recording  # noqa: E402
 from olp.signature.calibrate import fit_moves  # noqa: E402
 from olp.signature.document import Learnt, Signature  # noqa: E402
 from olp.signature.domain import domain_of  # noqa: E402
-from olp.signature.estimator import estimator_names, load_estimator  # noqa: E402
+from olp.signature.estimator import duration_of, estimator_names, load_estimator  # noqa: E402
 from olp.signature.predict import Prediction, predict  # noqa: E402
 
 Floats = NDArray[np.float64]
@@ -157,14 +157,31 @@ def figures() -> bool:
 
 def methods() -> None:
     """Every estimator by itself: what the choice chooses from."""
-    print("\nmean % of each method by itself, nothing chosen")
+    print("\nmean % / worst % of each method by itself, nothing chosen; whole tests one by one")
     kinds = folds()
     shown = ["a twelfth" if name == SINGLY else name for name in kinds]
     print(f"{'':20s} " + " ".join(f"{name:>20s}" for name in shown))
-    names = [n for n in estimator_names() if not load_estimator(n).needs(MOVES, ROBOT)]
-    for method in names:
-        cells = [held_out(out, method).percent for out, *_ in kinds.values()]
-        print(f"{method:20s} " + " ".join(f"{c.mean():13.2f} /{c.max():5.1f}" for c in cells), flush=True)
+    for method in estimator_names():
+        cells = [alone(out, method) for out, *_ in kinds.values()]
+        if any(cells):
+            said = [
+                f"{np.mean(np.concatenate(c)):13.2f} /{np.max(np.concatenate(c)):5.1f}" if c else 20 * " "
+                for c in cells
+            ]
+            tests = " ".join(f"{np.mean(fold):.2f}" for fold in cells[-1])
+            print(f"{method:20s} " + " ".join(said) + f"  ({tests})", flush=True)
+
+
+def alone(folds_: list[NDArray[np.bool_]], method: str) -> list[Floats]:
+    """[%] absolute errors of each fold by what one method learns outside it; none where it cannot."""
+    estimator, percent = load_estimator(method), []
+    for out in folds_:
+        rest, asked = MOVES.take(~out), MOVES.take(out)
+        if estimator.needs(rest, ROBOT):
+            return []
+        said = duration_of(estimator.estimate(estimator.fit(rest, ROBOT), asked, ROBOT).slowness, asked)
+        percent.append(100 * np.abs(said - asked.duration) / asked.duration)
+    return percent
 
 
 def long_recording() -> None:
