@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from olp.diagnosis.axis_rates import rates_of
 from olp.diagnostic import OlpError, error
 from olp.physics._case import Case
-from olp.physics._motion import Motion
+from olp.physics._motion import LAWS, Motion
 from olp.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ Rows = NDArray[np.int64]
 _STRAIGHT_ACCELERATION = 3.0  # [m/s²] where neither recording nor robot says one
 _CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
+_SOME_ROUNDING = 1e-6  # [m] where a rounding is told, but not its size
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 
 
@@ -74,7 +75,9 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     resolution = recording.settings.time_resolution
     floor = recording.noise_floor()
     blend = _blends(recording, notes)
-    base = _base(moves, rows, pace, simulated, (stop_start, stop_end), floor.resolution)
+    blend_start = np.where(before >= 0, blend[before], 0.0)
+    stops, blends = (stop_start, stop_end), (blend_start, blend)
+    base = _base(moves, rows, pace, simulated, stops, blends, floor.resolution)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
     return Case(
@@ -90,7 +93,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
         stop_start=stop_start[rows],
         stop_end=stop_end[rows],
         blend=blend[rows],
-        blend_start=np.where(before >= 0, blend[before], 0.0)[rows],
+        blend_start=blend_start[rows],
         corner=_corner(moves)[rows],
         payload=moves.payload[rows],
         payload_inertia=moves.payload_inertia[rows],
@@ -224,8 +227,8 @@ def _base(
     """The motion behind the simulated durations.
 
     Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
-    acceleration does for all within the simulation's digits, it is that one. What is then missing at rounded ends is
-    the share of the ramps that the simulation pays there.
+    acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed by the law that
+    comes nearest to the simulation.
     """
     way, speed, sim = pace.way[rows], pace.speed[rows], simulated[rows]
     moving = moves.kind[rows] != WAIT
@@ -237,19 +240,29 @@ def _base(
         here = missing & ((moves.kind[rows] == JOINT) == joint)
         if here.any():
             slow[here] = _inferred(way[here], speed[here], sim[here], (start & end)[here], resolution)
-    share = _shares(way, speed, sim, slow, start, end, moving)
-    ones = np.ones(len(rows))
-    return Motion(
+    whole = Motion(
         way=np.where(moving, way, 0.0),
         speed=speed,
         accelerate=slow,
         decelerate=slow,
         jerk=np.full(len(rows), np.inf),
-        share_start=np.where(start, 1.0, share),
-        share_end=np.where(end, 1.0, share),
+        round_start=np.where(start | ~moving, 0.0, np.maximum(blends[0][rows], _SOME_ROUNDING)),
+        round_end=np.where(end | ~moving, 0.0, np.maximum(blends[1][rows], _SOME_ROUNDING)),
         least=np.zeros(len(rows)),
         added=np.zeros(len(rows)),
-        rate=ones,
+        rate=np.ones(len(rows)),
+    )
+    return whole.with_(law=_law(whole, sim))
+
+
+def _law(motion: Motion, sim: Floats) -> str:
+    """The law of rounded corners that comes nearest to the simulation's durations."""
+    rounded = (motion.round_start > 0) | (motion.round_end > 0)
+    if not rounded.any():
+        return "stop"
+    known = LAWS if motion.round_end.max() > _SOME_ROUNDING else ("stop", "full")
+    return min(
+        known, key=lambda law: float(np.median(np.abs(motion.with_(law=law).duration() - sim)[rounded]))
     )
 
 
@@ -272,22 +285,6 @@ def _inferred(way: Floats, speed: Floats, sim: Floats, stops: Mask, resolution: 
     if np.mean(np.abs(said - sim)[stops] <= 1.01 * digits) >= 0.9:
         return np.full(len(way), one)
     return np.where(good, slow, one)
-
-
-def _shares(
-    way: Floats, speed: Floats, sim: Floats, slow: Floats, start: Mask, end: Mask, moving: Mask
-) -> Floats:
-    """(n,) share of a ramp that the simulation pays at a rounded end; 1 where there is none."""
-    rounded = (~start).astype(float) + (~end).astype(float)
-    half = 0.5 * speed / slow
-    over = sim - way / speed - half * (2.0 - rounded)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = over / (half * rounded)
-    usable = moving & (rounded > 0) & (2.0 * half * speed <= way)
-    if not usable.any():
-        return np.ones(len(way))
-    middle = float(np.clip(np.median(share[usable]), 0.0, 1.0))
-    return np.asarray(np.where(usable, np.clip(share, 0.0, 1.0), middle))
 
 
 # --- circumstances ----------------------------------------------------------------------------------------------------

@@ -95,15 +95,15 @@ def _noise(floor: NoiseFloor) -> Noise:
 def _name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> Named:
     """Search, set waits apart, search again, and drop what does not hold on moves that were not fitted."""
     late = np.zeros(len(case), dtype=bool)
-    for _ in range(_ROUNDS):
+    for last in (False,) * (_ROUNDS - 1) + (True,):
         clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
         best = search(clean, noise, shelf, WIDE)[0]
-        noise = noise._replace(order=_order(best, clean, groups, ~late))
+        noise = noise._replace(order=_order(best, clean))
         if noise.order:
             best = search(clean, noise, shelf, WIDE)[0]
         again = late_moves(best, case, noise.least)
-        if np.array_equal(again, late):
+        if last or np.array_equal(again, late):
             break
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
@@ -114,7 +114,7 @@ def _name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> 
     return Named(best, late, clean, noise, shelf, clean_folds, selection, gains, remains)
 
 
-def _order(best: Fit, clean: Case, groups: dict[str, Labels], kept: Mask) -> float:
+def _order(best: Fit, clean: Case) -> float:
     """Correlation between neighbours in what the best set leaves; a whitened search is fairer then."""
     left = clean.measured - best.model.seconds(clean)
     order = remains_of(left, clean, {}).order

@@ -206,8 +206,6 @@ def _motion(
 ) -> Motion:
     """What the judged simulation would use: the middle of what it used for straight moves."""
     base, count = case.base, len(way)
-    rounded = straight[~case.stop_end[straight]]
-    share = float(np.median(base.share_end[rounded])) if len(rounded) else 0.0
     middle = {
         name: np.full(count, np.median(getattr(base, name)[straight]))
         for name in ("accelerate", "decelerate", "jerk", "rate")
@@ -216,8 +214,8 @@ def _motion(
         base,
         way=way,
         speed=speed,
-        share_start=np.where(blend_start > 0, share, 1.0),
-        share_end=np.where(blend > 0, share, 1.0),
+        round_start=blend_start,
+        round_end=blend,
         least=np.zeros(count),
         added=np.zeros(count),
         **middle,

@@ -1,8 +1,8 @@
 """The time law that all terms of moves act on: ramps at both ends, a speed between, and what is added.
 
 A ramp from rest to v with acceleration a and jerk j takes v/a + a/j (or 2 √(v/j) when a is not reached) and covers
-v/2 of that time; `share` of a ramp is paid where a corner is not an exact stop. With ways that are too short, the
-peak speed is the one whose ramps cover the way (L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic
+v/2 of that time. At a rounded corner the next ramp begins while the last one ends: what overlaps is saved, half by
+each of the two moves. With ways that are too short, the peak speed is the one whose ramps cover the way (L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic
 Machines and Robots, Springer 2008, sections 3.2 and 3.4).
 """
 
@@ -18,6 +18,11 @@ Floats = NDArray[np.float64]
 _STEPS = 25  # of the bisection for the peak speed: a factor of 3e-8
 
 
+# How long ramps overlap at a corner with rounding r: not at all; as long as braking over the last r takes; r at full
+# speed, at most a ramp; a share of the ramps whatever the rounding (1: passed at full speed).
+LAWS = ("stop", "braking", "distance", "full")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """n moves; units of a way are metres, or radians of the leading axis in joint moves."""
@@ -27,19 +32,44 @@ class Motion:
     accelerate: Floats  # (n,) [m/s² | rad/s²]
     decelerate: Floats  # (n,)
     jerk: Floats  # (n,) [m/s³ | rad/s³], inf: none
-    share_start: Floats  # (n,) [1] of the ramp that is paid at the start; 1 from an exact stop
-    share_end: Floats  # (n,)
+    round_start: Floats  # (n,) [m] rounding at the start; 0 from an exact stop
+    round_end: Floats  # (n,) [m]
     least: Floats  # (n,) [s] that the move takes whatever the ways says
     added: Floats  # (n,) [s]
     rate: Floats  # (n,) [1] by which whole durations are longer
     cycle: float = 0.0  # [s] of which whole durations are multiples; 0: not
+    law: str = "stop"  # how rounded corners are passed, one of LAWS
+    overlap: float = 1.0  # [1] of the rounding (or of the ramps) that the law uses
 
-    def with_(self, **changes: Floats | float) -> Motion:
+    def with_(self, **changes: Floats | float | str) -> Motion:
         return replace(self, **changes)  # type: ignore[arg-type]
 
     def duration(self) -> Floats:
         """(n,) [s] before `rate` and `cycle`, which hold for whole durations."""
-        return np.asarray(np.maximum(self._travel(), self.least) + self.added)
+        return np.asarray(np.maximum(self._travel(), self.least) + self.added - self._saved())
+
+    def _saved(self) -> Floats:
+        """(n,) [s] by rounded corners."""
+        rounded = (self.round_start > 0) | (self.round_end > 0)
+        if self.law == "stop" or not rounded.any():
+            return np.zeros_like(self.way)
+        start = self._saving(self.round_start, self.accelerate)
+        return np.asarray(
+            np.minimum(start + self._saving(self.round_end, self.decelerate), 0.9 * self._travel())
+        )
+
+    def _saving(self, rounding: Floats, slow: Floats) -> Floats:
+        """(n,) [s] by one corner, for one of its two moves."""
+        ramp, reach = self.speed / slow, np.minimum(self.overlap * rounding, 0.5 * self.way)
+        if self.law == "full":
+            saved = 0.5 * self.overlap * ramp
+        elif self.law == "distance":
+            saved = np.minimum(reach / self.speed, 0.5 * ramp)
+        else:
+            inside = 2.0 * reach * slow <= self.speed**2
+            late = np.where(inside, np.sqrt(2.0 * reach / slow), 0.5 * ramp + reach / self.speed)
+            saved = 0.5 * late
+        return np.asarray(np.where(rounding > 0, saved, 0.0))
 
     def _travel(self) -> Floats:
         """(n,) [s] of the way alone."""
@@ -54,17 +84,30 @@ class Motion:
 
     def _ramps(self, speed: Floats) -> Floats:
         """(n,) [s] half the ramps' time: what they cost beyond the way at full speed."""
-        start = _ramp(speed, self.accelerate, self.jerk) * self.share_start
-        end = _ramp(speed, self.decelerate, self.jerk) * self.share_end
-        return np.asarray(0.5 * (start + end))
+        return np.asarray(
+            0.5 * (_ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk))
+        )
 
     def _peak(self) -> Floats:
-        """(n,) [m/s] whose ramps cover the way exactly."""
-        slow = 0.5 * (self.share_start / self.accelerate + self.share_end / self.decelerate)
-        high = np.minimum(self.speed, np.sqrt(self.way / np.maximum(slow, 1e-12)))
+        """(n,) [m/s] whose ramps cover the way exactly: closed where both ends reach their acceleration, or neither does."""
+        slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         if not np.isfinite(self.jerk).any():
-            return high
-        low = np.zeros_like(high)
+            return np.minimum(self.speed, np.sqrt(self.way / np.maximum(slow, 1e-12)))
+        build = 0.5 * (self.accelerate + self.decelerate) / self.jerk
+        root = np.sqrt(build**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
+        reached = 2.0 * self.way / (build + root)
+        unreached = np.cbrt(self.jerk * (0.5 * self.way) ** 2)
+        most = np.maximum(self.accelerate, self.decelerate) ** 2
+        least = np.minimum(self.accelerate, self.decelerate) ** 2
+        peak = np.where(reached * self.jerk >= most, reached, unreached)
+        mixed = np.nonzero((reached * self.jerk < most) & (unreached * self.jerk > least))[0]
+        if len(mixed):
+            peak[mixed] = self.take(mixed)._bisected()
+        return np.minimum(peak, self.speed)
+
+    def _bisected(self) -> Floats:
+        """(n,) [m/s] the same, by halving."""
+        low, high = np.zeros_like(self.speed), self.speed.copy()
         for _ in range(_STEPS):
             middle = 0.5 * (low + high)
             over = middle * self._ramps(middle) > self.way
@@ -74,10 +117,10 @@ class Motion:
     def take(self, rows: NDArray[np.intp]) -> Motion:
         """Some of the moves."""
         parts = {name: getattr(self, name)[rows] for name in _COLUMNS}
-        return Motion(cycle=self.cycle, **parts)
+        return replace(self, **parts)
 
 
-_COLUMNS = tuple(name for name in Motion.__slots__ if name != "cycle")
+_COLUMNS = tuple(name for name in Motion.__slots__ if name not in ("cycle", "law", "overlap"))
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

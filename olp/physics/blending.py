@@ -8,13 +8,12 @@ from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
-# Key -> how much of a full overlap a rounding r gives at speed v and acceleration a, at most 1.
-_LAWS = {
-    "braking": r"s = \kappa \min(1, \sqrt{2 r a}/v)",
-    "distance": r"s = \kappa \min(1, r a / v^2)",
-    "full": r"s = \kappa",
-    "corner": r"s = \kappa \cos^2(\theta/2)",
+_EQUATIONS = {
+    "braking": r"s = t_{brake}(\min(\kappa r, L/2))",
+    "distance": r"s = \min(2 \kappa r / v,\, v/a)",
+    "full": r"s = \kappa\,v/a",
 }
+_UNKNOWN = 1e-6  # [m] a rounding that nobody tells the size of
 
 
 class Blending(MoveTerm):
@@ -28,40 +27,31 @@ class Blending(MoveTerm):
     phase = "corner"
 
     def forms(self, case: Case) -> tuple[Form, ...]:
-        rounded = case.moving & ~case.stop_end
+        rounded = case.base.round_end[case.moving] > 0
         if rounded.sum() < 2:
             return ()
-        share = Parameter("overlap", "1", 0.0, 1.3, np.nan, False, "of a braking and the next ramp")
-        known = [key for key in ("braking", "distance") if np.nan_to_num(case.blend[rounded]).max() > 0]
-        known += ["full"] + (["corner"] if np.isfinite(case.corner[rounded]).all() else [])
-        return tuple(Form(key, (share,), _LAWS[key]) for key in known)
+        rounding = Parameter("overlap", "1", 0.0, 3.0, np.nan, False, "of the rounding that is used")
+        ramps = Parameter("overlap", "1", 0.0, 1.3, np.nan, False, "of a braking and the next ramp")
+        forms = [Form("full", (ramps,), _EQUATIONS["full"])]
+        if case.base.round_end.max() > _UNKNOWN:
+            forms += [Form(key, (rounding,), _EQUATIONS[key]) for key in ("braking", "distance")]
+        return tuple(forms)
 
     def lacks(self, case: Case) -> str:
         return "" if self.forms(case) else "moves with rounded ends (blend_mm or pl)"
 
     def guesses(self, form: Form, case: Case) -> Floats:
-        return np.array([[0.05], [0.5], [0.95]])
+        return np.array([[0.02], [0.5], [1.0]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        end = _overlap(form.key, case.blend, motion.speed, motion.decelerate, case.corner)
-        before = np.concatenate([[np.nan], case.corner[:-1]])
-        start = _overlap(form.key, case.blend_start, motion.speed, motion.accelerate, before)
-        return motion.with_(
-            share_end=np.where(case.stop_end, motion.share_end, 1.0 - values[0] * end),
-            share_start=np.where(case.stop_start, motion.share_start, 1.0 - values[0] * start),
-        )
+        return motion.with_(law=form.key, overlap=float(values[0]))
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        return f"at rounded corners {values[0]:.0%} of the {'possible ' if form.key != 'full' else ''}overlap of two ramps is used"
-
-
-def _overlap(key: str, radius: Floats, speed: Floats, slow: Floats, corner: Floats) -> Floats:
-    """(n,) [1] of a full overlap."""
-    radius = np.nan_to_num(radius)
-    if key == "braking":
-        return np.asarray(np.minimum(1.0, np.sqrt(2.0 * radius * slow) / speed))
-    if key == "distance":
-        return np.asarray(np.minimum(1.0, radius * slow / speed**2))
-    if key == "corner":
-        return np.asarray(np.cos(np.nan_to_num(corner) / 2.0) ** 2)
-    return np.ones_like(speed)
+        if values[0] < 0.02:
+            return "rounded corners save no time: they take as long as exact stops"
+        if form.key == "full":
+            return f"at rounded corners {values[0]:.0%} of the braking overlaps with the next ramp"
+        how = (
+            "as long as braking there takes" if form.key == "braking" else "as long as it takes at full speed"
+        )
+        return f"moves overlap over {values[0]:.0%} of the rounding, {how}"

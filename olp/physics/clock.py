@@ -7,12 +7,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.physics.term import LogTerm, Parameter
+from olp.physics._case import Case, Floats
+from olp.physics._motion import Motion
+from olp.physics.term import Form, LogTerm, MoveTerm, Parameter, Stage
 
 Complex = NDArray[np.complex128]
 
 
-class Clock(LogTerm):
+class Clock(MoveTerm, LogTerm):
     summary = "the recorder's time runs at another rate or offset"
     does = (
         "all axes are late by one and the same time, whatever their speed, load or acceleration; at another rate "
@@ -25,6 +27,21 @@ class Clock(LogTerm):
         Parameter("offset", "s", -1e9, 1e9, 0.0, meaning="what the recorder's clock reads too much"),
         Parameter("rate", "1", 0.5, 2.0, 1.0, meaning="seconds of the recorder in a second"),
     )
+
+    stage = Stage.CLOCKS
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        rate = Parameter("rate", "1", 0.9, 1.1, 1.0, True, "seconds of the recorder in a second")
+        return (Form("", (rate,), r"T_\mathrm{recorded} = r\,T"),)
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        return np.array([[0.99], [1.01]])
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        return motion.with_(rate=motion.rate * values[0])
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        return f"the recorder's clock runs {abs(values[0] - 1):.3%} {'fast' if values[0] > 1 else 'slow'}: all durations are off by it"
 
     def seen_in(self, columns: frozenset[str]) -> bool:
         return bool(columns & {"command", "sim"})

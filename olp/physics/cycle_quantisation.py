@@ -8,8 +8,9 @@ from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
-_SHORTEST, _LONGEST = 1e-3, 0.25  # [s]
+_SHORTEST, _LONGEST = 2e-3, 0.25  # [s]
 _FEWEST = 12
+_SHORT = 120  # moves that are looked at
 _SURE = 0.35  # of the coherence: durations that are multiples have 1, any others about 1/√n
 
 
@@ -39,12 +40,13 @@ class CycleQuantisation(MoveTerm):
 
 def _lattice(case: Case) -> float:
     """[s] the longest cycle that the durations are multiples of; nan when none stands out of the clock's own digits."""
-    times = case.measured[case.moving]
+    # Short durations have few multiples to choose from: they tell the lattice with the fewest frequencies to try.
+    times = np.sort(case.measured[case.moving])[:_SHORT]
     shortest = max(_SHORTEST, 2.5 * case.resolution)
     if len(times) < _FEWEST or shortest > _LONGEST:
         return float("nan")
-    # Frequencies so fine that the longest duration loses no more than a tenth of a turn between two of them.
-    step = 0.1 / max(float(times.max()), 1e-3)
+    # Frequencies so fine that the longest duration is no more than a sixth of a turn off between two of them.
+    step = 0.33 / max(float(times.max()), 1e-3)
     frequency = np.arange(1.0 / _LONGEST, 1.0 / shortest, step)
     strong = _coherence(times, frequency)
     needed = max(_SURE, float(np.sqrt((np.log(len(frequency)) + 7.0) / len(times))))

@@ -66,8 +66,8 @@ def _profile(motion: Motion, places: int) -> Floats:
     way = motion.way[:, None]
     rising = np.sqrt(2.0 * motion.accelerate[:, None] * share * way)
     falling = np.sqrt(2.0 * motion.decelerate[:, None] * (1.0 - share) * way)
-    rising = np.where(motion.share_start[:, None] > 0.5, rising, np.inf)
-    falling = np.where(motion.share_end[:, None] > 0.5, falling, np.inf)
+    rising = np.where(motion.round_start[:, None] > 0, np.inf, rising)
+    falling = np.where(motion.round_end[:, None] > 0, np.inf, falling)
     return np.maximum(np.minimum(np.minimum(rising, falling), motion.speed[:, None]), 1e-9)
 
 
