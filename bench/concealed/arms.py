@@ -102,24 +102,44 @@ def inverse(arm: Arm, place: Floats, turn: Floats) -> Floats:
     return np.stack([s, l, l - phi, r, b, t], axis=-1)
 
 
-def mjcf(arm: Arm, step: float = 0.002, payload: float = 0.0, inertia: float = 0.0) -> str:
-    """The arm as MuJoCo reads it; `payload` [kg] at the tool point with `inertia` [kg m^2] about each axis."""
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """What else a body has in its joints, (6,) each: N m s/rad, N m, and N m/rad between motor and link (inf: none)."""
+
+    viscous: Floats
+    coulomb: Floats
+    stiffness: Floats
+
+
+def mjcf(arm: Arm, step: float = 0.002, payload: float = 0.0, joints: Joints | None = None) -> str:
+    """The arm as MuJoCo reads it; `payload` [kg] at the tool point."""
     offsets = [(0, 0, 0), (arm.a1, 0, 0), (0, 0, arm.a2), (0, 0, arm.a3), (arm.d4, 0, 0), (arm.d6, 0, 0)]
     reach = [(arm.a1 / 2, 0, 0), (0, 0, arm.a2 / 2), (0, 0, arm.a3), (arm.d4 / 2, 0, 0), (arm.d6 / 2, 0, 0)]
     reach.append((0.02, 0, 0))
     sizes = [0.2, arm.a2, 0.2, arm.d4, 0.1, 0.08]
     text, close = "", ""
     for i in range(6):
-        m, own = arm.mass[i], arm.mass[i] * sizes[i] ** 2 / 12 + 1e-3
-        text += (
-            f'<body pos="{offsets[i][0]} {offsets[i][1]} {offsets[i][2]}"><inertial mass="{m}" '
-            f'pos="{reach[i][0]} {reach[i][1]} {reach[i][2]}" diaginertia="{own} {own} {own}"/>'
-            f'<joint name="{NAMES[i]}" type="hinge" axis="{" ".join(map(str, _AXES[i]))}" '
-            f'armature="{arm.rotor[i]}"/>'
+        own = arm.mass[i] * sizes[i] ** 2 / 12 + 1e-3
+        inertial = (
+            f'<inertial mass="{arm.mass[i]}" pos="{reach[i][0]} {reach[i][1]} {reach[i][2]}" '
+            f'diaginertia="{own} {own} {own}"/>'
         )
-        close += "</body>"
-    load, own = arm.load + payload, inertia + 1e-3
-    text += f'<body pos="{arm.tool} 0 0"><inertial mass="{load}" pos="0 0 0" diaginertia="{own} {own} {own}"/></body>'
+        axis = " ".join(map(str, _AXES[i]))
+        loss = "" if joints is None else f' damping="{joints.viscous[i]}" frictionloss="{joints.coulomb[i]}"'
+        motor = f'<joint name="{NAMES[i]}" type="hinge" axis="{axis}" armature="{arm.rotor[i]}"{loss}/>'
+        place = f'pos="{offsets[i][0]} {offsets[i][1]} {offsets[i][2]}"'
+        if joints is not None and np.isfinite(joints.stiffness[i]):
+            # The motor turns behind the gears; the link hangs on it by a spring with 3 % damping.
+            k = joints.stiffness[i]
+            slim = '<inertial mass="0.01" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>'
+            spring = f'<joint type="hinge" axis="{axis}" stiffness="{k}" damping="{0.0015 * k}"/>'
+            text += f"<body {place}>{slim}{motor}<body>{inertial}{spring}"
+            close += "</body></body>"
+        else:
+            text += f"<body {place}>{inertial}{motor}"
+            close += "</body>"
+    load = arm.load + payload
+    text += f'<body pos="{arm.tool} 0 0"><inertial mass="{load}" pos="0 0 0" diaginertia="1e-3 1e-3 1e-3"/></body>'
     motors = "".join(f'<motor joint="{name}"/>' for name in NAMES)
     return (
         f'<mujoco><option timestep="{step}" integrator="implicitfast"><flag contact="disable"/></option>'

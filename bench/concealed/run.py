@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -30,7 +31,7 @@ def main() -> int:
     parser.add_argument("--no-baselines", dest="baselines", action="store_false")
     parser.add_argument("--table", type=Path, help="write the tables as Markdown")
     args = parser.parse_args()
-    args.folder = args.folder or ROOT / "build" / "concealed" / f"{args.seed_set}-{args.cases}"
+    args.folder = args.folder or Path(tempfile.gettempdir()) / f"olp-concealed-{args.seed_set}-{args.cases}"
     seed = SEEDS[args.seed_set]
     if not (args.folder / "sealed").is_dir():
         generate_all(seed, args.cases, args.folder, args.jobs, tuple(args.families))
