@@ -222,6 +222,7 @@ def _base(
     pace: _Pace,
     simulated: Floats,
     stops: tuple[Mask, Mask],
+    blends: tuple[Floats, Floats],
     resolution: float,
 ) -> Motion:
     """The motion behind the simulated durations.
@@ -318,7 +319,7 @@ def _blends(recording: Recording, notes: list[str]) -> Floats:
         return blend
     zones = robot.blend_zones if robot is not None else None
     if zones is None:
-        from olp.robots import load_robot
+        from olp.robots.library import load_robot
 
         zones = load_robot("yaskawa/ma2010").blend_zones or ()
         notes.append("position levels without a robot: the zones of a Yaskawa MA2010 are taken")

@@ -46,7 +46,7 @@ def interleaved(count: int) -> Labels:
 
 def _serves(labels: Labels) -> bool:
     _, count = np.unique(labels, return_counts=True)
-    return len(count) >= 3 and count.max() <= _LARGEST * len(labels) and np.median(count) >= 2
+    return bool(len(count) >= 3 and count.max() <= _LARGEST * len(labels) and np.median(count) >= 2)
 
 
 def _dealt(labels: Labels) -> Labels:

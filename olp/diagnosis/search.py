@@ -7,7 +7,7 @@ for each name beyond it, because many names are tried.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -82,7 +82,7 @@ def search(case: Case, noise: Noise, shelf: Shelf, effort: Effort) -> list[Fit]:
         return found[key]
 
     empty = keep(Model())
-    singles = _singles(shelf, empty, case, keep)
+    singles = _singles(shelf, keep)
     _pairs(shelf, empty, singles, case, noise, effort, keep)
     for size in range(2, effort.most):
         best = sorted((f for f in found.values() if len(f.model.parts) == size), key=price)[: effort.beam]
@@ -150,7 +150,7 @@ def _gained(found: Iterable[Fit], size: int) -> bool:
     return by[size + 1] < by[size]
 
 
-def _singles(shelf: Shelf, empty: Fit, case: Case, keep) -> list[Fit]:  # type: ignore[no-untyped-def]
+def _singles(shelf: Shelf, keep: Callable[[Model], Fit]) -> list[Fit]:
     fits = [keep(Model((part,))) for part in shelf.parts]
     best: dict[str, Fit] = {}
     for fitted in sorted(fits, key=price):
@@ -159,8 +159,14 @@ def _singles(shelf: Shelf, empty: Fit, case: Case, keep) -> list[Fit]:  # type: 
 
 
 def _pairs(
-    shelf: Shelf, empty: Fit, singles: list[Fit], case: Case, noise: Noise, effort: Effort, keep
-) -> None:  # type: ignore[no-untyped-def]
+    shelf: Shelf,
+    empty: Fit,
+    singles: list[Fit],
+    case: Case,
+    noise: Noise,
+    effort: Effort,
+    keep: Callable[[Model], Fit],
+) -> None:
     """Pairs that least squares finds promising, and the leading single terms with every other."""
     for one, two in _promising(shelf, empty, case, noise, effort.pairs):
         keep(Model((shelf.parts[one], shelf.parts[two])))

@@ -42,10 +42,8 @@ class ReachInertia(MoveTerm):
         return np.array([[0.02], [0.12]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        start, end = (
-            case.once(f"reach {form.key} {k}", lambda k=k: _weight(case, form.key, k))
-            for k in (0, 1)  # type: ignore[misc]
-        )
+        start = case.once(f"reach {form.key} 0", lambda: _weight(case, form.key, 0))
+        end = case.once(f"reach {form.key} 1", lambda: _weight(case, form.key, 1))
         return motion.with_(
             accelerate=motion.accelerate / (1.0 + values[0] * start),
             decelerate=motion.decelerate / (1.0 + values[0] * end),
