@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from olp.acceleration import load_law
 from olp.diagnostic import Diagnostic, OlpError, error
 from olp.effects import Effects, effects_of, settling_of
-from olp.motion import Profile, load_model
+from olp.motion import MotionModel, Profile, load_model
 from olp.plan import PATHS, Assumption, Plan, StepKind
 from olp.plan_findings import of_rows
 from olp.program import Path
@@ -50,8 +50,8 @@ def time_plan(
     `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` beat olp.toml,
     which beats the robot; `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a
     diagnostic. Raises OlpError for an unknown model, law or parameter, and for an override that no controller has.
-    `signature`: times the straight moves it knows, with an interval; what it learnt holds the settling at their ends.
-    It holds for constant acceleration only (H013).
+    `signature`: corrects straight moves and whatever else it learnt, with an interval; what was learnt from stop to stop
+    holds the settling. It holds for constant acceleration only (H013).
     """
     settings = plan.settings
     if signature is not None:
@@ -77,15 +77,7 @@ def time_plan(
     joined = chain(plan, wanted)
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
-    profile = chosen.profile(
-        np.where(wanted.unknown, 0.0, wanted.length - joined.trim),
-        np.where(wanted.unknown, 1.0, wanted.speed),
-        np.where(wanted.unknown, 1.0, wanted.acceleration),
-        np.where(wanted.unknown, 1.0, wanted.deceleration),
-        joined.start_speed,
-        joined.end_speed,
-        **parameters,
-    )
+    profile = _profile(chosen, wanted, joined, parameters)
     report_inferred(plan, wanted.length > 0, limits.report)
     settling = _settling(plan, joined, limits, effects, signed)
     durations = np.where(wanted.unknown, np.nan, np.maximum(profile.duration - joined.saving + settling, 0.0))
@@ -98,6 +90,18 @@ def time_plan(
         timing,
         assumptions=(*plan.assumptions, *assumed.values()),
         diagnostics=(*plan.diagnostics, *wanted.diagnostics, *problems),
+    )
+
+
+def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dict[str, float]) -> Profile:
+    """Speed over time of every row of Moves; those that cannot be timed go nowhere."""
+    limits = (wanted.speed, wanted.acceleration, wanted.deceleration)
+    return chosen.profile(
+        np.where(wanted.unknown, 0.0, wanted.length - joined.trim),
+        *(np.where(wanted.unknown, 1.0, values) for values in limits),
+        joined.start_speed,
+        joined.end_speed,
+        **parameters,
     )
 
 

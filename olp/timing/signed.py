@@ -17,7 +17,7 @@ from olp.program import Path
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from olp.signature import Prediction, Signature
+    from olp.signature import MoveSet, Prediction, Signature
     from olp.timing.chain import Chain
     from olp.timing.demand import Demand
 
@@ -51,8 +51,7 @@ def axis_scale(signature: Signature | None) -> float:
 
 def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str], None]) -> Signed:
     """Puts the corrected acceleration into `wanted`, scaled by ACC= and DEC=. Raises OlpError (see predict)."""
-    from olp.geometry import Pose, rotation_from_quaternion
-    from olp.signature import MoveSet, predict
+    from olp.signature import predict
     from olp.signature.parts import CIRCULAR, value_of
     from olp.signature.predict import robot_of
 
@@ -73,6 +72,28 @@ def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str
     if not len(rows):
         report("the signature times none of the paths: none is of the arm and has known points")
         return Signed(rows, signature, None, rows, joints)
+    asked = _asked(plan, wanted, signature, rows)
+    said = predict(signature, asked, plan.robot)
+    curved = moves.path[rows] != _STRAIGHT
+    push = said.acceleration / np.where(
+        curved, value_of(signature.parts, CIRCULAR, "acceleration_time_scale"), 1.0
+    )
+    wanted.acceleration[rows] = push * moves.acceleration[rows]
+    wanted.deceleration[rows] = push * moves.deceleration[rows]
+    outside = [(row, reason) for row, reason in zip(rows.tolist(), said.reasons, strict=True) if reason]
+    if outside:
+        report(f"{len(outside)} of {len(rows)} paths are outside what the signature learnt: {outside[0][1]}")
+    keys = np.round(np.concatenate([asked.start, asked.end, asked.speed[:, None]], axis=1) / _SAME)
+    again = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+    return Signed(rows, signature, said, again, joints)
+
+
+def _asked(plan: Plan, wanted: Demand, signature: Signature, rows: NDArray[np.intp]) -> MoveSet:
+    """The moves of these rows, curves by their chords."""
+    from olp.geometry import Pose, rotation_from_quaternion
+    from olp.signature import MoveSet
+
+    moves, positions = plan.moves, plan.positions
     start, end = positions.position[moves.start[rows]], positions.position[moves.target[rows]]
     turned = positions.quaternion[moves.start[rows]]
     rotation = np.full((len(rows), 3, 3), np.nan)
@@ -80,7 +101,7 @@ def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str
     if told.any():
         rotation[told] = rotation_from_quaternion(turned[told])
     nothing = np.full(len(rows), np.nan)
-    asked = MoveSet(
+    return MoveSet(
         start=start,
         end=end,
         rotation=rotation,
@@ -93,19 +114,6 @@ def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str
         tool=None if signature.tool is None else Pose.from_xyz_angles(signature.tool),
         joints=np.stack([positions.axes[moves.start[rows]], positions.axes[moves.target[rows]]], axis=1),
     )
-    said = predict(signature, asked, plan.robot)
-    curved = moves.path[rows] != _STRAIGHT
-    push = said.acceleration / np.where(
-        curved, value_of(signature.parts, CIRCULAR, "acceleration_time_scale"), 1.0
-    )
-    wanted.acceleration[rows] = push * moves.acceleration[rows]
-    wanted.deceleration[rows] = push * moves.deceleration[rows]
-    outside = [(row, reason) for row, reason in zip(rows.tolist(), said.reasons, strict=True) if reason]
-    if outside:
-        report(f"{len(outside)} of {len(rows)} paths are outside what the signature learnt: {outside[0][1]}")
-    keys = np.round(np.concatenate([start, end, asked.speed[:, None]], axis=1) / _SAME)
-    again = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
-    return Signed(rows, signature, said, again, joints)
 
 
 def settled(plan: Plan, signed: Signed, exact: Mask, settling: float) -> Floats:
