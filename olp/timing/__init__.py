@@ -50,8 +50,8 @@ def time_plan(
     `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` beat olp.toml,
     which beats the robot; `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a
     diagnostic. Raises OlpError for an unknown model, law or parameter, and for an override that no controller has.
-    `signature`: corrects straight moves and whatever else it learnt, with an interval; what was learnt from stop to stop
-    holds the settling. It holds for constant acceleration only (H013).
+    `signature`: corrects straight moves and whatever else it learnt, with an interval; what was learnt holds the settling.
+    It holds for constant acceleration only (H013).
     """
     settings = plan.settings
     if signature is not None:
@@ -95,10 +95,11 @@ def time_plan(
 
 def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dict[str, float]) -> Profile:
     """Speed over time of every row of Moves; those that cannot be timed go nowhere."""
-    limits = (wanted.speed, wanted.acceleration, wanted.deceleration)
     return chosen.profile(
         np.where(wanted.unknown, 0.0, wanted.length - joined.trim),
-        *(np.where(wanted.unknown, 1.0, values) for values in limits),
+        np.where(wanted.unknown, 1.0, wanted.speed),
+        np.where(wanted.unknown, 1.0, wanted.acceleration),
+        np.where(wanted.unknown, 1.0, wanted.deceleration),
         joined.start_speed,
         joined.end_speed,
         **parameters,
