@@ -50,7 +50,7 @@ def time_plan(
     `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` beat olp.toml,
     which beats the robot; `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a
     diagnostic. Raises OlpError for an unknown model, law or parameter, and for an override that no controller has.
-    `signature`: corrects straight moves and whatever else it learnt, with an interval; what was learnt holds the settling.
+    `signature`: corrects straight moves and what else it learnt, settling included, and gives an interval.
     It holds for constant acceleration only (H013).
     """
     settings = plan.settings
