@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ Floats = NDArray[np.float64]
 
 # [m/s per rad/s] Damping of the inverse Jacobian: at a singularity the rates stay finite.
 _DAMPING = 1e-2
+_KEPT = 4  # sets of moves whose paths are remembered: several methods ask for those of the same moves
 
 
 class AxisPaths(NamedTuple):
@@ -27,6 +29,7 @@ class AxisPaths(NamedTuple):
     end_rate: Floats  # [rad/m]
 
 
+@lru_cache(maxsize=_KEPT)
 def axis_paths(moves: MoveSet, robot: Robot) -> AxisPaths:
     """The tool keeps its orientation along the line.
 
