@@ -61,13 +61,13 @@ def test_settling_and_dispatch_are_told_apart_by_corners_with_and_without_roundi
     assert next_experiment.FEWEST <= len(found.moves) <= next_experiment.MOST
 
 
-def test_jerk_and_settling_are_told_apart_by_moves_too_slow_or_short_for_a_full_ramp(up20):
+def test_jerk_and_settling_are_told_apart_though_they_agree_on_all_recorded_moves(up20):
     recording, case = up20
-    found = design_experiment(
-        case, [model(case, ("jerk", [8.0])), model(case, ("settling", [0.05]))], NOISE, recording
-    )
-    assert "slow" in found.why or "short" in found.why
-    assert min(move.speed for move in found.moves) < 0.05
+    rivals = [model(case, ("jerk", [8.0])), model(case, ("settling", [0.05]))]
+    assert np.abs(rivals[0].smooth(case) - rivals[1].smooth(case)).max() < NOISE
+    found = design_experiment(case, rivals, NOISE, recording)
+    assert found.moves
+    assert any(word in found.why for word in ("slow", "short", "blended"))
 
 
 def test_moves_lie_in_the_recorded_box_and_are_no_faster_than_the_axes_allow(up20):

@@ -211,7 +211,7 @@ def _motion(
         for name in ("accelerate", "decelerate", "jerk", "rate")
     }
     return replace(
-        base,
+        _passing(base),
         way=way,
         speed=speed,
         round_start=blend_start,
@@ -220,6 +220,11 @@ def _motion(
         added=np.zeros(count),
         **middle,
     )
+
+
+def _passing(base: Motion) -> Motion:
+    """Where no recorded corner is rounded, nothing tells how the simulation passes one: at full speed."""
+    return base if (base.round_end > 0).any() else base.with_(law="full", overlap=1.0)
 
 
 def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -> Rates | None:
@@ -245,7 +250,7 @@ def joined(case: Case, more: Case) -> Case:
     base = {
         column.name: np.concatenate([getattr(case.base, column.name), getattr(more.base, column.name)])
         for column in fields(Motion)
-        if column.name != "cycle"
+        if isinstance(getattr(case.base, column.name), np.ndarray)
     }
     rates = case.rates
     if rates is not None and more.rates is not None:
@@ -253,7 +258,7 @@ def joined(case: Case, more: Case) -> Case:
         rates = replace(rates, path=path, known=np.concatenate([rates.known, more.rates.known]))
     return replace(
         case,
-        base=replace(case.base, **base),  # type: ignore[arg-type]
+        base=replace(_passing(case.base), **base),  # type: ignore[arg-type]
         job=case.job + more.job,
         rates=rates,
         covariates={name: np.concatenate([v, more.covariates[name]]) for name, v in case.covariates.items()},
