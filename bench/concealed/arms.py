@@ -73,10 +73,10 @@ def rot(axis: int, angle: Floats) -> Floats:
 
 def forward(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     """Tool point (n, 3) [m] and rotation (n, 3, 3) of axes (n, 6) [rad]."""
-    s, l, u, r, b, t = np.moveaxis(q, -1, 0)
+    s, low, u, r, b, t = np.moveaxis(q, -1, 0)
     turn = rot(2, s)
     place = turn @ np.array([arm.a1, 0, 0])
-    turn = turn @ rot(1, l)
+    turn = turn @ rot(1, low)
     place = place + turn @ np.array([0, 0, arm.a2])
     turn = turn @ rot(1, -u)
     place = place + turn @ np.array([arm.d4, 0, arm.a3])
@@ -92,14 +92,14 @@ def inverse(arm: Arm, place: Floats, turn: Floats) -> Floats:
     far, fore = np.hypot(x, z), float(np.hypot(arm.a3, arm.d4))
     with np.errstate(invalid="ignore"):
         lift = np.arccos((arm.a2**2 + far**2 - fore**2) / (2 * arm.a2 * far))
-    l = np.pi / 2 - (np.arctan2(z, x) + lift)
-    rise = np.arctan2(z - arm.a2 * np.cos(l), x - arm.a2 * np.sin(l))
+    low = np.pi / 2 - (np.arctan2(z, x) + lift)
+    rise = np.arctan2(z - arm.a2 * np.cos(low), x - arm.a2 * np.sin(low))
     phi = np.arctan2(arm.a3, arm.d4) - rise
     rest = np.swapaxes(rot(2, s) @ rot(1, phi), -1, -2) @ turn @ FLANGE.T
     b = -np.arccos(np.clip(rest[..., 0, 0], -1, 1))
     r = -np.arctan2(rest[..., 1, 0], -rest[..., 2, 0])
     t = -np.arctan2(rest[..., 0, 1], rest[..., 0, 2])
-    return np.stack([s, l, l - phi, r, b, t], axis=-1)
+    return np.stack([s, low, low - phi, r, b, t], axis=-1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,12 +83,16 @@ def _try(dice: np.random.Generator, name: str, wish: Recipe, family: str) -> Cas
         world.corners = str(dice.choice(["stop", "stop", "fly"])) if family != "cancelled" else "stop"
     resolution, noise = _recorder(dice, plan.cycles > 1)
     hidden: list[Hidden] = []
-    for term, size in zip(wish.terms, wish.sizes, strict=True):
+    for term, size in _fixed_first(wish):
         effect = hidden_for(dice, term, world)
         effect = wish.adjust(dice, world, effect) if wish.adjust else effect
         found = _sized(world, effect, size * noise, wish.rare)
         if found is None:
             return None
+        if KINDS[term].low == KINDS[term].high:
+            # It is as large as it is: the recorder is chosen to fit.
+            part = play(world, [found]) - play(world, [], [found])
+            resolution, noise = _finer(resolution, noise, _rms(part, wish.rare) / noise / size)
         hidden.append(found)
     world, hidden = _tuned(world, hidden, wish)
     if hidden is None or world is None:
@@ -103,14 +107,28 @@ def _try(dice: np.random.Generator, name: str, wish: Recipe, family: str) -> Cas
     wished = max(wish.sizes, default=0.0)
     if wished and not 0.5 < size / wished < 2 and not wish.tune:
         resolution, noise = _finer(resolution, noise, size / wished)
-        size = size * 0 + max(_rms(p, wish.rare) for p in parts.values()) / noise
+        size = max(_rms(p, wish.rare) for p in parts.values()) / noise
         if not 0.4 < size / wished < 2.5:
             return None
+    if wish.rare and not _few_enough(parts, noise):
+        return None
     scatter = np.sqrt(max(noise**2 - resolution**2 / 12, 0.0))
     measured = np.round((real + dice.normal(0, scatter, len(real))) / resolution) * resolution
     measured = np.maximum(measured, resolution)
     answer = _answer(world, hidden, parts, noise, wish, family)
     return Case(name, wish, world, hidden, parts, simulated, real, measured, resolution, noise, answer, dice)
+
+
+def _few_enough(parts: dict[str, Floats], noise: float) -> bool:
+    """Few moves, and yet more than one could put down to chance."""
+    return all(
+        (np.abs(p) > 2 * noise).sum() >= 4 and (np.abs(p) > 1e-3 * noise).mean() < 0.3 for p in parts.values()
+    )
+
+
+def _fixed_first(wish: Recipe) -> list[tuple[str, float]]:
+    both = zip(wish.terms, wish.sizes, strict=True)
+    return sorted(both, key=lambda b: KINDS[b[0]].low < KINDS[b[0]].high)
 
 
 def _recorder(dice: np.random.Generator, repeats: bool) -> tuple[float, float]:
@@ -140,11 +158,14 @@ def _sized(world: World, effect: Hidden, goal: float, rare: bool) -> Hidden | No
     def size(strength: float) -> float:
         return _rms(play(world, [effect._replace(strength=strength)]) - start, rare)
 
-    low, high = np.log(kind.low), np.log(kind.high)
+    least = kind.low
+    while least > kind.low / 300 and kind.low < kind.high and size(least) > goal:
+        least /= 4
+    low, high = np.log(least), np.log(kind.high)
     if size(kind.high) < goal:
         return effect._replace(strength=kind.high) if size(kind.high) > 1e-4 else None
-    if size(kind.low) > goal:
-        return effect._replace(strength=kind.low)
+    if size(least) > goal:
+        return effect._replace(strength=least)
     for _ in range(12):
         mid = (low + high) / 2
         if size(float(np.exp(mid))) < goal:
@@ -183,7 +204,6 @@ def _tuned(world: World, hidden: list[Hidden], wish: Recipe) -> tuple[World | No
     if what == "acceleration":
         world = replace(world, acceleration=world.acceleration * factor)
         return world, [Hidden("acceleration", strength, choice=sign), *hidden]
-    moves = world.moves
     world.simulated_speed = factor
     return world, [Hidden("speed-scale", strength, choice=sign), *hidden]
 
@@ -211,7 +231,7 @@ def _answer(
     terms = [h.term for h in hidden if h.term != "outside"]
     same, near, unseen = substitutes(world, hidden, parts, noise) if terms else ({}, {}, [])
     size = {t: _rms(p, wish.rare) / noise for t, p in parts.items()}
-    required = [t for t in terms if t not in unseen and not (family == "noise" or size[t] < 0.35)]
+    required = [t for t in terms if t not in unseen and size[t] >= 0.35 and family not in ("noise", "clock")]
     return {
         "family": family,
         "hidden": terms,
@@ -228,7 +248,7 @@ def _answer(
         "body": {h.term: h.body for h in hidden},
         "strength": {h.term: h.strength for h in hidden},
         "choice": {h.term: h.choice for h in hidden},
-        "parameters": {h.term: parameter(h.term, h, world) for h in hidden},
+        "parameters": {h.term: parameter(h.term, h, world, "acceleration" in terms) for h in hidden},
         "moves": {t: _acting(p, noise) for t, p in parts.items()},
         "simulation": {"acceleration_m_s2": world.acceleration, "corners": world.corners, "tuned": wish.tune},
     }

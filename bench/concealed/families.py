@@ -74,7 +74,7 @@ def _none(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
 
 
 def _noise(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
-    return Recipe((FAINT[(7 * turn) % len(FAINT)],), (_size(dice, 0.05, 0.3),), moves)
+    return Recipe((FAINT[(5 * turn) % len(FAINT)],), (_size(dice, 0.05, 0.3),), moves)
 
 
 def _overlapped(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
@@ -113,7 +113,7 @@ def _confounded(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
         return Recipe((term,), (size,), moves, change=_fast_far, note="far = fast")
     if term == "jerk":
         return Recipe((term,), (size,), moves, change=_fast_long, note="long = fast")
-    return Recipe((term,), (size,), moves, change=_hot, note="warm-up = temperature")
+    return Recipe((term,), (size,), moves, note="warm-up = temperature")
 
 
 def _fast_far(dice: np.random.Generator, moves: Moves) -> None:
@@ -131,10 +131,6 @@ def _by_rank(dice: np.random.Generator, moves: Moves, by: np.ndarray) -> None:
     rank = np.argsort(np.argsort(values + dice.normal(0, 0.35, len(first)) * values.std()))
     speeds = np.sort(moves.speed[first])
     moves.speed[:] = np.where(moves.kind == 0, speeds[rank][back], moves.speed)
-
-
-def _hot(dice: np.random.Generator, moves: Moves) -> None:
-    pass
 
 
 def _rare(dice: np.random.Generator, turn: int, moves: int) -> Recipe:
@@ -155,11 +151,6 @@ def _seldom_fast(dice: np.random.Generator, moves: Moves) -> None:
 def _seldom_loaded(dice: np.random.Generator, moves: Moves) -> None:
     few = _some_lines(dice, moves)
     moves.load[:] = np.where(few, 15.0, 0.0)
-
-
-def _seldom_turning(dice: np.random.Generator, moves: Moves) -> None:
-    few = _some_lines(dice, moves)
-    moves.extra["turns"] = few.astype(float)
 
 
 def _some_lines(dice: np.random.Generator, moves: Moves) -> np.ndarray:

@@ -66,16 +66,12 @@ def _free(others: list[Floats], n: int):
 def _nearest(world: World, base: Floats, term: str, part: Floats, free) -> float:
     """Least sum of squares [s^2] between what `term` can make and `part`."""
     moves = world.moves
-    if term == "blending":
-        if not (moves.blend > 0).any() or world.corners == "overlap":
-            return float("inf")
+    if term == "blending" and (not (moves.blend > 0).any() or world.corners == "overlap"):
+        return float("inf")
     if term == "orientation-limit" and not moves.angle.any():
         return float("inf")
-    if (
-        term == "payload"
-        and not np.ptp(moves.load) > 0
-        or term == "payload-inertia"
-        and not moves.inertia.any()
+    if (term == "payload" and not np.ptp(moves.load) > 0) or (
+        term == "payload-inertia" and not moves.inertia.any()
     ):
         return float("inf")
     best = float("inf")

@@ -1,6 +1,6 @@
 """One diagnosis against one sealed answer.
 
-A name is right when it, or a member of a group that the diagnosis itself declared indistinguishable from it, was hidden.
+A name is right when it, or a member of a group that the diagnosis itself declared indistinguishable, was hidden.
 A name picked without saying that another one would do as well is right only if it is the hidden one.
 """
 
@@ -15,7 +15,9 @@ UNITS = {
     "s": ("time", 1.0), "ms": ("time", 1e-3), "kg": ("mass", 1.0), "kg m^2": ("inertia", 1.0),
     "kg m²": ("inertia", 1.0), "kg*m^2": ("inertia", 1.0), "kg·m²": ("inertia", 1.0), "rad/s": ("turning", 1.0),
     "deg/s": ("turning", 0.017453292519943295), "1": ("share", 1.0), "": ("share", 1.0), "%": ("share", 0.01),
-    "N m": ("torque", 1.0), "Nm": ("torque", 1.0), "N·m": ("torque", 1.0), "N m s/rad": ("damping", 1.0),
+    "1/kg": ("per mass", 1.0), "1/(kg m^2)": ("per inertia", 1.0), "1/(kg m²)": ("per inertia", 1.0),
+    "1/s": ("rate", 1.0), "N m": ("torque", 1.0), "Nm": ("torque", 1.0), "N·m": ("torque", 1.0),
+    "N m s/rad": ("damping", 1.0),
     "rad": ("angle", 1.0), "deg": ("angle", 0.017453292519943295), "Hz": ("frequency", 1.0),
 }  # fmt: skip
 

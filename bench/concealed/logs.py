@@ -1,4 +1,4 @@
-"""Cases with a log: a servo loop at 2 ms around the rigid bodies in MuJoCo, logged every 4 ms, as robot and as simulation."""
+"""Cases with a log: a servo loop at 2 ms around rigid bodies in MuJoCo, logged every 4 ms: robot and simulation."""
 
 from __future__ import annotations
 
@@ -100,9 +100,9 @@ def _answer(
     return {
         "family": family, "hidden": terms, "required": required, "allowed": [t for t in terms if t not in required],
         "same": {t: [] for t in terms}, "near": {t: [] for t in terms}, "unseen": [],
-        "size": {t: size for t in terms}, "rms_s": {}, "noise_floor_s": floor, "poor": False,
-        "confounded_with": "", "body": {t: True for t in terms}, "strength": {}, "choice": {},
-        "parameters": {t: truth for t in terms}, "moves": {t: {"acts": list(range(n)), "little": []} for t in terms},
+        "size": dict.fromkeys(terms, size), "rms_s": {}, "noise_floor_s": floor, "poor": False,
+        "confounded_with": "", "body": dict.fromkeys(terms, True), "strength": {}, "choice": {},
+        "parameters": dict.fromkeys(terms, truth), "moves": {t: {"acts": list(range(n)), "little": []} for t in terms},
         "simulation": {"log_s": LONG if long else None},
     }  # fmt: skip
 

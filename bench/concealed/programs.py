@@ -1,4 +1,4 @@
-"""Random programs as an engineer records them: stations, mixed lengths, speeds and directions, stops and rounded ends."""
+"""Random programs as an engineer records them: stations, mixed lengths, speeds and directions, stops, rounded ends."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bench.concealed.effects import Hidden, World
+from bench.concealed.effects import G, Hidden, World
 from bench.concealed.programs import Plan
 
 
@@ -122,10 +122,10 @@ def waits(dice: np.random.Generator, world: World, share: float) -> np.ndarray:
     return np.isin(world.moves.line, few) * dice.uniform(0.6, 1.6, len(world.moves))
 
 
-def parameter(term: str, hidden: Hidden, world: World) -> dict[str, dict[str, object]]:
+def parameter(term: str, hidden: Hidden, world: World, retuned: bool = False) -> dict[str, dict[str, object]]:
     """The true value where there is one, by name with its unit; nothing where the body has no such number."""
     h, a = hidden.strength, world.acceleration
-    if hidden.body:
+    if hidden.body or (retuned and term in ("gravity", "jerk")):
         return {}
     if term == "acceleration":
         return {"acceleration": {"value": a / (1 + h) if hidden.choice > 0 else a * (1 + h), "unit": "m/s^2"}}
@@ -141,13 +141,15 @@ def parameter(term: str, hidden: Hidden, world: World) -> dict[str, dict[str, ob
     if term == "orientation-limit":
         return {"angular_speed": {"value": 3.0 / h, "unit": "rad/s"}}
     if term == "payload":
-        return {"mass": {"value": 1 / h, "unit": "kg"}}
+        return {"growth": {"value": h, "unit": "1/kg"}}
     if term == "payload-inertia":
-        return {"inertia": {"value": 1 / h, "unit": "kg m^2"}}
+        return {"growth": {"value": h, "unit": "1/(kg m^2)"}}
     if term == "warm-up":
         return {"share": {"value": h, "unit": "1"}, "time_constant": {"value": hidden.choice, "unit": "s"}}
     if term == "gravity":
-        return {"share": {"value": h, "unit": "1"}}
+        return {"share": {"value": h * G / a, "unit": "1"}}  # of the acceleration, straight up
+    if term == "jerk":
+        return {"jerk": {"value": a / h, "unit": "m/s^3"}}
     if term == "clock":
         return {"rate": {"value": 1 + h * hidden.choice, "unit": "1"}}
     return {}
