@@ -459,3 +459,26 @@ def test_a_total_of_joint_moves_is_as_unsure_as_their_held_out_errors_add_up(tmp
     # Two moves, each with an error of its own; run four times, both errors come four times.
     assert 1.5 * 0.05 < halves[0] < 6 * 0.05
     assert halves[1] == pytest.approx(4 * halves[0], rel=1e-6)
+
+
+def test_a_path_that_mostly_turns_the_tool_takes_the_time_of_the_wrist(tmp_path):
+    made, _ = calibrate(recorded(tmp_path / "a", straights()), "constant")
+    text = "move,duration_s,type,x_start_mm,y_start_mm,z_start_mm,x_end_mm,y_end_mm,z_end_mm,rx_start_deg,ry_start_deg,"
+    text += "rz_start_deg,rx_end_deg,ry_end_deg,rz_end_deg,speed_mm_s,pl\n"
+    text += "1,,linear,1000,0,200,1000,20,200,180,0,0,180,0,90,500,0\n"
+    text += "2,,linear,1000,0,200,1000,0,200,180,0,0,180,0,90,500,0\n"
+    text += "3,,linear,1000,0,200,1000,0,200,180,0,0,180,0,0,500,0\n"
+    text += "4,,linear,1000,0,200,1000,200,200,180,0,0,180,0,1,500,0\n"
+    (tmp_path / "moves.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "recording.toml").write_text(f'robot = "{ROBOT.name}"\n', encoding="utf-8")
+    said, notes = predict_recording(made, read_recording(tmp_path))
+    rated = min(axis.speed for axis in ROBOT.axes[3:6])
+    known = [axis.acceleration for axis in ROBOT.axes[3:6] if axis.acceleration is not None]
+    push = min(known, default=rated / 0.3)
+    way = math.pi / 2
+    cruises = way * push >= rated**2
+    turned = way / rated + rated / push if cruises else 2 * math.sqrt(way / push)
+    assert said.predicted == pytest.approx([turned, turned, 0.0, straight_time(200, 500)], abs=1e-4)
+    assert (said.low <= said.predicted).all()
+    assert (said.high[:2] > said.predicted[:2] + 0.3).all()
+    assert "H020" in told(notes)

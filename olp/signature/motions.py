@@ -22,7 +22,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motions:
-    """n moves of k axes that start and stop together; a straight or circular move has one "axis", its path.
+    """n moves of k axes that start and stop together; a path has two "axes", the travel and the turn of the tool.
 
     All (n, k): `distance` [m | rad], `speed` [per s] and `slowness` [s² per] one over the acceleration; nan in moves
     of which nothing can be said. `way` (n,) [m] of the tool, the chord of a joint move.
@@ -63,6 +63,13 @@ class Motions:
             time = np.where(np.isfinite(speed), time, np.nan)
         return np.asarray(np.max(time, axis=1)) if time.shape[1] else np.full(len(self), np.nan)
 
+    def turning(self, paths: Mask) -> Mask:
+        """(n,) which of these rows the turn of the tool rules, not its travel."""
+        travel = Motions(self.distance[:, :1], self.speed[:, :1], self.slowness[:, :1], self.way)
+        own = travel.duration(1.0, 2)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(paths & (self.duration(1.0, 2) > own * (1 + 1e-9)))
+
     def take(self, rows: Mask) -> Motions:
         return Motions(self.distance[rows], self.speed[rows], self.slowness[rows], self.way[rows])
 
@@ -76,9 +83,10 @@ def motions_of(
     """
     from olp.recording.moves import CIRCULAR, JOINT, LINEAR
     from olp.timing.accelerations import Limits, constant_axes
+    from olp.timing.demand import turn_limits
 
     count = len(moves)
-    axes = max(len(robot.axes) if robot else 0, 1)
+    axes = max(len(robot.axes) if robot else 0, 2)
     distance, speed, slowness = (np.full((count, axes), np.nan) for _ in range(3))
     way = moves.chord.copy()
     curved = moves.kind == CIRCULAR
@@ -88,15 +96,19 @@ def motions_of(
     along |= (moves.kind == JOINT) & np.isnan(moves.speed_fraction) & np.isfinite(moves.speed)
     distance[along], speed[along], slowness[along] = 0.0, 1.0, 0.0
     distance[along, 0], speed[along, 0], slowness[along, 0] = way[along], moves.speed[along], np.nan
+    rate, push = turn_limits(robot)
+    distance[along, 1], speed[along, 1], slowness[along, 1] = _turned(moves)[along], rate, 1.0 / push
     turns = (moves.kind == JOINT) & ~along
     if robot is not None and turns.any():
         start, end = joint_ends(moves, robot, tool)
         fraction = moves.speed_fraction[:, None]
         rated = moves.acceleration_fraction[:, None]
-        push = constant_axes(robot, Limits(None, report)) * np.where(np.isfinite(rated), rated, 1.0)
-        distance[turns] = np.abs(end - start)[turns]
-        speed[turns] = (fraction * robot.speeds)[turns]
-        slowness[turns] = (1.0 / push)[turns]
+        reach = constant_axes(robot, Limits(None, report)) * np.where(np.isfinite(rated), rated, 1.0)
+        distance[turns], speed[turns], slowness[turns] = 0.0, 1.0, 0.0
+        own = slice(0, len(robot.axes))
+        distance[turns, own] = np.abs(end - start)[turns]
+        speed[turns, own] = (fraction * robot.speeds)[turns]
+        slowness[turns, own] = (1.0 / reach)[turns]
     return Motions(distance, speed, slowness, way)
 
 
@@ -105,6 +117,18 @@ def with_slowness(motions: Motions, rows: NDArray[np.int64], slowness: Floats) -
     told = motions.slowness.copy()
     told[rows, 0] = slowness
     return replace(motions, slowness=told)
+
+
+def _turned(moves: RecordedMoves) -> Floats:
+    """(n,) [rad] that the tool turns by; 0 where its orientation is not told at both ends."""
+    from olp.geometry import rotation_angle, rotation_from_angles
+
+    result = np.zeros(len(moves))
+    told = np.isfinite(np.concatenate([moves.start_angles, moves.end_angles], axis=1)).all(axis=1)
+    if told.any():
+        ends = (rotation_from_angles(a[told]) for a in (moves.start_angles, moves.end_angles))
+        result[told] = rotation_angle(*ends)
+    return result
 
 
 def arc_length(start: Floats, via: Floats, end: Floats) -> Floats:

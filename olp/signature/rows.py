@@ -6,7 +6,7 @@ Codes: H010 moves outside what was learnt, H012 rows of which nothing can be sai
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,25 +48,19 @@ def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows,
     """Predicts each row and tells of those it cannot, or only with a wider interval. Raises OlpError (see predict)."""
     assumed: list[str] = []
     known = rows_of(signature, recording, assumed.append)
-    moves, stretches = known.moves, known.stretches
+    moves = known.moves
     kinds = np.array(moves.kinds, dtype=object)
-    times = known.times
-    predicted = np.where(kinds == "wait", _waits(moves), times.duration)
-    corner = stretches.begins_rolling | stretches.ends_rolling
-    low, high = intervals.ends_of(
-        known.parts, moves.kind, times, stretches.stops, corner, known.half, known.strain, known.law
-    )
-    # A corner that leads to nowhere in this recording may save any part of what the stop costs.
-    low = np.where(stretches.open, np.maximum(low - times.full - times.fixed, 0.0), low)
-    plain = (kinds == "linear") & ~corner & ~stretches.open
-    if known.said is not None:
-        at = plain[known.told]
-        low[known.told[at]], high[known.told[at]] = known.said.low[at], known.said.high[at]
-    resting = kinds == "wait"
+    predicted = np.where(kinds == "wait", _waits(moves), known.times.duration)
+    turning = known.motions.turning((kinds == "linear") | (kinds == "circular"))
+    low, high = _ends(known, kinds, turning)
+    resting = (kinds == "wait") | (known.motions.floor == 0)  # or goes nowhere
     low[resting] = high[resting] = predicted[resting]
     nothing = ~np.isfinite(predicted)
     for values in (predicted, low, high):
         values[nothing] = np.nan
+    if turning.any():
+        says = f"{int(turning.sum())} paths turn the tool for longer than they travel, their intervals are guessed"
+        assumed.append(says)
     told = [
         *_outside(known, recording.path),
         *_own(known, ~nothing & (kinds != "wait"), assumed, recording.path),
@@ -74,6 +68,25 @@ def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows,
     if nothing.any():
         told.append(_nothing(moves, nothing, recording.path))
     return Rows(moves.move, predicted, low, high), tuple(told)
+
+
+def _ends(known: Known, kinds: NDArray[Any], turning: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Low and high (n,) [s] of the moves."""
+    stretches, times = known.stretches, known.times
+    corner = stretches.begins_rolling | stretches.ends_rolling
+    low, high = intervals.ends_of(
+        known.parts, known.moves.kind, times, stretches.stops, corner, known.half, known.strain, known.law
+    )
+    # A corner that leads to nowhere in this recording may save any part of what the stop costs.
+    low = np.where(stretches.open, np.maximum(low - times.full - times.fixed, 0.0), low)
+    # Of what the wrist can do nothing was learnt: it speeds up between at once and in three times the time.
+    low = np.where(turning, times.floor, low)
+    high = np.where(turning, times.duration + 2 * times.full + times.fixed, high)
+    plain = (kinds == "linear") & ~corner & ~stretches.open & ~turning
+    if known.said is not None:
+        at = plain[known.told]
+        low[known.told[at]], high[known.told[at]] = known.said.low[at], known.said.high[at]
+    return low, high
 
 
 def _waits(moves: RecordedMoves) -> Floats:

@@ -7,6 +7,7 @@ so that neighbours of different kinds can be chained.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from olp.program import Path
 from olp.timing.accelerations import DEFAULT_ACCELERATION_TIME, Limits, of_axes, of_lines
 from olp.timing.slowing import slow_down
 from olp.units import deg
+
+if TYPE_CHECKING:
+    from olp.robot import Robot
 
 Floats = NDArray[np.float64]
 _JOINT = PATHS.index(Path.JOINT)
@@ -86,7 +90,7 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, ou
     """Lines, arcs and splines: the slower of travelling and turning."""
     length, angle = moves.length[rows], np.nan_to_num(moves.angle[rows])
     speed = moves.travel[rows].copy()
-    turn_limit, turn_acceleration = _turn_limits(plan)
+    turn_limit, turn_acceleration = turn_limits(plan.robot)
     turn = np.where(np.isnan(moves.turn[rows]), turn_limit, moves.turn[rows])
     by_turn = np.isnan(speed) & ~np.isnan(moves.turn[rows])
     speed[by_turn] = np.inf
@@ -112,12 +116,12 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, ou
         limits.report(f"the tool turns at no more than {turn_limit / deg:.0f} deg/s ({where})")
 
 
-def _turn_limits(plan: Plan) -> tuple[float, float]:
+def turn_limits(robot: Robot | None) -> tuple[float, float]:
     """[rad/s], [rad/s²] for reorienting the tool: the slowest wrist axis, as every wrist axis may have to turn it."""
-    if plan.robot is None or len(plan.robot.axes) < 6:
+    if robot is None or len(robot.axes) < 6:
         return DEFAULT_TURN_SPEED, DEFAULT_TURN_SPEED / DEFAULT_ACCELERATION_TIME
-    wrist = plan.robot.speeds[3:6]
-    accelerations = plan.robot.accelerations[3:6]
+    wrist = robot.speeds[3:6]
+    accelerations = robot.accelerations[3:6]
     known = accelerations[~np.isnan(accelerations)]
     speed = float(wrist.min())
     return speed, float(known.min()) if len(known) else speed / DEFAULT_ACCELERATION_TIME
