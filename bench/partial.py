@@ -110,7 +110,7 @@ def logs() -> None:
     print(f"\njoint log of a probe's job: {len(moves)} moves found, durations off by {off:.4f} s at most")
     other = design_experiment(Wanted(ROBOT, box + 0.02, 40, 0.3, (np.pi, -np.pi / 2, 0.0)))
     ends = other.points[other.starts], other.points[other.ends]
-    asked = replace(moves.take(np.zeros(40, dtype=np.int64)), start=ends[0], end=ends[1])
+    asked = replace(moves.take(np.zeros(40, dtype=np.int64)), start=ends[0], end=ends[1], joints=None)
     error = predict(learnt, asked, ROBOT).duration / predict(true, asked, ROBOT).duration - 1
     print(f"  40 moves of a box 20 mm aside: mean error {100 * np.mean(np.abs(error)):.2f} %")
 

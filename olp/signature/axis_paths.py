@@ -34,7 +34,8 @@ def axis_paths(moves: MoveSet, robot: Robot) -> AxisPaths:
     """The tool keeps its orientation along the line.
 
     The axes are those the moves tell; else the arm stands as their `configuration` says, where it is written as the
-    flags of RCONF (six digits 0 or 1), and otherwise in front, elbow up, wrist not flipped.
+    flags of RCONF (six digits 0 or 1), and otherwise in front, elbow up. A flipped wrist is read as one that is not:
+    B turns as far the other way and all else alike, so that moves of both kinds help each other.
     """
     start, start_rate = _at(moves, moves.start, robot, 0)
     end, end_rate = _at(moves, moves.end, robot, 1)
@@ -72,7 +73,7 @@ def _angles(moves: MoveSet, places: Floats, robot: Robot, end: int) -> Floats:
     if moves.joints is not None and moves.joints.shape[2] == axes:
         # A line whose other end is not told could lie in another turn of an axis.
         told = np.isfinite(moves.joints).all(axis=(1, 2))
-        angles[told] = moves.joints[told, end]
+        angles[told] = _unflipped(robot, moves.joints[told])[:, end]
     known = np.isfinite(moves.rotation).all(axis=(1, 2)) & ~np.isfinite(angles).all(axis=1)
     if not known.any():
         return angles
@@ -84,11 +85,24 @@ def _angles(moves: MoveSet, places: Floats, robot: Robot, end: int) -> Floats:
     return angles
 
 
+def _unflipped(robot: Robot, joints: Floats) -> Floats:
+    """(n, 2, k) [rad] of the same poses; where B begins negative it is turned over, R and T half a turn further."""
+    from olp.kinematics.configuration import from_standard, links_of, to_standard
+
+    links = links_of(robot)
+    standard = to_standard(links, joints)
+    bent = np.sin(standard[:, :1, 4]) < 0
+    standard[..., 4] = np.where(bent, -standard[..., 4], standard[..., 4])
+    for axis in (3, 5):
+        standard[..., axis] += np.where(bent, np.pi, 0.0)
+    return np.asarray(from_standard(links, standard))
+
+
 def _flags(moves: MoveSet) -> NDArray[np.int64]:
-    """(n, 6) of RCONF; 0 where `configuration` is another word."""
+    """(n, 6) of RCONF: elbow, and front or back; 0 where `configuration` is another word."""
     flags = np.zeros((len(moves), 6), dtype=np.int64)
     for row, text in enumerate(moves.configuration):
         digits = text.replace(",", "").replace(" ", "")
         if len(digits) >= 6 and set(digits) <= {"0", "1"}:
-            flags[row] = [int(d) for d in digits[:6]]
+            flags[row, 1:3] = int(digits[1]), int(digits[2])
     return flags
