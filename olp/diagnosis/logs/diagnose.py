@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.logs import told
-from olp.diagnosis.logs.effort import MASSES, Efforts, efforts
+from olp.diagnosis.logs.effort import Efforts, efforts
 from olp.diagnosis.logs.encoders import Encoders, encoders, link_columns
 from olp.diagnosis.logs.findings import Named, findings
 from olp.diagnosis.logs.following import BOTH, CLOCK, NONE
@@ -23,7 +23,7 @@ from olp.diagnosis.logs.remains import correlates, goes_with_motion, noise_floor
 from olp.diagnosis.logs.result import AxisResidual, ClockFit, LogCorrelate, LogDiagnosis
 from olp.diagnosis.logs.select import held_out
 from olp.diagnosis.logs.series import dropped, even, gaps
-from olp.diagnosis.logs.torque import Motion, motion
+from olp.diagnosis.logs.torque import MASSES, motion
 from olp.diagnosis.result import Alternative, MoveResidual
 from olp.recording.log import Log
 from olp.recording.recording import Recording
@@ -141,8 +141,7 @@ class _Case:
         if self.effort is not None:
             self.notes += self.effort.notes
         if link_columns(log):
-            moved: Motion = self.effort.moved if self.effort is not None else motion(log)
-            self.second = encoders(log, moved, self.usable)
+            self.second = encoders(log, motion(log), self.usable)
 
     def _simulated_effort(self) -> Floats | None:
         sim, pairing = self.sim, self.pairing
@@ -282,16 +281,17 @@ class _Report:
         axes: list[AxisResidual] = []
         found: list[LogCorrelate] = []
         structured: set[tuple[int, str]] = set()
+        moved, others = result.moved, {n: v[result.rows] for n, v in _others(log).items()}
         for one in result.axes:
             use = np.isfinite(one.left)
             left = np.where(use, one.left, 0.0)
-            floor = noise_floor(log.time, left, result.moved.speed, use)
+            floor = noise_floor(moved.time, left, moved.speed, use)
             axes.append(AxisResidual(one.axis + 1, one.signal, one.unit, one.before, one.after, floor))
-            columns = _motion_columns(one.axis, result.moved.speed, result.moved.acceleration, log.q)
-            if MASSES in one.terms or goes_with_motion(log.time, left, columns, use) < 1e-3:
+            columns = _motion_columns(one.axis, moved.speed, moved.acceleration, moved.q)
+            if MASSES in one.terms or goes_with_motion(moved.time, left, columns, use) < 1e-3:
                 structured.add((one.axis + 1, one.signal))
             if one.after > 1.2 * floor:
-                found += correlates(one.axis + 1, one.signal, left, columns | _others(log), use)
+                found += correlates(one.axis + 1, one.signal, left, columns | others, use)
         if any(MASSES in one.terms for one in result.axes):
             names = ", ".join(str(one.axis + 1) for one in result.axes if MASSES in one.terms)
             self.case.notes.append(

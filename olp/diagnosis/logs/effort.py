@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnosis.logs.select import best, criterion, gain, held_out, intervals, products
-from olp.diagnosis.logs.torque import AxisTorque, Motion, axis_torque, motion, rigid_basis
+from olp.diagnosis.logs.payload import Payload, payload
+from olp.diagnosis.logs.select import best, criterion, gain, held_out, intervals
+from olp.diagnosis.logs.torque import MASSES, AxisTorque, Motion, axis_torque, motion, rigid_basis
 from olp.recording.log import Log
 from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-MASSES = "masses"  # no name of a term: inertia and gravity that the simulation has otherwise
+_MOST = 36_000  # samples that are looked at
+_STRIPES = 36
 _LEAST = 0.1  # of what is left: an effect of less is not named
 
 
@@ -39,8 +41,10 @@ class EffortResult:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Efforts:
-    moved: Motion
+    moved: Motion  # of the samples that were looked at
+    rows: NDArray[np.intp]  # their places in the log
     axes: tuple[EffortResult, ...]
+    load: Payload | None
     against: str  # what was taken out of the torques, in words
     notes: tuple[str, ...]
 
@@ -67,6 +71,16 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
                 "no simulated torques and no masses: inertia and gravity were fitted per axis beside friction"
             )
     results = []
+    rows = _stripes(len(log))
+    moved, usable, measured = moved.take(rows), usable[rows], measured[rows]
+    simulated = simulated[rows] if simulated is not None else None
+    rigid = rigid[rows] if rigid is not None else None
+    taken = simulated if simulated is not None else rigid
+    load = None
+    if signal == "torque" and robot is not None and robot.dynamics is not None and taken is not None:
+        load = payload(robot, moved, measured - taken, usable)
+        if load is not None and load.sure:
+            measured = measured - load.torque
     for axis in range(measured.shape[1]):
         values = np.where(usable, measured[:, axis], np.nan)
         basis = rigid_basis(moved, axis, log.slides)
@@ -84,7 +98,17 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
         slides = log.slides[axis]
         unit = "A" if signal == "current" else "N" if slides else "Nm"
         results.append(judge_axis(data, axis, signal, unit))
-    return Efforts(moved, tuple(results), against, tuple(notes))
+    return Efforts(
+        moved, rows, tuple(results), load if load is not None and load.sure else None, against, tuple(notes)
+    )
+
+
+def _stripes(count: int) -> NDArray[np.intp]:
+    """Rows of at most about `_MOST` samples of a long log, in stretches spread over all of it."""
+    if count <= 1.5 * _MOST:
+        return np.arange(count)
+    edges = np.linspace(0, count, _STRIPES + 1).astype(int)[:-1]
+    return np.asarray((edges[:, None] + np.arange(_MOST // _STRIPES)[None, :]).ravel())
 
 
 def _axis(
@@ -126,7 +150,7 @@ def judge_axis(data: AxisTorque, axis: int, signal: str, unit: str) -> EffortRes
         worst = min(weak, key=lambda t: amount[t])
         terms = tuple(t for t in terms if t != worst)
     whole = criterion(data.products, terms)
-    raw = products(data.library[data.use], data.residual[data.use], columns)
+    raw = data.raw
     errors = {t: (_rms(held_out(raw, _without(terms, t))), _rms(held_out(raw, terms))) for t in terms}
     friction = tuple(t for t in terms if t != MASSES)
     named = {columns[i].term: (float(s), float(w)) for i, s, w in zip(members, sizes, widths, strict=True)}

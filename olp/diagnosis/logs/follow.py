@@ -224,8 +224,9 @@ def refine(
     def cost(values: Floats) -> float:
         v = seen(values)
         c = constant[:, 0]
-        v = v - c * float(c @ v) / max(float(c @ c), 1e-300)
-        return float(v @ v)
+        # Not by matrix products: on a busy machine their threads wait for each other.
+        v = v - c * float((c * v).sum()) / max(float((c * c).sum()), 1e-300)
+        return float((v * v).sum())
 
     here = cost(residual - follower.effects(shape, late))
     for _ in range(rounds):

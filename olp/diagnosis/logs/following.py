@@ -33,6 +33,7 @@ TERMS = (LAG, COMPLIANCE, BACKLASH)
 _COST = {LAG: 1, COMPLIANCE: 3, BACKLASH: 1}
 _LOOK_ELSEWHERE = 4.0  # ln of independent frequencies that the scan looked at
 _STEP = 0.02  # [s] of the lateness at a time
+_EARLY = 0.02  # [s]
 NONE, CLOCK, BOTH = "none", "clock", "both"
 
 
@@ -64,12 +65,12 @@ def stories(followers: list[Follower], unfaulted: float | None) -> tuple[list[St
     noises = [noise_of(f, s, first) for f, s in zip(followers, fulls, strict=True)]
     found = []
     if unfaulted is not None:
-        axes = tuple(_axis(f, n, first, TERMS) for f, n in zip(followers, noises, strict=True))
+        axes = tuple(_axis(f, n, first, TERMS, s) for f, n, s in zip(followers, noises, fulls, strict=True))
         found.append(Story(NONE, first, 0.0, axes, sum(a.score for a in axes)))
-    clock = _with_clock(followers, noises, first, (COMPLIANCE, BACKLASH), CLOCK)
-    lates = [first, clock.late] if unfaulted is not None else [clock.late]
-    both = [_with_clock(followers, noises, late, TERMS, BOTH) for late in lates]
-    found += [clock, min(both, key=lambda s: s.score)]
+    clock = _with_clock(followers, noises, first, (COMPLIANCE, BACKLASH), CLOCK, None)
+    # From too early a clock the lags begin too long and find their way; from too late a one they would begin at 0.
+    early = first if unfaulted is not None else clock.late - _EARLY
+    found += [clock, _with_clock(followers, noises, early, TERMS, BOTH, fulls)]
     return sorted(found, key=lambda s: s.score), noises
 
 
@@ -86,17 +87,13 @@ def noise_of(follower: Follower, full: Shape, late: float) -> Whitened:
     return whitened(follower, left - library @ sizes)
 
 
-def _axis(follower: Follower, noise: Whitened, late: float, allowed: tuple[str, ...]) -> AxisStory:
+def _axis(
+    follower: Follower, noise: Whitened, late: float, allowed: tuple[str, ...], guess: Shape | None
+) -> AxisStory:
     """The best set of terms of one axis: all sets by their linear columns, the best three refitted."""
-    full = refine(follower, start(follower, late).only(allowed), late, noise, 3)
-    guess = Shape(
-        lag=full.lag if not math.isnan(full.lag) else 1e-4,
-        frequency=full.frequency,
-        damping=full.damping,
-        swing=full.swing,
-        play=full.play,
-    )
-    table = compared(follower, guess, late, noise)
+    first = guess if guess is not None else start(follower, late)
+    full = refine(follower, first.only(allowed), late, noise, 3)
+    table = compared(follower, replace(full, lag=1e-4) if math.isnan(full.lag) else full, late, noise)
     sets = [s for size in range(len(allowed) + 1) for s in combinations(allowed, size)]
     rough = sorted(sets, key=lambda s: criterion(table, s))
     tried = list(dict.fromkeys([(), *rough[:3]]))
@@ -108,31 +105,45 @@ def _axis(follower: Follower, noise: Whitened, late: float, allowed: tuple[str, 
     return AxisStory(terms, shape, score, tuple((t, s) for t, _, s in results))
 
 
+def _with_lag(guess: Shape, lagging: Shape) -> Shape:
+    return replace(guess, lag=lagging.lag)
+
+
 def _score(follower: Follower, shape: Shape, late: float, noise: Whitened, terms: tuple[str, ...]) -> float:
     left = noise.of(follower.residual - follower.effects(shape, late))
     constant = noise.of(np.ones(len(follower.time)))
-    left = left - constant * float(constant @ left) / max(float(constant @ constant), 1e-300)
+    left = left - constant * float((constant * left).sum()) / max(float((constant**2).sum()), 1e-300)
     cost = sum(
         _COST[t] * math.log(len(left)) + (2 * _LOOK_ELSEWHERE if t == COMPLIANCE else 0) for t in terms
     )
-    return len(left) * math.log(max(float(left @ left), 1e-300) / len(left)) + cost
+    return len(left) * math.log(max(float((left**2).sum()), 1e-300) / len(left)) + cost
 
 
 def _with_clock(
-    followers: list[Follower], noises: list[Whitened], late: float, allowed: tuple[str, ...], name: str
+    followers: list[Follower],
+    noises: list[Whitened],
+    late: float,
+    allowed: tuple[str, ...],
+    name: str,
+    guesses: list[Shape] | None,
 ) -> Story:
     """Alternates between the common lateness, linear over all axes at once, and the axes' own terms."""
     shapes = [Shape() for _ in followers]
     error = math.nan
-    if LAG in allowed:
-        shapes = [Shape(lag=start(f, late).lag) for f in followers]
+    if guesses is not None:
+        shapes = [
+            refine(f, g.only((LAG,)), late, n, 2) for f, g, n in zip(followers, guesses, noises, strict=True)
+        ]
     for _ in range(10):
         step, error = lateness(followers, noises, shapes, late)
         late += step
         shapes = [refine(f, s, late, n, 2) for f, s, n in zip(followers, shapes, noises, strict=True)]
         if abs(step) < 0.02 * error:
             break
-    axes = tuple(_axis(f, n, late, allowed) for f, n in zip(followers, noises, strict=True))
+    axes = tuple(
+        _axis(f, n, late, allowed, None if guesses is None else _with_lag(g, s))
+        for f, n, g, s in zip(followers, noises, guesses or shapes, shapes, strict=True)
+    )
     for _ in range(3):
         shapes = [a.shape for a in axes]
         step, error = lateness(followers, noises, shapes, late)

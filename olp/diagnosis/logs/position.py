@@ -16,7 +16,7 @@ from olp.diagnosis.logs.statistics import student_tail
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_LONGEST = 12_000  # samples in which stories compete; the whole log then confirms or refuses
+_LONGEST = 8_000  # samples in which stories compete; the whole log then confirms or refuses
 _MARGIN = 0.25  # [s] after a gap and at the ends, in which unseen motion still rings
 _LEAST = 0.1  # of what is left: an effect of less is not named
 _LEAST_LAG = 0.25  # sampling periods
@@ -110,9 +110,9 @@ def judge(all_axes: list[Follower], unfaulted: float | None) -> PositionResult:
         shape, terms = (by_axis[f.axis].shape, by_axis[f.axis].terms) if f.axis in by_axis else (Shape(), ())
         noise = noise_of(f, shape, story.late)
         results.append(_axis(f, noise, shape, terms, story.late, zero))
-    late, error = story.late, story.late_error
+    late = story.late
+    step, error = lateness(all_axes, [r.noise for r in results], [r.shape for r in results], late)
     if has_clock and len(short[0].time) < len(all_axes[0].time):
-        step, error = lateness(all_axes, [r.noise for r in results], [r.shape for r in results], late)
         late += step
     without = [s.score for s in told if s.name == NONE]
     delta = (min(without) - story.score) if without and has_clock else math.nan

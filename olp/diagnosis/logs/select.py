@@ -17,6 +17,7 @@ from olp.diagnosis.logs.statistics import student_quantile, student_tail
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 BLOCKS = 12
 FOLDS = 4
 Set = tuple[int, ...]
@@ -36,15 +37,25 @@ class Column:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Products:
-    """(b, d, d) X'X of every block; the last of the d columns is the residual to explain. `count` (b,) samples."""
+    """(b, d, d) X'X of every block; the last of the d columns is the residual to explain. `count` (b,) samples.
+
+    `prior` (d,): what is added per sample to a column's own square, so that directions that the motion hardly excites
+    stay small; 0 leaves a column to the data.
+    """
 
     blocks: Floats
     count: Floats
     columns: tuple[Column, ...]
+    prior: Floats
 
     @property
     def total(self) -> Floats:
         return np.asarray(self.blocks.sum(axis=0))
+
+    def fit(self, members: Set, use: Flags | None = None) -> Floats:
+        """(p,) sizes of the columns `members`, from the blocks `use` (b,) or from all."""
+        blocks, count = (self.blocks, self.count) if use is None else (self.blocks[use], self.count[use])
+        return solve(blocks.sum(axis=0) + np.diag(self.prior * count.sum()), members)
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -55,12 +66,17 @@ class Products:
         return tuple(i for i, c in enumerate(self.columns) if not c.term or c.term in chosen)
 
 
-def products(library: Floats, residual: Floats, columns: tuple[Column, ...]) -> Products:
+def products(
+    library: Floats, residual: Floats, columns: tuple[Column, ...], prior: Floats | None = None
+) -> Products:
     """From a whitened library (n, p) and residual (n,), cut into `BLOCKS` stretches of equally many samples."""
     whole = np.column_stack([library, residual])
     edges = np.linspace(0, len(whole), BLOCKS + 1).astype(int)
     parts = [whole[a:b] for a, b in pairwise(edges)]
-    return Products(np.stack([p.T @ p for p in parts]), np.diff(edges).astype(float), columns)
+    known = np.zeros(whole.shape[1])
+    if prior is not None:
+        known[:-1] = prior
+    return Products(np.stack([p.T @ p for p in parts]), np.diff(edges).astype(float), columns, known)
 
 
 def solve(gram: Floats, members: Set) -> Floats:
@@ -86,7 +102,7 @@ def left(gram: Floats, members: Set, sizes: Floats) -> float:
 def criterion(products: Products, chosen: tuple[str, ...]) -> float:
     """BIC of the terms `chosen`; infinite when a size has no meaning."""
     members = products.members(chosen)
-    sizes = solve(products.total, members)
+    sizes = products.fit(members)
     if any(products.columns[i].positive and s < 0 for i, s in zip(members, sizes, strict=True)):
         return math.inf
     count = products.count.sum()
@@ -108,7 +124,7 @@ def held_out(products: Products, chosen: tuple[str, ...]) -> Floats:
     result = np.zeros(len(number))
     for fold in range(FOLDS):
         out = number % FOLDS == fold
-        sizes = solve(products.blocks[~out].sum(axis=0), members)
+        sizes = products.fit(members, ~out)
         for b in number[out].tolist():
             result[b] = left(products.blocks[b], members, sizes) / products.count[b]
     return result
@@ -131,8 +147,9 @@ def intervals(products: Products, chosen: tuple[str, ...]) -> tuple[Set, Floats,
     """
     members = products.members(chosen)
     index = np.array(members, dtype=int)
-    sizes = solve(products.total, members)
-    inverse = np.linalg.pinv(products.total[np.ix_(index, index)], rcond=1e-13, hermitian=True)
+    sizes = products.fit(members)
+    prior = np.diag(products.prior[index]) * products.count.sum()
+    inverse = np.linalg.pinv(products.total[np.ix_(index, index)] + prior, rcond=1e-13, hermitian=True)
     freedom = max(products.count.sum() - len(members), 1.0)
     plain = inverse * left(products.total, members, sizes) / freedom
     scores = products.blocks[:, index, -1] - products.blocks[:, index][:, :, index] @ sizes

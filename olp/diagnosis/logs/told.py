@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from olp.diagnosis.logs.effort import MASSES, Efforts
+from olp.diagnosis.logs.effort import Efforts
 from olp.diagnosis.logs.encoders import PLAY, SKEW, TWIST, Encoders
 from olp.diagnosis.logs.findings import Named
 from olp.diagnosis.logs.pairing import LEAST_RATE, Pairing
@@ -15,6 +15,7 @@ from olp.diagnosis.logs.position import PositionResult, numbers
 from olp.diagnosis.logs.result import AxisEvidence, ClockFit
 from olp.diagnosis.logs.select import held_out
 from olp.diagnosis.logs.statistics import false_discovery
+from olp.diagnosis.logs.torque import MASSES
 from olp.diagnosis.result import FittedParameter
 
 LEVEL = 0.05  # false discoveries among names
@@ -97,6 +98,17 @@ def of_efforts(result: Efforts, slides: tuple[bool, ...]) -> list[Candidate]:
             p = FittedParameter(value, unit, value - width, value + width, False, width < 0.5 * abs(value))
             name = term.partition("-")[0]
             found.append(Candidate(Named(evidence, {name: p}), a.gains[term][0] > 0))
+    if result.load is not None:
+        load = result.load
+        evidence = AxisEvidence("payload", 0, "torque", "1", load.delta_bic, load.gain[1], *load.heldout)
+        (mass, about), (centre, width) = load.mass, load.centre
+        numbers_of = {
+            "mass": FittedParameter(mass, "kg", mass - about, mass + about),
+            "centre along the flange's z": FittedParameter(
+                centre, "m", centre - width, centre + width, False, width < 0.5 * abs(centre)
+            ),
+        }
+        found.append(Candidate(Named(evidence, numbers_of)))
     return found
 
 
@@ -164,7 +176,7 @@ def of_clock(
         )
         joint = against_sim and not by_command and position is not None
         offset = clock.offset + clock.rate * late if joint else clock.offset
-        width = 1.96 * (error if joint and position is not None and position.clock else clock.offset_error)
+        width = 1.96 * (error if joint else clock.offset_error)
         if joint and position is not None:
             offset_sure = position.clock and position.zero != position.late
         else:

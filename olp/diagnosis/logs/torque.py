@@ -22,6 +22,8 @@ from olp.recording.log import Log
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _MOST_RATIO = 25  # samples per column, at least
+_SHRINK = 1e-3  # of the strongest direction
+MASSES = "masses"  # no name of a term: inertia and gravity that the simulation has otherwise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +35,12 @@ class Motion:
     speed: Floats
     acceleration: Floats
     noise: Floats  # (k,) [rad/s | m/s] of `speed`
+
+    def take(self, rows: NDArray[np.intp]) -> Motion:
+        """Some of the samples."""
+        parts = (self.time, self.q, self.speed, self.acceleration)
+        time, q, speed, acceleration = (part[rows] for part in parts)
+        return Motion(time, q, speed, acceleration, self.noise)
 
 
 def motion(log: Log, smooth: float | None = None) -> Motion:
@@ -84,7 +92,7 @@ def rigid_basis(moved: Motion, axis: int, slides: tuple[bool, ...]) -> Floats:
 
 
 def _independent(basis: Floats) -> Floats:
-    """Principal directions, without those that the motion does not excite (a millionth of the strongest)."""
+    """Principal directions, without those that the motion does not excite at all."""
     centred = basis[:, 1:] - basis[:, 1:].mean(axis=0)
     spread = centred.std(axis=0)
     centred = centred[:, spread > 1e-9] / spread[spread > 1e-9]
@@ -105,6 +113,7 @@ class AxisTorque:
     use: Mask  # (n,)
     filter: Floats  # (8,)
     products: Products
+    raw: Products  # not whitened
 
 
 def axis_torque(
@@ -126,11 +135,26 @@ def axis_torque(
     columns = (Column(""),) * base.shape[1] + tuple(
         Column(term, positive=term.endswith("friction")) for term, _ in named
     )
-    fit = np.linalg.lstsq(library[use], residual[use], rcond=1e-10)[0]
+    soft_columns = np.array([c.term in ("", MASSES) for c in columns])
+    soft_columns[0] = False
+    raw = products(library[use], residual[use], columns, shrink(library[use], soft_columns))
+    fit = raw.fit(tuple(range(len(columns))))
     run = runs(moved.time, use)
-    a = autoregression(residual - library @ fit, run)
+    a = autoregression(np.where(use, residual - library @ fit, 0.0), run)
     keep = kept(run)
     if keep.sum() < 300:
         return None
-    white = products(whiten(library, a, keep), whiten(residual, a, keep), columns)
-    return AxisTorque(axis, residual, library, use, a, white)
+    white = whiten(library, a, keep)
+    target = whiten(np.where(use, residual, 0.0), a, keep)
+    table = products(white, target, columns, shrink(white, soft_columns))
+    return AxisTorque(axis, residual, library, use, a, table, raw)
+
+
+def shrink(library: Floats, soft: Mask) -> Floats:
+    """(p,) prior of the columns `soft`: what the motion excites a thousand times less than the rest stays small.
+
+    Without it, torques of one trajectory say nothing of another's: the basis is far larger than what moves.
+    """
+    if not soft.any():
+        return np.zeros(library.shape[1])
+    return np.asarray(soft * _SHRINK * float((library[:, soft] ** 2).mean(axis=0).max()))
