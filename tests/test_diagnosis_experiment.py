@@ -42,7 +42,8 @@ def model(case, *parts):
     made = []
     for name, values, *key in parts:
         term = load_term(name)
-        form = next(f for f in term.forms(case) if not key or f.key == key[0])
+        fitting = (f for f in term.forms(case) if len(f.parameters) == len(values))
+        form = next(f for f in fitting if not key or f.key == key[0])
         made.append(Part(term, form, np.array(values, dtype=float)))
     return Model(tuple(made))
 
@@ -258,6 +259,27 @@ def test_the_job_runs_the_moves_that_were_designed(up20, tmp_path):
         ) in run
     # All of them start and end at rest, but for the rounded point between two halves.
     assert sum(move.times for move in found.moves) <= len(rows)
+
+
+def test_the_tool_does_not_turn_on_a_run_of_the_job(tmp_path):
+    rows = [cells | {"x_end_mm": "900", "sim_s": "9.0"} for cells in recordings.moves(14)]
+    for i, cells in enumerate(rows):
+        cells |= {"rx_start_deg": str(150 + 2 * i), "ry_start_deg": str(i), "rz_start_deg": "0"}
+        cells |= {"rx_end_deg": str(150 - 2 * i), "ry_end_deg": "0", "rz_end_deg": str(i)}
+    recording = recordings.read(tmp_path, recordings.table(*rows))
+    case = case_of(recording).case
+    rivals = [model(case, ("settling", [0.5])), model(case, ("dispatch", [0.5]))]
+    write_experiment_job(design_experiment(case, rivals, NOISE, recording), recording, tmp_path / "next.jbi")
+    text = (tmp_path / "next.jbi").read_text()
+    turned = {line.split("=")[0]: line.split(",")[3:] for line in text.splitlines() if line.startswith("C0")}
+    passed = [next((w for w in line.split() if w in turned), line) for line in text.splitlines()]
+    begins = [i for i, word in enumerate(passed) if word.startswith("'measured")]
+    assert begins
+    for begin in begins:
+        # The point before the comment, and those between the two rests behind it.
+        stop = next(i for i in range(begin + 2, len(passed)) if passed[i].startswith("TIMER"))
+        run = [passed[begin - 1], *passed[begin + 2 : stop]]
+        assert len({tuple(turned[point]) for point in run}) == 1
 
 
 def test_a_recording_without_orientation_gets_no_job(tmp_path):

@@ -234,10 +234,16 @@ def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -
     share = begin[:, None] + (end - begin)[:, None] * np.linspace(0.0, 1.0, PLACES)
     at = np.clip(share * (PLACES - 1), 0.0, PLACES - 1)
     low = np.minimum(at.astype(np.int64), PLACES - 2)
-    over = (at - low)[:, :, None]
-    path = lines.rates[line[:, None], low] * (1.0 - over) + lines.rates[line[:, None], low + 1] * over
-    path = path * np.sign(end - begin)[:, None, None]
-    return replace(case.rates, path=path, known=lines.checked[line])
+    over = at - low
+
+    def between(values: Floats) -> Floats:
+        first, second = values[line[:, None], low], values[line[:, None], low + 1]
+        weight = over.reshape(*over.shape, *([1] * (values.ndim - 2)))
+        return np.asarray(first * (1.0 - weight) + second * weight)
+
+    path = between(lines.rates) * np.sign(end - begin)[:, None, None]
+    bodies = None if case.rates.bodies is None else between(lines.bodies)
+    return replace(case.rates, path=path, known=lines.checked[line], bodies=bodies)
 
 
 def joined(case: Case, more: Case) -> Case:
@@ -255,7 +261,12 @@ def joined(case: Case, more: Case) -> Case:
     rates = case.rates
     if rates is not None and more.rates is not None:
         path = np.concatenate([rates.path, more.rates.path])
-        rates = replace(rates, path=path, known=np.concatenate([rates.known, more.rates.known]))
+        bodies = rates.bodies
+        if bodies is not None and more.rates.bodies is not None:
+            bodies = np.concatenate([bodies, more.rates.bodies])
+        rates = replace(
+            rates, path=path, known=np.concatenate([rates.known, more.rates.known]), bodies=bodies
+        )
     return replace(
         case,
         base=replace(_passing(case.base), **base),  # type: ignore[arg-type]

@@ -56,8 +56,8 @@ def write_experiment_job(
 ) -> tuple[Diagnostic, ...]:
     """Writes the experiment's moves as an INFORM job, and tells what to look at before it runs.
 
-    `tool_number`: what the controller calls the recorded tool. Orientation and posture are those of the recorded points
-    that are nearest. Raises OlpError: N040, X…; OSError.
+    `tool_number`: what the controller calls the recorded tool. A run keeps the orientation of the recorded point
+    nearest to its begin; the posture is the commonest recorded one. Raises OlpError: N040, X…; OSError.
     """
     from olp.export import export
 
@@ -82,16 +82,22 @@ class _Writer:
     def __init__(self, zones: tuple[float, ...]) -> None:
         self.body: list[Statement] = [Begin(0)]
         self.places: list[tuple[float, float, float]] = []
+        self.begins: list[
+            int
+        ] = []  # per place: that of the run's begin, whose orientation the whole run keeps
         self.zones = zones
         self.at: tuple[float, float, float] | None = None
 
-    def go(self, place: tuple[float, float, float], speed: float, blend: float = 0.0) -> None:
+    def go(
+        self, place: tuple[float, float, float], speed: float, blend: float = 0.0, begin: bool = False
+    ) -> None:
         pace = Speed(SpeedUnit.TRAVEL, Quantity(Number(round(speed / mm, 1)), mm))
         path = Path.LINEAR
         if self.at is None:
             path, pace = Path.JOINT, Speed(SpeedUnit.FRACTION, Quantity(Number(_FIRST), percent))
         level = Blend(BlendKind.LEVEL, Quantity(Number(self._level(blend)), 1.0))
         self.body.append(Move(0, path, (Taught(Store.ROBOT, len(self.places)),), pace, level))
+        self.begins.append(len(self.places) if begin else self.begins[-1])
         self.places.append(place)
         self.at = place
 
@@ -125,15 +131,15 @@ def _program(experiment: NextExperiment, recording: Recording, tool: int) -> Pro
         for _ in range(times):
             _run(writer, number, chain)
     writer.body.append(End(0))
-    points = _points(writer.places, recording, tool)
+    points = _points(writer, recording, tool)
     group = (ControlGroup(("RB1",)),)
     routine = Routine(NAME, 1, tuple(writer.body), points, group, comment="OLP DIAGNOSE")
     return Program("inform", decode(b""), (routine,))
 
 
 def _run(writer: _Writer, number: int, chain: list[NextMove]) -> None:
-    if writer.at != chain[0].start:
-        writer.go(chain[0].start, min(chain[0].speed, _BETWEEN))
+    # Also where the arm is there already: the tool may have to turn.
+    writer.go(chain[0].start, _BETWEEN, begin=True)
     writer.say(f"measured: from move {number}")
     writer.rest()
     for move in chain:
@@ -165,10 +171,10 @@ def _zones(robot: Robot | None) -> tuple[float, ...]:
     return load_robot("yaskawa/ma2010").blend_zones or ()
 
 
-def _points(places: list[tuple[float, float, float]], recording: Recording, tool: int) -> PointTable:
+def _points(writer: _Writer, recording: Recording, tool: int) -> PointTable:
     # Rounded as they are written, so that what is read again is the same number.
-    place = np.round(np.array(places) / mm, 3) * mm
-    angles, flags = _nearest_angles(recording, place), _posture(recording)
+    place = np.round(np.array(writer.places) / mm, 3) * mm
+    angles, flags = _nearest_angles(recording, place)[writer.begins], _posture(recording)
     values = np.concatenate([place, np.round(angles / deg, 4) * deg], axis=1)
     numbers = np.arange(len(place), dtype=np.int64)
     nothing = np.zeros(len(place), dtype=np.int32)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnosis.axis_rates import rates_of
+from olp.diagnosis.axis_rates import PLACES, rates_of
 from olp.geometry import rotation_from_angles
-from olp.physics._case import Case, Floats
+from olp.physics._case import Case, Floats, Rates
 from olp.recording.moves import LINEAR, RecordedMoves
 from olp.units import mm
 
@@ -31,6 +31,7 @@ class Lines(NamedTuple):
     fastest: Floats  # (m,) [m/s] that was run there; 0 where nothing was
     rates: Floats | None
     checked: NDArray[np.bool_]
+    bodies: Floats  # (m, 21, 2, 3) [m] elbow and wrist centre, nan where not known
 
     @property
     def length(self) -> Floats:
@@ -44,7 +45,8 @@ def lines_of(case: Case, recording: Recording, straight: Labels) -> Lines:
     rates = case.rates
     path = None if rates is None else rates.path[rows]
     known = np.zeros(len(rows), dtype=bool) if rates is None else rates.known[rows]
-    recorded = Lines(case.start[rows], case.end[rows], case.base.speed[rows], path, known)
+    start, end = case.start[rows], case.end[rows]
+    recorded = Lines(start, end, case.base.speed[rows], path, known, _bodies(rates, rows))
     further = _proved(recording, case, straight, top) if rates is not None and rates.exact else None
     if further is None:
         return recorded
@@ -82,7 +84,14 @@ def _proved(recording: Recording, case: Case, straight: Labels, speed: float) ->
     rates, _ = rates_of(hypothetical, np.arange(len(start)), np.linalg.norm(end - start, axis=1))
     if rates is None:
         return None
-    return Lines(start, end, np.zeros(len(start)), rates.path, rates.known)
+    bodies = _bodies(rates, np.arange(len(start)))
+    return Lines(start, end, np.zeros(len(start)), rates.path, rates.known, bodies)
+
+
+def _bodies(rates: Rates | None, rows: Labels) -> Floats:
+    if rates is None or rates.bodies is None:
+        return np.full((len(rows), PLACES, 2, 3), np.nan)
+    return np.asarray(rates.bodies[rows])
 
 
 def _spread(start: Floats, end: Floats) -> Labels:
