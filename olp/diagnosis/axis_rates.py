@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 Labels = NDArray[np.int64]
 
+_ELBOW, _WRIST = 2, 4  # joints of the chain, from 0
 PLACES = 21  # along each move
 # [m] Joint points and tool points that put the tool's point this near to one place on the flange tell the tool.
 _SAME_TOOL = 1e-3
@@ -47,8 +48,8 @@ def rates_of(recording: Recording, rows: Labels, way: Floats) -> tuple[Rates | N
     task.leave_out(task.open & ~known, "no way")
     path[~known] = 0.0
     path[known] /= way[known, None, None]
-    rated = robot.speeds if np.isfinite(robot.speeds).all() else None
-    return Rates(path, known, True, robot.axis_names, rated), task.told()
+    speeds, slopes = (v if np.isfinite(v).all() else None for v in (robot.speeds, robot.accelerations))
+    return Rates(path, known, True, robot.axis_names, speeds, slopes, task.bodies), task.told()
 
 
 @dataclass(slots=True, eq=False)
@@ -64,6 +65,7 @@ class _Task:
     kind: NDArray[np.int8] = field(init=False)
     why: dict[int, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    bodies: Floats | None = None  # (n, m, 2, 3) [m], see Rates
 
     def __post_init__(self) -> None:
         axes = len(self.robot.axes)
@@ -180,7 +182,23 @@ def _tool_moves(task: _Task, path: Floats) -> None:
     rates = rates_along(task.robot, ways, share, joints)
     reached = np.isfinite(rates).all(axis=(1, 2))
     path[at[reached]] = rates[reached]
+    task.bodies = _bodies(task, at[reached], joints[reached])
     task.leave_out(_mask(task, at[~reached]), "out of reach")
+
+
+def _bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> Floats | None:
+    """(n, m, 2, 3) [m] where the elbow and the wrist centre are, of arms that have both."""
+    from olp.kinematics.chain import geometry_of, sweep
+
+    geometry = geometry_of(task.robot)
+    if geometry.links is None:
+        return None
+    count, places, axes = joints.shape
+    origins = sweep(task.robot, geometry, joints.reshape(count * places, axes).T).origins
+    bodies = np.full((len(task.rows), PLACES, 2, 3), np.nan)
+    for which, joint in enumerate((_ELBOW, _WRIST)):
+        bodies[at, :, which] = origins[joint].T.reshape(count, places, 3)
+    return bodies
 
 
 def _ways(task: _Task, wanted: Mask) -> Ways:

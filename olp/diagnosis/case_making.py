@@ -27,6 +27,8 @@ _STRAIGHT_ACCELERATION = 3.0  # [m/s²] where neither recording nor robot says o
 _CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
 _SOME_ROUNDING = 1e-6  # [m] where a rounding is told, but not its size
+_ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
+_FEW = 0.5  # of the moves: more of them are not limited, the simulation has another law
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 
 
@@ -236,7 +238,7 @@ def _base(
     start, end = stops[0][rows], stops[1][rows]
     slow = pace.acceleration[rows].copy()
     slow[~moving] = 1.0
-    missing = ~np.isfinite(slow)
+    missing = ~np.isfinite(slow) | _limited(way, speed, sim, slow, start & end & moving)
     for joint in (False, True):
         here = missing & ((moves.kind[rows] == JOINT) == joint)
         if here.any():
@@ -265,6 +267,15 @@ def _law(motion: Motion, sim: Floats) -> str:
     return min(
         known, key=lambda law: float(np.median(np.abs(motion.with_(law=law).duration() - sim)[rounded]))
     )
+
+
+def _limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask) -> Mask:
+    """(n,) moves between stops that the simulation itself made slower than their acceleration says: some axis' limit."""
+    with np.errstate(invalid="ignore"):
+        ramp = speed / slow
+        said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow))
+        off = plain & (sim > said * (1.0 + _ALIKE))
+    return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
 
 
 def _inferred(way: Floats, speed: Floats, sim: Floats, stops: Mask, resolution: float) -> Floats:

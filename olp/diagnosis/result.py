@@ -136,6 +136,7 @@ class Diagnosis:
     placebo: float = math.nan  # share of shuffled searches that found a name
     notes: tuple[str, ...] = ()  # what was assumed, could not be paired, or would need more columns
     unpaired: tuple[str, ...] = ()
+    log: Mapping[str, Any] | None = None  # what logs tell beside the findings, ready for JSON
 
     def to_json(self) -> dict[str, Any]:
         """The contract's object; numbers that are not known are null."""
@@ -167,6 +168,7 @@ class Diagnosis:
             "placebo_share": _number(self.placebo),
             "notes": list(self.notes),
             "unpaired": list(self.unpaired),
+            "log": dict(self.log) if self.log is not None else None,
         }
 
 

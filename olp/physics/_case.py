@@ -28,6 +28,8 @@ class Rates:
     exact: bool  # from the robot's kinematics along the way
     names: tuple[str, ...]  # (k,) of the axes
     rated: Floats | None = None  # (k,) [rad/s | m/s] rated speeds, where a robot file tells them
+    rated_acceleration: Floats | None = None  # (k,) [rad/s² | m/s²]
+    bodies: Floats | None = None  # (n, m, 2, 3) [m] elbow and wrist centre along the way, nan where not known
 
     @property
     def start(self) -> Floats:
@@ -135,7 +137,8 @@ class Case:
         }
         rates = self.rates
         if rates is not None:
-            rates = replace(rates, path=rates.path[rows], known=rates.known[rows])
+            bodies = None if rates.bodies is None else rates.bodies[rows]
+            rates = replace(rates, path=rates.path[rows], known=rates.known[rows], bodies=bodies)
         return replace(
             self,
             base=self.base.take(rows),

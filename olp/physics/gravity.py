@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.physics._case import Case, Floats
+from olp.physics._ramps import over_ramp
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
@@ -32,7 +33,21 @@ class Gravity(MoveTerm):
         steep = Parameter(
             "share", "1", 0.0, 0.95, 0.0, False, "of the acceleration that gravity takes upright"
         )
+        arm = [
+            Parameter(
+                name,
+                "1",
+                0.0,
+                1.5,
+                0.0,
+                False,
+                f"of the acceleration that lifting the {name} straight up takes",
+            )
+            for name in ("wrist", "elbow")
+        ]
+        whole = Form("whole arm", tuple(arm), r"a_{acc,dec} = a\,(1 \mp k_w z_w'(s) \mp k_e z_e'(s))")
         return (
+            *((whole,) if _known(case) else ()),
             Form("both ramps", (share,), r"a_\uparrow = a\,(1 - k\sin\gamma)"),
             Form(
                 "against and with",
@@ -45,9 +60,17 @@ class Gravity(MoveTerm):
         return "" if self.forms(case) else "moves with points at several inclines"
 
     def guesses(self, form: Form, case: Case) -> Floats:
+        if form.key == "whole arm":
+            return np.array([[0.2, 0.2], [0.5, 0.1], [0.1, 0.5]])
         return np.array([[-0.2], [0.2]]) if form.key == "both ramps" else np.array([[0.2], [0.5]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == "whole arm":
+            start, end = (case.once(f"lift {k}", lambda k=k: _lifts(case, k)) @ values for k in (0, 1))  # type: ignore[misc]
+            return motion.with_(
+                accelerate=motion.accelerate * np.maximum(1.0 - start, _LEAST),
+                decelerate=motion.decelerate * np.maximum(1.0 + end, _LEAST),
+            )
         pull = values[0] * case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
         sign = -1.0 if form.key == "both ramps" else 1.0
         return motion.with_(
@@ -56,7 +79,26 @@ class Gravity(MoveTerm):
         )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.key == "whole arm":
+            return f"lifting takes up to {values.sum():.0%} of the acceleration (wrist {values[0]:.0%}, elbow {values[1]:.0%}) and gives it to the braking"
         if form.key == "both ramps":
             way, back = ("up", "down") if values[0] > 0 else ("down", "up")
             return f"straight {way} both ramps have {abs(values[0]):.0%} less acceleration, straight {back} as much more"
         return f"straight up gravity takes {values[0]:.0%} of the acceleration and gives it to the braking"
+
+
+def _known(case: Case) -> bool:
+    """Whether the arm's bodies are known along every straight move."""
+    if case.rates is None or case.rates.bodies is None:
+        return False
+    return bool(np.isfinite(case.rates.bodies[case.moving & ~case.joint]).all())
+
+
+def _lifts(case: Case, end: int) -> Floats:
+    """(n, 2) how much wrist and elbow rise per way, over the ramp at one end; 0 for joint moves."""
+    assert case.rates is not None and case.rates.bodies is not None
+    height = case.rates.bodies[:, :, ::-1, 2]
+    slope = (
+        np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]
+    )
+    return np.where((case.joint | ~case.moving)[:, None], 0.0, np.nan_to_num(over_ramp(case, slope, end)))

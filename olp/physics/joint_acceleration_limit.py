@@ -8,6 +8,7 @@ from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
+ALL = -1  # axes together, by their rated accelerations
 _QUANTILES = (0.2, 0.5, 0.8, 0.93)
 
 
@@ -23,6 +24,18 @@ class JointAccelerationLimit(MoveTerm):
         if case.rates is None:
             return ()
         forms = []
+        if case.rates.rated_acceleration is not None and (_asked(case, ALL) > 0).sum() >= 4:
+            asked = _asked(case, ALL)
+            share = Parameter(
+                "share",
+                "1",
+                0.2 * float(np.quantile(asked[asked > 0], 0.05)),
+                float(asked.max()),
+                np.inf,
+                True,
+                "of the rated axis accelerations",
+            )
+            forms.append(Form("all", (share,), r"a \le k \min_j A_j / |q_j'|"))
         for axis, name in enumerate(case.rates.names):
             asked = _asked(case, axis)
             if (asked > 0).sum() < 4:
@@ -51,6 +64,8 @@ class JointAccelerationLimit(MoveTerm):
             )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.axis == ALL:
+            return f"no axis accelerates at more than {values[0]:.1%} of what it is rated for"
         return f"axis {form.key} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
 
 
@@ -63,13 +78,23 @@ def ends(case: Case, axis: int) -> tuple[Floats, Floats]:
 
 
 def _over_ramp(case: Case, axis: int, last: bool) -> Floats:
-    assert case.rates is not None
-    rate = np.abs(case.rates.path[:, :, axis])
+    rate = _rates(case, axis)
     share = np.linspace(0.0, 1.0, rate.shape[1])
     share = 1.0 - share if last else share
     slow = case.base.decelerate if last else case.base.accelerate
     ramp = np.minimum(case.base.speed**2 / (2 * slow) / np.maximum(case.base.way, 1e-9), 0.5)
     return np.asarray(np.where(share[None, :] <= ramp[:, None] + 1e-9, rate, 0.0).max(axis=1))
+
+
+def _rates(case: Case, axis: int) -> Floats:
+    """(n, m) of an axis per unit of way; for ALL the largest share of a rated acceleration."""
+    assert case.rates is not None
+    if axis != ALL:
+        return np.abs(case.rates.path[:, :, axis])
+    rated = case.rates.rated_acceleration
+    assert rated is not None
+    rates = case.rates
+    return case.once("rated slopes", lambda: (np.abs(rates.path) / rated).max(axis=2))
 
 
 def _asked(case: Case, axis: int) -> Floats:

@@ -8,6 +8,7 @@ from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
+ALL = -1  # axes together, by their rated speeds
 _QUANTILES = (0.3, 0.6, 0.85, 0.95, 0.985)
 
 
@@ -23,6 +24,18 @@ class JointSpeedLimit(MoveTerm):
         if case.rates is None:
             return ()
         forms = []
+        if case.rates.rated is not None and (_asked(case, ALL) > 0).sum() >= 4:
+            asked = _asked(case, ALL)
+            share = Parameter(
+                "share",
+                "1",
+                0.2 * float(np.quantile(asked[asked > 0], 0.05)),
+                float(asked.max()),
+                np.inf,
+                True,
+                "of the rated axis speeds",
+            )
+            forms.append(Form("all", (share,), r"\dot s \le k \min_j V_j / |q_j'(s)|"))
         for axis, name in enumerate(case.rates.names):
             asked = _asked(case, axis)
             if (asked > 0).sum() < 4:
@@ -47,7 +60,7 @@ class JointSpeedLimit(MoveTerm):
         touched = np.nonzero(_asked(case, form.axis) > values[0])[0]
         if not len(touched):
             return motion
-        rate = np.abs(case.rates.path[touched, :, form.axis])
+        rate = _rates(case, form.axis)[touched]
         profile = _profile(motion.take(touched), rate.shape[1])
         slower = np.maximum(rate / values[0] - 1.0 / profile, 0.0)
         added = motion.added.copy()
@@ -57,7 +70,20 @@ class JointSpeedLimit(MoveTerm):
         return motion.with_(added=added)
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.axis == ALL:
+            return f"no axis turns faster than {values[0]:.1%} of its rated speed"
         return f"axis {form.key} turns no faster than {np.degrees(values[0]):.1f} deg/s"
+
+
+def _rates(case: Case, axis: int) -> Floats:
+    """(n, m) of an axis per unit of way; for ALL the largest share of a rated speed."""
+    assert case.rates is not None
+    if axis != ALL:
+        return np.abs(case.rates.path[:, :, axis])
+    rated = case.rates.rated
+    assert rated is not None
+    rates = case.rates
+    return case.once("rated rates", lambda: (np.abs(rates.path) / rated).max(axis=2))
 
 
 def _profile(motion: Motion, places: int) -> Floats:
@@ -75,8 +101,7 @@ def _asked(case: Case, axis: int) -> Floats:
     """(n,) [rad/s] the fastest that the axis turns in the simulation."""
 
     def work_out() -> Floats:
-        assert case.rates is not None
-        rate = np.abs(case.rates.path[:, :, axis])
+        rate = _rates(case, axis)
         return np.asarray((rate * _profile(case.base, rate.shape[1])).max(axis=1))
 
     return case.once(f"axis speed {axis}", work_out)

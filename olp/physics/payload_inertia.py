@@ -6,6 +6,7 @@ import numpy as np
 
 from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
+from olp.physics._ramps import over_ramp
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 _FIRST_OF_WRIST = 3
@@ -27,7 +28,10 @@ class PayloadInertia(MoveTerm):
         one = Parameter(
             "growth", "1/(kg m^2)", 0.0, 8.0 / float(np.max(known)), 0.0, False, "of the wrist's inertia"
         )
-        return (Form("", (one,), r"a(I) = a / (1 + k I w)"),)
+        share = Form("", (one,), r"a(I) = a / (1 + k I w)")
+        if case.rates is None or case.rates.rated_acceleration is None:
+            return (share,)
+        return (share, Form("limit", (one,), r"a(I) \le A_j / (1 + k I) / |q_j'|, \quad j = 4, 5, 6"))
 
     def lacks(self, case: Case) -> str:
         return (
@@ -38,6 +42,13 @@ class PayloadInertia(MoveTerm):
         return np.array([[0.02], [0.15]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == "limit":
+            less = 1.0 + values[0] * np.nan_to_num(case.payload_inertia)
+            start, end = (case.once(f"wrist limit {k}", lambda k=k: _limits(case, k)) for k in (0, 1))  # type: ignore[misc]
+            return motion.with_(
+                accelerate=np.minimum(motion.accelerate, np.maximum(start / less, 1e-6)),
+                decelerate=np.minimum(motion.decelerate, np.maximum(end / less, 1e-6)),
+            )
         share = case.once("wrist inertia", lambda: _wrist(case) * np.nan_to_num(case.payload_inertia))
         less = 1.0 + values[0] * share
         return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
@@ -57,3 +68,12 @@ def _wrist(case: Case) -> Floats:
     return np.asarray(
         np.where(most > 0, mean[:, _FIRST_OF_WRIST:].max(axis=1) / np.where(most > 0, most, 1.0), 0.0)
     )
+
+
+def _limits(case: Case, end: int) -> Floats:
+    """(n,) of the path by the wrist's rated accelerations over one ramp, inf where the wrist does not turn."""
+    rates = case.rates
+    assert rates is not None and rates.rated_acceleration is not None
+    wrist = np.abs(rates.path[:, :, _FIRST_OF_WRIST:]) / rates.rated_acceleration[_FIRST_OF_WRIST:]
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / over_ramp(case, wrist.max(axis=2), end))

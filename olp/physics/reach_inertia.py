@@ -6,6 +6,7 @@ import numpy as np
 
 from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
+from olp.physics._ramps import over_ramp
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 _SPREAD = 0.05  # [m] of the distances from the first axis that has to be there
@@ -29,7 +30,18 @@ class ReachInertia(MoveTerm):
         middle = Parameter(
             "growth", "1/m^2", 0.0, 0.9 / max(float(np.median(both)) ** 2, 1e-6), 0.0, False, one.meaning
         )
+        arm: tuple[Form, ...] = ()
+        if _known(case):
+            level = Parameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
+            bodies = tuple(
+                Parameter(
+                    name, "1/m^2", 0.0, top, 0.0, False, f"of the inertia with the {name}'s distance squared"
+                )
+                for name in ("wrist", "elbow")
+            )
+            arm = (Form("whole arm", (level, *bodies), r"a = a_0 / (c + k_w r_w^2 + k_e r_e^2)"),)
         return (
+            *arm,
             Form("", (one,), r"a(r) = a / (1 + k r^2)"),
             Form("across", (one,), r"a(r) = a / (1 + k r^2 \cos^2\varphi)"),
             Form("about the middle", (middle,), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
@@ -39,9 +51,20 @@ class ReachInertia(MoveTerm):
         return "" if self.forms(case) else "moves with points at several distances from the first axis"
 
     def guesses(self, form: Form, case: Case) -> Floats:
+        if form.key == "whole arm":
+            return np.array([[1.0, 0.1, 0.05], [1.1, 0.02, 0.02]]) * np.array(
+                [1.0, *[form.parameters[1].high] * 2]
+            )
         return np.array([[0.02], [0.12]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == "whole arm":
+            near, far = (case.once(f"arm {k}", lambda k=k: _squares(case, k)) for k in (0, 1))  # type: ignore[misc]
+            linear = case.moving & ~case.joint
+            return motion.with_(
+                accelerate=motion.accelerate / np.where(linear, values[0] + near @ values[1:], 1.0),
+                decelerate=motion.decelerate / np.where(linear, values[0] + far @ values[1:], 1.0),
+            )
         start = case.once(f"reach {form.key} 0", lambda: _weight(case, form.key, 0))
         end = case.once(f"reach {form.key} 1", lambda: _weight(case, form.key, 1))
         return motion.with_(
@@ -51,6 +74,11 @@ class ReachInertia(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         start, end = _reaches(case)
+        if form.key == "whole arm":
+            linear = case.moving & ~case.joint
+            heavy = values[0] + np.concatenate([_squares(case, k)[linear] @ values[1:] for k in (0, 1)])
+            less = 1.0 - float(heavy.min() / heavy.max())
+            return f"where the arm is stretched out from the first axis there is up to {less:.0%} less acceleration than near it"
         low, high = float(np.nanmin([start, end])), float(np.nanmax([start, end]))
         less = 1.0 - (1.0 + values[0] * low**2) / (1.0 + values[0] * high**2)
         return f"at {high * 1000:.0f} mm from the first axis there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
@@ -80,3 +108,17 @@ def _across(case: Case, end: int) -> Floats:
     unit = way / np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
     reach = np.maximum(np.hypot(place[:, 0], place[:, 1]), 1e-9)
     return np.asarray((place[:, 0] * unit[:, 1] - place[:, 1] * unit[:, 0]) / reach)
+
+
+def _known(case: Case) -> bool:
+    """Whether the arm's bodies are known along every straight move."""
+    if case.rates is None or case.rates.bodies is None:
+        return False
+    return bool(np.isfinite(case.rates.bodies[case.moving & ~case.joint]).all())
+
+
+def _squares(case: Case, end: int) -> Floats:
+    """(n, 2) [m²] squared distances of wrist and elbow from the first axis, over the ramp at one end."""
+    assert case.rates is not None and case.rates.bodies is not None
+    square = (case.rates.bodies[:, :, ::-1, :2] ** 2).sum(axis=3)
+    return np.asarray(np.nan_to_num(over_ramp(case, square, end)))

@@ -1,0 +1,94 @@
+"""From a case to the terms that are believed: search, waits set apart, confirmation on moves that were not fitted."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis import confirm
+from olp.diagnosis.fitting import Fit, Noise, fit
+from olp.diagnosis.folds import Folds
+from olp.diagnosis.remains import Remains, remains_of
+from olp.diagnosis.search import WIDE, Shelf, move_terms, search, shelf_of
+from olp.diagnosis.waits import late_moves
+from olp.physics._case import Case
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Labels = NDArray[np.int64]
+
+_SMALL = 0.01  # of the variance that all names explain: less is no finding
+_ROUNDS = 2  # of search and setting waits apart
+
+
+class Named(NamedTuple):
+    """What the search came to."""
+
+    fit: Fit
+    late: Mask  # (n,) of the whole case
+    clean: Case  # the case without late moves
+    noise: Noise
+    shelf: Shelf
+    folds: Folds  # of the clean case
+    selection: confirm.Selection
+    gains: tuple[confirm.Gain, ...]
+    remains: Remains
+
+
+def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> Named:
+    """Search, set waits apart, search again, and drop what does not hold on moves that were not fitted."""
+    late = np.zeros(len(case), dtype=bool)
+    for last in (False,) * (_ROUNDS - 1) + (True,):
+        clean = case.take(np.nonzero(~late)[0].astype(np.int64))
+        shelf = shelf_of(clean, move_terms())
+        best = search(clean, noise, shelf, WIDE)[0]
+        noise = noise._replace(order=_order(best, clean))
+        if noise.order:
+            best = search(clean, noise, shelf, WIDE)[0]
+        again = late_moves(best, case, noise.least)
+        if last or np.array_equal(again, late):
+            break
+        late = again
+    clean_folds = Folds(folds.by, folds.labels[~late])
+    selection = confirm.selection(clean, noise, clean_folds)
+    best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, selection)
+    left = clean.measured - best.model.seconds(clean)
+    remains = remains_of(left, clean, {name: labels[~late] for name, labels in groups.items()})
+    return Named(best, late, clean, noise, shelf, clean_folds, selection, gains, remains)
+
+
+def _order(best: Fit, clean: Case) -> float:
+    """Correlation between neighbours in what the best set leaves; a whitened search is fairer then."""
+    left = clean.measured - best.model.seconds(clean)
+    order = remains_of(left, clean, {}).order
+    return order if abs(order) > 0.1 else 0.0
+
+
+def _confirmed(
+    best: Fit, case: Case, noise: Noise, folds: Folds, selection: confirm.Selection
+) -> tuple[Fit, tuple[confirm.Gain, ...]]:
+    """The parts that held-out moves confirm, the weakest removed one at a time."""
+    while best.model.parts:
+        gains = [confirm.gain_of(best, k, case, noise, folds) for k in range(len(best.model.parts))]
+        sizes = [float(np.mean(c**2)) for c in best.model.contributions(case)]
+        weak = [
+            k
+            for k, gain in enumerate(gains)
+            if not gain.holds or sizes[k] < _SMALL * sum(sizes) or _seldom(best, k, selection)
+        ]
+        if not weak:
+            return best, tuple(gains)
+        worst = min(weak, key=lambda k: gains[k].loglik)
+        best = fit(best.model.without(worst), case, noise, 30)
+    return best, ()
+
+
+def _seldom(best: Fit, index: int, selection: confirm.Selection) -> bool:
+    """Whether most searches inside the folds chose neither the term nor one that is known to look like it."""
+    term = best.model.parts[index].term
+    like = {term.name, *term.confusable}
+    others = {part.term.name for k, part in enumerate(best.model.parts) if k != index}
+    votes = max((selection.chosen[name] for name in like - others), default=0)
+    return 2 * votes < selection.folds

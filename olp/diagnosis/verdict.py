@@ -1,0 +1,64 @@
+"""The verdict, and the noise that it is measured by."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.naming import Named
+from olp.diagnosis.remains import LEVEL, f_tail
+from olp.diagnosis.waits import spread
+
+if TYPE_CHECKING:
+    from olp.recording.recording import NoiseFloor
+
+Floats = NDArray[np.float64]
+
+_ENOUGH = 8  # degrees of freedom behind repeats, for them to judge a fit
+_MOST = 0.5  # of the mean square that names leave: with more they explain too little
+_LITTLE = 0.02  # of the mean square: what remains does not matter
+
+
+def floor_of(floor: NoiseFloor, named: Named) -> float:
+    """[s] of repeats where there are enough; else what the clock's digits leave, and the middle of what remains when
+    that is scatter (a remainder with structure is no noise)."""
+    if floor.freedom >= _ENOUGH:
+        return float(floor.floor)
+    known = max(float(np.nan_to_num(floor.resolution) / np.sqrt(12.0)), named.noise.least)
+    return known if named.remains.structured else max(known, spread(left_over(named), named.noise.least))
+
+
+def left_over(named: Named) -> Floats:
+    """(n,) [s] of the moves that are not late."""
+    return np.asarray(named.clean.measured - named.fit.model.seconds(named.clean))
+
+
+def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
+    """One of VERDICTS, from the durations alone."""
+    structured, above = named.remains.structured, _above_repeats(named, floor)
+    if not found:
+        return "unexplained" if structured or above else "no-mismatch"
+    if not structured and not above:
+        return "explained"
+    raw, left = float(np.mean(named.clean.residual**2)), float(np.mean(left_over(named) ** 2))
+    if left > _MOST * raw and not named.late.any():
+        return "unexplained"
+    return "partly-explained" if left > _LITTLE * raw else "explained"
+
+
+def joined(one: str, other: str, found: bool) -> str:
+    """The verdict of durations and logs together."""
+    if found:
+        return "explained" if {one, other} <= {"explained", "no-mismatch"} else "partly-explained"
+    return "unexplained" if "unexplained" in (one, other) else "no-mismatch"
+
+
+def _above_repeats(named: Named, floor: NoiseFloor) -> bool:
+    """Whether what remains is more than repeats of the same move scatter (F test)."""
+    if floor.freedom < _ENOUGH or not floor.floor > 0:
+        return False
+    left = left_over(named)
+    ratio = float(np.mean(left**2)) / floor.floor**2
+    return ratio > 1.3 and f_tail(ratio, len(left), floor.freedom) < LEVEL
