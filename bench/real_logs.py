@@ -150,16 +150,19 @@ RATIO = np.ones(6)  # [Nm/A], read off the files
 
 
 def ratios(folder: Path) -> Floats:
-    """[Nm/A] of every axis: desired torque over desired current, median over all files."""
+    """[Nm/A] of every axis: desired torque over desired current at rest, where gravity alone is held.
+
+    Axes that carry no weight (1, 5, 6) have the drives of axes 2 and 4: sizes 4, 4, 3, 2, 2, 2 (UR10e service manual).
+    """
     import pandas
 
     tables = [pandas.read_csv(f, header=None).to_numpy() for f in sorted(folder.glob("ur-*.csv.gz"))]
     table = np.concatenate(tables)
+    rest = np.abs(table[:, 7:13]).max(axis=1) < 1e-3
     found = []
-    for axis in range(6):
-        current, torque = table[:, 19 + axis], table[:, 25 + axis]
-        clear = np.abs(current) > 0.1
-        found.append(float(np.median(torque[clear] / current[clear])) if clear.sum() > 20 else np.nan)
+    for axis in (1, 1, 2, 3, 3, 3):
+        current, torque = table[rest, 19 + axis], table[rest, 25 + axis]
+        found.append(float((current * torque).sum() / (current**2).sum()))
     return np.array(found)
 
 
@@ -167,7 +170,6 @@ def ur10e(folder: Path, work: Path) -> None:
     global RATIO
     RATIO = ratios(folder)
     print("desired torque over desired current [Nm/A]:", np.round(RATIO, 3))
-    RATIO = np.where(np.isfinite(RATIO), RATIO, np.nanmin(RATIO))
     for axis in range(1, 7):
         print(f"\naxis {axis} up and down")
         columns = ur10e_columns(folder, f"ur-20_01_22-joint_{axis}")

@@ -160,8 +160,9 @@ def judge_axis(data: AxisTorque, axis: int, signal: str, unit: str) -> EffortRes
         {t: criterion(data.products, _without(terms, t)) - whole for t in terms},
         {t: named[t] for t in friction},
         errors,
-        _rms(held_out(raw, _without(terms, *friction))),
-        _rms(held_out(raw, terms)),
+        _rms(held_out(raw, ())),
+        # What other masses would explain has no name: it stays in the remainder.
+        _rms(held_out(raw, friction)),
         left,
     )  # fmt: skip
 

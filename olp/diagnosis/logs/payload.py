@@ -17,6 +17,7 @@ from olp.robots.model import Robot
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _FEWEST = 400  # samples of an axis
+_HELPS = 1.05  # times: whitened RMS without over with; less is not worth a name
 _SHARED = 2  # last columns before the residual: mass [kg], first moment along the flange's z [kg m]
 
 
@@ -37,7 +38,12 @@ class Payload:
     @property
     def sure(self) -> bool:
         """Whether held-out blocks want it, it is more than nothing, and the mass is known to a quarter."""
-        return self.gain[0] > 0 and self.gain[1] < 0.01 and self.mass[0] > 4 * self.mass[1] > 0
+        return (
+            self.gain[0] > 0
+            and self.gain[1] < 0.01
+            and self.heldout[0] > _HELPS * self.heldout[1]
+            and self.mass[0] > 4 * self.mass[1] > 0
+        )
 
 
 def payload(robot: Robot, moved: Motion, residual: Floats, usable: Mask) -> Payload | None:

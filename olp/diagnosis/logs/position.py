@@ -19,7 +19,8 @@ Mask = NDArray[np.bool_]
 _LONGEST = 8_000  # samples in which stories compete; the whole log then confirms or refuses
 _MARGIN = 0.25  # [s] after a gap and at the ends, in which unseen motion still rings
 _LEAST = 0.1  # of what is left: an effect of less is not named
-_LEAST_LAG = 0.25  # sampling periods
+_HELPS = 1.1  # times: held-out RMS without a term over that with it; less is not worth a name
+_LEAST_LAG = 0.25  # sampling periods; a whole one where nobody knows what the clock's offset should be
 _ALIKE = 0.25  # of their time: how far apart axes may be late and still have one clock
 
 
@@ -109,7 +110,7 @@ def judge(all_axes: list[Follower], unfaulted: float | None) -> PositionResult:
     for f in all_axes:
         shape, terms = (by_axis[f.axis].shape, by_axis[f.axis].terms) if f.axis in by_axis else (Shape(), ())
         noise = noise_of(f, shape, story.late)
-        results.append(_axis(f, noise, shape, terms, story.late, zero))
+        results.append(_axis(f, noise, shape, terms, story.late, zero, unfaulted is None))
     late = story.late
     step, error = lateness(all_axes, [r.noise for r in results], [r.shape for r in results], late)
     if has_clock and len(short[0].time) < len(all_axes[0].time):
@@ -199,7 +200,13 @@ def _products(
 
 
 def _axis(
-    follower: Follower, noise: Whitened, shape: Shape, terms: tuple[str, ...], late: float, zero: float
+    follower: Follower,
+    noise: Whitened,
+    shape: Shape,
+    terms: tuple[str, ...],
+    late: float,
+    zero: float,
+    late_free: bool,
 ) -> AxisResult:
     """Terms stay while they are large enough and the held-out blocks want them."""
     while True:
@@ -216,22 +223,30 @@ def _axis(
         size = {
             t: float((follower.effects(shape.only((t,)), late) - base)[follower.use].std()) for t in terms
         }
+        raw = _products(follower, None, shape, terms, late, zero)
+        after = held_out(raw, chosen).mean()
+        helps = {t: held_out(raw, tuple(c for c in chosen if c != t)).mean() / after for t in terms}
+        least = 1.0 if late_free else _LEAST_LAG
         weak = [
-            t for t in terms if size[t] < _LEAST * rest or not delta[t] > 0 or _no_sense(t, shape, follower)
+            t
+            for t in terms
+            if size[t] < _LEAST * rest
+            or not delta[t] > 0
+            or helps[t] < _HELPS**2
+            or _no_sense(t, shape, follower, least)
         ]
         if not weak:
-            raw = _products(follower, None, shape, terms, late, zero)
             return AxisResult(follower, noise, shape, terms, gains, delta, raw, size)
         worst = min(weak, key=lambda t: size[t])
         terms = tuple(t for t in terms if t != worst)
 
 
-def _no_sense(term: str, shape: Shape, follower: Follower) -> bool:
+def _no_sense(term: str, shape: Shape, follower: Follower, least: float) -> bool:
     """A lag of a fraction of a sample, or an oscillation that ran into its bounds."""
     step = follower.reference.grid.step
     if term == "servo-lag":
         # It says more of how the log was written than of a servo.
-        return shape.lag < _LEAST_LAG * step
+        return shape.lag < least * step
     if term == "joint-compliance":
         beyond = shape.frequency > 0.9 * math.pi / step or shape.frequency < 2 * math.pi * 0.6
         return beyond or abs(shape.swing) > 10 or shape.damping > 0.49
@@ -240,7 +255,7 @@ def _no_sense(term: str, shape: Shape, follower: Follower) -> bool:
 
 def drop(result: AxisResult, terms: tuple[str, ...], late: float, zero: float) -> AxisResult:
     """The axis with only `terms`, refitted."""
-    return _axis(result.follower, result.noise, result.shape, terms, late, zero)
+    return _axis(result.follower, result.noise, result.shape, terms, late, zero, False)
 
 
 def numbers(result: AxisResult, late: float, has_clock: bool) -> dict[str, tuple[float, float]]:

@@ -61,9 +61,11 @@ def correlates(
     found = []
     for name, values in columns.items():
         other = values[use]
-        if not np.isfinite(other).all() or other.std() <= 1e-12 * max(abs(float(other.mean())), 1e-300):
+        if not np.isfinite(other).all() or other.std() <= 1e-9 * max(float(np.abs(other).max()), 1e-9):
             continue
         for kind, left in (("", rest), ("size of the rest with ", np.abs(rest) - np.abs(rest).mean())):
+            if not left.std() > 0:
+                continue
             r = float(np.corrcoef(left, other)[0, 1])
             alike = _memory(left) * _memory(other - other.mean())
             count = max(len(left) * (1 - alike) / (1 + alike), 3.0)
@@ -85,7 +87,7 @@ def verdict_of(axes: tuple[AxisResidual, ...], named: bool, structured: set[tupl
     before = after = 0.0
     open_ends = False
     for a in axes:
-        unit = max(a.floor, 1e-300) if math.isfinite(a.floor) else max(a.after, 1e-300)
+        unit = max(a.floor if math.isfinite(a.floor) else a.after, 1e-9 * a.before, 1e-12)
         gone = max((a.before**2 - unit**2) / unit**2, 0.0)
         rest = max((a.after**2 - unit**2) / unit**2, 0.0)
         before, after = before + gone, after + rest

@@ -22,6 +22,7 @@ from olp.recording.log import Log
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _MOST_RATIO = 25  # samples per column, at least
+_LEAST_WAY = 0.02  # [rad | m]: less is an axis that is held, not moved
 _SHRINK = 1e-3  # of the strongest direction
 MASSES = "masses"  # no name of a term: inertia and gravity that the simulation has otherwise
 
@@ -128,7 +129,12 @@ def axis_torque(
     margin = moved.time[0] + 0.1, moved.time[-1] - 0.1
     use &= (moved.time > margin[0]) & (moved.time < margin[1])
     signs = np.sign(speed[use])
-    if use.sum() < 400 or abs(signs.mean()) > 0.98 or quick <= 10 * float(moved.noise[axis]):
+    if (
+        use.sum() < 400
+        or np.ptp(moved.q[use, axis]) < _LEAST_WAY
+        or abs(signs.mean()) > 0.98
+        or quick <= 10 * float(moved.noise[axis])
+    ):
         return None
     named = [("viscous-friction", viscous(speed)), ("coulomb-friction", coulomb(speed, soft)), *extra]
     library = np.column_stack([base, *(column for _, column in named)])
