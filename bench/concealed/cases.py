@@ -234,6 +234,7 @@ def _answer(
     required = [t for t in terms if t not in unseen and size[t] >= 0.35 and family not in ("noise", "clock")]
     return {
         "family": family,
+        "count": len(world.moves),
         "hidden": terms,
         "required": required,
         "allowed": [t for t in terms if t not in required],

@@ -21,6 +21,9 @@ UNITS = {
     "rad": ("angle", 1.0), "deg": ("angle", 0.017453292519943295), "Hz": ("frequency", 1.0),
 }  # fmt: skip
 
+# Effects that identical.py does not play in place of others.
+UNCOMPARED = {"clock", "external-wait", "warm-up"}
+
 
 @dataclass(slots=True)
 class Judgement:
@@ -70,7 +73,7 @@ def judge(
     same = {s for t in true for s in answer["same"].get(t, [])}
     result.undeclared = [t for t in result.wrong if t in same]
     near = same | {s for t in true for s in answer["near"].get(t, [])} | true
-    result.wide = [t for t in result.named if groups[t] - near - {t}]
+    result.wide = [t for t in result.named if groups[t] - near - {t} - UNCOMPARED]
     result.missed = _missed(answer["required"], result.named, groups)
     if findings:
         result.first = bool(groups[result.named[0]] & true)
@@ -130,17 +133,22 @@ def _covered(
             found = _parameter(finding.get("parameters", {}), name, truth["unit"])
             if found is None or found.get("ci95") is None or None in found["ci95"]:
                 continue
-            factor = UNITS[found.get("unit", "")][1]
+            factor = _unit(found.get("unit", ""))[1]
             low, high = (factor * v for v in found["ci95"])
-            value = UNITS[truth["unit"]][1] * truth["value"]
+            value = _unit(truth["unit"])[1] * truth["value"]
             result.append((finding["term"], name, low <= value <= high, factor * found["value"], value))
     return result
 
 
 def _parameter(given: dict[str, Any], name: str, unit: str) -> dict[str, Any] | None:
     """By its name, else the only one of that dimension."""
-    kind = UNITS[unit][0]
-    alike = {k: v for k, v in given.items() if UNITS.get(v.get("unit", ""), ("?",))[0] == kind}
+    kind = _unit(unit)[0]
+    alike = {k: v for k, v in given.items() if _unit(v.get("unit", ""))[0] == kind}
     if name in alike:
         return dict(alike[name])
     return dict(next(iter(alike.values()))) if len(alike) == 1 else None
+
+
+def _unit(text: str) -> tuple[str, float]:
+    """Dimension, and factor to SI; a unit not in the list is a dimension of its own."""
+    return UNITS.get(text, (text, 1.0))

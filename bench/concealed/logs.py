@@ -98,7 +98,8 @@ def _answer(
     # A recorder's fault may be named or not; it must not be called anything else.
     required = [] if family == "log-clock" else terms
     return {
-        "family": family, "hidden": terms, "required": required, "allowed": [t for t in terms if t not in required],
+        "family": family, "count": n, "hidden": terms, "required": required,
+        "allowed": [t for t in terms if t not in required],
         "same": {t: [] for t in terms}, "near": {t: [] for t in terms}, "unseen": [],
         "size": dict.fromkeys(terms, size), "rms_s": {}, "noise_floor_s": floor, "poor": False,
         "confounded_with": "", "body": dict.fromkeys(terms, True), "strength": {}, "choice": {},

@@ -59,13 +59,15 @@ def diagnose_all(folder: Path, names: list[str], jobs: int) -> list[Outcome]:
     """Runs `olp diagnose` on every case; the answers are written under `folder`/diagnoses."""
     (folder / "diagnoses").mkdir(exist_ok=True)
     outcomes = []
+    kept = {o.name: o._asdict() for o in _kept(folder, [])}
     with multiprocessing.get_context("spawn").Pool(jobs) as pool:
         for outcome in pool.imap_unordered(_diagnose, [(str(folder), n) for n in names]):
             outcomes.append(outcome)
+            kept[outcome.name] = outcome._asdict()
+            # A run that is broken off can be scored as far as it came: --again.
+            (folder / "diagnoses" / "outcomes.json").write_text(json.dumps(kept, indent=1))
             print(f"\r{len(outcomes)} of {len(names)}", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    kept = {o.name: o._asdict() for o in [*_kept(folder, []), *outcomes]}
-    (folder / "diagnoses" / "outcomes.json").write_text(json.dumps(kept, indent=1))
     return sorted(outcomes)
 
 

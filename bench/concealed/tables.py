@@ -34,8 +34,9 @@ def figures(all_: Sequence[Judgement]) -> list[tuple[str, str, str, str]]:
         _coverage(all_),
         _row("any case: groups wider than the data", "-", list(all_), lambda j: bool(j.wide)),
         _row("any case: error or no answer", "-", list(all_), lambda j: bool(j.error)),
-        _most("largest CPU time, moves only [s]", "≤ 20 s", [j.cpu for j in all_ if not j.family.startswith("log")]),
-        _most("largest CPU time, logs [s]", "≤ 60 s", [j.cpu for j in all_ if j.family.startswith("log")]),
+        _most("largest CPU time, up to 600 moves [s]", "≤ 20 s", [j.cpu for j in all_ if not _has_log(j)]),
+        _most("largest CPU time, other logs [s]", "-", [j.cpu for j in all_ if _has_log(j) and not _long(j)]),
+        _most("CPU time, log of 10 minutes [s]", "≤ 60 s", [j.cpu for j in all_ if _long(j)]),
     ]  # fmt: skip
     return [r for r in rows if r[3] != "0"]
 
@@ -45,6 +46,14 @@ _CONCEALED = ("cancelled", "confounded", "rare", "fudged")
 
 def _of(all_: Iterable[Judgement], *families: str) -> list[Judgement]:
     return [j for j in all_ if j.family in families]
+
+
+def _has_log(j: Judgement) -> bool:
+    return j.family.startswith("log-")
+
+
+def _long(j: Judgement) -> bool:
+    return bool(j.answer["simulation"].get("log_s"))
 
 
 def _calm(j: Judgement) -> bool:
