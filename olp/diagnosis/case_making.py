@@ -1,4 +1,4 @@
-"""From a recording to the case that the terms see: ways, speeds, the simulation's own motion, and each move's circumstances.
+"""From a recording to the case that the terms see: ways, speeds, the simulation's motion, each move's circumstances.
 
 Code: N010 nothing to judge.
 """
@@ -199,7 +199,7 @@ def _arcs(moves: RecordedMoves) -> Floats:
 
 
 def _simulated(recording: Recording, pace: _Pace, notes: list[str]) -> Floats:
-    """(n,) [s] of the judged simulation; where the recording holds none, constant acceleration at the programmed speed."""
+    """(n,) [s] of the judged simulation; where the recording holds none, constant acceleration at programmed speeds."""
     moves = recording.moves
     if np.isfinite(moves.sim).any():
         return moves.sim
@@ -270,7 +270,7 @@ def _law(motion: Motion, sim: Floats) -> str:
 
 
 def _limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask) -> Mask:
-    """(n,) moves between stops that the simulation itself made slower than their acceleration says: some axis' limit."""
+    """(n,) moves between stops that the simulation itself made slower than their acceleration says: an axis' limit."""
     with np.errstate(invalid="ignore"):
         ramp = speed / slow
         said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow))

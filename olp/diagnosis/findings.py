@@ -1,4 +1,4 @@
-"""What is believed, as findings: sentences, parameters, contributions, evidence, and what could stand in their place."""
+"""What is believed, as findings: sentences, parameters, contributions, evidence, what could stand in their place."""
 
 from __future__ import annotations
 
@@ -131,7 +131,8 @@ def _waiting(named: Named, case: Case) -> Finding | None:
     places = {f"{case.job[i]}:{case.line[i]}" for i in np.nonzero(late)[0].tolist() if case.line[i]}
     where = f", all at {next(iter(places))}" if len(places) == 1 and count > 1 else ""
     says = (
-        f"{count} of {len(case)} moves are late by {waits.min():.3f} to {waits.max():.3f} s for reasons outside the arm{where}"
+        f"{count} of {len(case)} moves are late by {waits.min():.3f} to {waits.max():.3f} s "
+        f"for reasons outside the arm{where}"
         if count > 1
         else f"move {int(case.move[late][0])} is late by {waits[0]:.3f} s for a reason outside the arm"
     )

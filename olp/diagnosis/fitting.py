@@ -1,8 +1,8 @@
 """Fitting the parameters of several terms together, so that a few odd moves do not decide.
 
 Residuals follow Student's t (K. Lange, R. Little, J. Taylor, "Robust statistical modeling using the t distribution",
-JASA 84, 1989): like least squares near the middle, and far away a logarithm. The scale is fitted along, never below what the
-recorder's resolution leaves. Steps are Levenberg and Marquardt's (D. Marquardt, SIAM J. Appl. Math. 11, 1963).
+JASA 84, 1989): like least squares near the middle, and far away a logarithm. The scale is fitted along, never below
+what the recorder's resolution leaves. Steps are Levenberg and Marquardt's (D. Marquardt, SIAM J. Appl. Math. 11, 1963).
 """
 
 from __future__ import annotations

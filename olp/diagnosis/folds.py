@@ -1,4 +1,4 @@
-"""Which moves are held out together: whole start points, jobs, cycles or speeds where the recording has them, else blocks."""
+"""Which moves are held out together: start points, jobs, cycles or speeds where the recording has them, else blocks."""
 
 from __future__ import annotations
 

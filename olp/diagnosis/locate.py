@@ -40,7 +40,7 @@ def mismatch_of(case: Case, sigma: float, model: Model, late: NDArray[np.bool_])
 
 
 def significant(residual: Floats, sigma: float) -> NDArray[np.bool_]:
-    """(n,) beyond the noise, with at most 5 % false ones (Y. Benjamini, Y. Hochberg, J. R. Statist. Soc. B 57, 1995)."""
+    """(n,) beyond the noise, at most 5 % false ones (Y. Benjamini, Y. Hochberg, J. R. Statist. Soc. B 57, 1995)."""
     tail = np.array([math.erfc(abs(r) / sigma / math.sqrt(2.0)) for r in residual.tolist()])
     order = np.argsort(tail)
     passed = tail[order] <= _FALSE_DISCOVERIES * np.arange(1, len(tail) + 1) / len(tail)

@@ -1,7 +1,7 @@
 """Whether what remains is scatter, or goes together with something: order, columns, repeats.
 
-Each look is a test with a p-value, and the p-values are corrected for the number of looks (S. Holm, Scand. J. Statist. 6,
-1979), so that one clean recording in a hundred is called structured.
+Each look is a test with a p-value, and the p-values are corrected for the number of looks (S. Holm, Scand. J. Statist.
+6, 1979), so that one clean recording in a hundred is called structured.
 """
 
 from __future__ import annotations

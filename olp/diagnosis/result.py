@@ -23,6 +23,9 @@ class Errors(NamedTuple):
     worst: float
 
 
+_NOT_COMPARED = Errors(math.nan, math.nan, math.nan)
+
+
 class FittedParameter(NamedTuple):
     """One parameter of a term, with its 95 % confidence interval in `unit`."""
 
@@ -130,9 +133,9 @@ class Diagnosis:
     indistinguishable: tuple[tuple[str, ...], ...] = ()
     next_experiment: NextExperiment = field(default_factory=NextExperiment)
     remainder: Remainder = field(default_factory=lambda: Remainder(0.0))
-    before: Errors = Errors(math.nan, math.nan, math.nan)
-    heldout_before: Errors = Errors(math.nan, math.nan, math.nan)
-    heldout_after: Errors = Errors(math.nan, math.nan, math.nan)
+    before: Errors = _NOT_COMPARED
+    heldout_before: Errors = _NOT_COMPARED
+    heldout_after: Errors = _NOT_COMPARED
     placebo: float = math.nan  # share of shuffled searches that found a name
     notes: tuple[str, ...] = ()  # what was assumed, could not be paired, or would need more columns
     unpaired: tuple[str, ...] = ()

@@ -95,7 +95,7 @@ def search(case: Case, noise: Noise, shelf: Shelf, effort: Effort) -> list[Fit]:
 
 
 def additions(shelf: Shelf, fitted: Fit, case: Case, noise: Noise, count: int) -> list[Part]:
-    """The parts that promise most beside a fit: what of their columns it does not already explain goes with its residual."""
+    """The parts that promise most beside a fit: what it does not explain of their columns goes with its residual."""
     residual = whiten(case.measured - fitted.model.seconds(case), noise.order)
     weight = (FREEDOM + 1.0) / (FREEDOM + (residual / fitted.scale) ** 2)
     root = np.sqrt(weight)[:, None]

@@ -1,4 +1,4 @@
-"""What the terms of moves see: the judged simulation's motion, and everything about each move that a cause could hang on."""
+"""What the terms of moves see: the judged simulation's motion, and all of a move that a cause could hang on."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class Case:
 
     @property
     def ratio(self) -> Floats:
-        """(n,) what a number in `unit` is for each move: joint moves beside straight ones count by their accelerations."""
+        """(n,) what a number in `unit` is for each move: joint moves beside straight ones count by accelerations."""
         return self.once("ratio", self._ratio)
 
     def _ratio(self) -> Floats:

@@ -2,8 +2,9 @@
 
 A ramp from rest to v with acceleration a and jerk j takes v/a + a/j (or 2 √(v/j) when a is not reached) and covers
 v/2 of that time. At a rounded corner the next ramp begins while the last one ends: what overlaps is saved, half by
-each of the two moves. With ways that are too short, the peak speed is the one whose ramps cover the way (L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic
-Machines and Robots, Springer 2008, sections 3.2 and 3.4).
+each of the two moves. With ways that are too short, the peak speed is the one whose ramps cover the way
+(L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer 2008, sections 3.2
+and 3.4).
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class Motion:
         )
 
     def _peak(self) -> Floats:
-        """(n,) [m/s] whose ramps cover the way exactly: closed where both ends reach their acceleration, or neither does."""
+        """(n,) [m/s] whose ramps cover the way exactly: closed where both ends reach their acceleration, or neither."""
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         if not np.isfinite(self.jerk).any():
             return np.minimum(self.speed, np.sqrt(self.way / np.maximum(slow, 1e-12)))

@@ -41,7 +41,8 @@ class Clock(MoveTerm, LogTerm):
         return motion.with_(rate=motion.rate * values[0])
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        return f"the recorder's clock runs {abs(values[0] - 1):.3%} {'fast' if values[0] > 1 else 'slow'}: all durations are off by it"
+        which = "fast" if values[0] > 1 else "slow"
+        return f"the recorder's clock runs {abs(values[0] - 1):.3%} {which}: all durations are off by it"
 
     def seen_in(self, columns: frozenset[str]) -> bool:
         return bool(columns & {"command", "sim"})

@@ -6,7 +6,7 @@ import numpy as np
 
 from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
-from olp.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.physics.term import Form, MoveTerm, Stage
 
 
 class ExternalWait(MoveTerm):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from olp.physics._case import Case, Floats
-from olp.physics._ramps import over_ramp
 from olp.physics._motion import Motion
+from olp.physics._ramps import over_ramp
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 _STEEP = 0.2  # sine of the steepest incline that has to be there
@@ -80,10 +80,14 @@ class Gravity(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         if form.key == "whole arm":
-            return f"lifting takes up to {values.sum():.0%} of the acceleration (wrist {values[0]:.0%}, elbow {values[1]:.0%}) and gives it to the braking"
+            return (
+                f"lifting takes up to {values.sum():.0%} of the acceleration (wrist {values[0]:.0%}, "
+                f"elbow {values[1]:.0%}) and gives it to the braking"
+            )
         if form.key == "both ramps":
             way, back = ("up", "down") if values[0] > 0 else ("down", "up")
-            return f"straight {way} both ramps have {abs(values[0]):.0%} less acceleration, straight {back} as much more"
+            less = f"{abs(values[0]):.0%} less acceleration"
+            return f"straight {way} both ramps have {less}, straight {back} as much more"
         return f"straight up gravity takes {values[0]:.0%} of the acceleration and gives it to the braking"
 
 
@@ -96,7 +100,8 @@ def _known(case: Case) -> bool:
 
 def _lifts(case: Case, end: int) -> Floats:
     """(n, 2) how much wrist and elbow rise per way, over the ramp at one end; 0 for joint moves."""
-    assert case.rates is not None and case.rates.bodies is not None
+    assert case.rates is not None
+    assert case.rates.bodies is not None
     height = case.rates.bodies[:, :, ::-1, 2]
     slope = (
         np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]

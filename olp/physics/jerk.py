@@ -32,4 +32,5 @@ class Jerk(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         ramp = case.pace / values[0]
-        return f"acceleration builds up at {values[0]:.4g} {form.parameters[0].unit}: a full ramp takes {ramp * 1000:.0f} ms longer"
+        rate = f"{values[0]:.4g} {form.parameters[0].unit}"
+        return f"acceleration builds up at {rate}: a full ramp takes {ramp * 1000:.0f} ms longer"

@@ -73,7 +73,8 @@ def _wrist(case: Case) -> Floats:
 def _limits(case: Case, end: int) -> Floats:
     """(n,) of the path by the wrist's rated accelerations over one ramp, inf where the wrist does not turn."""
     rates = case.rates
-    assert rates is not None and rates.rated_acceleration is not None
+    assert rates is not None
+    assert rates.rated_acceleration is not None
     wrist = np.abs(rates.path[:, :, _FIRST_OF_WRIST:]) / rates.rated_acceleration[_FIRST_OF_WRIST:]
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / over_ramp(case, wrist.max(axis=2), end))

@@ -78,10 +78,12 @@ class ReachInertia(MoveTerm):
             linear = case.moving & ~case.joint
             heavy = values[0] + np.concatenate([_squares(case, k)[linear] @ values[1:] for k in (0, 1)])
             less = 1.0 - float(heavy.min() / heavy.max())
-            return f"where the arm is stretched out from the first axis there is up to {less:.0%} less acceleration than near it"
+            far = "where the arm is stretched out from the first axis"
+            return f"{far} there is up to {less:.0%} less acceleration than near it"
         low, high = float(np.nanmin([start, end])), float(np.nanmax([start, end]))
         less = 1.0 - (1.0 + values[0] * low**2) / (1.0 + values[0] * high**2)
-        return f"at {high * 1000:.0f} mm from the first axis there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
+        far = f"at {high * 1000:.0f} mm from the first axis"
+        return f"{far} there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
 
 
 def _reaches(case: Case) -> tuple[Floats, Floats]:
@@ -119,6 +121,7 @@ def _known(case: Case) -> bool:
 
 def _squares(case: Case, end: int) -> Floats:
     """(n, 2) [m²] squared distances of wrist and elbow from the first axis, over the ramp at one end."""
-    assert case.rates is not None and case.rates.bodies is not None
+    assert case.rates is not None
+    assert case.rates.bodies is not None
     square = (case.rates.bodies[:, :, ::-1, :2] ** 2).sum(axis=3)
     return np.asarray(np.nan_to_num(over_ramp(case, square, end)))

@@ -40,4 +40,5 @@ class Settling(MoveTerm):
         return _LESS if values[0] < 0 else 0.0
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        return f"every exact stop takes {values[0] * 1000:.1f} ms {'longer' if values[0] > 0 else 'less'} until the axes are in position"
+        more = "longer" if values[0] > 0 else "less"
+        return f"every exact stop takes {abs(values[0]) * 1000:.1f} ms {more} until the axes are in position"

@@ -14,7 +14,7 @@ _FEWEST = 12
 class WarmUp(MoveTerm):
     summary = "durations drift as an exponential of running time"
     does = "the same move is longer at the beginning than at the end of the recording, or the other way round"
-    source = "first-order thermal model: grease friction falls with exp(-t/tau) (A. C. Bittencourt, S. Gunnarsson, 2012)"
+    source = "first-order thermal model: grease friction falls with exp(-t/τ) (A. C. Bittencourt, S. Gunnarsson, 2012)"
     confusable = ("clock", "speed-scale")
     stage = Stage.CLOCKS
 
