@@ -218,8 +218,7 @@ def _motion(
         round_end=blend,
         least=np.zeros(count),
         added=np.zeros(count),
-        **middle,
-    )
+    ).with_(**middle)
 
 
 def _passing(base: Motion) -> Motion:

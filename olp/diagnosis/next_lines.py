@@ -57,7 +57,7 @@ def lines_of(case: Case, recording: Recording, straight: Labels) -> Lines:
     more = np.concatenate([further.start, further.end], axis=1)
     new = np.abs(more[:, None] - had[None]).max(axis=2).min(axis=1) > SHORTEST
     pairs = zip(recorded, further, strict=True)
-    return Lines(*(np.concatenate([a, b[new]]) for a, b in pairs))  # type: ignore[arg-type,index]
+    return Lines(*(np.concatenate([a, b[new]]) for a, b in pairs))  # type: ignore[index]
 
 
 def _proved(recording: Recording, case: Case, straight: Labels, speed: float) -> Lines | None:

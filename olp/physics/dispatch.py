@@ -36,4 +36,5 @@ class Dispatch(MoveTerm):
         return _LESS if values[0] < 0 else 0.0
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        return f"every executed move costs {abs(values[0]) * 1000:.1f} ms {'more' if values[0] > 0 else 'less'}, stop or not"
+        more = "more" if values[0] > 0 else "less"
+        return f"every executed move costs {abs(values[0]) * 1000:.1f} ms {more}, stop or not"

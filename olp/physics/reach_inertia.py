@@ -52,9 +52,8 @@ class ReachInertia(MoveTerm):
 
     def guesses(self, form: Form, case: Case) -> Floats:
         if form.key == "whole arm":
-            return np.array([[1.0, 0.1, 0.05], [1.1, 0.02, 0.02]]) * np.array(
-                [1.0, *[form.parameters[1].high] * 2]
-            )
+            top = form.parameters[1].high
+            return np.array([[1.0, 0.1 * top, 0.05 * top], [1.1, 0.02 * top, 0.02 * top]])
         return np.array([[0.02], [0.12]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
