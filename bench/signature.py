@@ -37,7 +37,7 @@ Labels = NDArray[np.int64]
 RECORDING = read_recording(ROOT / "samples" / "up20")
 MOVES = moves_of_recording(RECORDING)[0]
 ROBOT = RECORDING.robot
-SINGLY = "one move at a time"
+SINGLY, TESTS = "one move at a time", "a whole test"
 
 
 class Outcome(NamedTuple):
@@ -119,7 +119,7 @@ def folds() -> dict[str, tuple[list[NDArray[np.bool_]], float, float]]:
         "two thirds": ([count % 3 != 0], 0.22, 0.0),
         "four fifths": ([count % 5 != 0], 0.35, 0.0),
         "a whole start point": (masks(MOVES.start_labels), 0.80, 3.5),
-        "a whole test": (masks(tests), 1.50, 0.0),
+        TESTS: (masks(tests), 1.50, 0.0),
     }
 
 
@@ -129,9 +129,9 @@ def chosen(outcome: Outcome) -> str:
     return ", ".join(f"{n} {c}x" for n, c in zip(names.tolist(), count.tolist(), strict=True))
 
 
-def per_fold(outcome: Outcome, masks_: list[NDArray[np.bool_]]) -> str:
-    means = [float(outcome.percent[np.isin(outcome.rows, np.nonzero(m)[0])].mean()) for m in masks_]
-    return " ".join(f"{m:.2f}" for m in means)
+def per_fold(outcome: Outcome, masks_: list[NDArray[np.bool_]]) -> list[float]:
+    """[%] mean error of each fold."""
+    return [float(outcome.percent[np.isin(outcome.rows, np.nonzero(m)[0])].mean()) for m in masks_]
 
 
 def figures() -> bool:
@@ -150,7 +150,9 @@ def figures() -> bool:
             flush=True,
         )
         if len(found.totals) > 1:
-            print(f"{'':22s} {per_fold(found, out)}")
+            print(f"{'':22s} " + " ".join(f"{m:.2f}" for m in per_fold(found, out)))
+        # Of tests each is asked, of start points the mean.
+        mean = max(per_fold(found, out)) if name == TESTS else mean
         good &= mean <= asked and (not worst or most <= worst)
     return good
 
