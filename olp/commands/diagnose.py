@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
 
-SUMMARY = "find what a simulation left out, from a recording: which physics, how much, and whether that holds"
+if TYPE_CHECKING:
+    from olp.recording import Recording
+
+SUMMARY = "name the physics that a simulation left out, by a recording of the robot"
+
+_WIDTH = 100  # characters of a line where no terminal says how wide it is
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "recording", metavar="RECORDING", help="a folder with moves.csv, or such a file (docs/recording.md)"
     )
-    parser.add_argument("--job", metavar="JOB", help="the program that ran, for the lines in the report")
+    parser.add_argument(
+        "--job", metavar="JOB", help="the program that ran, for its lines (default: that of recording.toml)"
+    )
     parser.add_argument("--robot", metavar="R", help="the robot, instead of the recording's")
     parser.add_argument(
         "--json", metavar="OUT", help="the whole answer, schema olp.diagnosis/1; - for standard output"
@@ -28,7 +36,6 @@ def run(args: Namespace) -> int:
 
     from olp.commands.time import print_diagnostics
     from olp.diagnosis.diagnose import diagnose_recording
-    from olp.diagnosis.report_text import text_report
     from olp.files import refuse_inputs, write_output
     from olp.recording import read_recording
     from olp.robots.library import load_robot
@@ -39,27 +46,67 @@ def run(args: Namespace) -> int:
             refuse_inputs(output, inputs)
     robot = load_robot(args.robot) if args.robot else None
     recording = read_recording(args.recording)
+    recording, job_text = _with_job(recording, args.job)
+    print_diagnostics(recording.diagnostics)
     outcome = diagnose_recording(recording, robot)
     if args.json:
         write_output(args.json, (json.dumps(outcome.diagnosis.to_json(), indent=1) + "\n").encode())
     if args.html:
         from olp.diagnosis.html import html_report
 
-        write_output(args.html, html_report(outcome, recording, _text_of(args.job)).encode())
+        log = outcome.log.to_json() if outcome.log is not None else None
+        write_output(args.html, html_report(outcome, recording, job_text, log_summary=log).encode())
+    if "-" not in (args.json, args.html):
+        from olp.diagnosis.report_text import text_report
+
+        print(text_report(outcome.diagnosis, outcome.case, *_terminal()), end="")
     if args.next:
         from olp.diagnosis.next_job import write_experiment_job
 
-        write_experiment_job(outcome.diagnosis.next_experiment, recording, args.next)
-    print_diagnostics(recording.diagnostics)
-    if args.json != "-":
-        print(text_report(outcome.diagnosis, outcome.case))
+        print_diagnostics(write_experiment_job(outcome.diagnosis.next_experiment, recording, args.next))
     return 0
 
 
-def _text_of(job: str | None) -> str | None:
-    """The program as text, for the report."""
-    if job is None:
-        return None
-    import olp
+def _terminal() -> tuple[int, bool]:
+    """Characters per line, and whether somebody sees colour."""
+    import shutil
+    import sys
 
-    return olp.read(job).to_bytes().decode(errors="replace")
+    from olp.colour import wanted
+
+    columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else _WIDTH
+    return columns, wanted(sys.stdout)
+
+
+def _with_job(recording: Recording, job: str | None) -> tuple[Recording, dict[str, str] | None]:
+    """The recording with the program's name where moves have lines only, and the program's text by its name.
+
+    Raises OlpError: what is wrong with the program; N011 where moves are of lines that it does not have.
+    """
+    from dataclasses import replace
+    from pathlib import Path
+
+    import olp
+    from olp.diagnostic import OlpError, Severity, error
+
+    if job is None:
+        settings = recording.settings
+        path = Path(settings.file).parent / settings.job
+        if not settings.job or not path.is_file():
+            return recording, None
+        job = str(path)
+    program = olp.read(job)
+    bad = [d for d in program.diagnostics if d.severity is Severity.ERROR]
+    if bad:
+        raise OlpError(*bad)
+    name, text = Path(job).name, program.to_bytes().decode(errors="replace")
+    moves = recording.moves
+    if (moves.line > 0).any() and not any(moves.job):
+        recording = replace(recording, moves=replace(moves, job=(name,) * len(moves)))
+    last = max(
+        (n for n, of in zip(moves.line.tolist(), recording.moves.job, strict=True) if of == name), default=0
+    )
+    if last > len(text.splitlines()):
+        says = f"line {last} of {recording.path} is not in this program, which has {len(text.splitlines())} lines"
+        raise OlpError(error("N011", says, file=job, help="name the program that ran"))
+    return recording, {name: text}
