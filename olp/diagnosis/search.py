@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 
 PRICE = 6.0  # of a name, in BIC
 MOST = 5  # names in one answer
+_MOVES_PER_NAME = 10  # fewer moves are no evidence
 
 
 class Effort(NamedTuple):
@@ -82,9 +83,13 @@ def search(case: Case, noise: Noise, shelf: Shelf, effort: Effort) -> list[Fit]:
         return found[key]
 
     empty = keep(Model())
+    most = min(effort.most, len(case) // _MOVES_PER_NAME)
+    if most == 0:
+        return [empty]
     singles = _singles(shelf, keep)
-    _pairs(shelf, empty, singles, case, noise, effort, keep)
-    for size in range(2, effort.most):
+    if most > 1:
+        _pairs(shelf, empty, singles, case, noise, effort, keep)
+    for size in range(2, most):
         best = sorted((f for f in found.values() if len(f.model.parts) == size), key=price)[: effort.beam]
         for fitted in best:
             for part in additions(shelf, fitted, case, noise, effort.additions):

@@ -30,6 +30,12 @@ def floor_of(floor: NoiseFloor, named: Named) -> float:
     return known if named.remains.structured else max(known, spread(left_over(named), named.noise.least))
 
 
+def _within_repeats(named: Named, floor: NoiseFloor) -> bool:
+    """Whether what remains is no more than repeats of the same move scatter: no pattern in it matters then."""
+    known = floor.freedom >= _ENOUGH and floor.floor > 0
+    return known and float(np.mean(left_over(named) ** 2)) <= floor.floor**2
+
+
 def left_over(named: Named) -> Floats:
     """(n,) [s] of the moves that are not late."""
     return np.asarray(named.clean.measured - named.fit.model.seconds(named.clean))
@@ -37,7 +43,8 @@ def left_over(named: Named) -> Floats:
 
 def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
     """One of VERDICTS, from the durations alone."""
-    structured, above = named.remains.structured, _above_repeats(named, floor)
+    above = _above_repeats(named, floor)
+    structured = named.remains.structured and not _within_repeats(named, floor)
     if not found:
         return "unexplained" if structured or above else "no-mismatch"
     if not structured and not above:

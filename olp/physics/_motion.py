@@ -41,6 +41,7 @@ class Motion:
     cycle: float = 0.0  # [s] of which whole durations are multiples; 0: not
     law: str = "stop"  # how rounded corners are passed, one of LAWS
     overlap: float = 1.0  # [1] of the rounding (or of the ramps) that the law uses
+    split: float = 0.5  # [1] of what a corner saves that the move before it gets
 
     def with_(self, **changes: Floats | float | str) -> Motion:
         return replace(self, **changes)  # type: ignore[arg-type]
@@ -54,22 +55,20 @@ class Motion:
         rounded = (self.round_start > 0) | (self.round_end > 0)
         if self.law == "stop" or not rounded.any():
             return np.zeros_like(self.way)
-        start = self._saving(self.round_start, self.accelerate)
-        return np.asarray(
-            np.minimum(start + self._saving(self.round_end, self.decelerate), 0.9 * self._travel())
-        )
+        start = (1.0 - self.split) * self._saving(self.round_start, self.accelerate)
+        end = self.split * self._saving(self.round_end, self.decelerate)
+        return np.asarray(np.minimum(start + end, 0.9 * self._travel()))
 
     def _saving(self, rounding: Floats, slow: Floats) -> Floats:
-        """(n,) [s] by one corner, for one of its two moves."""
-        ramp, reach = self.speed / slow, np.minimum(self.overlap * rounding, 0.5 * self.way)
+        """(n,) [s] by one corner, for both of its moves together. No corner is rounded beyond the middle of a move."""
+        ramp, reach = self.speed / slow, self.overlap * np.minimum(rounding, 0.5 * self.way)
         if self.law == "full":
-            saved = 0.5 * self.overlap * ramp
+            saved = self.overlap * ramp
         elif self.law == "distance":
-            saved = np.minimum(reach / self.speed, 0.5 * ramp)
+            saved = np.minimum(2.0 * reach / self.speed, ramp)
         else:
             inside = 2.0 * reach * slow <= self.speed**2
-            late = np.where(inside, np.sqrt(2.0 * reach / slow), 0.5 * ramp + reach / self.speed)
-            saved = 0.5 * late
+            saved = np.where(inside, np.sqrt(2.0 * reach / slow), 0.5 * ramp + reach / self.speed)
         return np.asarray(np.where(rounding > 0, saved, 0.0))
 
     def _travel(self) -> Floats:
@@ -121,7 +120,7 @@ class Motion:
         return replace(self, **parts)
 
 
-_COLUMNS = tuple(name for name in Motion.__slots__ if name not in ("cycle", "law", "overlap"))
+_COLUMNS = tuple(name for name in Motion.__slots__ if name not in ("cycle", "law", "overlap", "split"))
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

@@ -34,17 +34,24 @@ class Blending(MoveTerm):
         ramps = Parameter("overlap", "1", 0.0, 1.3, np.nan, False, "of a braking and the next ramp")
         forms = [Form("full", (ramps,), _EQUATIONS["full"])]
         if case.base.round_end.max() > _UNKNOWN:
+            split = Parameter(
+                "split", "1", 0.0, 1.0, 0.5, False, "of what is saved that the move before gets"
+            )
             forms += [Form(key, (rounding,), _EQUATIONS[key]) for key in ("braking", "distance")]
+            forms.append(Form("braking, split", (rounding, split), _EQUATIONS["braking"]))
         return tuple(forms)
 
     def lacks(self, case: Case) -> str:
         return "" if self.forms(case) else "moves with rounded ends (blend_mm or pl)"
 
     def guesses(self, form: Form, case: Case) -> Floats:
-        return np.array([[0.02], [0.5], [1.0]])
+        overlaps = np.array([[0.02], [0.5], [1.0]])
+        return overlaps if len(form.parameters) == 1 else np.hstack([overlaps, np.full_like(overlaps, 0.5)])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        return motion.with_(law=form.key, overlap=float(values[0]))
+        law = form.key.split(",")[0]
+        split = float(values[1]) if len(values) > 1 else 0.5
+        return motion.with_(law=law, overlap=float(values[0]), split=split)
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         if values[0] < 0.02:
@@ -52,6 +59,8 @@ class Blending(MoveTerm):
         if form.key == "full":
             return f"at rounded corners {values[0]:.0%} of the braking overlaps with the next ramp"
         how = (
-            "as long as braking there takes" if form.key == "braking" else "as long as it takes at full speed"
+            "as long as braking there takes"
+            if form.key.startswith("braking")
+            else "as long as it takes at full speed"
         )
         return f"moves overlap over {values[0]:.0%} of the rounding, {how}"

@@ -9,6 +9,8 @@ from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 ALL = -1  # axes together, by their rated speeds
+_SLOWEST = 0.25  # of a rated speed: no drive is slower
+_FEWEST = 4  # moves
 _QUANTILES = (0.3, 0.6, 0.85, 0.95, 0.985)
 
 
@@ -23,36 +25,21 @@ class JointSpeedLimit(MoveTerm):
     def forms(self, case: Case) -> tuple[Form, ...]:
         if case.rates is None:
             return ()
+        rated = case.rates.rated
         forms = []
-        if case.rates.rated is not None and (_asked(case, ALL) > 0).sum() >= 4:
-            asked = _asked(case, ALL)
-            share = Parameter(
-                "share",
-                "1",
-                0.2 * float(np.quantile(asked[asked > 0], 0.05)),
-                float(asked.max()),
-                np.inf,
-                True,
-                "of the rated axis speeds",
-            )
-            forms.append(Form("all", (share,), r"\dot s \le k \min_j V_j / |q_j'(s)|"))
+        if rated is not None:
+            forms += _form(case, ALL, "all", "share", "1", _SLOWEST, "of the rated axis speeds")
         for axis, name in enumerate(case.rates.names):
-            asked = _asked(case, axis)
-            if (asked > 0).sum() < 4:
-                continue
-            high, low = float(asked.max()), float(np.quantile(asked[asked > 0], 0.05))
-            limit = Parameter(
-                f"limit_{name.lower()}", "rad/s", 0.2 * low, high, np.inf, True, f"of axis {name}"
-            )
-            forms.append(Form(name, (limit,), r"\dot s \le V_j / |q_j'(s)|", axis))
+            least = 0.0 if rated is None else _SLOWEST * float(rated[axis])
+            forms += _form(case, axis, name, f"limit_{name.lower()}", "rad/s", least, f"of axis {name}")
         return tuple(forms)
 
     def lacks(self, case: Case) -> str:
         return "" if case.rates is not None else "a robot, or joint points"
 
     def guesses(self, form: Form, case: Case) -> Floats:
-        asked = _asked(case, form.axis)
-        return np.quantile(asked[asked > 0], _QUANTILES)[:, None]
+        asked, limit = _asked(case, form.axis), form.parameters[0]
+        return np.clip(np.quantile(asked[asked > 0], _QUANTILES), limit.low, limit.high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         """Where the axis would be too fast, the way takes as long as the axis needs; ramps stay what they are."""
@@ -73,6 +60,20 @@ class JointSpeedLimit(MoveTerm):
         if form.axis == ALL:
             return f"no axis turns faster than {values[0]:.1%} of its rated speed"
         return f"axis {form.key} turns no faster than {np.degrees(values[0]):.1f} deg/s"
+
+
+def _form(case: Case, axis: int, key: str, name: str, unit: str, least: float, meaning: str) -> list[Form]:
+    """The form of an axis that some moves ask more of than `least`."""
+    asked = _asked(case, axis)
+    if (asked > 0).sum() < _FEWEST:
+        return []
+    high = float(asked.max())
+    low = max(0.2 * float(np.quantile(asked[asked > 0], 0.05)), least)
+    if low >= 0.98 * high:
+        return []
+    limit = Parameter(name, unit, low, high, np.inf, True, meaning)
+    share = r"k \min_j V_j" if axis == ALL else "V_j"
+    return [Form(key, (limit,), rf"\dot s \le {share} / |q_j'(s)|", axis)]
 
 
 def _rates(case: Case, axis: int) -> Floats:
