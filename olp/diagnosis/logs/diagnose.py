@@ -35,6 +35,7 @@ _FEWEST = 600  # samples
 _NEAR = 1.0  # [s] an offset below which two clocks were meant to agree
 _RIVAL = 10.0  # BIC: a story less worse than that is as good
 _TURNS = 2
+_FAR = 3.0  # times the noise: a rest of that size in motion is no noise, whatever it goes with
 _SHORT_DWELL = 0.05  # [s] beside a dwell that is not looked at
 
 
@@ -128,7 +129,8 @@ class _Case:
         assert self.position is not None
         grows, error = drift(self.position)
         if self.turns >= _TURNS or abs(grows) < max(told.SURE * error, LEAST_RATE):
-            self.pairing = pairing.quicker(1.0, error)
+            known = pairing.clock.rate == 1.0
+            self.pairing = pairing.quicker(1.0 if known else 1 + grows, error)
             return True
         self.turns += 1
         self.pairing = pairing.quicker(1 + grows, error)
@@ -257,9 +259,8 @@ class _Report:
             axes.append(AxisResidual(j + 1, "position", unit, before, after, floor))
             columns = _motion_columns(j, speed, acceleration, case.log.q)
             still = f.use & (np.abs(speed[:, j]) <= 0.01 * np.abs(speed[:, j]).max())
-            quiet = float(left[still].std()) if still.sum() > 200 else floor
             moving = float(left[f.use & ~still].std()) if (f.use & ~still).any() else 0.0
-            if moving > 2 * max(quiet, floor) or goes_with_motion(case.log.time, left, columns, f.use) < 1e-3:
+            if moving > _FAR * floor or goes_with_motion(case.log.time, left, columns, f.use) < 1e-3:
                 structured.add((j + 1, "position"))
                 if after > 1.2 * floor:
                     found += correlates(j + 1, "position", left, columns | _others(case.log), f.use)

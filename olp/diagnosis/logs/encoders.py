@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from olp.diagnosis.logs.follow import direction
 from olp.diagnosis.logs.select import Column, Products, best, gain, held_out, intervals, products
+from olp.diagnosis.logs.series import hermite
 from olp.diagnosis.logs.torque import Motion
 from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
 from olp.recording.log import Log
@@ -25,6 +26,7 @@ SKEW, TWIST, PLAY = "clock", "joint-compliance", "backlash"
 _COLUMNS = (Column(""), Column(SKEW), Column(TWIST, positive=False), Column(PLAY))
 _ALIKE = 0.25  # of their mean: how far the axes' times may be apart and still be one clock
 _LEAST = 0.1
+_NO_TIME = 1e-5  # [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,12 @@ def link_columns(log: Log) -> dict[int, Floats]:
 def encoders(log: Log, moved: Motion, usable: Mask) -> Encoders | None:
     """What the second encoders tell; None without them."""
     links = link_columns(log)
-    found = [a for axis, link in links.items() if (a := _axis(log, moved, usable, axis, link)) is not None]
+    # A delay is more than speed times time: at high acceleration the rest would pass for a twist.
+    about = [_late(log, moved, usable, axis, link) for axis, link in links.items()]
+    common = float(np.median(about)) if about else 0.0
+    found = [
+        a for axis, link in links.items() if (a := _axis(log, moved, usable, axis, link, common)) is not None
+    ]
     if not found:
         return None
     late = np.array([a.late[0] for a in found if SKEW in a.terms])
@@ -82,8 +89,20 @@ def encoders(log: Log, moved: Motion, usable: Mask) -> Encoders | None:
     return Encoders(tuple(found), middle, middle - half, middle + half)
 
 
-def _axis(log: Log, moved: Motion, usable: Mask, axis: int, link: Floats) -> EncoderAxis | None:
+def _late(log: Log, moved: Motion, usable: Mask, axis: int, link: Floats) -> float:
+    """[s] by speed alone."""
+    use = usable & np.isfinite(link)
+    difference, speed = (link - log.q[:, axis])[use], moved.speed[use, axis]
+    speed = speed - speed.mean()
+    return -float((difference * speed).sum()) / max(float((speed**2).sum()), 1e-300)
+
+
+def _axis(log: Log, moved: Motion, usable: Mask, axis: int, link: Floats, about: float) -> EncoderAxis | None:
     speed = moved.speed[:, axis]
+    if abs(about) > _NO_TIME:
+        # The column of a delay of that very size, per second of it.
+        shifted = hermite(log.time, log.q[:, axis : axis + 1], log.time - about)[:, 0]
+        speed = (log.q[:, axis] - shifted) / about
     by_torque = log.torque is not None
     load = log.torque[:, axis] if log.torque is not None else moved.acceleration[:, axis]
     difference = link - log.q[:, axis]

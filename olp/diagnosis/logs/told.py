@@ -178,7 +178,7 @@ def of_clock(
         offset = clock.offset + clock.rate * late if joint else clock.offset
         width = 1.96 * (error if joint else clock.offset_error)
         if joint and position is not None:
-            offset_sure = position.clock and position.zero != position.late
+            offset_sure = position.clock and abs(late - position.zero) > _LEAST_OFFSET * period
         else:
             offset_sure = abs(offset) > max(SURE * clock.offset_error, _LEAST_OFFSET * period)
         offset_sure = offset_sure and abs(offset) < _NEAR and not pairing.retimed
