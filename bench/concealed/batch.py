@@ -20,19 +20,26 @@ def _one(task: tuple[int, int, str, int, str]) -> str:
         log = make_log(seed, index, family, turn)
         write_log(log, Path(folder))
         return log.name
-    case = make(seed, index, family, turn)
+    try:
+        case = make(seed, index, family, turn)
+    except RuntimeError as problem:
+        print(f"\n{problem}", file=sys.stderr)
+        return ""
     write(case, Path(folder))
     return case.name
 
 
 def generate_all(seed: int, count: int, folder: Path, jobs: int, families: tuple[str, ...] = ()) -> list[str]:
-    """The names of the cases written under `folder`: the first `count` of this seed, those of `families`."""
+    """The names of the cases written under `folder`: the first `count` of this seed, those of `families`.
+
+    A case that no draw can make (its effect cannot be as large as the family asks) is told and left out.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     tasks = [(seed, i, f, t, str(folder)) for i, (f, t) in schedule(count) if not families or f in families]
     with multiprocessing.get_context("spawn").Pool(jobs) as pool:
         names = []
         for name in pool.imap_unordered(_one, tasks):
-            names.append(name)
+            names += [name] if name else []
             print(f"\r{len(names)} of {len(tasks)}", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
     return sorted(names)
