@@ -150,6 +150,8 @@ def parameter(term: str, hidden: Hidden, world: World, retuned: bool = False) ->
         return {"share": {"value": h * G / a, "unit": "1"}}  # of the acceleration, straight up
     if term == "jerk":
         return {"jerk": {"value": a / h, "unit": "m/s^3"}}
+    if term in ("joint-speed-limit", "joint-acceleration-limit"):
+        return {"share": {"value": 1 / h, "unit": "1"}}  # of the robot file's limits
     if term == "clock":
         return {"rate": {"value": 1 + h * hidden.choice, "unit": "1"}}
     return {}
