@@ -77,6 +77,9 @@ class Case:
         default_factory=lambda: np.zeros(0, np.int64)
     )  # (n,) equal: programmed alike
     derived: dict[str, Floats] = field(default_factory=dict)  # what terms work out once per case
+    numbers: Mapping[str, float] = field(
+        default_factory=dict
+    )  # of the moves a model was fitted to, see `number`
 
     def __len__(self) -> int:
         return len(self.move)
@@ -104,6 +107,25 @@ class Case:
             self.derived[name] = make()
         return self.derived[name]
 
+    def number(self, name: str, make: Callable[[], float]) -> float:
+        """One number of all moves that a form refers to (a median, a least value).
+
+        Moves of another program are predicted with the number of the moves that the model was fitted to, `numbers`.
+        """
+        if name in self.numbers:
+            return self.numbers[name]
+        return float(self.once(f"{_NUMBER}{name}", lambda: np.array([make()]))[0])
+
+    @property
+    def numbers_used(self) -> dict[str, float]:
+        """Those that the terms have asked for so far."""
+        own = {
+            key.removeprefix(_NUMBER): float(value[0])
+            for key, value in self.derived.items()
+            if key.startswith(_NUMBER)
+        }
+        return {**self.numbers, **own}
+
     @property
     def unit(self) -> str:
         """ "m" of ways, "rad" when all moves are joint moves."""
@@ -115,12 +137,15 @@ class Case:
         return self.once("ratio", self._ratio)
 
     def _ratio(self) -> Floats:
-        ones = np.ones(len(self))
+        return np.where(self.joint & self.moving, self.number("ratio", self._angular), 1.0)
+
+    def _angular(self) -> float:
+        """[rad/m] of joint moves beside straight ones; 1 where all are of one kind."""
         angular, straight = self.joint & self.moving, ~self.joint & self.moving
         if not angular.any() or not straight.any():
-            return ones
+            return 1.0
         pace = self.base.accelerate
-        return np.where(self.joint, np.median(pace[angular]) / np.median(pace[straight]), ones)
+        return float(np.median(pace[angular]) / np.median(pace[straight]))
 
     @property
     def pace(self) -> float:
@@ -150,6 +175,7 @@ class Case:
         )
 
 
+_NUMBER = "number "
 _COLUMNS = (
     *("move", "measured", "simulated", "moving", "joint", "start", "end", "turn", "stop_start", "stop_end"),
     *("blend", "blend_start", "corner", "payload", "payload_inertia", "t_start", "cycle", "line", "repeats"),

@@ -38,12 +38,17 @@ class Payload(MoveTerm):
         return np.array([[0.02], [0.1]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        least = float(np.nanmin(case.payload)) if form.key else 0.0
+        least = _lightest(case) if form.key else 0.0
         less = 1.0 + values[0] * np.nan_to_num(case.payload - least)
         return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        least, most = float(np.nanmin(case.payload)), float(np.nanmax(case.payload))
+        least, most = _lightest(case), float(np.nanmax(case.payload))
         base = least if form.key else 0.0
         less = 1.0 - 1.0 / (1.0 + values[0] * (most - base))
         return f"with {most:.4g} kg there is {less:.0%} less acceleration than with {base:.4g} kg"
+
+
+def _lightest(case: Case) -> float:
+    """[kg]"""
+    return case.number("lightest payload", lambda: float(np.nanmin(case.payload)))

@@ -97,8 +97,8 @@ def _weight(case: Case, key: str, end: int) -> Floats:
     if key == "across":
         square = square * _across(case, end) ** 2
     elif key:
-        both = np.concatenate(reaches)
-        square = square - float(np.nanmedian(both)) ** 2
+        middle = case.number("middle reach", lambda: float(np.nanmedian(np.concatenate(reaches))))
+        square = square - middle**2
     return np.where(case.joint | ~case.moving, 0.0, np.nan_to_num(square))
 
 
