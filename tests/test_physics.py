@@ -1,0 +1,300 @@
+"""What holds for every term and every form of it, whatever it is; found by listing, so that a new one is tested too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.physics_page import CYCLE, PAGE, page, rich_case
+from olp.diagnosis.html.mathml import mathml
+from olp.diagnosis.model import Model, Part
+from olp.diagnosis.result import PHASES
+from olp.physics import LogTerm, MoveTerm, load_term, term_names
+
+CONTRACT = (
+    "acceleration",
+    "jerk",
+    "gravity",
+    "reach-inertia",
+    "payload",
+    "payload-inertia",
+    "joint-acceleration-limit",
+    "joint-speed-limit",
+    "torque-speed",
+    "speed-clamp",
+    "orientation-limit",
+    "speed-scale",
+    "settling",
+    "dispatch",
+    "blending",
+    "cycle-quantisation",
+    "warm-up",
+    "external-wait",
+    "viscous-friction",
+    "coulomb-friction",
+    "servo-lag",
+    "joint-compliance",
+    "backlash",
+    "clock",
+)
+
+CASE = rich_case()
+LADEN = replace(CASE, payload=CASE.payload + 2.0, derived={})  # no move without a load
+FORMS = [
+    (term, form, case)
+    for case in (CASE, LADEN)
+    for term in map(load_term, term_names())
+    if isinstance(term, MoveTerm) and (case is CASE or term.name == "payload")
+    for form in term.forms(case)
+]
+IDS = [f"{term.name} {form.key}".strip() + ("" if case is CASE else ", laden") for term, form, case in FORMS]
+ROUNDED = (CASE.base.round_start > 0) | (CASE.base.round_end > 0)
+STRAIGHT = CASE.moving & ~CASE.joint
+EVERYTHING = np.ones(len(CASE), dtype=bool)
+WRIST = CASE.rates is not None and (np.abs(CASE.rates.path[:, :, 3:]).max(axis=(1, 2)) > 1e-9)
+
+
+def seconds(term, form, values, case=CASE):
+    return Model((Part(term, form, np.asarray(values, dtype=float)),)).smooth(case)
+
+
+def plain(case=CASE):
+    return Model().smooth(case)
+
+
+def nulls(form):
+    """Values at which a form does nothing; a huge one stands for infinity, none of the corner for a corner's share."""
+    return [0.0 if np.isnan(p.null) else 1e12 if np.isinf(p.null) else p.null for p in form.parameters]
+
+
+def strong(term, form, case):
+    """The guess that does most."""
+    return max(
+        term.guesses(form, case), key=lambda v: np.abs(seconds(term, form, v, case) - plain(case)).sum()
+    )
+
+
+# --- what is known of each --------------------------------------------------------------------------------------------
+
+
+def test_the_listing_of_the_folder_is_the_contracts_list_of_names():
+    assert sorted(CONTRACT) == list(term_names())
+
+
+def test_the_page_is_what_the_terms_say():
+    assert PAGE.read_text(encoding="utf-8") == page(), "python bench/physics_page.py writes it anew"
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_every_term_says_what_it_means_its_trace_its_source_and_what_it_looks_like(name):
+    term = load_term(name)
+    assert term.name == name
+    for words in (term.summary, term.does, term.source):
+        assert 10 < len(words) < 250
+        assert "\n" not in words
+        assert words == words.strip(" .")
+    assert set(term.confusable) <= set(CONTRACT) - {name}
+    assert term.confusable
+    assert isinstance(term, MoveTerm | LogTerm)
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_every_equation_is_set_in_the_report(name):
+    term = load_term(name)
+    forms = term.forms(CASE) if isinstance(term, MoveTerm) else ()
+    equations = [form.equation for form in forms] or [term.equation]
+    if isinstance(term, LogTerm):
+        equations.append(term.equation)
+    assert [e for e in equations if not mathml(e).startswith("<math")] == []
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_terms_of_moves_act_in_a_phase_and_terms_of_logs_have_parameters_and_something_to_see_them_in(name):
+    term = load_term(name)
+    if isinstance(term, MoveTerm):
+        assert term.phase in PHASES
+    if isinstance(term, LogTerm):
+        assert term.parameters
+        assert not term.seen_in(frozenset())
+        assert term.seen_in(frozenset({"command", "speed", "torque", "current", "sim"}))
+
+
+def test_every_term_of_moves_but_waits_has_a_form_in_a_recording_that_tells_everything():
+    assert {term.name for term, _, _ in FORMS} == {
+        n for n in CONTRACT if isinstance(load_term(n), MoveTerm) and n != "external-wait"
+    }
+
+
+@pytest.mark.parametrize("name", [n for n in CONTRACT if isinstance(load_term(n), MoveTerm)])
+def test_a_term_that_cannot_be_told_says_what_is_missing(name):
+    term = load_term(name)
+    silent = replace(
+        CASE,
+        start=np.full((len(CASE), 3), np.nan),
+        end=np.full((len(CASE), 3), np.nan),
+        turn=np.full(len(CASE), np.nan),
+        payload=np.full(len(CASE), np.nan),
+        payload_inertia=np.full(len(CASE), np.nan),
+        t_start=np.full(len(CASE), np.nan),
+        base=CASE.base.with_(
+            speed=np.ones(len(CASE)),
+            accelerate=np.ones(len(CASE)),
+            round_start=np.zeros(len(CASE)),
+            round_end=np.zeros(len(CASE)),
+        ),
+        rates=None,
+        derived={},
+    )
+    told = bool(term.forms(silent))
+    assert not (told and term.lacks(silent))
+    needs = {"gravity", "reach-inertia", "payload", "payload-inertia", "joint-acceleration-limit"}
+    needs |= {"joint-speed-limit", "torque-speed", "orientation-limit", "blending", "warm-up"}
+    assert (name in needs) == bool(term.lacks(silent))
+
+
+# --- forms ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("term", "form", "case"), FORMS, ids=IDS)
+def test_guesses_are_inside_the_bounds_and_do_something(term, form, case):
+    guesses = np.asarray(term.guesses(form, case))
+    low, high = np.array([(p.low, p.high) for p in form.parameters]).T
+    assert guesses.shape == (len(guesses), len(form.parameters))
+    assert len(guesses) > 0
+    assert (low < high).all()
+    assert (guesses >= low * (1 - 1e-12)).all()
+    assert (guesses <= high * (1 + 1e-12)).all()
+    assert np.abs(seconds(term, form, strong(term, form, case), case) - plain(case)).max() > 1e-3
+
+
+@pytest.mark.parametrize(("term", "form", "case"), FORMS, ids=IDS)
+def test_parameters_have_a_unit_a_meaning_and_a_null_that_bounds_or_infinity_allow(term, form, case):
+    for p in form.parameters:
+        assert p.unit
+        assert p.meaning
+        assert not p.log or p.low > 0
+        assert np.isnan(p.null) or np.isinf(p.null) or p.null == 0 or p.low <= p.null <= p.high
+
+
+@pytest.mark.parametrize(("term", "form", "case"), FORMS, ids=IDS)
+def test_a_term_at_its_null_changes_nothing(term, form, case):
+    # The wrist's rated acceleration is a limit without any load, too: only what the load adds is nothing at 0.
+    rates = replace(case.rates, rated_acceleration=np.full(6, 1e9)) if form.key == "limit" else case.rates
+    weak = replace(case, rates=rates, derived={})
+    assert seconds(term, form, nulls(form), weak) == pytest.approx(plain(weak), abs=1e-6)
+
+
+@pytest.mark.parametrize(("term", "form", "case"), FORMS, ids=IDS)
+def test_what_a_term_says_is_one_clause_with_numbers(term, form, case):
+    for values in term.guesses(form, case):
+        says = term.says(form, values, case)
+        assert 10 < len(says) < 160
+        assert says == says.strip(" .")
+        assert not {"\n", "nan", "inf"} & {says, *says.replace("%", " ").split()}
+        assert any(c.isdigit() for c in says) or "no time" in says
+        assert term.doubt(form, values) >= 0
+
+
+def asks(axis, rates, per_metre):
+    """(n,) the most of an axis (-1: of the fastest by `rates`) times what the path does per metre of it."""
+    path = np.abs(CASE.rates.path)
+    share = path[:, :, axis] if axis >= 0 else (path / rates).max(axis=2)
+    return share.max(axis=1) * per_metre
+
+
+def may_act(term, form, values):
+    """(n,) the moves that a form is about; all else has to stay as it was."""
+    base, v = CASE.base, values[0]
+    match term.name:
+        case "settling":
+            return CASE.moving & CASE.stop_end
+        case "payload":
+            return CASE.moving & (CASE.payload > 0)
+        case "payload-inertia":
+            return CASE.moving & WRIST & ((CASE.payload_inertia > 0) | (form.key == "limit"))
+        case "gravity":
+            return STRAIGHT & (np.abs(CASE.end - CASE.start)[:, 2] > 0)
+        case "reach-inertia":
+            return STRAIGHT
+        case "speed-clamp":
+            return CASE.moving & (base.speed > v * CASE.ratio)
+        case "orientation-limit":
+            return STRAIGHT & (CASE.turn > 0)
+        case "blending":
+            return ROUNDED
+        case "joint-speed-limit":
+            return asks(form.axis, CASE.rates.rated, base.speed) > v
+        case "joint-acceleration-limit":
+            return asks(form.axis, CASE.rates.rated_acceleration, base.accelerate) > v
+        case "torque-speed" if form.key == "path power":
+            return base.speed / CASE.ratio > v
+        case "clock" | "cycle-quantisation":
+            return EVERYTHING
+    assert term.name in ("acceleration", "jerk", "speed-scale", "dispatch", "viscous-friction") or (
+        term.name in ("coulomb-friction", "warm-up", "torque-speed")
+    ), "say here in which moves the new term may act"
+    return CASE.moving
+
+
+@pytest.mark.parametrize(("term", "form", "case"), FORMS, ids=IDS)
+def test_a_form_acts_on_the_moves_that_it_is_about_and_on_no_others(term, form, case):
+    for values in (strong(term, form, case), term.guesses(form, case)[-1]):
+        changed = np.abs(seconds(term, form, values, case) - plain(case)) > 1e-9
+        about = CASE.moving if case is LADEN else may_act(term, form, values)
+        assert not (changed & ~about).any()
+    lightest = case is LADEN and form.key == "above the lightest"
+    assert not lightest or not changed[LADEN.payload == LADEN.payload.min()].any()
+
+
+@pytest.mark.parametrize("name", ["settling", "dispatch", "clock", "acceleration", "jerk"])
+def test_terms_of_all_moves_leave_out_none_of_them(name):
+    term = load_term(name)
+    (form,) = term.forms(CASE)
+    changed = np.abs(seconds(term, form, strong(term, form, CASE)) - plain()) > 1e-6
+    assert changed[may_act(term, form, strong(term, form, CASE))].all()
+
+
+@pytest.mark.parametrize(("term", "form", "case"), FORMS, ids=IDS)
+def test_durations_are_finite_and_never_jump_as_a_value_changes(term, form, case):
+    """Where a parameter's grid changes a duration most, halving goes on until a step could only be a jump."""
+    for index, p in enumerate(form.parameters):
+        guess = np.array(term.guesses(form, case)[0], dtype=float)
+
+        def at(place, guess=guess, index=index, log=p.log):
+            values = guess.copy()
+            values[index] = np.exp(place) if log else place
+            return seconds(term, form, values, case)
+
+        low, high = (np.log([p.low, p.high])) if p.log else (p.low, p.high)
+        grid = np.linspace(low, high, 25)
+        durations = np.array([at(place) for place in grid])
+        assert np.isfinite(durations).all()
+        assert (durations[:, case.moving] > 0).all() or p.low < 0 or term.name == "cycle-quantisation"
+        steps = np.abs(np.diff(durations, axis=0))
+        k, move = np.unravel_index(steps.argmax(), steps.shape)
+        a, b = grid[k], grid[k + 1]
+        for _ in range(30):
+            middle = 0.5 * (a + b)
+            one, two, three = (at(x)[move] for x in (a, middle, b))
+            a, b = (a, middle) if abs(two - one) > abs(three - two) else (middle, b)
+        assert abs(at(b)[move] - at(a)[move]) < 1e-4
+
+
+def test_take_of_a_case_gives_the_same_durations_as_the_whole():
+    """What a term works out once per case belongs to that case: halves must not see the whole's columns."""
+    half = np.arange(0, len(CASE), 2)
+    for term, form, case in FORMS:
+        if case is CASE and term.name not in ("warm-up", "cycle-quantisation"):
+            values = strong(term, form, case)
+            motion = term.act(case.take(half).base, form, values, case.take(half))
+            whole = term.act(case.base, form, values, case)
+            same = motion.duration() * motion.rate - (whole.duration() * whole.rate)[half]
+            # The middle of all distances is the recording's own.
+            assert np.abs(same).max() < (0.05 if form.key == "about the middle" else 1e-9), term.name
+
+
+def test_the_cycle_of_the_recording_is_found():
+    (form,) = load_term("cycle-quantisation").forms(CASE)
+    assert load_term("cycle-quantisation").guesses(form, CASE)[0][0] == pytest.approx(CYCLE, rel=2e-4)
