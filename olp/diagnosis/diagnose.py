@@ -43,6 +43,7 @@ class Outcome(NamedTuple):
     predicted: Floats  # (n,) [s] with the findings, waits included
     ladder: tuple[tuple[str, float, float], ...]  # name added, BIC, held-out RMSE [s]; the first is ""
     log: LogDiagnosis | None = None
+    named: Named | None = None  # what the search came to, with its predictions of moves it did not see
 
 
 def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Outcome:
@@ -112,7 +113,7 @@ def _answer(
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
-    return Outcome(diagnosis, case, model, predicted, _ladder(named), log)
+    return Outcome(diagnosis, case, model, predicted, _ladder(named), log, named)
 
 
 def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Finding, ...]:
