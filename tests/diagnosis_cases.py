@@ -45,9 +45,18 @@ class Program:
         return np.hypot(place[:, 0], place[:, 1])
 
 
-def program(rng: np.random.Generator, moves: int = 150, rounded: float = 0.0, speeds: tuple[float, ...] = SPEEDS) -> Program:
+def program(
+    rng: np.random.Generator, moves: int = 150, rounded: float = 0.0, speeds: tuple[float, ...] = SPEEDS
+) -> Program:
     """A few start points, fans of targets, mixed lengths and speeds; `rounded`: share of moves with a rounded end."""
-    points = np.stack([rng.uniform(0.6, 1.6, moves + 1), rng.uniform(-0.8, 0.8, moves + 1), rng.uniform(0.1, 1.2, moves + 1)], 1)
+    points = np.stack(
+        [
+            rng.uniform(0.6, 1.6, moves + 1),
+            rng.uniform(-0.8, 0.8, moves + 1),
+            rng.uniform(0.1, 1.2, moves + 1),
+        ],
+        1,
+    )
     for k in range(1, moves + 1):  # some short ways
         if rng.random() < 0.4:
             way = rng.normal(size=3)
@@ -66,7 +75,11 @@ def play(way: Floats, speed: Floats, up: Floats, down: Floats) -> Floats:
     while moving.any():
         left = way - place
         braking = fast**2 / (2.0 * down) >= left - fast * STEP
-        faster = np.where(braking, np.maximum(np.sqrt(np.maximum(2.0 * down * left, 0.0)) - 0.5 * down * STEP, 1e-4), np.minimum(fast + up * STEP, speed))
+        faster = np.where(
+            braking,
+            np.maximum(np.sqrt(np.maximum(2.0 * down * left, 0.0)) - 0.5 * down * STEP, 1e-4),
+            np.minimum(fast + up * STEP, speed),
+        )
         step = 0.5 * (fast + faster) * STEP
         last = moving & (step >= left)
         time[last] += STEP * left[last] / step[last]
@@ -81,7 +94,15 @@ def play(way: Floats, speed: Floats, up: Floats, down: Floats) -> Floats:
 Effect = Callable[[Program, np.random.Generator], Floats]
 
 
-def write(folder: Path, made: Program, real: Floats, sim: Floats, noise: float, rng: np.random.Generator, **toml: object) -> Path:
+def write(
+    folder: Path,
+    made: Program,
+    real: Floats,
+    sim: Floats,
+    noise: float,
+    rng: np.random.Generator,
+    **toml: object,
+) -> Path:
     """The recording in the contract's format, durations with scatter and to the millisecond."""
     folder.mkdir(parents=True, exist_ok=True)
     measured = np.round(real + noise * rng.normal(size=len(real)), 4)

@@ -1,0 +1,300 @@
+"""Terms against what they claim, worked out another way: in time steps, by an independent solver, by fine sweeps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import diagnosis_cases as planted
+import numpy as np
+import pytest
+import ruckig
+
+from bench.physics_page import rich_case
+from olp.physics import load_term
+from olp.physics._motion import Motion
+
+N = 60
+CASE = rich_case(moves=150, joint_moves=0, seed=11)
+STRAIGHT = np.nonzero(CASE.moving & ~CASE.joint)[0]
+
+
+def motions(seed=3, unequal=True, jerk=True, n=N):
+    """Random moves between stops, half of them too short for their speed."""
+    rng = np.random.default_rng(seed)
+    speed, up = 10 ** rng.uniform(-1.5, 0.3, n), 10 ** rng.uniform(-0.3, 1.0, n)
+    down = up * 10 ** rng.uniform(-0.5, 0.5, n) if unequal else up
+    way = speed * speed / up * 10 ** rng.uniform(-1.5, 1.5, n)
+    zero = np.zeros(n)
+    jerks = up / 10 ** rng.uniform(-2.0, 0.0, n) if jerk else np.full(n, np.inf)
+    return Motion(way, speed, up, down, jerks, zero, zero, zero, zero, np.ones(n))
+
+
+# --- the time law -----------------------------------------------------------------------------------------------------
+
+
+def test_ramps_without_jerk_take_what_a_time_stepped_drive_takes():
+    """That drive brakes when it must, and is good to a few steps."""
+    motion = motions(jerk=False)
+    played = planted.play(motion.way, motion.speed, motion.accelerate, motion.decelerate)
+    assert motion.duration() == pytest.approx(played, abs=8 * planted.STEP)
+
+
+@pytest.mark.parametrize("unequal", [False, True])
+def test_jerk_limited_moves_take_what_ruckig_takes(unequal):
+    motion = motions(seed=4, unequal=unequal)
+    expected = []
+    for k in range(N):
+        task = ruckig.InputParameter(1)
+        task.target_position = [float(motion.way[k])]
+        task.max_velocity = [float(motion.speed[k])]
+        task.max_acceleration, task.min_acceleration = (
+            [float(motion.accelerate[k])],
+            [-float(motion.decelerate[k])],
+        )
+        task.max_jerk = [float(motion.jerk[k])]
+        trajectory = ruckig.Trajectory(1)
+        assert ruckig.Ruckig(1).calculate(task, trajectory) in (ruckig.Result.Working, ruckig.Result.Finished)
+        expected.append(trajectory.duration)
+    short = motion.duration() < motion.way / motion.speed * 1.5
+    assert 5 < short.sum() < N - 5
+    assert motion.duration() == pytest.approx(expected, rel=1e-6)
+
+
+def test_jerk_limited_moves_take_what_stepping_through_time_takes():
+    """Ramps to many speeds are stepped; the right one is the one whose two ramps cover the way."""
+    motion = motions(seed=5, n=10)
+    peaks = motion.speed * np.linspace(0.01, 1.0, 150)[:, None]
+    up, there = _stepped_ramp(peaks, motion.accelerate, motion.jerk)
+    down, back = _stepped_ramp(peaks, motion.decelerate, motion.jerk)
+    for k in range(10):
+        covered, took = (there + back)[:, k], (up + down)[:, k]
+        if covered[-1] > motion.way[k]:
+            expected = np.interp(motion.way[k], covered, took)
+        else:
+            expected = took[-1] + (motion.way[k] - covered[-1]) / motion.speed[k]
+        assert motion.duration()[k] == pytest.approx(expected, rel=1e-2, abs=2e-3)
+
+
+def _stepped_ramp(peaks, acceleration, jerk, step=4e-4):
+    """Time and way from rest to `peaks`, in steps: more acceleration as long as it can be taken back in time."""
+    fast, push, way, time = (np.zeros_like(peaks) for _ in range(4))
+    on = np.ones(peaks.shape, dtype=bool)
+    while on.any():
+        build = on & (fast + push * push / (2 * jerk) < peaks)
+        push = np.where(
+            build, np.minimum(push + jerk * step, acceleration), np.maximum(push - jerk * step, 0.0)
+        )
+        faster = fast + push * step
+        way += np.where(on, 0.5 * (fast + np.minimum(faster, peaks)) * step, 0.0)
+        time += np.where(on, step, 0.0)
+        fast = np.where(on, np.minimum(faster, peaks), fast)
+        on &= (fast < peaks - 1e-9) & (build | (push > 0))
+    return time, way
+
+
+def test_a_slower_ramp_never_makes_a_move_shorter():
+    motion = motions(seed=6)
+    for name in ("accelerate", "decelerate", "jerk", "speed"):
+        slower = motion.with_(**{name: 0.8 * getattr(motion, name)})
+        assert (slower.duration() >= motion.duration() - 1e-7).all()
+
+
+# --- corners ----------------------------------------------------------------------------------------------------------
+
+
+def corner(law, rounding, way=1.0, speed=0.5, slow=2.0, overlap=1.0):
+    """[s] that one corner saves of two moves."""
+    one, zero = np.ones(2), np.zeros(2)
+    start, end = np.array([0.0, rounding]), np.array([rounding, 0.0])
+    stop = Motion(way * one, speed * one, slow * one, slow * one, np.inf * one, start, end, zero, zero, one)
+    return float(stop.duration().sum() - stop.with_(law=law, overlap=overlap).duration().sum())
+
+
+@pytest.mark.parametrize("rounding", [0.001, 0.01, 0.03, 0.06, 0.1, 0.2])
+def test_braking_overlaps_for_as_long_as_the_last_millimetres_take(rounding):
+    """The next move begins when the first one, stepped through time, is within the rounding."""
+    step, speed, slow = 1e-5, 0.5, 2.0
+    left, fast, late = speed**2 / (2 * slow) + 0.3, speed, 0.0
+    while left > 0 and fast > 0:
+        fast = min(speed, np.sqrt(2 * slow * left))
+        late += step * (left <= rounding)
+        left -= fast * step
+        if left < 1e-9:
+            break
+    assert corner("braking", rounding) == pytest.approx(late, abs=2e-3)
+
+
+def test_full_overlap_saves_a_ramp_and_distance_the_time_at_full_speed_but_no_more():
+    ramp = 0.5 / 2.0
+    assert corner("full", 0.01) == pytest.approx(ramp)
+    assert corner("full", 0.01, overlap=0.4) == pytest.approx(0.4 * ramp)
+    assert corner("distance", 0.01) == pytest.approx(2 * 0.01 / 0.5)
+    assert corner("distance", 0.2) == pytest.approx(ramp)
+    assert corner("stop", 0.2) == 0.0
+
+
+def test_a_corner_passed_at_full_speed_is_one_long_move():
+    """Two collinear moves with a full overlap take the time of both as one."""
+    one = Motion(*(np.array([v]) for v in (2.0, 0.5, 2.0, 2.0, np.inf, 0.0, 0.0, 0.0, 0.0, 1.0)))
+    two = one.with_(way=np.array([1.0]))
+    assert 2 * two.duration()[0] - corner("full", 0.05) == pytest.approx(one.duration()[0])
+
+
+@pytest.mark.parametrize("law", ["braking", "distance", "full"])
+def test_no_corner_saves_more_than_a_move_takes(law):
+    for way in (0.001, 0.01, 0.1):
+        assert 0 <= corner(law, 0.2, way=way) < 2 * 0.9 * 2 * np.sqrt(way / 2.0) + 1e-9
+
+
+# --- forces that fall with speed --------------------------------------------------------------------------------------
+
+
+def long_case():
+    """Straight moves that reach their speeds."""
+    rows = STRAIGHT[
+        CASE.base.way[STRAIGHT] > 1.5 * CASE.base.speed[STRAIGHT] ** 2 / CASE.base.accelerate[STRAIGHT]
+    ]
+    assert len(rows) > 20
+    return replace(CASE.take(rows), rates=None, derived={})
+
+
+def ramp_cost(force, speed, steps=20000):
+    """[s] of a ramp beyond its way at full speed: its time by dt = dv/a, less its way by ds = v dt over the speed."""
+    v = (np.arange(steps) + 0.5) * speed / steps
+    took = speed / steps / force(v)
+    return float(took.sum() - (v * took).sum() / speed)
+
+
+@pytest.mark.parametrize("law", ["line", "knee", "power"])
+def test_ramps_of_torque_speed_cost_what_integrating_the_force_costs(law):
+    case, term = long_case(), load_term("torque-speed")
+    form = next(f for f in term.forms(case) if f.key == f"path {law}")
+    seen = 0
+    for values in term.guesses(form, case):
+        moved = term.act(case.base, form, values, case)
+        for k in range(0, len(case), 3):
+            speed, a, v0 = case.base.speed[k], case.base.accelerate[k], values[0]
+            if law != "power" and speed > 0.9 * v0:
+                continue
+            shares = {
+                "line": lambda v, v0=v0: 1 - v / v0,
+                "knee": lambda v, v0=v0, w=values[-1]: np.minimum(1, (1 - v / v0) / (1 - w)),
+                "power": lambda v, v0=v0: np.minimum(1, v0 / v),
+            }
+            expected = ramp_cost(lambda v, a=a, share=shares[law]: a * share(v), speed)
+            assert 0.5 * speed / moved.accelerate[k] == pytest.approx(expected, rel=0.015)
+            seen += expected > 1.02 * 0.5 * speed / a
+    assert seen >= 3
+
+
+def test_no_move_passes_the_speed_at_which_no_torque_is_left():
+    case, term = long_case(), load_term("torque-speed")
+    form = next(f for f in term.forms(case) if f.key == "path line")
+    idle = 0.8 * case.base.speed.max()
+    assert term.act(case.base, form, np.array([idle]), case).speed.max() < idle
+
+
+def test_ramps_of_viscous_friction_cost_what_integrating_the_force_costs():
+    """Both ramps together, where friction takes up to half of the force."""
+    case, term = long_case(), load_term("viscous-friction")
+    (form,) = term.forms(case)
+    loss = 0.5 * form.parameters[0].high
+    moved = term.act(case.base, form, np.array([loss]), case)
+    for k in range(0, len(case), 3):
+        speed, a = case.base.speed[k], case.base.accelerate[k]
+        expected = sum(ramp_cost(lambda v, a=a, s=sign: a + s * loss * v, speed) for sign in (-1, 1))
+        cost = 0.5 * speed / moved.accelerate[k] + 0.5 * speed / moved.decelerate[k]
+        assert cost == pytest.approx(expected, rel=0.06)
+
+
+# --- limits of axes ---------------------------------------------------------------------------------------------------
+
+
+def swept(row, axis, speed_limit=np.inf, acceleration_limit=np.inf, fine=4000):
+    """[s] of the fastest motion along a move: forward and backward over the way, the axis' rate known everywhere."""
+    base, path = CASE.base, np.abs(CASE.rates.path[row, :, axis])
+    place = np.linspace(0.0, 1.0, fine + 1)
+    rate = np.interp(place, np.linspace(0.0, 1.0, len(path)), path)
+    top = np.minimum(base.speed[row], speed_limit / np.maximum(rate, 1e-12))
+    slow = np.minimum(base.accelerate[row], acceleration_limit / np.maximum(rate, 1e-12))
+    step = base.way[row] / fine
+    square = top**2
+    square[0] = square[-1] = 0.0
+    for k in range(fine):
+        square[k + 1] = min(square[k + 1], square[k] + 2 * slow[k] * step)
+    for k in range(fine, 0, -1):
+        square[k - 1] = min(square[k - 1], square[k] + 2 * slow[k] * step)
+    fast = np.sqrt(square)
+    return float((2 * step / (fast[1:] + fast[:-1])).sum())
+
+
+def costs(name, value, axis):
+    """(m, 2) [s] what a limit costs moves from stop to stop: by the term, and by the sweep."""
+    term = load_term(name)
+    form = next(f for f in term.forms(CASE) if f.axis == axis)
+    stop = (CASE.base.round_start == 0) & (CASE.base.round_end == 0)
+    extra = term.act(CASE.base, form, np.array([value]), CASE).duration() - CASE.base.duration()
+    limit = {"speed_limit": value} if name == "joint-speed-limit" else {"acceleration_limit": value}
+    rows = [k for k in STRAIGHT.tolist() if stop[k] and extra[k] > 5e-3][:6]
+    return [(extra[k], swept(k, axis, **limit) - swept(k, axis)) for k in rows]
+
+
+@pytest.mark.parametrize("axis", [0, 2, 4])
+def test_speed_limits_of_axes_cost_what_a_fine_sweep_over_the_way_says(axis):
+    asked = np.abs(CASE.rates.path[STRAIGHT, :, axis]).max(axis=1) * CASE.base.speed[STRAIGHT]
+    found = [
+        pair
+        for value in np.quantile(asked, [0.3, 0.5, 0.8])
+        for pair in costs("joint-speed-limit", value, axis)
+    ]
+    assert len(found) >= 3
+    for cost, expected in found:
+        assert cost == pytest.approx(expected, rel=0.12, abs=4e-3)
+
+
+@pytest.mark.parametrize("axis", [0, 2, 4])
+def test_acceleration_limits_of_axes_cost_what_a_fine_sweep_over_the_way_says(axis):
+    """The term takes the worst place of a ramp for the whole ramp: never too little, and mostly not much more."""
+    asked = np.abs(CASE.rates.path[STRAIGHT, :, axis]).max(axis=1) * CASE.base.accelerate[STRAIGHT]
+    found = [
+        pair
+        for value in np.quantile(asked, [0.3, 0.5, 0.8])
+        for pair in costs("joint-acceleration-limit", value, axis)
+    ]
+    assert len(found) >= 3
+    ratio = np.array([cost / expected for cost, expected in found])
+    assert ratio.min() > 0.98
+    assert np.median(ratio) < 1.2
+    assert ratio.max() < 1.7
+
+
+# --- the lattice of a controller's cycle ------------------------------------------------------------------------------
+
+
+def lattice(measured, resolution=1e-4):
+    case = replace(CASE, measured=measured, resolution=resolution, derived={})
+    term = load_term("cycle-quantisation")
+    forms = term.forms(case)
+    return float(term.guesses(forms[0], case)[0, 0]) if forms else None
+
+
+@pytest.mark.parametrize("cycle", [0.004, 0.008, 0.010, 0.012, 0.016, 0.032])
+def test_the_cycle_that_durations_are_multiples_of_is_found_and_no_part_of_it(cycle):
+    rng = np.random.default_rng(int(cycle * 1e4))
+    measured = np.round(rng.uniform(0.2, 2.5, len(CASE)) / cycle) * cycle + rng.normal(
+        0, 0.03 * cycle, len(CASE)
+    )
+    assert lattice(measured) == pytest.approx(cycle, rel=1e-3)
+
+
+def test_no_cycle_is_found_in_durations_that_are_no_multiples():
+    found = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        found.append(lattice(rng.uniform(0.2, 2.5, len(CASE))))
+    assert found == [None] * 40
+
+
+def test_the_clocks_own_digits_are_no_cycle():
+    rng = np.random.default_rng(8)
+    assert lattice(np.round(rng.uniform(0.2, 2.5, len(CASE)), 2), resolution=0.01) is None
