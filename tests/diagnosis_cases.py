@@ -1,7 +1,7 @@
 """Recordings with a known cause, for the tests of diagnosis: durations by stepping through time, not by a closed form.
 
-`play` walks every move in steps of 0.2 ms: it accelerates while it can still brake in time. All effects are done to what
-it is given, or to what it gives.
+`play` walks every move in steps of 0.2 ms: it accelerates while it can still brake in time. All effects are done to
+what it is given, or to what it gives.
 """
 
 from __future__ import annotations
