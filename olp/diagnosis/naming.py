@@ -19,7 +19,8 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 
-_SMALL = 0.01  # of the variance that all names explain: less is no finding
+_SMALL = 0.01  # of the mean square that all names explain: what the others cannot do without is more
+_DRIFT, _STILL = "warm-up", 0.2  # correlation of neighbours that a drift's own term may leave
 _ROUNDS = 2  # of search and setting waits apart
 
 
@@ -54,8 +55,14 @@ def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> N
     clean_folds = Folds(folds.by, folds.labels[~late])
     selection = confirm.selection(clean, noise, clean_folds)
     best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, selection)
-    left = clean.measured - best.model.seconds(clean)
-    remains = remains_of(left, clean, {name: labels[~late] for name, labels in groups.items()})
+    clean_groups = {name: labels[~late] for name, labels in groups.items()}
+    remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
+    drifting = [k for k, part in enumerate(best.model.parts) if part.term.name == _DRIFT]
+    if drifting and remains.order > _STILL:
+        # What still drifts beside an exponential was none.
+        bare = fit(best.model.without(drifting[0]), clean, noise, 30)
+        best, gains = _confirmed(bare, clean, noise, clean_folds, selection)
+        remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
     return Named(best, late, clean, noise, shelf, clean_folds, selection, gains, remains)
 
 
@@ -72,17 +79,24 @@ def _confirmed(
     """The parts that held-out moves confirm, the weakest removed one at a time."""
     while best.model.parts:
         gains = [confirm.gain_of(best, k, case, noise, folds) for k in range(len(best.model.parts))]
-        sizes = [float(np.mean(c**2)) for c in best.model.contributions(case)]
+        whole = float(np.mean((best.model.seconds(case) - case.simulated) ** 2))
+        alone = [_missed(best, k, case, noise) for k in range(len(best.model.parts))]
         weak = [
             k
             for k, gain in enumerate(gains)
-            if not gain.holds or sizes[k] < _SMALL * sum(sizes) or _seldom(best, k, selection)
+            if not gain.holds or alone[k] < _SMALL * whole or _seldom(best, k, selection)
         ]
         if not weak:
             return best, tuple(gains)
         worst = min(weak, key=lambda k: gains[k].loglik)
         best = fit(best.model.without(worst), case, noise, 30)
     return best, ()
+
+
+def _missed(best: Fit, index: int, case: Case, noise: Noise) -> float:
+    """[s²] mean square by which the prediction changes when the others have to do without part `index`."""
+    others = fit(best.model.without(index), case, noise, 15)
+    return float(np.mean((best.model.seconds(case) - others.model.seconds(case)) ** 2))
 
 
 def _seldom(best: Fit, index: int, selection: confirm.Selection) -> bool:

@@ -55,12 +55,14 @@ def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remai
 def _by_order(residual: Floats) -> list[Correlate]:
     """Autocorrelation (G. Box, D. Pierce, JASA 65, 1970) and the strongest period (R. Fisher, 1929)."""
     n = len(residual)
-    if n < 3 * _FEWEST:
+    if n < _FEWEST:
         return []
     centred = residual - residual.mean()
+    shift = float(residual.mean() / max(float(residual.std(ddof=1)), 1e-12)) * math.sqrt(n)
+    mean = Correlate("mean", shift / math.sqrt(n + shift**2), _two_sided(shift))
     power = float(centred @ centred)
-    if power <= 0:
-        return []
+    if power <= 0 or n < 3 * _FEWEST:
+        return [mean]
     lags = [float(centred[k:] @ centred[:-k]) / power for k in range(1, _LAGS + 1)]
     first = Correlate("previous move", lags[0], _two_sided(lags[0] * math.sqrt(n)))
     together = n * (n + 2) * sum(r**2 / (n - k) for k, r in enumerate(lags, 1))
@@ -68,7 +70,7 @@ def _by_order(residual: Floats) -> list[Correlate]:
     spectrum = np.abs(np.fft.rfft(centred)[1:]) ** 2
     peak = float(spectrum.max() / spectrum.sum())
     fisher = min(1.0, len(spectrum) * (1.0 - peak) ** (len(spectrum) - 1))
-    return [first, box, Correlate("a period in the order of moves", math.sqrt(peak), fisher)]
+    return [mean, first, box, Correlate("a period in the order of moves", math.sqrt(peak), fisher)]
 
 
 def _by_columns(residual: Floats, case: Case) -> list[Correlate]:

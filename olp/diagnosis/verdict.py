@@ -30,10 +30,9 @@ def floor_of(floor: NoiseFloor, named: Named) -> float:
     return known if named.remains.structured else max(known, spread(left_over(named), named.noise.least))
 
 
-def _within_repeats(named: Named, floor: NoiseFloor) -> bool:
-    """Whether what remains is no more than repeats of the same move scatter: no pattern in it matters then."""
-    known = floor.freedom >= _ENOUGH and floor.floor > 0
-    return known and float(np.mean(left_over(named) ** 2)) <= floor.floor**2
+def _within_floor(named: Named, floor: NoiseFloor) -> bool:
+    """Whether what remains is less than the recording's own scatter or digits: no pattern in it matters then."""
+    return bool(floor.floor > 0 and float(np.mean(left_over(named) ** 2)) <= floor.floor**2)
 
 
 def left_over(named: Named) -> Floats:
@@ -44,7 +43,7 @@ def left_over(named: Named) -> Floats:
 def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
     """One of VERDICTS, from the durations alone."""
     above = _above_repeats(named, floor)
-    structured = named.remains.structured and not _within_repeats(named, floor)
+    structured = named.remains.structured and not _within_floor(named, floor)
     if not found:
         return "unexplained" if structured or above else "no-mismatch"
     if not structured and not above:

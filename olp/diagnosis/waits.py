@@ -15,6 +15,8 @@ Mask = NDArray[np.bool_]
 
 _LEVEL = 0.01  # that one clean recording in a hundred may have an outlier
 _MOST = 0.35  # of all moves; more is no exception but a rule
+_SURE = 25.0  # in BIC: fewer and smaller outliers are scatter
+_SCATTERED = 1.8  # times the scatter's variance: so much at least do waits differ between repeats
 _ONE_SIDED = 5  # times as many late moves as early ones
 
 
@@ -29,9 +31,27 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     sigma = spread(residual, least)
     far = threshold(len(case)) * sigma
     late, early = residual > far, residual < -far
+    nothing = np.zeros(len(case), dtype=bool)
     if not late.any() or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
-        return np.zeros(len(case), dtype=bool)
+        return nothing
+    excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
+    if excess < _SURE or _the_same_moves(residual, late, case, sigma):
+        return nothing
     return np.asarray(late, dtype=bool)
+
+
+def _the_same_moves(residual: Floats, late: Mask, case: Case, sigma: float) -> bool:
+    """Whether the late moves are late in every repeat, and always by the same time: that is the move, not a wait."""
+    if len(case.repeats) != len(case):
+        return False
+    always, square, freedom = 0, 0.0, 0
+    for label in np.unique(case.repeats[late]).tolist():
+        alike = residual[case.repeats == label]
+        if len(alike) > 1 and alike.min() > 2.0 * sigma:
+            always += int((late & (case.repeats == label)).sum())
+            square += float(((alike - alike.mean()) ** 2).sum())
+            freedom += len(alike) - 1
+    return always > 0.5 * int(late.sum()) and square < _SCATTERED * freedom * sigma**2
 
 
 def threshold(count: int) -> float:

@@ -114,6 +114,11 @@ class Motion:
             high, low = np.where(over, middle, high), np.where(over, low, middle)
         return 0.5 * (low + high)
 
+    def top(self) -> Floats:
+        """(n,) [m/s] that is reached without jerk: the programmed speed, or less on short ways."""
+        slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
+        return np.asarray(np.minimum(self.speed, np.sqrt(np.maximum(self.way, 1e-9) / slow)))
+
     def take(self, rows: NDArray[np.intp]) -> Motion:
         """Some of the moves."""
         parts = {name: getattr(self, name)[rows] for name in _COLUMNS}

@@ -27,9 +27,6 @@ class ReachInertia(MoveTerm):
             return ()
         top = 8.0 / float(np.max(both)) ** 2
         one = Parameter("growth", "1/m^2", 0.0, top, 0.0, False, "of the inertia with the distance squared")
-        middle = Parameter(
-            "growth", "1/m^2", 0.0, 0.9 / max(float(np.median(both)) ** 2, 1e-6), 0.0, False, one.meaning
-        )
         arm: tuple[Form, ...] = ()
         if _known(case):
             level = Parameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
@@ -44,7 +41,6 @@ class ReachInertia(MoveTerm):
             *arm,
             Form("", (one,), r"a(r) = a / (1 + k r^2)"),
             Form("across", (one,), r"a(r) = a / (1 + k r^2 \cos^2\varphi)"),
-            Form("about the middle", (middle,), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
         )
 
     def lacks(self, case: Case) -> str:

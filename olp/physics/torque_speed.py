@@ -10,6 +10,7 @@ from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 _SPREAD = 1.3  # the fastest over the slowest speed that has to be there
 _MOST = 0.98
+_STEPS = 10  # of speed in a ramp
 
 
 class TorqueSpeed(MoveTerm):
@@ -23,14 +24,15 @@ class TorqueSpeed(MoveTerm):
     def forms(self, case: Case) -> tuple[Form, ...]:
         forms = []
         for key in ("path", "axes"):
-            speed = _speed(case, key)
-            used = speed[case.moving]
+            used = _speed(case, key)[case.moving]
             if len(used) < 4 or float(used.max()) < _SPREAD * max(float(np.quantile(used, 0.1)), 1e-9):
                 continue
-            top = float(used.max())
-            unit = f"{case.unit}/s" if key == "path" else "rad/s"
+            top, unit = float(used.max()), _unit(case, key)
             idle = Parameter(
-                "idle_speed", unit, top / _MOST, top * 60.0, np.inf, True, "at which nothing is left"
+                "idle_speed", unit, 0.3 * top, top * 60.0, np.inf, True, "at which nothing is left"
+            )
+            knee = Parameter(
+                "knee", "1", 0.0, 0.95, 0.0, False, "share of the idle speed up to which all is there"
             )
             base = Parameter(
                 "base_speed",
@@ -42,6 +44,7 @@ class TorqueSpeed(MoveTerm):
                 "above which power is constant",
             )
             forms.append(Form(f"{key} line", (idle,), r"a(v) = a\,(1 - v/v_0)"))
+            forms.append(Form(f"{key} knee", (idle, knee), r"a(v) = a\,\min(1, (1 - v/v_0)/(1 - k))"))
             forms.append(Form(f"{key} power", (base,), r"a(v) = a\,\min(1, v_b/v)"))
         return tuple(forms)
 
@@ -49,39 +52,91 @@ class TorqueSpeed(MoveTerm):
         return "" if self.forms(case) else "moves at several speeds"
 
     def guesses(self, form: Form, case: Case) -> Floats:
-        top = float(_speed(case, form.key.split()[0])[case.moving].max())
-        return np.array([[1.3], [3.0], [10.0]] if form.key.endswith("line") else [[0.25], [0.5], [0.8]]) * top
+        key, law = form.key.split()
+        top = float(_speed(case, key)[case.moving].max())
+        if law == "knee":
+            return np.array([[0.8 * top, 0.4], [1.1 * top, 0.6], [1.3 * top, 0.3]])
+        return np.array([[0.9], [1.3], [3.0], [10.0]] if law == "line" else [[0.25], [0.5], [0.8]]) * top
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         key, law = form.key.split()
-        share = _speed(case, key) / values[0]
-        if law == "line":
-            share = np.clip(share, 1e-6, _MOST)
-            less = -np.log1p(-share) / share
-        else:
-            # Ramp v_b/a, then a falls as v_b/v: together (v²/v_b + v_b) / (2 a).
-            less = np.where(share > 1.0, 0.5 * (share + 1.0 / np.maximum(share, 1e-9)), 1.0)
-        return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
+        speed = motion.speed
+        if law != "power":
+            # No motor passes the speed at which nothing is left.
+            speed = np.minimum(speed, _MOST * values[0] / np.maximum(_per_speed(case, key), 1e-12))
+        knee = float(values[1]) if law == "knee" else 0.0
+        slower = motion.with_(speed=speed)
+        return slower.with_(
+            accelerate=_ramp(slower, _along(case, key, 0), values[0], knee, law),
+            decelerate=_ramp(slower, _along(case, key, 1), values[0], knee, law),
+        )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        of = "the path's" if form.key.startswith("path") else "the fastest axis's"
-        unit = form.parameters[0].unit
-        if form.key.endswith("line"):
-            return f"acceleration falls with {of} speed and would be nothing at {values[0]:.3g} {unit}"
-        return f"above {values[0]:.3g} {unit} of {of} speed the acceleration falls as one over the speed"
+        key, law = form.key.split()
+        of = "the path's" if key == "path" else "the fastest axis's"
+        unit = (
+            form.parameters[0].unit.replace("1", "of the rated") if key == "axes" else form.parameters[0].unit
+        )
+        if law == "power":
+            return f"above {values[0]:.3g} {unit} of {of} speed the acceleration falls as one over the speed"
+        above = f" above {values[0] * values[1]:.3g} {unit}" if law == "knee" else ""
+        return f"acceleration falls with {of} speed{above} and would be nothing at {values[0]:.3g} {unit}"
+
+
+def _ramp(motion: Motion, per_speed: Floats, idle: float, knee: float, law: str) -> Floats:
+    """(n,) constant acceleration whose ramp costs as much time as the one whose force depends on the axes' speed.
+
+    `per_speed` (n, m): axis speed per path speed from the ramp's end of the way on. Integrates dt = dv/a and ds = v dt over
+    equal steps of speed (midpoint rule); what a ramp costs is its time less its way at the speed reached, v/2a.
+    """
+    top, plain = motion.top(), motion.accelerate
+    step = top / _STEPS
+    place, time = np.zeros_like(top), np.zeros_like(top)
+    rows, last = np.arange(len(top)), per_speed.shape[1] - 1
+    for k in range(_STEPS):
+        speed = (k + 0.5) * step
+        at = np.minimum(place / np.maximum(motion.way, 1e-9), 1.0) * last
+        low = np.minimum(at.astype(np.int64), last - 1)
+        per = per_speed[rows, low] + (at - low) * (per_speed[rows, low + 1] - per_speed[rows, low])
+        share = per * speed / idle
+        if law == "power":
+            force = np.minimum(1.0, 1.0 / np.maximum(share, 1e-9))
+        else:
+            force = np.clip((1.0 - share) / (1.0 - knee), 1.0 - _MOST, 1.0)
+        took = step / (plain * force)
+        time += took
+        place += speed * took
+    cost = time - place / np.maximum(top, 1e-9)
+    return np.asarray(np.where(cost > 0, 0.5 * top / np.maximum(cost, 1e-12), plain))
+
+
+def _unit(case: Case, key: str) -> str:
+    if key == "path":
+        return f"{case.unit}/s"
+    return "1" if case.rates is not None and case.rates.rated is not None else "rad/s"
 
 
 def _speed(case: Case, key: str) -> Floats:
-    """(n,) of the path, or of the fastest axis at either end."""
-    if key == "path":
-        return np.asarray(case.base.speed / case.ratio)
-    rates = case.rates
-    if rates is None:
-        return np.zeros(len(case))
+    """(n,) that the simulation asks of the path, or of the fastest axis."""
+    return np.asarray(_per_speed(case, key) * case.base.top())
 
-    def fastest() -> Floats:
-        assert rates is not None
-        ends = np.maximum(np.abs(rates.start), np.abs(rates.end)).max(axis=1)
-        return np.asarray(ends * case.base.speed)
 
-    return case.once("fastest axis", fastest)
+def _per_speed(case: Case, key: str) -> Floats:
+    """(n,) the most that the path, or the fastest axis, has per speed of the path."""
+    return np.asarray(_along(case, key, 0).max(axis=1))
+
+
+def _along(case: Case, key: str, end: int) -> Floats:
+    """(n, m) speed of the path, or of the fastest axis (as a share of rated speeds, where they are known), per speed of
+    the path; along the way from its start (0) or from its end (1)."""
+
+    def work_out() -> Floats:
+        rates = case.rates
+        if key == "path" or rates is None:
+            even = 1.0 / case.ratio if key == "path" else np.zeros(len(case))
+            return np.repeat(even[:, None], 2, axis=1)
+        rated = rates.rated if rates.rated is not None else np.ones(rates.path.shape[2])
+        fastest = (np.abs(rates.path) / rated).max(axis=2)
+        return np.asarray(fastest[:, ::-1] if end else fastest)
+
+    return case.once(f"fastest {key} {end}", work_out)

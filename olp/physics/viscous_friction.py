@@ -27,26 +27,30 @@ class ViscousFriction(MoveTerm, LogTerm):
     phase = "accelerate"
 
     def forms(self, case: Case) -> tuple[Form, ...]:
-        speed = (case.base.speed / case.ratio)[case.moving]
-        if not len(speed) or np.ptp(speed) <= 0:
+        share = _shares(case)[case.moving]
+        if not len(share) or np.ptp(share) <= 0:
             return ()
-        loss = Parameter("loss", "s/m", 0.0, _MOST / float(speed.max()), 0.0, False, "of the force per speed")
-        return (Form("", (loss,), r"a_{acc} = a\,(1 - k v),\; a_{dec} = a\,(1 + k v)"),)
+        loss = Parameter(
+            "loss", "1/s", 0.0, _MOST / float(share.max()), 0.0, False, "of acceleration per speed"
+        )
+        return (Form("", (loss,), r"a_{acc} = a - k v,\; a_{dec} = a + k v"),)
 
     def guesses(self, form: Form, case: Case) -> Floats:
         return np.array([[0.3], [0.8]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        """Ramps whose force falls, or grows, with the speed: ∫ dv / (1 ∓ k v)."""
-        share = np.clip(values[0] * motion.speed / case.ratio, 1e-9, _MOST)
+        """Ramps whose force falls, or grows, with the speed: ∫ dv / (a ∓ k v)."""
+        top = motion.top()
+        share = np.clip(values[0] * top / motion.accelerate, 1e-9, _MOST)
+        back = np.clip(values[0] * top / motion.decelerate, 1e-9, None)
         return motion.with_(
             accelerate=motion.accelerate * share / -np.log1p(-share),
-            decelerate=motion.decelerate * share / np.log1p(share),
+            decelerate=motion.decelerate * back / np.log1p(back),
         )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        top = float((case.base.speed / case.ratio)[case.moving].max())
-        return f"friction takes {values[0] * top:.0%} of the force at {top:.3g} {case.unit}/s"
+        most = values[0] * float(_shares(case)[case.moving].max())
+        return f"friction takes up to {most:.0%} of the force at the programmed speeds"
 
     def seen_in(self, columns: frozenset[str]) -> bool:
         return bool(columns & {"torque", "current"})
@@ -55,3 +59,8 @@ class ViscousFriction(MoveTerm, LogTerm):
 def viscous(speed: Floats) -> Floats:
     """Torque (n,) per unit of the coefficient at `speed` (n,) [rad/s | m/s]."""
     return speed
+
+
+def _shares(case: Case) -> Floats:
+    """(n,) [s] speed over acceleration of the simulation."""
+    return np.asarray(case.base.top() / case.base.accelerate)

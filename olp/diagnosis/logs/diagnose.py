@@ -18,7 +18,7 @@ from olp.diagnosis.logs.findings import Named, findings
 from olp.diagnosis.logs.following import BOTH, CLOCK, NONE
 from olp.diagnosis.logs.moves import late_moves
 from olp.diagnosis.logs.pairing import LEAST_RATE, Pairing, pair
-from olp.diagnosis.logs.position import PositionResult, drift, drop, followers, judge
+from olp.diagnosis.logs.position import PositionResult, drift, drop, followers, judge, seconds_left
 from olp.diagnosis.logs.remains import correlates, goes_with_motion, noise_floor, verdict_of
 from olp.diagnosis.logs.result import AxisResidual, ClockFit, LogCorrelate, LogDiagnosis
 from olp.diagnosis.logs.select import held_out
@@ -35,6 +35,10 @@ _FEWEST = 600  # samples
 _NEAR = 1.0  # [s] an offset below which two clocks were meant to agree
 _RIVAL = 10.0  # BIC: a story less worse than that is as good
 _TURNS = 2
+_RETIMED = 0.01  # [s] that axes may be off in time when a clock and their physics are taken out
+_OTHER_TIMES = (
+    "moves take other times in the log than in the simulation: how the axes follow is not judged against it"
+)
 _FAR = 3.0  # times the noise: a rest of that size in motion is no noise, whatever it goes with
 _SHORT_DWELL = 0.05  # [s] beside a dwell that is not looked at
 
@@ -94,9 +98,7 @@ class _Case:
         for stop in self.pairing.dwell:
             self.usable &= np.abs(log.time - stop.time) > abs(stop.extra) + _SHORT_DWELL
         if self.pairing.retimed:
-            self.notes.append(
-                "moves take other times in the log than in the simulation: how the axes follow is not judged against it"
-            )
+            self.notes.append(_OTHER_TIMES)
 
     def follow(self) -> None:
         """The axes against the simulated ones, or against their commands."""
@@ -118,9 +120,16 @@ class _Case:
             self.notes.append("no axis moves long enough to tell how it follows")
             return
         self.position = judge(axes, unfaulted)
-        if self.against_sim and pairing is not None and not self._steady(pairing):
-            self.follow()
-            return
+        if self.against_sim and pairing is not None:
+            if seconds_left(self.position) > max(_RETIMED, 2 * log.period):
+                # A clock and the axes' physics leave no such thing: the moves themselves are other ones.
+                self.pairing, self.position, self.against_sim = replace(pairing, retimed=True), None, False
+                self.notes.append(_OTHER_TIMES)
+                self.follow()
+                return
+            if not self._steady(pairing):
+                self.follow()
+                return
         if self.position.refused:
             self.notes.append("the axes are early or late by different times, which no clock does")
 
@@ -212,8 +221,11 @@ class _Report:
         groups, rivals = self._rivals()
         judged = (*axes, *(a for a in more if case._simulated_effort() is not None or _has_masses(case)))
         named = [n._replace(moves=tuple(m.move for m in moves if m.significant)) for n in self.named]
+        verdict = verdict_of(judged, bool(named), structured | follows)
+        if case.pairing is not None and case.pairing.retimed:
+            verdict = "partly-explained" if named else "unexplained"
         return LogDiagnosis(
-            verdict_of(judged, bool(named), structured | follows),
+            verdict,
             findings(named, rivals),
             groups,
             clocks,

@@ -24,6 +24,7 @@ _BAD = 0.1  # of it that may be left before the window counts as not paired
 _REACH = 20.0  # [s] how far it is looked for
 _WINDOWS = 60
 _ROUNDS = 30
+_RETIMED = 0.08  # [s] scatter of windows: more is no lag of a servo
 _SURE = 4.0  # standard errors of a rate
 LEAST_RATE = 5e-6  # quartz clocks differ by more
 
@@ -233,12 +234,16 @@ def _line(
     steps = _steps(there, when, max(2.5 * log.period, 0.012))
     times = [_longest_rest(log.time, values, when[i], when[i + 1]) for i in steps.tolist()]
     clock, sizes = _fit(there, when, np.array(times))
+    lasting = np.abs(sizes) > max(2.5 * log.period, 0.012)
+    if not lasting.all():
+        times = [t for t, ok in zip(times, lasting, strict=True) if ok]
+        clock, sizes = _fit(there, when, np.array(times))
     if abs(clock.rate - 1) < max(_SURE * clock.rate_error, LEAST_RATE):
         # A rate that is not sure would shift the log's end by more than a servo's lag.
         level, sizes = _fit(there, when, np.array(times), 1.0)
         clock = level._replace(rate_error=clock.rate_error)
     dwell = tuple(Dwell(t, float(s)) for t, s in zip(times, sizes, strict=True))
-    retimed = len(steps) > max(3, len(when) // 4) or clock.scatter > max(0.03, 2 * log.period)
+    retimed = len(steps) > max(3, len(when) // 4) or clock.scatter > max(_RETIMED, 2 * log.period)
     return Pairing(clock, dwell, (), retimed, at, shift)
 
 

@@ -149,6 +149,18 @@ def _clock_gain(results: list[AxisResult], late: float, zero: float) -> tuple[fl
     return mean, student_tail(mean / spread, len(ratio) - 1)
 
 
+def seconds_left(result: PositionResult) -> float:
+    """[s] RMS of what is left of all axes, as time at their own speeds."""
+    off = way = 0.0
+    for axis in result.axes:
+        f = axis.follower
+        left = (f.residual - f.effects(axis.shape, result.late))[f.use]
+        speed = f.seen(f.reference.derivative(1, f.axis, f.reference.grid.step))[f.use]
+        scale = max(float((speed**2).mean()), 1e-300)
+        off, way = off + float(left.var()) / scale, way + 1.0
+    return math.sqrt(off / max(way, 1.0))
+
+
 def drift(result: PositionResult) -> tuple[float, float]:
     """By how much the lateness grows per second [1] and its standard error, everything else free beside it."""
     power = product = 0.0
