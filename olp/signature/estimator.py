@@ -43,6 +43,9 @@ class Estimate(NamedTuple):
     slowness: Floats  # (n,) [s²/m] one over the corrected acceleration (6.1)
     sd: Floats  # (n,) [s²/m] the estimator's own doubt; 0 where it has no opinion
     inside: NDArray[np.bool_]  # (n,) whether the estimator interpolates here
+    seconds: Floats | None = (
+        None  # (n,) [s] of methods that know more than an acceleration; nan where they do not
+    )
 
 
 class Estimator(ABC):

@@ -63,7 +63,7 @@ def ends_of(
     return low, duration + above + extra
 
 
-def learnt_half(spread: Spread, often: NDArray[np.int64]) -> float:
+def learnt_half(spread: Spread, often: NDArray[np.int64] | Floats) -> float:
     """[s] half-width of a sum; `often` (m,): how many times each distinct move, or stretch, runs."""
     own = _NORMAL * spread.own * float(np.sqrt(np.sum(often.astype(np.float64) ** 2)))
     return float(np.hypot(own, spread.quantile * spread.shared * float(np.sum(often))))

@@ -37,6 +37,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+NAMED = "named_terms"  # learnt from the whole recording by a diagnosis
 # Speeds this far apart tell what a stop costs at any speed from what grows with the speed.
 _RATIO = 1.5
 
@@ -58,10 +59,15 @@ def calibrate(
     """The signature of the robot that was recorded, and what there is to say about the recording.
 
     `method`: a name of `estimator_names()`, or "auto": the one that predicts held-out moves and start points of this
-    recording best. `robot`: instead of the recording's. Raises OlpError: H001, H002, H003.
+    recording best, of those that learn from moves alone. `robot`: instead of the recording's. Raises OlpError: H001,
+    H002, H003, of "named_terms" H040 and N010.
     """
     if robot is not None:
         recording = replace(recording, robot=robot)
+    if method == NAMED:
+        from olp.signature.named import signature_of_recording
+
+        return signature_of_recording(recording)
     parts: dict[str, Part] = {}
     straight = recording
     stop = _learn_stop(recording)

@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 STOP, JOINT, CIRCULAR, CORNER = "stop", "joint", "circular", "corner"
+TERMS = "terms"  # of method named_terms: nothing learnt beside the terms, but how wrong they are [s]
 FEWEST = 4  # rows that a part is learnt from
 _FOLDS = 10
 _MANY = 40
@@ -60,6 +61,7 @@ KINDS: Mapping[str, Kind] = {
             ),
             ((), (0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)),
         ),
+        Kind(TERMS, (), ((),)),
     )
 }
 
@@ -105,7 +107,7 @@ def learn_part(
     folds = np.arange(len(measured), dtype=np.int64) % min(_FOLDS, len(measured))
     found = choose(model, start, known.forms, measured, folds, lowest)
     spread = spread_of(found.errors, groups)
-    spread = spread._replace(half=max(spread.half, _of_few(found.errors)))
+    spread = spread._replace(half=max(spread.half, half_of_few(found.errors)))
     quantities = {
         q.name: Parameter(float(value), q.unit, float(sd) if i in found.form else None)
         for i, (q, value, sd) in enumerate(
@@ -118,7 +120,7 @@ def learn_part(
     return part, found
 
 
-def _of_few(errors: Floats) -> float:
+def half_of_few(errors: Floats) -> float:
     """[s] half-width by Student's t: of few errors the largest one covers less than 95 %. 0 of many."""
     if len(errors) >= _MANY:
         return 0.0

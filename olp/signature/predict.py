@@ -78,6 +78,8 @@ def predict(signature: Signature, moves: MoveSet, robot: Robot | None = None) ->
     strain = domain.strain(moves) * np.where(estimate.inside | (novelty > 0.5), 1.0, _OUTSIDE)
     # Of several speeds the part of a stop that does not grow with the speed was learnt by itself.
     duration = duration_of(estimate.slowness, moves) + value_of(signature.parts, STOP, "fixed_time")
+    if estimate.seconds is not None:
+        duration = np.where(np.isfinite(estimate.seconds), estimate.seconds, duration)
     weight = moves.speed * strain
     half = signature.errors.half(novelty) * weight
     # No interval reaches below what the programmed speed allows.

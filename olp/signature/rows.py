@@ -6,6 +6,7 @@ Codes: H010 moves outside what was learnt, H012 rows of which nothing can be sai
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,13 +15,15 @@ from numpy.typing import NDArray
 from olp.diagnostic import Diagnostic, info, warning
 from olp.signature import intervals
 from olp.signature.document import Signature
-from olp.signature.parts import CIRCULAR, CORNER, JOINT
+from olp.signature.parts import CIRCULAR, CORNER, JOINT, TERMS
+from olp.signature.predict import robot_of
 from olp.signature.recorded import Rows as Known
 from olp.signature.recorded import rows_of
 
 if TYPE_CHECKING:
     from olp.recording import Recording
     from olp.recording.moves import RecordedMoves
+    from olp.signature.named_rows import Told
 
 Floats = NDArray[np.float64]
 
@@ -55,19 +58,36 @@ def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows,
     low, high = _ends(known, kinds, turning)
     resting = (kinds == "wait") | (known.motions.floor == 0)  # or goes nowhere
     low[resting] = high[resting] = predicted[resting]
+    told = _by_terms(signature, recording)
+    by_terms = np.zeros(len(moves), dtype=bool)
+    if told is not None:
+        by_terms[told.rows] = True
+        predicted[told.rows] = told.duration
+        low[told.rows] = np.maximum(told.duration - told.half, 0.0)
+        high[told.rows] = told.duration + told.half
     nothing = ~np.isfinite(predicted)
     for values in (predicted, low, high):
         values[nothing] = np.nan
+    turning &= ~by_terms
     if turning.any():
         says = f"{int(turning.sum())} paths turn the tool for longer than they travel, their intervals are guessed"
         assumed.append(says)
-    told = [
-        *_outside(known, recording.path),
-        *_own(known, ~nothing & (kinds != "wait"), assumed, recording.path),
+    found = [
+        *_outside(known, told, recording.path),
+        *_own(known, ~by_terms, ~nothing & ~by_terms & (kinds != "wait"), assumed, recording.path),
     ]
     if nothing.any():
-        told.append(_nothing(moves, nothing, recording.path))
-    return Rows(moves.move, predicted, low, high), tuple(told)
+        found.append(_nothing(moves, nothing, recording.path))
+    return Rows(moves.move, predicted, low, high), tuple(found)
+
+
+def _by_terms(signature: Signature, recording: Recording) -> Told | None:
+    """What the terms of a diagnosis say, where the signature holds some."""
+    if TERMS not in signature.parts:
+        return None
+    from olp.signature.named_rows import told_rows
+
+    return told_rows(signature, replace(recording, robot=robot_of(signature, recording.robot)))
 
 
 def _ends(known: Known, kinds: NDArray[Any], turning: NDArray[np.bool_]) -> tuple[Floats, Floats]:
@@ -95,7 +115,9 @@ def _waits(moves: RecordedMoves) -> Floats:
     return np.asarray(np.where(np.isfinite(written), written, moves.sim))
 
 
-def _own(known: Known, said: NDArray[np.bool_], assumed: list[str], file: str) -> list[Diagnostic]:
+def _own(
+    known: Known, own: NDArray[np.bool_], said: NDArray[np.bool_], assumed: list[str], file: str
+) -> list[Diagnostic]:
     """Rows of which the signature has learnt nothing: timed by olp's own model, their intervals are guesses."""
     found = []
     kinds = np.array(known.moves.kinds, dtype=object)
@@ -106,11 +128,11 @@ def _own(known: Known, said: NDArray[np.bool_], assumed: list[str], file: str) -
                 f"{count} {name} moves: none were learnt, olp's own model times them, with a guessed interval"
             )
             found.append(info("H020", says, file=file))
-    corners = int(np.sum(known.stretches.ends_rolling))
+    corners = int(np.sum(known.stretches.ends_rolling & own))
     if corners and (CORNER not in known.parts or known.parts[CORNER].law != known.law):
         says = f"{corners} corners: the signature learnt none of this law ({known.law}), their intervals are guessed"
         found.append(info("H020", says, file=file))
-    open_ends = int(np.sum(known.stretches.open))
+    open_ends = int(np.sum(known.stretches.open & own))
     if open_ends:
         says = f"{open_ends} moves end in a corner and no row goes on: timed as stops, intervals wider"
         found.append(info("H020", says, file=file))
@@ -127,12 +149,13 @@ def _nothing(moves: RecordedMoves, nothing: NDArray[np.bool_], file: str) -> Dia
     return warning("H012", says, file=file, help=f"{help}; a wait its programmed time in sim_s or wait_s")
 
 
-def _outside(known: Known, file: str) -> list[Diagnostic]:
+def _outside(known: Known, told: Told | None, file: str) -> list[Diagnostic]:
     """One note for all moves that are outside, with the commonest reason's first example."""
-    if known.said is None:
-        return []
-    numbers = known.moves.move[known.told].tolist()
-    far = [(number, reason) for number, reason in zip(numbers, known.said.reasons, strict=True) if reason]
+    rows, reasons = (known.told, known.said.reasons if known.said else ())
+    if told is not None:
+        rows, reasons = told.rows, told.reasons
+    numbers = known.moves.move[rows].tolist() if reasons else []
+    far = [(number, reason) for number, reason in zip(numbers, reasons, strict=True) if reason]
     if not far:
         return []
     kinds = Counter(reason.split(" ")[0] for _, reason in far)

@@ -24,6 +24,7 @@ from olp.timing.oddities import oddities
 from olp.timing.result import COLUMNS, RowTimes, Timing
 from olp.timing.signed import Signed, axis_scale, measured_stops, settled, sign, turn_corners
 from olp.timing.signed_interval import interval
+from olp.timing.signed_terms import by_terms
 from olp.units import deg, mm, percent
 
 if TYPE_CHECKING:
@@ -77,10 +78,13 @@ def time_plan(
     joined = chain(plan, wanted)
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
+        signed = by_terms(plan, wanted, joined, signed, effects.override, limits.report)
     profile = _profile(chosen, wanted, joined, parameters)
     report_inferred(plan, wanted.length > 0, limits.report)
     settling = _settling(plan, joined, limits, effects, signed)
     durations = np.where(wanted.unknown, np.nan, np.maximum(profile.duration - joined.saving + settling, 0.0))
+    if signed is not None and signed.told is not None:
+        durations[signed.told.rows] = signed.told.duration
     timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects, signed)
     if signed is not None:
         seen = interval(plan, signed, wanted, joined, settling, timing.duration_s, limits.report)

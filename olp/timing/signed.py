@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from olp.signature import MoveSet, Prediction, Signature
+    from olp.signature.named_rows import Told
     from olp.timing.chain import Chain
     from olp.timing.demand import Demand
 
@@ -30,7 +31,8 @@ _SAME = 1e-5  # [m] moves nearer than this are one move that runs again
 class Signed(NamedTuple):
     """`rows` (m,) of Moves whose acceleration the signature told, and what it said of them, curves by their chords.
 
-    `joints` (k,): mask of Moves, joint moves of the signature's robot.
+    `joints` (k,): mask of Moves, joint moves of the signature's robot. `told`: whole moves, by their rows of Moves,
+    whose time a diagnosis' terms told, see signed_terms.py.
     """
 
     rows: NDArray[np.intp]
@@ -38,6 +40,7 @@ class Signed(NamedTuple):
     said: Prediction | None
     again: NDArray[np.intp]  # (m,) which distinct move each row is: errors of repeats are the same error
     joints: Mask
+    told: Told | None = None
 
 
 def axis_scale(signature: Signature | None) -> float:
@@ -139,6 +142,8 @@ def measured_stops(signed: Signed) -> Mask:
 
     result: Mask = signed.joints & (JOINT in signed.signature.parts)
     result[signed.rows] = True
+    if signed.told is not None:
+        result[signed.told.rows] = True
     return result
 
 

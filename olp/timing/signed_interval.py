@@ -97,6 +97,9 @@ def _rows(plan: Plan, signed: Signed, wanted: Demand, joined: Chain, settling: F
     below, above = times.duration - ends[0], ends[1] - times.duration
     for values in (below, above):
         values[~mine] = np.nan
+    if signed.told is not None:
+        below[signed.told.rows] = np.minimum(signed.told.half, signed.told.duration)
+        above[signed.told.rows] = signed.told.half
     return _Rows(below, above, stops, rolling, begins, kind)
 
 
@@ -106,7 +109,8 @@ def _sum(plan: Plan, signed: Signed, rows: _Rows, leading: Mask) -> tuple[float,
     from olp.signature.intervals import learnt_half
 
     parts = signed.signature.parts
-    squares = 0.0
+    squares = _terms_half(plan, signed, leading) ** 2
+    leading = leading & ~_by_terms(signed, len(leading))
     guessed = np.zeros(len(rows.below), dtype=bool)
     moves = plan.moves
     keys = np.stack([moves.start, moves.target, moves.via], axis=1)
@@ -131,6 +135,29 @@ def _sum(plan: Plan, signed: Signed, rows: _Rows, leading: Mask) -> tuple[float,
     return float(np.sqrt(squares)), below, above
 
 
+def _by_terms(signed: Signed, count: int) -> Mask:
+    """(k,) rows of Moves whose time a diagnosis' terms told."""
+    result = np.zeros(count, dtype=bool)
+    if signed.told is not None:
+        result[signed.told.rows] = True
+    return result
+
+
+def _terms_half(plan: Plan, signed: Signed, leading: Mask) -> float:
+    """[s] Repeats of a move have one error, many times; outside what was learnt it is larger."""
+    from olp.signature.intervals import learnt_half
+    from olp.signature.parts import TERMS
+
+    if signed.told is None:
+        return 0.0
+    use = leading[signed.told.rows]
+    rows, moves = signed.told.rows[use], plan.moves
+    keys = np.stack([moves.start[rows], moves.target[rows], moves.via[rows]], axis=1)
+    _, inverse = np.unique(keys, axis=0, return_inverse=True)
+    often = np.bincount(inverse.reshape(-1), signed.told.strain[use])
+    return learnt_half(signed.signature.parts[TERMS].spread, often)
+
+
 def _straight_half(signed: Signed, straight: Mask, stops: NDArray[np.int64]) -> float:
     """[s] Repeats of a move have one error, many times; a move with one end at rest has half of it."""
     at = np.nonzero(straight[signed.rows])[0]
@@ -148,6 +175,7 @@ def _report_guesses(
     from olp.recording.moves import CIRCULAR, JOINT
 
     parts = signed.signature.parts
+    leading = leading & ~_by_terms(signed, len(leading))
     for code, name in ((JOINT, "joint"), (CIRCULAR, "circular")):
         count = int(np.sum(leading & (rows.kind == code)))
         if count and name not in parts:

@@ -1,0 +1,107 @@
+"""Moves of any program as the terms of a diagnosis see them, with the motion of the simulation that was judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnosis.case_making import case_of
+from olp.diagnostic import OlpError
+from olp.physics._case import Case
+from olp.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves
+from olp.recording.recording import Recording
+from olp.recording.settings import Settings
+from olp.signature.named_model import Named
+
+if TYPE_CHECKING:
+    from olp.geometry import Pose
+    from olp.robot import Robot
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+_RUNNING_TIME = "running time"  # the column that warm-up goes by: for ever is warm
+
+
+def case_for(named: Named, recording: Recording) -> tuple[Case, Rows] | None:
+    """The moves of which the terms can tell the time, and their rows; None where there is none.
+
+    Durations in `recording` do not matter. Left out: waits, kinds of moves that were not learnt, moves without way or
+    speed. Raises OlpError (K…).
+    """
+    moves = recording.moves
+    paths = np.isin(moves.kind, (LINEAR, CIRCULAR))
+    told = (paths & np.isfinite(named.linear)) | ((moves.kind == JOINT) & np.isfinite(named.joint))
+    if not told.any():
+        return None
+    count = len(moves)
+    given = np.where(paths & ~np.isfinite(moves.acceleration), named.linear, moves.acceleration)
+    nothing = np.full(count, np.nan)
+    asked = replace(
+        moves,
+        duration=np.where(told, 1.0, np.nan),
+        sim=nothing,
+        acceleration=given,
+        payload=np.where(np.isfinite(moves.payload), moves.payload, named.payload),
+        payload_inertia=np.where(np.isfinite(moves.payload_inertia), moves.payload_inertia, named.inertia),
+    )
+    try:
+        made = case_of(replace(recording, moves=asked))
+    except OlpError as problem:
+        if problem.diagnostics[0].code == "N010":
+            return None
+        raise
+    return _beside(named, made.case, recording, made.rows), made.rows
+
+
+def _beside(named: Named, case: Case, recording: Recording, rows: Rows) -> Case:
+    """The case with the judged simulation's motion, for ever running."""
+    slow = case.base.accelerate
+    robot = recording.robot
+    if robot is None or not np.isfinite(robot.accelerations).all():
+        share = recording.moves.acceleration_fraction[rows]
+        slow = np.where(case.joint, named.joint * np.where(np.isfinite(share), share, 1.0), slow)
+    base = case.base.with_(
+        accelerate=slow, decelerate=slow, law=named.law, overlap=named.overlap, split=named.split
+    )
+    return replace(
+        case,
+        base=base,
+        simulated=base.duration(),
+        numbers=named.numbers,
+        derived={_RUNNING_TIME: np.full(len(case), np.inf)},
+    )
+
+
+def bare_recording(
+    count: int, columns: Mapping[str, Any], robot: Robot | None, tool: Pose | None
+) -> Recording:
+    """`count` moves of which only `columns` (fields of RecordedMoves) are known, as a recording."""
+    axes = columns["joints_start"].shape[1] if "joints_start" in columns else 0
+    fields: dict[str, Any] = {
+        name: np.full(count, np.nan)
+        for name in (
+            *("duration", "sim", "speed", "speed_fraction", "acceleration", "acceleration_fraction"),
+            *("t_start", "payload", "payload_inertia"),
+        )
+    }
+    fields |= {
+        name: np.full((count, 3), np.nan) for name in ("start", "end", "via", "start_angles", "end_angles")
+    }
+    fields |= {name: np.full((count, axes), np.nan) for name in ("joints_start", "joints_end")}
+    fields |= {
+        "move": np.arange(count),
+        "kind": np.full(count, LINEAR, dtype=np.int8),
+        "slides": (False,) * axes,
+        "blend": np.zeros(count),
+        "level": np.full(count, -1, dtype=np.int8),
+        "cycle": np.full(count, -1),
+        "line": np.zeros(count, dtype=np.int64),
+        "job": ("",) * count,
+    }
+    moves = RecordedMoves(**{**fields, **columns})
+    return Recording("", moves, None, None, Settings(), robot, tool, "")

@@ -1,0 +1,94 @@
+"""Durations of whole rows, corners and joint moves included, by the terms of a signature of method named_terms."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import OlpError, error
+from olp.physics._case import Case
+from olp.recording.moves import CIRCULAR
+from olp.signature.document import Signature
+from olp.signature.moveset import MoveSet
+from olp.signature.named_case import case_for
+from olp.signature.named_model import from_parameters
+from olp.signature.parts import TERMS
+from olp.signature.places import with_points
+
+if TYPE_CHECKING:
+    from olp.recording import Recording
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+_CURVED = 2.0  # [1] no curve was learnt from: its interval is that many times as wide
+
+
+class Told(NamedTuple):
+    """m rows of a recording. `strain` (m,) [1]: how far outside; `half` (m,) [s] of the 95 % interval, with it."""
+
+    rows: Rows
+    duration: Floats  # (m,) [s]
+    half: Floats
+    strain: Floats
+    reasons: tuple[str, ...]  # why a row is outside what was learnt, "" inside
+
+
+def told_rows(signature: Signature, recording: Recording) -> Told | None:
+    """What the terms say of the rows of `recording`, measured or not; None where they say nothing, or there are none.
+
+    Raises OlpError: H008 parameters that cannot be used.
+    """
+    if TERMS not in signature.parts:
+        return None
+    try:
+        named = from_parameters(signature.parameters)
+    except (KeyError, TypeError, ValueError, OlpError) as problem:
+        what = f"{type(problem).__name__}: {problem}"
+        raise OlpError(error("H008", f"the signature's terms cannot be used ({what})")) from None
+    made = case_for(named, recording)
+    if made is None:
+        return None
+    case, rows = made
+    strain, reasons = np.ones(len(rows)), [""] * len(rows)
+    placed = _placed(case, recording, rows)
+    moves = moves_of_case(case, recording, rows)
+    if len(moves):
+        strain[placed] = signature.domain.strain(moves)
+        for row, reason in zip(placed.tolist(), signature.domain.outside(moves), strict=True):
+            reasons[row] = "" if case.joint[row] else reason
+    strain[recording.moves.kind[rows] == CIRCULAR] *= _CURVED
+    half = signature.parts[TERMS].spread.half * strain
+    return Told(rows, named.model.seconds(case), half, strain, tuple(reasons))
+
+
+def moves_of_case(case: Case, recording: Recording, rows: Rows) -> MoveSet:
+    """The rows whose points are known, as places to be compared; a joint move has the usual speed of the others."""
+    points = with_points(recording.moves, recording.robot, recording.tool)
+    at = _placed(case, recording, rows)
+    own = rows[at]
+    chord = np.linalg.norm(points.end[own] - points.start[own], axis=1)
+    speed, joint = case.base.speed[at], case.joint[at]
+    usual = np.median(speed[~joint]) if (~joint).any() else np.nan
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.maximum(chord * speed / case.base.way[at], 1e-3)
+    nothing = np.full(len(at), np.nan)
+    return MoveSet(
+        start=points.start[own],
+        end=points.end[own],
+        rotation=np.full((len(at), 3, 3), np.nan),
+        speed=np.where(joint, usual if np.isfinite(usual) else mean, speed),
+        nominal=nothing,
+        duration=nothing,
+        payload=case.payload[at],
+        configuration=("",) * len(at),
+        program=("",) * len(at),
+    )
+
+
+def _placed(case: Case, recording: Recording, rows: Rows) -> NDArray[np.intp]:
+    """Which of the rows have, or get from the robot, points of the tool, and go somewhere."""
+    points = with_points(recording.moves, recording.robot, recording.tool)
+    return np.nonzero(points.has_points[rows] & case.moving)[0]

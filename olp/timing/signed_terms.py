@@ -1,0 +1,124 @@
+"""What the terms of a diagnosis say of a plan's moves: whole durations, corners and joint moves included."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.plan import PATHS, Plan
+from olp.program import Path
+from olp.timing.chain import Chain
+from olp.timing.demand import Demand
+from olp.timing.signed import Signed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from olp.recording import Recording
+    from olp.signature.named_model import Named
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+_LINEAR, _CIRCULAR, _JOINT = (PATHS.index(path) for path in (Path.LINEAR, Path.CIRCULAR, Path.JOINT))
+_SOME_ROUNDING = 1e-6  # [m] of a corner that nobody tells the size of
+_AXES = frozenset({"joint-speed-limit", "orientation-limit"})  # terms that know what else slows a path
+
+
+def by_terms(
+    plan: Plan,
+    wanted: Demand,
+    joined: Chain,
+    signed: Signed,
+    override: float,
+    report: Callable[[str], None],
+) -> Signed:
+    """`signed` with the rows that the signature's terms tell. Raises OlpError (see named_rows)."""
+    from olp.signature.parts import TERMS
+
+    if TERMS not in signed.signature.parts:
+        return signed
+    from olp.signature.named_model import from_parameters
+    from olp.signature.named_rows import told_rows
+
+    arm = np.array([robot is not None and robot is plan.robot for robot in plan.robots], dtype=bool)
+    own = np.nonzero(arm[plan.moves.mechanism])[0] if len(arm) else np.zeros(0, dtype=np.intp)
+    if not len(own):
+        return signed
+    named = from_parameters(signed.signature.parameters)
+    names = {part.term.name for part in named.model.parts}
+    use = _usable(plan, wanted, own)
+    if not names & _AXES:
+        slow = use & (plan.moves.path[own] != _JOINT) & (wanted.slowed[own] | (wanted.rule[own] != 0))
+        if slow.any():
+            report(
+                f"{int(slow.sum())} paths are slowed by an axis or by the tool's turn: olp's own model times them"
+            )
+        use &= ~slow
+    told = told_rows(signed.signature, _recording(plan, joined, signed, named, own, use, override))
+    if told is None:
+        return signed
+    if "payload" in names and np.isfinite(named.payload):
+        report(f"the arm carries {named.payload:g} kg, as in the recording of the signature")
+    return signed._replace(told=told._replace(rows=own[told.rows]))
+
+
+def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
+    """(n,) of the arm's rows: moves that go somewhere and whose way the terms can follow."""
+    moves = plan.moves
+    known = ~wanted.unknown[own] & (wanted.length[own] > 0)
+    arcs = (moves.path[own] == _CIRCULAR) & (moves.via[own] >= 0) & ~moves.before[own]
+    return np.asarray(known & ((moves.path[own] == _LINEAR) | (moves.path[own] == _JOINT) | arcs))
+
+
+def _recording(
+    plan: Plan, joined: Chain, signed: Signed, named: Named, own: Rows, use: Mask, override: float
+) -> Recording:
+    """The arm's rows one after another; those that are not in `use` are there for their neighbours."""
+    from olp.geometry import Pose
+    from olp.recording.moves import CIRCULAR, JOINT, LINEAR
+    from olp.signature.named_case import bare_recording
+
+    moves, positions, robot = plan.moves, plan.positions, plan.robot
+    assert robot is not None
+    path, start, end = moves.path[own], moves.start[own], moves.target[own]
+    kind = np.where(path == _LINEAR, LINEAR, np.where(path == _JOINT, JOINT, CIRCULAR)).astype(np.int8)
+    via = np.where(moves.via[own, None] >= 0, positions.position[moves.via[own]], np.nan)
+    rolls = joined.end_speed[own] > 0
+    rounding = np.maximum(np.nan_to_num(moves.blend[own]), _SOME_ROUNDING)
+    # Of two rates the one that takes both their times: 2/a = 1/up + 1/down.
+    rate = 2.0 / (1.0 / moves.acceleration[own] + 1.0 / moves.deceleration[own])
+    joint = kind == JOINT
+    fraction = np.minimum(moves.fraction[own] * override, np.maximum(moves.fraction[own], 1.0))
+    axes = positions.axes[:, : len(robot.axes)]
+    still = np.where(use, 0.0, np.nan)[:, None]  # a row that the terms shall not tell has no known axes
+    columns = {
+        "kind": kind,
+        "start": positions.position[start],
+        "end": positions.position[end],
+        "via": via,
+        "start_angles": _angles(positions.quaternion[start]),
+        "end_angles": _angles(positions.quaternion[end]),
+        "joints_start": axes[start] + still,
+        "joints_end": axes[end] + still,
+        "speed": np.where(use & ~joint, moves.travel[own] * override, np.nan),
+        "speed_fraction": np.where(use & joint, fraction, np.nan),
+        "acceleration": np.where(joint, np.nan, named.linear * rate),
+        "acceleration_fraction": np.where(joint, rate, np.nan),
+        "blend": np.where(rolls, rounding, 0.0),
+    }
+    tool = signed.signature.tool
+    return bare_recording(len(own), columns, robot, None if tool is None else Pose.from_xyz_angles(tool))
+
+
+def _angles(quaternion: Floats) -> Floats:
+    """(n, 3) [rad] Rx, Ry, Rz; nan where the tool's orientation is not known."""
+    from olp.geometry import angles_from_rotation, rotation_from_quaternion
+
+    result = np.full((len(quaternion), 3), np.nan)
+    known = np.asarray(np.isfinite(quaternion).all(axis=1))
+    if known.any():
+        result[known] = angles_from_rotation(rotation_from_quaternion(quaternion[known]))
+    return result
