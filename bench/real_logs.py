@@ -94,18 +94,33 @@ def kr300(folder: Path, work: Path) -> None:
     print("\nthe three together")
     whole = recording(work / "all", {"log": joined(list(parts.values()))})
     tell(diagnose_logs(whole))
+    print("\naxes behind their reference, by speed alone [ms]; negative: ahead")
+    for name, part in parts.items():
+        print(f"{name:>4}" + "".join(f"{late * 1000:>9.1f}" for late in lateness(part)))
     print("\nfriction, one trajectory held out in turn: torque that is left [Nm, RMS]")
-    print(
-        f"{'axis':>4}{'held out':>10}{'without':>10}{'with':>10}{'viscous [Nm s/rad]':>20}{'Coulomb [Nm]':>14}"
-    )
-    for row in held_out_trajectories(whole):
-        print(
-            f"{row[0]:>4}{'ABC'[int(row[1])]:>10}{row[2]:>10.4f}{row[3]:>10.4f}{row[4]:>20.2f}{row[5]:>14.3f}"
-        )
+    names = f"{'axis':>4}{'held out':>10}{'spread':>10}{'without':>10}{'with':>10}"
+    print(f"{names}{'viscous [Nm s/rad]':>20}{'Coulomb [Nm]':>14}")
+    for axis, out, *torques, viscous, coulomb in held_out_trajectories(whole):
+        left = "".join(f"{value:>10.4f}" for value in torques)
+        print(f"{axis:>4}{'ABC'[int(out)]:>10}{left}{viscous:>20.2f}{coulomb:>14.3f}")
+
+
+def lateness(part: dict[str, Floats]) -> list[float]:
+    """[s] by which each axis is behind its reference: regression of the difference on the speed."""
+    found = []
+    for axis in range(1, 7):
+        off = part[f"q{axis}_deg"] - part[f"q{axis}_cmd_deg"]
+        speed = part[f"qd{axis}_deg_s"]
+        columns = np.column_stack([np.ones(len(off)), -speed])[50:-50]
+        found.append(float(np.linalg.lstsq(columns, off[50:-50], rcond=None)[0][1]))
+    return found
 
 
 def held_out_trajectories(whole: Recording) -> list[tuple[float, ...]]:
-    """Axis, trajectory, torque left [Nm] without and with friction, the fitted numbers; fitted on the other two."""
+    """Axis, trajectory, spread of its torque, torque left without and with friction [Nm], the fitted numbers.
+
+    Everything is fitted on the other two trajectories.
+    """
     assert whole.log is not None
     log = whole.log
     found = efforts(log, None, np.ones(len(log), dtype=bool), None)
@@ -129,7 +144,8 @@ def held_out_trajectories(whole: Recording) -> list[tuple[float, ...]]:
                 sizes = solve(gram, members)
                 error = data.residual[test] - data.library[test][:, list(members)] @ sizes
                 left.append(float(np.sqrt((error**2).mean())))
-            rows.append((axis.axis + 1, out, *left, float(sizes[-2]), float(sizes[-1])))
+            spread = float(data.residual[test].std())
+            rows.append((axis.axis + 1, out, spread, *left, float(sizes[-2]), float(sizes[-1])))
     return rows
 
 

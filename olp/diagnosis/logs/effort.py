@@ -16,6 +16,7 @@ from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+FITTED = "fitted rigid bodies"
 _MOST = 36_000  # samples that are looked at
 _STRIPES = 36
 _LEAST = 0.1  # of what is left: an effect of less is not named
@@ -61,11 +62,7 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
         against = "the simulated " + ("torques" if signal == "torque" else "currents")
     else:
         rigid = _model_torques(robot, moved) if signal == "torque" else None
-        against = (
-            f"the masses of {robot.name}"
-            if rigid is not None and robot is not None
-            else "fitted rigid bodies"
-        )
+        against = f"the masses of {robot.name}" if rigid is not None and robot is not None else FITTED
         if rigid is None:
             notes.append(
                 "no simulated torques and no masses: inertia and gravity were fitted per axis beside friction"
