@@ -28,10 +28,16 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--next", metavar="OUT", help="a robot program of the moves that would tell apart what is alike"
     )
+    parser.add_argument(
+        "--signature",
+        metavar="OUT",
+        help="what was found as a signature, for olp time, annotate and predict; - for standard output",
+    )
 
 
 def run(args: Namespace) -> int:
     import json
+    from dataclasses import replace
     from pathlib import Path
 
     from olp.commands.time import print_diagnostics
@@ -41,7 +47,7 @@ def run(args: Namespace) -> int:
     from olp.robots.library import load_robot
 
     inputs = [args.recording, *Path(args.recording).glob("*"), *([args.job] if args.job else [])]
-    for output in (args.json, args.html, args.next):
+    for output in (args.json, args.html, args.next, args.signature):
         if output not in (None, "-"):
             refuse_inputs(output, inputs)
     robot = load_robot(args.robot) if args.robot else None
@@ -56,7 +62,7 @@ def run(args: Namespace) -> int:
 
         log = outcome.log.to_json() if outcome.log is not None else None
         write_output(args.html, html_report(outcome, recording, job_text, log_summary=log).encode())
-    if "-" not in (args.json, args.html):
+    if "-" not in (args.json, args.html, args.signature):
         from olp.diagnosis.report_text import text_report
 
         print(text_report(outcome.diagnosis, outcome.case, *_terminal()), end="")
@@ -64,6 +70,14 @@ def run(args: Namespace) -> int:
         from olp.diagnosis.next_job import write_experiment_job
 
         print_diagnostics(write_experiment_job(outcome.diagnosis.next_experiment, recording, args.next))
+    if args.signature:
+        from olp.signature import write_signature
+        from olp.signature.named import signature_of
+
+        own = recording if robot is None else replace(recording, robot=robot)
+        signature, told = signature_of(outcome, own)
+        write_signature(signature, args.signature)
+        print_diagnostics(told)
     return 0
 
 
