@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _LEAST = 1e-5  # [s] no clock is finer than that
-_PLACEBOS = 4
+_PLACEBOS = 3
 
 
 class Outcome(NamedTuple):

@@ -86,7 +86,7 @@ def search(case: Case, noise: Noise, shelf: Shelf, effort: Effort) -> list[Fit]:
     most = min(effort.most, len(case) // _MOVES_PER_NAME)
     if most == 0:
         return [empty]
-    singles = _singles(shelf, keep)
+    singles = _singles(shelf, case, noise, keep)
     if most > 1:
         _pairs(shelf, empty, singles, case, noise, effort, keep)
     for size in range(2, most):
@@ -155,8 +155,14 @@ def _gained(found: Iterable[Fit], size: int) -> bool:
     return by[size + 1] < by[size]
 
 
-def _singles(shelf: Shelf, keep: Callable[[Model], Fit]) -> list[Fit]:
-    fits = [keep(Model((part,))) for part in shelf.parts]
+def _singles(shelf: Shelf, case: Case, noise: Noise, keep: Callable[[Model], Fit]) -> list[Fit]:
+    """Each form from its two best guesses."""
+    forms: dict[tuple[str, str], list[tuple[float, Part]]] = {}
+    for part in shelf.parts:
+        loss = evaluate(Model((part,)), case, noise).loss
+        forms.setdefault((part.label, part.form.key), []).append((loss, part))
+    tried = [part for guesses in forms.values() for _, part in sorted(guesses, key=lambda g: g[0])[:2]]
+    fits = [keep(Model((part,))) for part in tried]
     best: dict[str, Fit] = {}
     for fitted in sorted(fits, key=price):
         best.setdefault(fitted.model.parts[0].label, fitted)

@@ -44,7 +44,11 @@ class Motion:
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
 
     def with_(self, **changes: Floats | float | str) -> Motion:
-        return replace(self, **changes)  # type: ignore[arg-type]
+        """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
+        copy = object.__new__(Motion)
+        for name in _NAMES:
+            object.__setattr__(copy, name, changes[name] if name in changes else getattr(self, name))
+        return copy
 
     def duration(self) -> Floats:
         """(n,) [s] before `rate` and `cycle`, which hold for whole durations."""
@@ -125,6 +129,7 @@ class Motion:
         return replace(self, **parts)
 
 
+_NAMES = tuple(Motion.__slots__)
 _COLUMNS = tuple(name for name in Motion.__slots__ if name not in ("cycle", "law", "overlap", "split"))
 
 

@@ -9,7 +9,7 @@ from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 ALL = -1  # axes together, by their rated accelerations
-_QUANTILES = (0.2, 0.5, 0.8, 0.93)
+_QUANTILES = (0.3, 0.7, 0.92)
 
 
 class JointAccelerationLimit(MoveTerm):

@@ -11,7 +11,7 @@ from olp.physics.term import Form, MoveTerm, Parameter, Stage
 ALL = -1  # axes together, by their rated speeds
 _SLOWEST = 0.25  # of a rated speed: no drive is slower
 _FEWEST = 4  # moves
-_QUANTILES = (0.3, 0.6, 0.85, 0.95, 0.985)
+_QUANTILES = (0.5, 0.85, 0.97)
 
 
 class JointSpeedLimit(MoveTerm):

@@ -10,7 +10,7 @@ from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 _SPREAD = 1.3  # the fastest over the slowest speed that has to be there
 _MOST = 0.98
-_STEPS = 10  # of speed in a ramp
+_PASSED = (np.arange(10) + 0.5) / 10  # of the full speed: where a ramp's force is looked at
 
 
 class TorqueSpeed(MoveTerm):
@@ -66,9 +66,11 @@ class TorqueSpeed(MoveTerm):
             speed = np.minimum(speed, _MOST * values[0] / np.maximum(_per_speed(case, key), 1e-12))
         knee = float(values[1]) if law == "knee" else 0.0
         slower = motion.with_(speed=speed)
+        top = slower.top()
+        start, end = (_along(case, key, k) * top[:, None] for k in (0, 1))
         return slower.with_(
-            accelerate=_ramp(slower, _along(case, key, 0), values[0], knee, law),
-            decelerate=_ramp(slower, _along(case, key, 1), values[0], knee, law),
+            accelerate=motion.accelerate / _longer(start / values[0], knee, law),
+            decelerate=motion.decelerate / _longer(end / values[0], knee, law),
         )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
@@ -83,31 +85,18 @@ class TorqueSpeed(MoveTerm):
         return f"acceleration falls with {of} speed{above} and would be nothing at {values[0]:.3g} {unit}"
 
 
-def _ramp(motion: Motion, per_speed: Floats, idle: float, knee: float, law: str) -> Floats:
-    """(n,) constant acceleration whose ramp costs as much time as the one whose force depends on the axes' speed.
+def _longer(share: Floats, knee: float, law: str) -> Floats:
+    """(n,) by how much a ramp costs more time when its force depends on the axes' speed.
 
-    `per_speed` (n, m): axis speed per path speed from the ramp's end of the way on. Integrates dt = dv/a and ds = v dt over
-    equal steps of speed (midpoint rule); what a ramp costs is its time less its way at the speed reached, v/2a.
+    `share` (n, k): what the axes' speed would be, of the idle or base speed, at the path's full speed at the places where
+    the ramp passes the speeds of `_PASSED`. Time dt = dv/a at each, less its way at full speed: ∫ (1 - v/V) dv / a(v).
     """
-    top, plain = motion.top(), motion.accelerate
-    step = top / _STEPS
-    place, time = np.zeros_like(top), np.zeros_like(top)
-    rows, last = np.arange(len(top)), per_speed.shape[1] - 1
-    for k in range(_STEPS):
-        speed = (k + 0.5) * step
-        at = np.minimum(place / np.maximum(motion.way, 1e-9), 1.0) * last
-        low = np.minimum(at.astype(np.int64), last - 1)
-        per = per_speed[rows, low] + (at - low) * (per_speed[rows, low + 1] - per_speed[rows, low])
-        share = per * speed / idle
-        if law == "power":
-            force = np.minimum(1.0, 1.0 / np.maximum(share, 1e-9))
-        else:
-            force = np.clip((1.0 - share) / (1.0 - knee), 1.0 - _MOST, 1.0)
-        took = step / (plain * force)
-        time += took
-        place += speed * took
-    cost = time - place / np.maximum(top, 1e-9)
-    return np.asarray(np.where(cost > 0, 0.5 * top / np.maximum(cost, 1e-12), plain))
+    share = share * _PASSED
+    if law == "power":
+        force = np.minimum(1.0, 1.0 / np.maximum(share, 1e-9))
+    else:
+        force = np.minimum(1.0, np.maximum((1.0 - share) / (1.0 - knee), 1.0 - _MOST))
+    return np.asarray(((1.0 - _PASSED) / force).sum(axis=1) * (2.0 / len(_PASSED)))
 
 
 def _unit(case: Case, key: str) -> str:
@@ -123,20 +112,34 @@ def _speed(case: Case, key: str) -> Floats:
 
 def _per_speed(case: Case, key: str) -> Floats:
     """(n,) the most that the path, or the fastest axis, has per speed of the path."""
-    return np.asarray(_along(case, key, 0).max(axis=1))
+    return case.once(f"fastest {key}", lambda: _fastest(case, key).max(axis=1))
+
+
+def _fastest(case: Case, key: str) -> Floats:
+    """(n, m) speed of the path, or of the fastest axis (as a share of rated speeds, where they are known), per speed of
+    the path, along the way."""
+    rates = case.rates
+    if key == "path" or rates is None:
+        even = 1.0 / case.ratio if key == "path" else np.zeros(len(case))
+        return np.repeat(even[:, None], 2, axis=1)
+    rated = rates.rated if rates.rated is not None else np.ones(rates.path.shape[2])
+    return np.asarray((np.abs(rates.path) / rated).max(axis=2))
 
 
 def _along(case: Case, key: str, end: int) -> Floats:
-    """(n, m) speed of the path, or of the fastest axis (as a share of rated speeds, where they are known), per speed of
-    the path; along the way from its start (0) or from its end (1)."""
+    """(n, k) the same where the simulation's ramp at one end passes the speeds of `_PASSED`."""
 
     def work_out() -> Floats:
-        rates = case.rates
-        if key == "path" or rates is None:
-            even = 1.0 / case.ratio if key == "path" else np.zeros(len(case))
-            return np.repeat(even[:, None], 2, axis=1)
-        rated = rates.rated if rates.rated is not None else np.ones(rates.path.shape[2])
-        fastest = (np.abs(rates.path) / rated).max(axis=2)
-        return np.asarray(fastest[:, ::-1] if end else fastest)
+        fastest = _fastest(case, key)
+        slow = case.base.decelerate if end else case.base.accelerate
+        place = (
+            (_PASSED * case.base.top()[:, None]) ** 2
+            / (2.0 * slow[:, None])
+            / np.maximum(case.base.way, 1e-9)[:, None]
+        )
+        place = np.clip(1.0 - place if end else place, 0.0, 1.0) * (fastest.shape[1] - 1)
+        low = np.minimum(place.astype(np.int64), fastest.shape[1] - 2)
+        rows = np.arange(len(fastest))[:, None]
+        return np.asarray(fastest[rows, low] + (place - low) * (fastest[rows, low + 1] - fastest[rows, low]))
 
     return case.once(f"fastest {key} {end}", work_out)
