@@ -37,7 +37,7 @@ class TorqueSpeed(MoveTerm):
             base = Parameter(
                 "base_speed",
                 unit,
-                0.1 * float(used.min()),
+                max(0.1 * float(used.min()), 1e-3 * top),  # axes of moves that nobody knows turn at 0
                 top,
                 np.inf,
                 True,
