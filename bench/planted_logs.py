@@ -1,6 +1,7 @@
 """Logs with planted effects, by time steps, under three kinds of noise: how often exactly the planted names are told.
 
     python bench/planted_logs.py [SEEDS]     default 3
+    python bench/planted_logs.py --intervals   how many 95 % intervals hold what was planted
     python bench/planted_logs.py --speed     CPU seconds of ten minutes at 4 ms, six axes with torques
 
 white: 2e-5 rad. memory: an autoregression of 0.97 of the same size. dirty: that, a third of the white noise, a gear
@@ -12,6 +13,7 @@ from __future__ import annotations
 import os
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
@@ -23,7 +25,7 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from test_diagnosis_logs import FINE, lagging, loose, program, swinging  # noqa: E402
+from test_diagnosis_logs import FINE, lagging, loose, program, swinging, torques  # noqa: E402
 
 from olp.diagnosis.logs import LogDiagnosis, diagnose_log  # noqa: E402
 from olp.recording import Log  # noqa: E402
@@ -145,6 +147,38 @@ def main(seeds: int) -> None:
     print(f"\nexact {right} of {asked}; with a name that was not planted: {false}")
 
 
+def intervals(seeds: int = 12) -> None:
+    held, asked = Counter[str](), Counter[str]()
+
+    def count(found: LogDiagnosis, term: str, truth: dict[str, float]) -> None:
+        finding = found.finding(term)
+        for name, value in truth.items():
+            if finding is not None and name in finding.parameters:
+                kind = f"{term}: {name.partition(' of ')[0]}"
+                p = finding.parameters[name]
+                asked[kind] += 1
+                held[kind] += p.low < value < p.high
+
+    lags = {f"time constant of axis {a}": t for a, t in ((1, 0.02), (2, 0.035), (3, 0.012))}
+    friction = {0: (25.0, 12.0), 2: (20.0, 10.0)}
+    for seed in range(100, 100 + seeds):
+        for kind in ("white", "memory"):
+            count(diagnose_log(*logs(seed, ("lag",), kind, False)), LAG, lags)
+            ring = {"frequency of axis 2": 9.0, "damping of axis 2": 0.05}
+            count(diagnose_log(*logs(seed, ("ring",), kind, False)), RING, ring)
+            count(diagnose_log(*logs(seed, ("late",), kind, False)), CLOCK, {"q behind q_cmd": 0.003})
+        time, ways = program(seed, 18)
+        rng = np.random.default_rng(seed)
+        log = Log(time[::4], ways[::4] + 1e-6 * rng.normal(size=ways[::4].shape), (False,) * 3)
+        found = diagnose_log(replace(log, torque=torques(log, friction, rng)))
+        for axis, (viscous, coulomb) in friction.items():
+            count(found, "viscous-friction", {f"viscous of axis {axis + 1}": viscous})
+            count(found, "coulomb-friction", {f"coulomb of axis {axis + 1}": coulomb})
+    for kind, number in asked.items():
+        print(f"{kind:<36}{held[kind]:>4} of {number}")
+    print(f"together {sum(held.values()) / sum(asked.values()):.1%}")
+
+
 def speed() -> None:
     time, ways = program(5, 270, 6)
     rng = np.random.default_rng(5)
@@ -167,5 +201,7 @@ def speed() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["--speed"]:
         speed()
+    elif sys.argv[1:] == ["--intervals"]:
+        intervals()
     else:
         main(int(sys.argv[1]) if len(sys.argv) > 1 else 3)

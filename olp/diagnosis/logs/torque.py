@@ -136,7 +136,7 @@ def axis_torque(
         or quick <= 10 * float(moved.noise[axis])
     ):
         return None
-    named = [("viscous-friction", viscous(speed)), ("coulomb-friction", coulomb(speed, soft)), *extra]
+    named = [("viscous-friction", viscous(speed)), ("coulomb-friction", coulomb(speed, soft / 4)), *extra]
     library = np.column_stack([base, *(column for _, column in named)])
     columns = (Column(""),) * base.shape[1] + tuple(
         Column(term, positive=term.endswith("friction")) for term, _ in named
