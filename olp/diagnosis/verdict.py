@@ -30,9 +30,13 @@ def floor_of(floor: NoiseFloor, named: Named) -> float:
     return known if named.remains.structured else max(known, spread(left_over(named), named.noise.least))
 
 
-def _within_floor(named: Named, floor: NoiseFloor) -> bool:
-    """Whether what remains is less than the recording's own scatter or digits: no pattern in it matters then."""
-    return bool(floor.floor > 0 and float(np.mean(left_over(named) ** 2)) <= floor.floor**2)
+def _within_digits(named: Named, floor: NoiseFloor) -> bool:
+    """Whether what remains is less than the clock's own digits leave: no pattern in it matters then.
+
+    (The scatter of repeats would not do: what drifts or comes back scatters repeats.)
+    """
+    digits = float(np.nan_to_num(floor.resolution)) / np.sqrt(12.0)
+    return bool(digits > 0 and float(np.mean(left_over(named) ** 2)) <= digits**2)
 
 
 def left_over(named: Named) -> Floats:
@@ -43,7 +47,7 @@ def left_over(named: Named) -> Floats:
 def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
     """One of VERDICTS, from the durations alone."""
     above = _above_repeats(named, floor)
-    structured = named.remains.structured and not _within_floor(named, floor)
+    structured = named.remains.structured and not _within_digits(named, floor)
     if not found:
         return "unexplained" if structured or above else "no-mismatch"
     if not structured and not above:

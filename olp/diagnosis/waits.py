@@ -16,7 +16,8 @@ Mask = NDArray[np.bool_]
 _LEVEL = 0.01  # that one clean recording in a hundred may have an outlier
 _MOST = 0.35  # of all moves; more is no exception but a rule
 _SURE = 25.0  # in BIC: fewer and smaller outliers are scatter
-_SCATTERED = 1.8  # times the scatter's variance: so much at least do waits differ between repeats
+_BESIDE = 0.6  # of what terms explain in the same moves: more is no flaw of theirs
+_SCATTERED = 1.5  # times the scatter's variance: so much at least do waits differ between repeats
 _ONE_SIDED = 5  # times as many late moves as early ones
 
 
@@ -27,7 +28,8 @@ def spread(residual: Floats, least: float) -> float:
 
 def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     """(n,) moves that are later than scatter explains; none when as many are early (a heavy-tailed scatter)."""
-    residual = case.measured - fitted.model.seconds(case)
+    predicted = fitted.model.seconds(case)
+    residual = case.measured - predicted
     sigma = spread(residual, least)
     far = threshold(len(case)) * sigma
     late, early = residual > far, residual < -far
@@ -35,8 +37,12 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     if not late.any() or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    if excess < _SURE or _the_same_moves(residual, late, case, sigma):
+    if excess < _SURE:
         return nothing
+    corrected = np.abs(predicted - case.simulated)
+    beside = bool(np.median(residual[late]) < _BESIDE * np.median(corrected[late]))
+    if beside and _the_same_moves(residual, late, case, sigma):
+        return nothing  # what the terms explain there is not quite right
     return np.asarray(late, dtype=bool)
 
 
