@@ -6,7 +6,7 @@ Codes: H040 a diagnosis with nothing to apply, H041 what of a diagnosis predicti
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,8 @@ from olp.diagnosis.model import Model
 from olp.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.signature.document import Learnt, Signature
 from olp.signature.domain import domain_of
-from olp.signature.errors import ErrorModel, Spread, spread_of
-from olp.signature.named_case import case_for
+from olp.signature.errors import ErrorModel, spread_of
+from olp.signature.named_case import case_for, rated_speed
 from olp.signature.named_model import Named, to_parameters
 from olp.signature.named_rows import moves_of_case
 from olp.signature.parts import TERMS, Part, half_of_few
@@ -52,9 +52,9 @@ def signature_of_recording(recording: Recording) -> tuple[Signature, tuple[Diagn
 
 def signature_of(outcome: Outcome, recording: Recording) -> tuple[Signature, tuple[Diagnostic, ...]]:
     """The signature of a diagnosis of `recording`, and what it leaves out. Raises OlpError H040."""
-    named, search = _named(outcome, recording), outcome.named
+    rows, search = case_of(recording).rows, outcome.named
     assert search is not None
-    rows = case_of(recording).rows
+    named = _named(outcome, _ramp(outcome.case, recording, rows), recording.path)
     made = case_for(named, recording)
     moves = None if made is None else moves_of_case(made[0], recording, made[1])
     if made is None or moves is None or not len(moves):
@@ -62,35 +62,31 @@ def signature_of(outcome: Outcome, recording: Recording) -> tuple[Signature, tup
         raise OlpError(error("H040", says, file=recording.path, help="name the robot in recording.toml"))
     own = np.full(int(max(rows.max(), made[1].max())) + 1, np.nan)
     own[made[1]] = made[0].simulated
-    errors, groups, off = _held_out(outcome.case, search, own[rows])
+    off = own[rows] - outcome.case.simulated
+    use = outcome.case.moving & np.isfinite(off)
+    errors = _held_out(search, off)
+    judged = use[~search.late]
+    part = _part(search, errors, judged, named.law)
     settings = recording.settings
-    spread = spread_of(errors, groups)
-    pace = spread_of(errors / np.median(moves.speed), groups)
+    slowness = spread_of(errors[judged] / np.median(moves.speed), search.folds.labels[judged])
     signature = Signature(
         robot=recording.robot.name if recording.robot else "",
         controller=settings.controller or "",
         tool=None if recording.tool is None else tuple(float(v) for v in recording.tool.xyz_angles()),
         payload=named.payload if math.isfinite(named.payload) else None,
-        recording=Learnt(recording.path, recording.sha256, len(errors), settings.time_resolution),
+        recording=Learnt(recording.path, recording.sha256, part.rows, settings.time_resolution),
         method=METHOD,
         parameters=to_parameters(named, _deviations(search)),
-        errors=ErrorModel(pace, pace),
+        errors=ErrorModel(slowness, slowness),
         domain=domain_of(moves),
         compared={},
         olp=__version__,
-        parts={TERMS: _part(search, errors, spread, named.law)},
+        parts={TERMS: part},
     )
-    return signature, tuple(_told(outcome, named, off, recording.path))
+    return signature, tuple(_told(outcome, named, off[use], recording.path))
 
 
-class _Accelerations(NamedTuple):
-    """The middle of the simulation's accelerations, nan where no such move was judged, and whether they differ."""
-
-    middle: float
-    varied: bool
-
-
-def _named(outcome: Outcome, recording: Recording) -> Named:
+def _named(outcome: Outcome, ramp: float, file: str) -> Named:
     """The terms that can be applied to other moves. Raises OlpError H040."""
     found = outcome.diagnosis
     if found.verdict in ("no-mismatch", "unexplained"):
@@ -100,36 +96,65 @@ def _named(outcome: Outcome, recording: Recording) -> Named:
         }[found.verdict]
         says = f"{why} (verdict {found.verdict})"
         help = "olp calibrate learns durations without naming their cause"
-        raise OlpError(error("H040", says, file=recording.path, help=help))
+        raise OlpError(error("H040", says, file=file, help=help))
     parts = tuple(part for part in outcome.model.parts if part.term.name not in _LEFT_OUT)
     if not parts:
         names = ", ".join(finding.term for finding in found.findings)
         says = f"what was found cannot be put into predictions: {names}"
-        raise OlpError(error("H040", says, file=recording.path, help="a signature needs terms of motion"))
+        raise OlpError(error("H040", says, file=file, help="a signature needs terms of motion"))
     case, model = outcome.case, Model(parts)
     model.seconds(case)  # asks for the numbers that the forms refer to
     base = case.base
     inertia, payload = (v[np.isfinite(v)] for v in (case.payload_inertia, case.payload))
     return Named(
         model,
-        _accelerations(case, False).middle,
-        # Without a robot the axes' speeds are known of recorded moves alone.
-        math.nan if recording.robot is None else _accelerations(case, True).middle,
+        _middle(_paths(case)),
+        ramp,
         base.law,
         base.overlap,
         base.split,
-        float(np.median(payload)) if len(payload) else math.nan,
-        float(np.median(inertia)) if len(inertia) else math.nan,
+        _middle(payload),
+        _middle(inertia),
         case.numbers_used,
     )
 
 
-def _accelerations(case: Case, joint: bool) -> _Accelerations:
-    own = case.base.accelerate[case.moving & (case.joint == joint)]
-    if not len(own):
-        return _Accelerations(math.nan, False)
-    middle = float(np.median(own))
-    return _Accelerations(middle, bool(np.ptp(own) > _VARIED * middle))
+def _ramp(case: Case, recording: Recording, rows: NDArray[np.int64]) -> float:
+    """[s] that every axis takes to its rated speed in the simulation's joint moves.
+
+    0 where the accelerations of the robot's file come nearer to the simulation; nan where nothing can be told.
+    """
+    joint = np.nonzero(case.moving & case.joint)[0]
+    if recording.robot is None or not len(
+        joint
+    ):  # without a robot the speeds of axes are known of these moves alone
+        return math.nan
+    base, simulated = case.base.take(joint), case.simulated[joint]
+    rated = rated_speed(case, recording, rows)[joint]
+    cruise = base.way / base.speed
+    over = simulated - cruise
+    good = (case.stop_start & case.stop_end)[joint] & (over > 0)
+    if not good.any():
+        return 0.0
+    with np.errstate(divide="ignore"):
+        ramps = rated / np.where(over <= cruise, base.speed / over, 4.0 * base.way / simulated**2)
+    ramp = float(np.median(ramps[good]))
+    slow = rated / ramp
+    own, other = (
+        float(np.mean((motion.duration() - simulated) ** 2))
+        for motion in (base.with_(accelerate=slow, decelerate=slow), base)
+    )
+    known = np.isfinite(recording.robot.accelerations).all()
+    return 0.0 if known and other <= own else ramp
+
+
+def _paths(case: Case) -> Floats:
+    """[m/s²] of the simulation's paths."""
+    return np.asarray(case.base.accelerate[case.moving & ~case.joint])
+
+
+def _middle(values: Floats) -> float:
+    return float(np.median(values)) if len(values) else math.nan
 
 
 def _deviations(search: Search) -> dict[tuple[str, str], float]:
@@ -143,26 +168,23 @@ def _deviations(search: Search) -> dict[tuple[str, str], float]:
     }
 
 
-def _held_out(case: Case, search: Search, own: Floats) -> tuple[Floats, NDArray[np.int64], Floats]:
-    """Errors [s] of moves that neither search nor fit saw, their groups, and [s] what olp's own base is off.
+def _held_out(search: Search, off: Floats) -> Floats:
+    """(m,) [s] errors of moves that neither search nor fit saw, nan where nothing is predicted.
 
-    `own` (n,) [s]: constant acceleration, nan where it says nothing. The signature adds the terms to that, the
-    diagnosis to what the simulation said: errors are those of the signature.
+    `off` (n,) [s]: constant acceleration less the simulation. The diagnosis adds the terms to what the simulation said,
+    the signature to constant acceleration: errors are those of the signature.
     """
-    off = own - case.simulated
-    use = case.moving & np.isfinite(off)
-    clean = ~search.late
-    left = search.clean.measured - search.selection.predicted - off[clean]
-    return left[use[clean]], search.folds.labels[use[clean]], off[use]
+    return np.asarray(search.clean.measured - search.selection.predicted - off[~search.late])
 
 
-def _part(search: Search, errors: Floats, spread: Spread, law: str) -> Part:
-    use = search.clean.moving
-    measured, before = search.clean.measured[use], search.clean.residual[use]
-    half = max(spread.half, half_of_few(errors))
-    share = [100.0 * float(np.mean(np.abs(e) / measured)) for e in (before, errors)]
-    longest = float(measured.max())
-    return Part({}, spread._replace(half=half), half, len(errors), longest, share[0], share[1], law)
+def _part(search: Search, errors: Floats, judged: NDArray[np.bool_], law: str) -> Part:
+    """`judged` (m,): moves that go somewhere and are predicted."""
+    spread = spread_of(errors[judged], search.folds.labels[judged])
+    measured, before = search.clean.measured[judged], search.clean.residual[judged]
+    half = max(spread.half, half_of_few(errors[judged]))
+    share = [100.0 * float(np.mean(np.abs(e) / measured)) for e in (before, errors[judged])]
+    rows, longest = int(judged.sum()), float(measured.max())
+    return Part({}, spread._replace(half=half), half, rows, longest, share[0], share[1], law)
 
 
 def _told(outcome: Outcome, named: Named, off: Floats, file: str) -> list[Diagnostic]:
@@ -179,13 +201,10 @@ def _told(outcome: Outcome, named: Named, off: Floats, file: str) -> list[Diagno
         if one:
             says = f"{', '.join(group)} explain these moves alike: {one[0]} is applied, other moves may show the other"
             found.append(warning("H041", says, file=file, help="olp diagnose --next writes moves that tell"))
-    for joint, unit in ((False, "m/s²"), (True, "rad/s²")):
-        middle, varied = _accelerations(outcome.case, joint)
-        if varied:
-            says = (
-                f"the simulation accelerates at various rates: moves that do not say take {middle:.4g} {unit}"
-            )
-            found.append(info("H041", says, file=file))
+    paths = _paths(outcome.case)
+    if len(paths) and np.ptp(paths) > _VARIED * named.linear:
+        says = f"the simulation accelerates variously: paths that do not say take {named.linear:.4g} m/s²"
+        found.append(info("H041", says, file=file))
     rms = float(np.sqrt(np.mean(off**2)))
     if rms > _OFF:
         says = (

@@ -35,7 +35,7 @@ def case_for(named: Named, recording: Recording) -> tuple[Case, Rows] | None:
     """
     moves = recording.moves
     paths = np.isin(moves.kind, (LINEAR, CIRCULAR))
-    told = (paths & np.isfinite(named.linear)) | ((moves.kind == JOINT) & np.isfinite(named.joint))
+    told = (paths & np.isfinite(named.linear)) | ((moves.kind == JOINT) & np.isfinite(named.ramp))
     if not told.any():
         return None
     count = len(moves)
@@ -61,10 +61,8 @@ def case_for(named: Named, recording: Recording) -> tuple[Case, Rows] | None:
 def _beside(named: Named, case: Case, recording: Recording, rows: Rows) -> Case:
     """The case with the judged simulation's motion, for ever running."""
     slow = case.base.accelerate
-    robot = recording.robot
-    if robot is None or not np.isfinite(robot.accelerations).all():
-        share = recording.moves.acceleration_fraction[rows]
-        slow = np.where(case.joint, named.joint * np.where(np.isfinite(share), share, 1.0), slow)
+    if named.ramp > 0:
+        slow = np.where(case.joint, rated_speed(case, recording, rows) / named.ramp, slow)
     base = case.base.with_(
         accelerate=slow, decelerate=slow, law=named.law, overlap=named.overlap, split=named.split
     )
@@ -75,6 +73,15 @@ def _beside(named: Named, case: Case, recording: Recording, rows: Rows) -> Case:
         numbers=named.numbers,
         derived={_RUNNING_TIME: np.full(len(case), np.inf)},
     )
+
+
+def rated_speed(case: Case, recording: Recording, rows: Rows) -> Floats:
+    """(n,) [rad/s] of the leading axes, times the share of the rated acceleration that a move asks for."""
+    speed, push = (
+        np.where(np.isfinite(v), v, 1.0)
+        for v in (recording.moves.speed_fraction[rows], recording.moves.acceleration_fraction[rows])
+    )
+    return np.asarray(case.base.speed / speed * push)
 
 
 def bare_recording(

@@ -20,9 +20,9 @@ from olp.signature.estimator import Parameter, Parameters
 _FREE = math.inf  # a term in a file is applied, not fitted: it has no bounds
 _NUMBER = "learnt moves: "
 _PAYLOAD, _INERTIA = "payload", "payload inertia"
-_LINEAR, _JOINT, _LAW, _OVERLAP, _SPLIT = (
+_LINEAR, _RAMP, _LAW, _OVERLAP, _SPLIT = (
     "simulation: linear acceleration",
-    "simulation: joint acceleration",
+    "simulation: joint ramp",
     "simulation: corner law",
     "simulation: corner overlap",
     "simulation: corner split",
@@ -32,14 +32,15 @@ _LINEAR, _JOINT, _LAW, _OVERLAP, _SPLIT = (
 class Named(NamedTuple):
     """A model and the judged simulation's own motion.
 
-    `linear` [m/s²], `joint` [rad/s²]: what the simulation accelerates with where a move does not say; nan for kinds of
-    moves that were not learnt, of which the terms say nothing. `law`, `overlap`, `split`: how it passes rounded
-    corners. `payload` [kg], `inertia` [kg m²]: of the load where a move does not say, nan where nothing does.
+    `linear` [m/s²] where a move does not say, `ramp` [s] of every axis to its rated speed, 0: as the robot's file says:
+    how the simulation accelerates; nan for kinds of moves that were not learnt, of which the terms say nothing.
+    `law`, `overlap`, `split`: how it passes rounded corners. `payload` [kg], `inertia` [kg m²]: of the load where a
+    move does not say, nan where nothing does. `numbers`: see `Case.number`.
     """
 
     model: Model
     linear: float
-    joint: float
+    ramp: float
     law: str = "stop"
     overlap: float = 1.0
     split: float = 0.5
@@ -62,7 +63,7 @@ def to_parameters(named: Named, sd: Mapping[tuple[str, str], float]) -> dict[str
             key = _key(part.term.name, part.form.axis, parameter.name)
             found[key] = Parameter(value, parameter.unit, sd.get((part.label, parameter.name)))
     found[_LINEAR] = Parameter(_written(named.linear), "m/s²")
-    found[_JOINT] = Parameter(_written(named.joint), "rad/s²")
+    found[_RAMP] = Parameter(_written(named.ramp), "s")
     found[_LAW] = Parameter(named.law, "")
     found[_OVERLAP], found[_SPLIT] = Parameter(named.overlap, "1"), Parameter(named.split, "1")
     for name, value, unit in ((_PAYLOAD, named.payload, "kg"), (_INERTIA, named.inertia, "kg m²")):
@@ -82,7 +83,7 @@ def from_parameters(parameters: Parameters) -> Named:
     return Named(
         Model(parts),
         _read(parameters[_LINEAR].value),
-        _read(parameters[_JOINT].value),
+        _read(parameters[_RAMP].value),
         str(parameters[_LAW].value),
         float(parameters[_OVERLAP].value),
         float(parameters[_SPLIT].value),

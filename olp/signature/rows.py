@@ -62,6 +62,8 @@ def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows,
     by_terms = np.zeros(len(moves), dtype=bool)
     if told is not None:
         by_terms[told.rows] = True
+        if by_terms[kinds == "joint"].all():
+            assumed.clear()  # of axes that the terms have told
         predicted[told.rows] = told.duration
         low[told.rows] = np.maximum(told.duration - told.half, 0.0)
         high[told.rows] = told.duration + told.half
