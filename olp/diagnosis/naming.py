@@ -21,6 +21,7 @@ Labels = NDArray[np.int64]
 
 _SMALL = 0.01  # of the mean square that all names explain: what the others cannot do without is more
 _DRIFT, _STILL = "warm-up", 0.2  # correlation of neighbours that a drift's own term may leave
+_TELLING = 10.0  # in BIC: "very strong" by R. Kass and A. Raftery, JASA 90, 1995
 _ROUNDS = 2  # of search and setting waits apart
 
 
@@ -80,11 +81,10 @@ def _confirmed(
     while best.model.parts:
         gains = [confirm.gain_of(best, k, case, noise, folds) for k in range(len(best.model.parts))]
         whole = float(np.mean((best.model.seconds(case) - case.simulated) ** 2))
-        alone = [_missed(best, k, case, noise) for k in range(len(best.model.parts))]
         weak = [
             k
             for k, gain in enumerate(gains)
-            if not gain.holds or alone[k] < _SMALL * whole or _seldom(best, k, selection)
+            if not gain.holds or _dispensable(best, k, case, noise, whole) or _seldom(best, k, selection)
         ]
         if not weak:
             return best, tuple(gains)
@@ -93,10 +93,12 @@ def _confirmed(
     return best, ()
 
 
-def _missed(best: Fit, index: int, case: Case, noise: Noise) -> float:
-    """[s²] mean square by which the prediction changes when the others have to do without part `index`."""
+def _dispensable(best: Fit, index: int, case: Case, noise: Noise, whole: float) -> bool:
+    """Whether the others do nearly as well without part `index`: by BIC, or by what they predict. `whole` [s²]: mean
+    square of all that is explained."""
     others = fit(best.model.without(index), case, noise, 15)
-    return float(np.mean((best.model.seconds(case) - others.model.seconds(case)) ** 2))
+    missed = float(np.mean((best.model.seconds(case) - others.model.seconds(case)) ** 2))
+    return others.bic - best.bic < _TELLING or missed < _SMALL * whole
 
 
 def _seldom(best: Fit, index: int, selection: confirm.Selection) -> bool:

@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 
 _ENOUGH = 8  # degrees of freedom behind repeats, for them to judge a fit
 _MOST = 0.5  # of the mean square that names leave: with more they explain too little
+# The same where what remains goes with time: a cause that comes and goes leaves its mean to terms that are always there.
+_MOST_BY_TIME = 0.12
+_BY_TIME = ("previous move", "previous moves", "a period in the order of moves", "t_start_s", "move", "cycle")
 _LITTLE = 0.02  # of the mean square: what remains does not matter
 
 
@@ -53,7 +56,8 @@ def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
     if not structured and not above:
         return "explained"
     raw, left = float(np.mean(named.clean.residual**2)), float(np.mean(left_over(named) ** 2))
-    if left > _MOST * raw and not named.late.any():
+    by_time = abs(named.remains.order) > 0 or any(c.column in _BY_TIME for c in named.remains.correlates)
+    if left > (_MOST_BY_TIME if by_time else _MOST) * raw and not named.late.any():
         return "unexplained"
     return "partly-explained" if left > _LITTLE * raw else "explained"
 
