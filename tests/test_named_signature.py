@@ -179,6 +179,30 @@ def test_seconds_of_the_controller_that_were_learnt_are_not_added_again(signatur
     np.testing.assert_allclose(alone.duration_s, beside.duration_s)
 
 
+def test_an_arc_takes_what_a_line_of_its_length_takes_and_flows_into_the_next(signature, tmp_path):
+    # A half circle of 100 mm radius in two quarters, then a line as long as one of them.
+    places = ("1000,0,600", "1100,100,600", "1200,0,600", f"1200,{-50 * np.pi:.4f},600")
+    head = ["/JOB", "//NAME C", "//POS", "///NPOS 4,0,0,0,0,0", "///TOOL 0", "///POSTYPE ROBOT", "///RECTAN"]
+    head += ["///RCONF " + ",".join(["0"] * 24), *(f"C{i:05d}={p},180,-60,0" for i, p in enumerate(places))]
+    head += ["//INST", "///DATE 2026/11/20 10:00", "///ATTR SC,RW", "///GROUP1 RB1", "NOP"]
+    body = [
+        "MOVJ C00000 VJ=10.00 PL=0",
+        "MOVC C00000 V=200.0",
+        "MOVC C00001 V=200.0 PL=0",
+        "MOVC C00002 V=200.0 PL=0",
+    ]
+    flowing = [line.removesuffix(" PL=0") if line.startswith("MOVC C00001") else line for line in body]
+    seconds = []
+    for lines in (body, flowing):
+        text = "\r\n".join([*head, *lines, "MOVL C00003 V=200.0 PL=0", "END", ""])
+        (tmp_path / "C.JBI").write_text(text, encoding="ascii", newline="")
+        timed = olp.read(tmp_path / "C.JBI").plan(robot=ROBOT).time(signature=signature)
+        seconds.append(timed[timed.distance_mm > 1].duration_s.to_numpy())
+    np.testing.assert_allclose(seconds[0], seconds[0][2], atol=1e-4)
+    ramp = 0.2 / ACCELERATION
+    assert seconds[0][0] - seconds[1][0] == pytest.approx(SETTLING + ramp / 2, abs=0.02)
+
+
 # --- the file ---------------------------------------------------------------------------------------------------------
 
 
@@ -281,6 +305,21 @@ def test_every_term_does_in_a_signature_what_it_does_in_a_diagnosis(mixed):
         "blending",
         "torque-speed",
     } <= seen
+
+
+def test_a_term_of_the_axes_is_refused_where_the_axes_are_not_known(mixed, folder, signature):
+    case, told = case_of(mixed).case, set()
+    plain = read_recording(folder)
+    for part in parts_of(case):
+        named = Named(Model((part,)), ACCELERATION, np.nan, numbers=case.numbers_used)
+        own = replace(signature, parameters=to_parameters(named, {}))
+        try:
+            predict_recording(own, plain)
+        except OlpError as problem:
+            assert problem.diagnostics[0].code == "H011"
+            told.add(part.term.name)
+    assert {"joint-speed-limit", "joint-acceleration-limit"} <= told
+    assert not told & {"jerk", "settling", "payload", "speed-scale"}
 
 
 def first_of(moves, count):

@@ -1,4 +1,7 @@
-"""Moves of any program as the terms of a diagnosis see them, with the motion of the simulation that was judged."""
+"""Moves of any program as the terms of a diagnosis see them, with the motion of the simulation that was judged.
+
+Code: H011 a term needs axes that are not known.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.case_making import case_of
-from olp.diagnostic import OlpError
-from olp.physics._case import Case
+from olp.diagnosis.model import Part
+from olp.diagnostic import OlpError, error
+from olp.physics._case import Case, Rates
 from olp.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves
 from olp.recording.recording import Recording
 from olp.recording.settings import Settings
@@ -73,6 +77,35 @@ def _beside(named: Named, case: Case, recording: Recording, rows: Rows) -> Case:
         numbers=named.numbers,
         derived={_RUNNING_TIME: np.full(len(case), np.inf)},
     )
+
+
+def seconds_of(named: Named, case: Case) -> Floats:
+    """(n,) [s] with the terms. Raises OlpError (H011) where one of them needs axes that are not known."""
+    lacking = [part.term.name for part in named.model.parts if not _known(part, case.rates)]
+    if lacking:
+        says = f"{', '.join(lacking)}: how the axes of the arm turn along these moves is not known"
+        raise OlpError(
+            error("H011", says, help="name a robot whose kinematics olp knows, or write joint points")
+        )
+    return np.maximum(named.model.seconds(case), 0.0)
+
+
+def _known(part: Part, rates: Rates | None) -> bool:
+    """Whether what the form of a term hangs on is there."""
+    name, key, axis = part.term.name, part.form.key, part.form.axis
+    if key == "whole arm":
+        return rates is not None and rates.bodies is not None
+    if name == "payload-inertia" and key == "limit":
+        return rates is not None and rates.rated_acceleration is not None
+    if name in ("joint-speed-limit", "joint-acceleration-limit"):
+        if rates is None or axis >= len(rates.names):
+            return False
+        rated = rates.rated if name == "joint-speed-limit" else rates.rated_acceleration
+        return axis >= 0 or rated is not None
+    if name == "torque-speed" and key.startswith("axes"):
+        # Of rated speeds where these are known, else in rad/s.
+        return rates is not None and (rates.rated is not None) == (part.form.parameters[0].unit == "1")
+    return True
 
 
 def rated_speed(case: Case, recording: Recording, rows: Rows) -> Floats:

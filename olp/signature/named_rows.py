@@ -12,7 +12,7 @@ from olp.physics._case import Case
 from olp.recording.moves import CIRCULAR
 from olp.signature.document import Signature
 from olp.signature.moveset import MoveSet
-from olp.signature.named_case import case_for
+from olp.signature.named_case import case_for, seconds_of
 from olp.signature.named_model import from_parameters
 from olp.signature.parts import TERMS
 from olp.signature.places import with_points
@@ -39,7 +39,7 @@ class Told(NamedTuple):
 def told_rows(signature: Signature, recording: Recording) -> Told | None:
     """What the terms say of the rows of `recording`, measured or not; None where they say nothing, or there are none.
 
-    Raises OlpError: H008 parameters that cannot be used.
+    Raises OlpError: H008 parameters that cannot be used, H011 axes that are not known.
     """
     if TERMS not in signature.parts:
         return None
@@ -51,7 +51,9 @@ def told_rows(signature: Signature, recording: Recording) -> Told | None:
     made = case_for(named, recording)
     if made is None:
         return None
-    case, rows = made
+    seconds = seconds_of(named, made[0])
+    good = np.nonzero(np.isfinite(seconds))[0].astype(np.int64)
+    case, rows, seconds = made[0].take(good), made[1][good], seconds[good]
     strain, reasons = np.ones(len(rows)), [""] * len(rows)
     placed = _placed(case, recording, rows)
     moves = moves_of_case(case, recording, rows)
@@ -61,7 +63,7 @@ def told_rows(signature: Signature, recording: Recording) -> Told | None:
             reasons[row] = "" if case.joint[row] else reason
     strain[recording.moves.kind[rows] == CIRCULAR] *= _CURVED
     half = signature.parts[TERMS].spread.half * strain
-    return Told(rows, named.model.seconds(case), half, strain, tuple(reasons))
+    return Told(rows, seconds, half, strain, tuple(reasons))
 
 
 def moves_of_case(case: Case, recording: Recording, rows: Rows) -> MoveSet:

@@ -10,6 +10,8 @@ from olp.signature.document import Signature
 from olp.signature.folds import merit
 from olp.units import deg, mm
 
+_FEW = 12  # names that are listed
+
 
 def summary(signature: Signature) -> list[str]:
     """What it is and how well it did, in a few lines."""
@@ -73,8 +75,11 @@ def _range(pair: tuple[float, float], factor: float) -> str:
 
 
 def _short(value: Any) -> str:
+    if value is None:
+        return "not learnt"
     if isinstance(value, list):
-        return f"{len(value)} entries"
+        names = all(isinstance(v, str) for v in value)
+        return ", ".join(v or "-" for v in value) if names and len(value) <= _FEW else f"{len(value)} entries"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

@@ -69,7 +69,7 @@ def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
     """(n,) of the arm's rows: moves that go somewhere and whose way the terms can follow."""
     moves = plan.moves
     known = ~wanted.unknown[own] & (wanted.length[own] > 0)
-    arcs = (moves.path[own] == _CIRCULAR) & (moves.via[own] >= 0) & ~moves.before[own]
+    arcs = (moves.path[own] == _CIRCULAR) & (moves.via[own] >= 0)
     return np.asarray(known & ((moves.path[own] == _LINEAR) | (moves.path[own] == _JOINT) | arcs))
 
 
@@ -85,11 +85,12 @@ def _recording(
     assert robot is not None
     path, start, end = moves.path[own], moves.start[own], moves.target[own]
     kind = np.where(path == _LINEAR, LINEAR, np.where(path == _JOINT, JOINT, CIRCULAR)).astype(np.int8)
-    via = np.where(moves.via[own, None] >= 0, positions.position[moves.via[own]], np.nan)
     rolls = joined.end_speed[own] > 0
-    rounding = np.maximum(np.nan_to_num(moves.blend[own]), _SOME_ROUNDING)
     # Of two rates the one that takes both their times: 2/a = 1/up + 1/down.
     rate = 2.0 / (1.0 / moves.acceleration[own] + 1.0 / moves.deceleration[own])
+    # A corner without a tag is passed at full speed: it is rounded as far as braking would take.
+    braking = np.nan_to_num((moves.travel[own] * override) ** 2 / (2.0 * named.linear * rate))
+    rounding = np.where(moves.blend[own] > 0, moves.blend[own], np.maximum(braking, _SOME_ROUNDING))
     joint = kind == JOINT
     fraction = np.minimum(moves.fraction[own] * override, np.maximum(moves.fraction[own], 1.0))
     axes = positions.axes[:, : len(robot.axes)]
@@ -98,7 +99,7 @@ def _recording(
         "kind": kind,
         "start": positions.position[start],
         "end": positions.position[end],
-        "via": via,
+        "via": _middles(plan, own),
         "start_angles": _angles(positions.quaternion[start]),
         "end_angles": _angles(positions.quaternion[end]),
         "joints_start": axes[start] + still,
@@ -111,6 +112,25 @@ def _recording(
     }
     tool = signed.signature.tool
     return bare_recording(len(own), columns, robot, None if tool is None else Pose.from_xyz_angles(tool))
+
+
+def _middles(plan: Plan, own: Rows) -> Floats:
+    """(n, 3) [m] half way along the arcs, whose own third point may lie before or behind them; nan for other moves."""
+    from olp.interpreter.paths import point_on_arc
+
+    moves, point = plan.moves, plan.positions.position
+    result = np.full((len(own), 3), np.nan)
+    at = np.nonzero((moves.path[own] == _CIRCULAR) & (moves.via[own] >= 0))[0]
+    if len(at):
+        rows = own[at]
+        curve = (
+            point[moves.start[rows]],
+            point[moves.target[rows]],
+            point[moves.via[rows]],
+            moves.before[rows],
+        )
+        result[at] = point_on_arc(*curve, np.full(len(at), 0.5))
+    return result
 
 
 def _angles(quaternion: Floats) -> Floats:

@@ -37,7 +37,7 @@ class NamedTerms(Estimator):
         raise OlpError(error("H002", f"method {self.name}: {_WHOLE}"))
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
-        from olp.signature.named_case import case_for
+        from olp.signature.named_case import case_for, seconds_of
         from olp.signature.named_model import from_parameters
         from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
 
@@ -45,7 +45,7 @@ class NamedTerms(Estimator):
         made = case_for(named, _recording_of(moves, robot))
         seconds = np.full(len(moves), np.nan)
         if made is not None:
-            seconds[made[1]] = named.model.seconds(made[0])
+            seconds[made[1]] = seconds_of(named, made[0])
         inside = np.isfinite(seconds)
         plain = np.where(moves.nominal > 0, moves.nominal, DEFAULT_LINEAR_ACCELERATION)
         slowness = np.where(inside, _slowness(seconds, moves), 1.0 / plain)
