@@ -494,7 +494,10 @@ def test_terms_that_look_alike_are_said_so(outcome, folder):
 # --- commands ---------------------------------------------------------------------------------------------------------
 
 
-def test_the_command_writes_what_olp_time_annotate_and_predict_read(folder, outcome, tmp_path, capsys):
+def test_the_command_writes_what_olp_time_annotate_and_predict_read(
+    folder, outcome, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("olp.diagnosis.diagnose.diagnose_recording", lambda recording, robot=None: outcome)
     out, made = tmp_path / "s.json", moves()[0]
     assert main(["diagnose", str(folder), "--signature", str(out)]) == 0
     assert "EXPLAINED" in capsys.readouterr().out
