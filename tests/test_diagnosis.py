@@ -9,12 +9,14 @@ import functools
 import json
 import tempfile
 from dataclasses import replace
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import diagnosis_cases as planted
 import numpy as np
 import pytest
 
+import olp
 from olp.__main__ import main
 from olp.diagnosis import diagnose
 from olp.diagnosis.result import PHASES, VERDICTS
@@ -23,14 +25,15 @@ from olp.physics import term_names
 from olp.recording import read_recording
 from olp.robots.library import load_robot
 
+ROOT = Path(__file__).parent.parent
 A = planted.ACCELERATION
 MOVES, NOISE = 80, 0.002
 STAGE = {"speeds": (0.15, 0.3, 0.6, 1.0)}
 
 
-def drive(made, up=A, down=None, top=np.inf, scale=1.0):
+def drive(made, up=A, down=None, top=np.inf):
     one = np.ones(MOVES)
-    speed = np.minimum(scale * made.speed, top)
+    speed = np.minimum(made.speed, top)
     return planted.play(made.length, speed, up * one, (up if down is None else down) * one)
 
 
@@ -54,7 +57,6 @@ PLANTED = {
     "nothing": lambda m, s, rng: s,
     "acceleration": lambda m, s, rng: drive(m, 1.5),
     "settling": lambda m, s, rng: s + 0.03 * m.stop,
-    "speed-scale": lambda m, s, rng: drive(m, scale=0.95),
     "speed-clamp": lambda m, s, rng: drive(m, top=0.5),
     "payload": lambda m, s, rng: drive(m, A / (1 + 0.02 * m.payload)),
     "gravity": lambda m, s, rng: drive(m, A * (1 - 0.3 * m.rise), A * (1 + 0.3 * m.rise)),
@@ -72,7 +74,6 @@ PLANTED = {
 TRUTH = {
     "acceleration": {"acceleration": 1.5},
     "settling": {"time": 0.03},
-    "speed-scale": {"scale": 0.95},
     "speed-clamp": {"clamp": 0.5},
     "payload": {"growth": 0.02},
     "gravity": {"share": 0.3},
@@ -332,7 +333,8 @@ def quick(monkeypatch):
     monkeypatch.setattr(diagnose, "_PLACEBOS", 0)
 
 
-def test_the_command_writes_json_report_and_next_experiment(folder, tmp_path, capsys, quick):
+def test_the_command_writes_json_and_report(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(diagnose, "diagnose_recording", lambda *_: diagnosed("acceleration"))
     outputs = tmp_path / "answer.json", tmp_path / "report.html"
     assert main(["diagnose", str(folder), "--json", str(outputs[0]), "--html", str(outputs[1])]) == 0
     printed = capsys.readouterr()
@@ -346,7 +348,49 @@ def test_the_command_writes_json_report_and_next_experiment(folder, tmp_path, ca
     assert "<!doctype html>" in outputs[1].read_text(encoding="utf-8").lower()
 
 
-def test_json_on_standard_output_stands_there_alone(folder, capsys, quick):
+def test_the_next_experiment_is_a_job_that_olp_reads(tmp_path, capsys, quick, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert main(["diagnose", "samples/up20", "--next", str(tmp_path / "next.jbi")]) == 0
+    assert "these moves cannot tell apart:" in capsys.readouterr().out
+    program = olp.read(tmp_path / "next.jbi")
+    assert program.diagnostics == ()
+    assert len(program.plan(robot="yaskawa/up20").time()) >= 4
+
+
+def test_without_anything_to_tell_apart_there_is_no_job_and_the_answer_is_given_first(
+    folder, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(diagnose, "diagnose_recording", lambda *_: diagnosed("nothing"))
+    assert main(["diagnose", str(folder), "--next", str(tmp_path / "next.jbi")]) == 2
+    printed = capsys.readouterr()
+    assert printed.out.startswith("NO MISMATCH")
+    assert "error[N040]" in printed.err
+    assert not (tmp_path / "next.jbi").exists()
+
+
+def test_the_sample_is_what_its_script_writes_and_holds_what_that_says(tmp_path, monkeypatch):
+    """Two numbers hidden behind a total that agrees: both are found, with the station's moves held out."""
+    folder = ROOT / "samples/recordings/tuned"
+    spec = spec_from_file_location("tuned", folder / "make.py")
+    made = module_from_spec(spec)
+    spec.loader.exec_module(made)
+    monkeypatch.setattr(made, "HERE", tmp_path)
+    made.main()
+    for file in ("PICK-7.JBI", "moves.csv"):
+        assert (tmp_path / file).read_bytes() == (folder / file).read_bytes(), file
+    recording = read_recording(folder)
+    assert recording.moves.sim.sum() == pytest.approx(recording.moves.duration.sum(), abs=1e-3)
+    diagnosis = diagnose.diagnose_recording(recording).diagnosis
+    assert diagnosis.held_out_by == "station"
+    numbers = {f.term: next(iter(f.parameters.values())) for f in diagnosis.findings}
+    assert set(numbers) == {"acceleration", "jerk"}
+    for name, truth in (("acceleration", made.ACCELERATION), ("jerk", made.JERK)):
+        assert numbers[name].low < truth < numbers[name].high
+    assert diagnosis.heldout_after.rmse < 0.05 * diagnosis.heldout_before.rmse
+
+
+def test_json_on_standard_output_stands_there_alone(folder, capsys, monkeypatch):
+    monkeypatch.setattr(diagnose, "diagnose_recording", lambda *_: diagnosed("acceleration"))
     assert main(["diagnose", str(folder), "--json", "-"]) == 0
     assert departures(json.loads(capsys.readouterr().out), CONTRACT) == []
 
@@ -364,7 +408,7 @@ def test_json_on_standard_output_stands_there_alone(folder, capsys, quick):
     ],
 )
 def test_bad_input_ends_with_status_2_and_a_code(folder, words, code, capsys, monkeypatch):
-    monkeypatch.chdir(Path(__file__).parent.parent)
+    monkeypatch.chdir(ROOT)
     words = [word.replace("RECORDING", str(folder)) for word in words]
     assert main(["diagnose", *words]) == 2
     assert f"error[{code}" in capsys.readouterr().err
@@ -395,7 +439,7 @@ JOB = "samples/up20/APPR-L.JBI"  # of 82 lines
 
 
 def test_lines_without_a_job_are_those_of_the_job_that_is_named(folder, tmp_path, capsys, quick, monkeypatch):
-    monkeypatch.chdir(Path(__file__).parent.parent)
+    monkeypatch.chdir(ROOT)
     made = with_columns(folder, tmp_path / "lines", line=lambda k: 48 + k)
     out = tmp_path / "report.html"
     assert main(["diagnose", str(made), "--job", JOB, "--html", str(out)]) == 0
@@ -404,7 +448,7 @@ def test_lines_without_a_job_are_those_of_the_job_that_is_named(folder, tmp_path
 
 
 def test_lines_that_the_job_does_not_have_are_refused(folder, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(Path(__file__).parent.parent)
+    monkeypatch.chdir(ROOT)
     made = with_columns(folder, tmp_path / "beyond", line=lambda k: 60 + k)
     assert main(["diagnose", str(made), "--job", JOB]) == 2
     assert "error[N011]: line 89" in capsys.readouterr().err
