@@ -35,18 +35,19 @@ class Model(NamedTuple):
 
     def seconds(self, case: Case) -> Floats:
         """(n,) [s] predicted durations."""
-        smooth, cycle = self._acted(case)
-        return np.asarray(np.ceil(smooth / cycle - 1e-6) * cycle) if cycle > 0 else smooth
+        smooth, motion = self._acted(case)
+        cycle = motion.cycle
+        return np.asarray(np.ceil(smooth / cycle - motion.early - 1e-6) * cycle) if cycle > 0 else smooth
 
     def smooth(self, case: Case) -> Floats:
-        """(n,) [s] the same, with half a cycle in place of rounding up to one: it has derivatives."""
-        smooth, cycle = self._acted(case)
-        return smooth + cycle / 2
+        """(n,) [s] the same, with the mean of rounding to a cycle in its place: it has derivatives."""
+        smooth, motion = self._acted(case)
+        return smooth + (0.5 - motion.early) * motion.cycle
 
-    def _acted(self, case: Case) -> tuple[Floats, float]:
+    def _acted(self, case: Case) -> tuple[Floats, Motion]:
         base = case.once("base", case.base.duration)
         motion = self.motion(case)
-        return np.asarray((case.simulated + motion.duration() - base) * motion.rate), motion.cycle
+        return np.asarray((case.simulated + motion.duration() - base) * motion.rate), motion
 
     def motion(self, case: Case) -> Motion:
         """The simulation's motion with all parts in it."""

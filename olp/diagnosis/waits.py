@@ -17,6 +17,7 @@ _LEVEL = 0.01  # that one clean recording in a hundred may have an outlier
 _MOST = 0.35  # of all moves; more is no exception but a rule
 _SURE = 25.0  # in BIC: fewer and smaller outliers are scatter
 _BESIDE = 0.6  # of what terms explain in the same moves: more is no flaw of theirs
+_MORE = 1.5  # times what terms explain elsewhere: waits do not choose such moves
 _SCATTERED = 1.5  # times the scatter's variance: so much at least do waits differ between repeats
 _ONE_SIDED = 5  # times as many late moves as early ones
 
@@ -40,8 +41,9 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     if excess < _SURE:
         return nothing
     corrected = np.abs(predicted - case.simulated)
+    where_most = bool(np.median(corrected[late]) > _MORE * np.median(corrected))
     beside = bool(np.median(residual[late]) < _BESIDE * np.median(corrected[late]))
-    if beside and _the_same_moves(residual, late, case, sigma):
+    if beside and (where_most or _the_same_moves(residual, late, case, sigma)):
         return nothing  # what the terms explain there is not quite right
     return np.asarray(late, dtype=bool)
 

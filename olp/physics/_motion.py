@@ -39,6 +39,7 @@ class Motion:
     added: Floats  # (n,) [s]
     rate: Floats  # (n,) [1] by which whole durations are longer
     cycle: float = 0.0  # [s] of which whole durations are multiples; 0: not
+    early: float = 0.0  # [1] of a cycle by which rounding up begins early: 0.5 rounds to the nearest
     law: str = "stop"  # how rounded corners are passed, one of LAWS
     overlap: float = 1.0  # [1] of the rounding (or of the ramps) that the law uses
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
@@ -130,7 +131,9 @@ class Motion:
 
 
 _NAMES = tuple(Motion.__slots__)
-_COLUMNS = tuple(name for name in Motion.__slots__ if name not in ("cycle", "law", "overlap", "split"))
+_COLUMNS = tuple(
+    name for name in Motion.__slots__ if name not in ("cycle", "early", "law", "overlap", "split")
+)
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

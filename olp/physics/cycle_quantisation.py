@@ -26,13 +26,14 @@ class CycleQuantisation(MoveTerm):
         if not np.isfinite(found):
             return ()
         one = Parameter("cycle", "s", found * 0.999, found * 1.001, 0.0, False, "of the controller")
-        return (Form("", (one,), r"T = c \lceil T_0 / c \rceil"),)
+        up = Form("", (one,), r"T = c \lceil T_0 / c \rceil")
+        return (up, Form("nearest", (one,), r"T = c \lfloor T_0 / c + 1/2 \rfloor"))
 
     def guesses(self, form: Form, case: Case) -> Floats:
         return np.array([[case.derived["lattice"][0]]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        return motion.with_(cycle=float(values[0]))
+        return motion.with_(cycle=float(values[0]), early=0.5 if form.key == "nearest" else 0.0)
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         return f"durations are whole multiples of {values[0] * 1000:.3g} ms"

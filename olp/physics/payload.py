@@ -26,7 +26,10 @@ class Payload(MoveTerm):
         one = Parameter(
             "growth", "1/kg", 0.0, 8.0 / float(np.nanmax(mass)), 0.0, False, "of the inertia per kilogram"
         )
-        forms = [Form("", (one,), r"a(m) = a / (1 + k m)")]
+        loss = Parameter(
+            "loss", "1/kg", 0.0, 0.95 / float(np.nanmax(mass)), 0.0, False, "of the force per kilogram"
+        )
+        forms = [Form("", (one,), r"a(m) = a / (1 + k m)"), Form("weight", (loss,), r"a(m) = a\,(1 - k m)")]
         if np.nanmin(mass) > _SPREAD:
             forms.append(Form("above the lightest", (one,), r"a(m) = a / (1 + k (m - m_{min}))"))
         return tuple(forms)
@@ -38,14 +41,17 @@ class Payload(MoveTerm):
         return np.array([[0.02], [0.1]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == "weight":
+            rest = 1.0 - values[0] * np.nan_to_num(case.payload)
+            return motion.with_(accelerate=motion.accelerate * rest, decelerate=motion.decelerate * rest)
         least = _lightest(case) if form.key else 0.0
         less = 1.0 + values[0] * np.nan_to_num(case.payload - least)
         return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         least, most = _lightest(case), float(np.nanmax(case.payload))
-        base = least if form.key else 0.0
-        less = 1.0 - 1.0 / (1.0 + values[0] * (most - base))
+        base = least if form.key == "above the lightest" else 0.0
+        less = values[0] * most if form.key == "weight" else 1.0 - 1.0 / (1.0 + values[0] * (most - base))
         return f"with {most:.4g} kg there is {less:.0%} less acceleration than with {base:.4g} kg"
 
 

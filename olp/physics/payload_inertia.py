@@ -29,9 +29,10 @@ class PayloadInertia(MoveTerm):
             "growth", "1/(kg m^2)", 0.0, 8.0 / float(np.max(known)), 0.0, False, "of the wrist's inertia"
         )
         share = Form("", (one,), r"a(I) = a / (1 + k I w)")
+        every = Form("every move", (one,), r"a(I) = a / (1 + k I)")
         if case.rates is None or case.rates.rated_acceleration is None:
-            return (share,)
-        return (share, Form("limit", (one,), r"a(I) \le A_j / (1 + k I) / |q_j'|, \quad j = 4, 5, 6"))
+            return (share, every)
+        return (share, every, Form("limit", (one,), r"a(I) \le A_j / (1 + k I) / |q_j'|, \quad j = 4, 5, 6"))
 
     def lacks(self, case: Case) -> str:
         return (
@@ -50,6 +51,8 @@ class PayloadInertia(MoveTerm):
                 decelerate=np.minimum(motion.decelerate, np.maximum(end / less, 1e-6)),
             )
         share = case.once("wrist inertia", lambda: _wrist(case) * np.nan_to_num(case.payload_inertia))
+        if form.key == "every move":
+            share = np.nan_to_num(case.payload_inertia)
         less = 1.0 + values[0] * share
         return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
 

@@ -27,6 +27,9 @@ class ReachInertia(MoveTerm):
             return ()
         top = 8.0 / float(np.max(both)) ** 2
         one = Parameter("growth", "1/m^2", 0.0, top, 0.0, False, "of the inertia with the distance squared")
+        first = Parameter(
+            "growth", "1/m", 0.0, 8.0 / float(np.max(both)), 0.0, False, "of the inertia with distance"
+        )
         arm: tuple[Form, ...] = ()
         if _known(case):
             level = Parameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
@@ -40,6 +43,7 @@ class ReachInertia(MoveTerm):
         return (
             *arm,
             Form("", (one,), r"a(r) = a / (1 + k r^2)"),
+            Form("linear", (first,), r"a(r) = a / (1 + k r)"),
             Form("across", (one,), r"a(r) = a / (1 + k r^2 \cos^2\varphi)"),
         )
 
@@ -76,7 +80,8 @@ class ReachInertia(MoveTerm):
             far = "where the arm is stretched out from the first axis"
             return f"{far} there is up to {less:.0%} less acceleration than near it"
         low, high = float(np.nanmin([start, end])), float(np.nanmax([start, end]))
-        less = 1.0 - (1.0 + values[0] * low**2) / (1.0 + values[0] * high**2)
+        power = 1 if form.key == "linear" else 2
+        less = 1.0 - (1.0 + values[0] * low**power) / (1.0 + values[0] * high**power)
         far = f"at {high * 1000:.0f} mm from the first axis"
         return f"{far} there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
 
@@ -90,6 +95,8 @@ def _weight(case: Case, key: str, end: int) -> Floats:
     """(n,) [m²] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
     reaches = _reaches(case)
     square = reaches[end] ** 2
+    if key == "linear":
+        square = reaches[end]
     if key == "across":
         square = square * _across(case, end) ** 2
     elif key:
