@@ -92,17 +92,12 @@ def _reaches(case: Case) -> tuple[Floats, Floats]:
 
 
 def _weight(case: Case, key: str, end: int) -> Floats:
-    """(n,) [m²] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
-    reaches = _reaches(case)
-    square = reaches[end] ** 2
-    if key == "linear":
-        square = reaches[end]
+    """(n,) [m², m] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
+    reach = _reaches(case)[end]
+    weight = reach if key == "linear" else reach**2
     if key == "across":
-        square = square * _across(case, end) ** 2
-    elif key:
-        middle = case.number("middle reach", lambda: float(np.nanmedian(np.concatenate(reaches))))
-        square = square - middle**2
-    return np.where(case.joint | ~case.moving, 0.0, np.nan_to_num(square))
+        weight = weight * _across(case, end) ** 2
+    return np.where(case.joint | ~case.moving, 0.0, np.nan_to_num(weight))
 
 
 def _across(case: Case, end: int) -> Floats:
