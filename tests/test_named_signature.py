@@ -235,6 +235,20 @@ def test_a_file_without_what_a_term_needs_is_refused(file, folder, tmp_path, har
     assert caught.value.diagnostics[0].code == "H008"
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("terms", ["jerk", "gravity", "warm"]), ("terms", 3), ("forms", ["a"]), ("nulls", [[], [], []])],
+)
+def test_a_file_with_other_terms_than_there_are_is_refused(file, tmp_path, name, value, capsys):
+    told = json.loads(file.read_text("utf-8"))
+    told["parameters"][name]["value"] = value
+    (tmp_path / "harmed.json").write_text(json.dumps(told), "utf-8")
+    job = str(joint_job(tmp_path / "J.JBI", 1))
+    assert main(["time", job, "--robot", ROBOT, "--signature", str(tmp_path / "harmed.json")]) != 0
+    says = "".join(capsys.readouterr())
+    assert "H008" in says or "N001" in says
+
+
 # --- every term, alone ------------------------------------------------------------------------------------------------
 
 
@@ -316,10 +330,11 @@ def test_a_term_of_the_axes_is_refused_where_the_axes_are_not_known(mixed, folde
         try:
             predict_recording(own, plain)
         except OlpError as problem:
-            assert problem.diagnostics[0].code == "H011"
-            told.add(part.term.name)
-    assert {"joint-speed-limit", "joint-acceleration-limit"} <= told
-    assert not told & {"jerk", "settling", "payload", "speed-scale"}
+            told.add((part.term.name, problem.diagnostics[0].code))
+    assert {code for _, code in told} == {"H011"}
+    names = {name for name, _ in told}
+    assert {"joint-speed-limit", "joint-acceleration-limit"} <= names
+    assert not names & {"jerk", "settling", "payload", "speed-scale"}
 
 
 def first_of(moves, count):

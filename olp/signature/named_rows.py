@@ -13,7 +13,7 @@ from olp.recording.moves import CIRCULAR
 from olp.signature.document import Signature
 from olp.signature.moveset import MoveSet
 from olp.signature.named_case import case_for, seconds_of
-from olp.signature.named_model import from_parameters
+from olp.signature.named_model import Named, from_parameters
 from olp.signature.parts import TERMS
 from olp.signature.places import with_points
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
+_UNUSABLE = (KeyError, TypeError, ValueError, IndexError)
 _CURVED = 2.0  # [1] no curve was learnt from: its interval is that many times as wide
 
 
@@ -43,15 +44,14 @@ def told_rows(signature: Signature, recording: Recording) -> Told | None:
     """
     if TERMS not in signature.parts:
         return None
-    try:
-        named = from_parameters(signature.parameters)
-    except (KeyError, TypeError, ValueError, OlpError) as problem:
-        what = f"{type(problem).__name__}: {problem}"
-        raise OlpError(error("H008", f"the signature's terms cannot be used ({what})")) from None
+    named = terms_of(signature)
     made = case_for(named, recording)
     if made is None:
         return None
-    seconds = seconds_of(named, made[0])
+    try:
+        seconds = seconds_of(named, made[0])
+    except _UNUSABLE as problem:
+        raise _unusable(problem) from None
     good = np.nonzero(np.isfinite(seconds))[0].astype(np.int64)
     case, rows, seconds = made[0].take(good), made[1][good], seconds[good]
     strain, reasons = np.ones(len(rows)), [""] * len(rows)
@@ -64,6 +64,19 @@ def told_rows(signature: Signature, recording: Recording) -> Told | None:
     strain[recording.moves.kind[rows] == CIRCULAR] *= _CURVED
     half = signature.parts[TERMS].spread.half * strain
     return Told(rows, seconds, half, strain, tuple(reasons))
+
+
+def terms_of(signature: Signature) -> Named:
+    """The terms that a signature holds. Raises OlpError: H008, N001 a term that this olp does not know."""
+    try:
+        return from_parameters(signature.parameters)
+    except _UNUSABLE as problem:
+        raise _unusable(problem) from None
+
+
+def _unusable(problem: Exception) -> OlpError:
+    what = f"{type(problem).__name__}: {problem}"
+    return OlpError(error("H008", f"the signature's terms cannot be used ({what})"))
 
 
 def moves_of_case(case: Case, recording: Recording, rows: Rows) -> MoveSet:

@@ -40,14 +40,13 @@ def by_terms(
 
     if TERMS not in signed.signature.parts:
         return signed
-    from olp.signature.named_model import from_parameters
-    from olp.signature.named_rows import told_rows
+    from olp.signature.named_rows import terms_of, told_rows
 
     arm = np.array([robot is not None and robot is plan.robot for robot in plan.robots], dtype=bool)
     own = np.nonzero(arm[plan.moves.mechanism])[0] if len(arm) else np.zeros(0, dtype=np.intp)
     if not len(own):
         return signed
-    named = from_parameters(signed.signature.parameters)
+    named = terms_of(signed.signature)
     names = {part.term.name for part in named.model.parts}
     use = _usable(plan, wanted, own)
     if not names & _AXES:
