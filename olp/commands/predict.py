@@ -9,7 +9,9 @@ SUMMARY = "predict the moves of a recording with a signature, with a 95 % interv
 
 def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("recording", metavar="RECORDING", help="a folder with moves.csv, or such a file")
-    parser.add_argument("--signature", required=True, metavar="FILE", help="made by olp calibrate")
+    parser.add_argument(
+        "--signature", required=True, metavar="FILE", help="made by olp calibrate or olp diagnose"
+    )
     parser.add_argument("-o", "--output", metavar="OUT.csv", help="move, predicted_s, low_s, high_s")
 
 

@@ -68,7 +68,9 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
         help="speed override in percent, a factor on V= and VJ= (default: 100)",
     )
     parser.add_argument(
-        "--signature", metavar="FILE", help="the robot's timing signature, made by olp calibrate"
+        "--signature",
+        metavar="FILE",
+        help="the robot's timing signature, made by olp calibrate or olp diagnose",
     )
     parser.add_argument("--assumptions", metavar="FILE", help="an olp.toml (default: the nearest one)")
     parser.add_argument("--encoding", metavar="E", help="of the program text (default: guessed)")
