@@ -46,9 +46,9 @@ class OrientationLimit(MoveTerm):
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         turn = _turns(case)
         if form.key == "slows the path":
-            return motion.with_(
-                speed=np.minimum(motion.speed, values[0] * motion.way / np.maximum(turn, 1e-9))
-            )
+            # Waits have no way, and keep a speed that can be divided by.
+            slow = np.where(motion.way > 0, values[0] * motion.way / np.maximum(turn, 1e-9), np.inf)
+            return motion.with_(speed=np.minimum(motion.speed, slow))
         rate, ramp = values
         whole = np.where(turn >= rate**2 / ramp, turn / rate + rate / ramp, 2.0 * np.sqrt(turn / ramp))
         return motion.with_(least=np.maximum(motion.least, np.where(turn > 1e-6, whole, 0.0)))
