@@ -88,7 +88,7 @@ class TorqueSpeed(MoveTerm):
 def _longer(share: Floats, knee: float, law: str) -> Floats:
     """(n,) by how much a ramp costs more time when its force depends on the axes' speed.
 
-    `share` (n, k): what the axes' speed would be, of the idle or base speed, at the path's full speed at the places where
+    `share` (n, k): what the axes' speed would be, of the idle or base speed, at the path's full speed at places where
     the ramp passes the speeds of `_PASSED`. Time dt = dv/a at each, less its way at full speed: ∫ (1 - v/V) dv / a(v).
     """
     share = share * _PASSED
