@@ -21,6 +21,7 @@ _MOST = 0.5  # of the mean square that names leave: with more they explain too l
 # The same where what remains goes with time: a cause that comes and goes leaves its mean to terms that are always there.
 _MOST_BY_TIME = 0.12
 _BY_TIME = ("previous move", "previous moves", "a period in the order of moves", "t_start_s", "move", "cycle")
+_TAILS = 1.6  # times the middle's scatter: then a few moves hold most of the difference
 _LITTLE = 0.02  # of the mean square: what remains does not matter
 
 
@@ -53,9 +54,11 @@ def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
     structured = named.remains.structured and not _within_digits(named, floor)
     if not found:
         return "unexplained" if structured or above else "no-mismatch"
+    raw, left = float(np.mean(named.clean.residual**2)), float(np.mean(left_over(named) ** 2))
+    if left > _MOST * raw and left > (_TAILS * spread(left_over(named), named.noise.least)) ** 2:
+        return "unexplained" if not named.late.any() else "partly-explained"
     if not structured and not above:
         return "explained"
-    raw, left = float(np.mean(named.clean.residual**2)), float(np.mean(left_over(named) ** 2))
     by_time = abs(named.remains.order) > 0 or any(c.column in _BY_TIME for c in named.remains.correlates)
     if left > (_MOST_BY_TIME if by_time else _MOST) * raw and not named.late.any():
         return "unexplained"

@@ -46,8 +46,14 @@ class Gravity(MoveTerm):
             for name in ("wrist", "elbow")
         ]
         whole = Form("whole arm", tuple(arm), r"a_{acc,dec} = a\,(1 \mp k_w z_w'(s) \mp k_e z_e'(s))")
+        inward = Parameter(
+            "inward", "1", -1.0, 1.0, 0.0, False, "of the acceleration that drawing the arm in takes"
+        )
+        guessed = Form(
+            "lift and reach", (arm[0], inward), r"a_{acc,dec} = a\,(1 \mp k_w z'(s) \pm k_r r'(s))"
+        )
         return (
-            *((whole,) if _known(case) else ()),
+            whole if _known(case) else guessed,
             Form("both ramps", (share,), r"a_\uparrow = a\,(1 - k\sin\gamma)"),
             Form(
                 "against and with",
@@ -60,6 +66,8 @@ class Gravity(MoveTerm):
         return "" if self.forms(case) else "moves with points at several inclines"
 
     def guesses(self, form: Form, case: Case) -> Floats:
+        if form.key == "lift and reach":
+            return np.array([[0.2, 0.0], [0.3, 0.2], [0.5, 0.3]])
         if form.key == "whole arm":
             return np.array([[0.2, 0.2], [0.5, 0.1], [0.1, 0.5]])
         return np.array([[-0.2], [0.2]]) if form.key == "both ramps" else np.array([[0.2], [0.5]])
@@ -70,6 +78,12 @@ class Gravity(MoveTerm):
             return motion.with_(
                 accelerate=motion.accelerate * np.maximum(1.0 - start, _LEAST),
                 decelerate=motion.decelerate * np.maximum(1.0 + end, _LEAST),
+            )
+        if form.key == "lift and reach":
+            pull = case.once("lift and reach", lambda: _outside(case)) @ values
+            return motion.with_(
+                accelerate=motion.accelerate * np.maximum(1.0 - pull, _LEAST),
+                decelerate=motion.decelerate * np.maximum(1.0 + pull, _LEAST),
             )
         pull = values[0] * case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
         sign = -1.0 if form.key == "both ramps" else 1.0
@@ -83,6 +97,11 @@ class Gravity(MoveTerm):
             return (
                 f"lifting takes up to {values.sum():.0%} of the acceleration (wrist {values[0]:.0%}, "
                 f"elbow {values[1]:.0%}) and gives it to the braking"
+            )
+        if form.key == "lift and reach":
+            return (
+                f"lifting takes up to {values[0]:.0%} of the acceleration and drawing the arm in {values[1]:.0%}, "
+                "and they give it to the braking"
             )
         if form.key == "both ramps":
             way, back = ("up", "down") if values[0] > 0 else ("down", "up")
@@ -107,3 +126,12 @@ def _lifts(case: Case, end: int) -> Floats:
         np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]
     )
     return np.where((case.joint | ~case.moving)[:, None], 0.0, np.nan_to_num(over_ramp(case, slope, end)))
+
+
+def _outside(case: Case) -> Floats:
+    """(n, 2) rise of the tool and shortening of its distance from the first axis, per way: what tool points alone tell of
+    how an arm's bodies rise (the elbow goes up as the arm is drawn in)."""
+    length = np.maximum(np.nan_to_num(case.length), 1e-9)
+    near, far = (np.hypot(p[:, 0], p[:, 1]) for p in (case.start, case.end))
+    both = np.stack([case.rise, np.nan_to_num(near - far) / length], axis=1)
+    return np.where((case.joint | ~case.moving)[:, None], 0.0, both)
