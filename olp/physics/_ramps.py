@@ -32,3 +32,24 @@ def over_ramp(case: Case, values: Floats, end: int) -> Floats:
     """(n, …) mean over the ramp of values (n, m, …) along the way."""
     weight = ramp_weights(case, values.shape[1], end)
     return np.asarray(np.einsum("nm,nm...->n...", weight, values))
+
+
+# Shares of the full speed at which a ramp is looked at.
+PASSED = (np.arange(10) + 0.5) / 10
+
+
+def where_passed(case: Case, values: Floats, end: int) -> Floats:
+    """(n, k) of values (n, m) along the way, where the simulation's ramp at one end passes the speeds of `PASSED`."""
+    slow = case.base.decelerate if end else case.base.accelerate
+    way = np.maximum(case.base.way, 1e-9)[:, None]
+    place = (PASSED * case.base.top()[:, None]) ** 2 / (2.0 * slow[:, None]) / way
+    place = np.clip(1.0 - place if end else place, 0.0, 1.0) * (values.shape[1] - 1)
+    low = np.minimum(place.astype(np.int64), values.shape[1] - 2)
+    rows = np.arange(len(values))[:, None]
+    return np.asarray(values[rows, low] + (place - low) * (values[rows, low + 1] - values[rows, low]))
+
+
+def longer(force: Floats) -> Floats:
+    """(n,) by how much a ramp costs more time when only the share `force` (n, k) of its acceleration is there at the speeds
+    of `PASSED`: ∫ (1 - v/V) dv / a(v), its time less its way at full speed, over V/2a."""
+    return np.asarray(((1.0 - PASSED) / force).sum(axis=1) * (2.0 / len(PASSED)))

@@ -22,7 +22,7 @@ class CycleQuantisation(MoveTerm):
     stage = Stage.CLOCKS
 
     def forms(self, case: Case) -> tuple[Form, ...]:
-        found = case.once("lattice", lambda: np.array([_lattice(case)]))[0]
+        found = _found(case)
         if not np.isfinite(found):
             return ()
         one = Parameter("cycle", "s", found * 0.999, found * 1.001, 0.0, False, "of the controller")
@@ -30,13 +30,17 @@ class CycleQuantisation(MoveTerm):
         return (up, Form("nearest", (one,), r"T = c \lfloor T_0 / c + 1/2 \rfloor"))
 
     def guesses(self, form: Form, case: Case) -> Floats:
-        return np.array([[case.derived["lattice"][0]]])
+        return np.array([[_found(case)]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         return motion.with_(cycle=float(values[0]), early=0.5 if form.key == "nearest" else 0.0)
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         return f"durations are whole multiples of {values[0] * 1000:.3g} ms"
+
+
+def _found(case: Case) -> float:
+    return float(case.once("lattice", lambda: np.array([_lattice(case)]))[0])
 
 
 def _lattice(case: Case) -> float:

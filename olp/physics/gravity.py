@@ -129,8 +129,10 @@ def _lifts(case: Case, end: int) -> Floats:
 
 
 def _outside(case: Case) -> Floats:
-    """(n, 2) rise of the tool and shortening of its distance from the first axis, per way: what tool points alone tell of
-    how an arm's bodies rise (the elbow goes up as the arm is drawn in)."""
+    """(n, 2) rise of the tool, and how much nearer to the first axis it comes, per way.
+
+    What tool points alone tell of how an arm's bodies rise: the elbow goes up as the arm is drawn in.
+    """
     length = np.maximum(np.nan_to_num(case.length), 1e-9)
     near, far = (np.hypot(p[:, 0], p[:, 1]) for p in (case.start, case.end))
     both = np.stack([case.rise, np.nan_to_num(near - far) / length], axis=1)

@@ -31,6 +31,8 @@ class Jerk(MoveTerm):
         return motion.with_(jerk=np.minimum(motion.jerk, values[0] * case.ratio))
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        ramp = case.pace / values[0]
-        rate = f"{values[0]:.4g} {form.parameters[0].unit}"
-        return f"acceleration builds up at {rate}: a full ramp takes {ramp * 1000:.0f} ms longer"
+        ramp, unit = case.pace / values[0], form.parameters[0].unit
+        return (
+            f"acceleration builds up at {values[0]:.4g} {unit}: a full ramp at the simulated acceleration takes "
+            f"{ramp * 1000:.0f} ms longer"
+        )

@@ -6,6 +6,7 @@ import numpy as np
 
 from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
+from olp.physics._ramps import longer, where_passed
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 ALL = -1  # axes together, by their rated accelerations
@@ -56,12 +57,11 @@ class JointAccelerationLimit(MoveTerm):
         return np.quantile(asked[asked > 0], _QUANTILES)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        start, end = ends(case, form.axis)
-        with np.errstate(divide="ignore"):
-            return motion.with_(
-                accelerate=np.minimum(motion.accelerate, values[0] / start),
-                decelerate=np.minimum(motion.decelerate, values[0] / end),
-            )
+        start, end = (_passed(case, form.axis, k) for k in (0, 1))
+        return motion.with_(
+            accelerate=motion.accelerate / _longer(start * motion.accelerate[:, None], values[0]),
+            decelerate=motion.decelerate / _longer(end * motion.decelerate[:, None], values[0]),
+        )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         if form.axis == ALL:
@@ -69,21 +69,14 @@ class JointAccelerationLimit(MoveTerm):
         return f"axis {form.key} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
 
 
-def ends(case: Case, axis: int) -> tuple[Floats, Floats]:
-    """(n,), (n,) [rad/m] the most that an axis turns per unit of way over each ramp of the simulation."""
-    return (
-        case.once(f"ramp {axis} 0", lambda: _over_ramp(case, axis, False)),
-        case.once(f"ramp {axis} 1", lambda: _over_ramp(case, axis, True)),
-    )
+def _passed(case: Case, axis: int, end: int) -> Floats:
+    """(n, k) [rad/m] of the axis where one ramp of the simulation passes the speeds of `PASSED`."""
+    return case.once(f"ramp {axis} {end}", lambda: where_passed(case, _rates(case, axis), end))
 
 
-def _over_ramp(case: Case, axis: int, last: bool) -> Floats:
-    rate = _rates(case, axis)
-    share = np.linspace(0.0, 1.0, rate.shape[1])
-    share = 1.0 - share if last else share
-    slow = case.base.decelerate if last else case.base.accelerate
-    ramp = np.minimum(case.base.speed**2 / (2 * slow) / np.maximum(case.base.way, 1e-9), 0.5)
-    return np.asarray(np.where(share[None, :] <= ramp[:, None] + 1e-9, rate, 0.0).max(axis=1))
+def _longer(asked: Floats, limit: float) -> Floats:
+    """(n,) by how much a ramp costs more that asks (n, k) [rad/s²] of an axis."""
+    return longer(np.minimum(1.0, limit / np.maximum(asked, 1e-12)))
 
 
 def _rates(case: Case, axis: int) -> Floats:
@@ -98,6 +91,6 @@ def _rates(case: Case, axis: int) -> Floats:
 
 
 def _asked(case: Case, axis: int) -> Floats:
-    """(n,) [rad/s²] of the axis in the simulation's ramps."""
-    start, end = ends(case, axis)
+    """(n,) [rad/s²] of the axis in the simulation's ramps, at most."""
+    start, end = (_passed(case, axis, k).max(axis=1) for k in (0, 1))
     return np.asarray(np.maximum(start * case.base.accelerate, end * case.base.decelerate))

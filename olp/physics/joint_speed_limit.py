@@ -11,6 +11,7 @@ from olp.physics.term import Form, MoveTerm, Parameter, Stage
 ALL = -1  # axes together, by their rated speeds
 _SLOWEST = 0.25  # of a rated speed: no drive is slower
 _FEWEST = 4  # moves
+_FINER = 4  # times as many places as the rates are known at
 _QUANTILES = (0.5, 0.85, 0.97)
 
 
@@ -42,7 +43,7 @@ class JointSpeedLimit(MoveTerm):
         return np.clip(np.quantile(asked[asked > 0], _QUANTILES), limit.low, limit.high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        """Where the axis would be too fast the path is slowed; it brakes before and speeds up after at its own ramps."""
+        """Where the axis would be too fast the path is slowed; it brakes before it and speeds up after it."""
         touched = np.nonzero(_asked(case, form.axis) > values[0])[0]
         if not len(touched):
             return motion
@@ -84,9 +85,9 @@ def _rates(case: Case, axis: int) -> Floats:
             coarse = (np.abs(rates.path) / rates.rated).max(axis=2)
         else:
             coarse = np.abs(rates.path[:, :, axis])
-        between = 0.5 * (coarse[:, :-1] + coarse[:, 1:])
-        both = np.stack([coarse[:, :-1], between], axis=2).reshape(len(coarse), -1)
-        return np.concatenate([both, coarse[:, -1:]], axis=1)
+        part = np.arange(_FINER) / _FINER
+        pieces = coarse[:, :-1, None] + (coarse[:, 1:] - coarse[:, :-1])[:, :, None] * part
+        return np.concatenate([pieces.reshape(len(coarse), -1), coarse[:, -1:]], axis=1)
 
     return case.once(f"rates {axis}", finer)
 

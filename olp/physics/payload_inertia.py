@@ -47,8 +47,8 @@ class PayloadInertia(MoveTerm):
             less = 1.0 + values[0] * np.nan_to_num(case.payload_inertia)
             start, end = (case.once(f"wrist limit {k}", lambda k=k: _limits(case, k)) for k in (0, 1))  # type: ignore[misc]
             return motion.with_(
-                accelerate=np.minimum(motion.accelerate, np.maximum(start / less, 1e-6)),
-                decelerate=np.minimum(motion.decelerate, np.maximum(end / less, 1e-6)),
+                accelerate=_limited(motion.accelerate, start, less),
+                decelerate=_limited(motion.decelerate, end, less),
             )
         share = case.once("wrist inertia", lambda: _wrist(case) * np.nan_to_num(case.payload_inertia))
         if form.key == "every move":
@@ -71,6 +71,11 @@ def _wrist(case: Case) -> Floats:
     return np.asarray(
         np.where(most > 0, mean[:, _FIRST_OF_WRIST:].max(axis=1) / np.where(most > 0, most, 1.0), 0.0)
     )
+
+
+def _limited(slow: Floats, limit: Floats, less: Floats) -> Floats:
+    """(n,) an acceleration under a limit that is `less` times smaller; the whole limit is simulated already."""
+    return np.asarray(slow * np.minimum(slow, np.maximum(limit / less, 1e-6)) / np.minimum(slow, limit))
 
 
 def _limits(case: Case, end: int) -> Floats:

@@ -6,11 +6,11 @@ import numpy as np
 
 from olp.physics._case import Case, Floats
 from olp.physics._motion import Motion
+from olp.physics._ramps import PASSED, longer, where_passed
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 _SPREAD = 1.3  # the fastest over the slowest speed that has to be there
 _MOST = 0.98
-_PASSED = (np.arange(10) + 0.5) / 10  # of the full speed: where a ramp's force is looked at
 
 
 class TorqueSpeed(MoveTerm):
@@ -69,8 +69,8 @@ class TorqueSpeed(MoveTerm):
         top = slower.top()
         start, end = (_along(case, key, k) * top[:, None] for k in (0, 1))
         return slower.with_(
-            accelerate=motion.accelerate / _longer(start / values[0], knee, law),
-            decelerate=motion.decelerate / _longer(end / values[0], knee, law),
+            accelerate=motion.accelerate / longer(_force(start / values[0], knee, law)),
+            decelerate=motion.decelerate / longer(_force(end / values[0], knee, law)),
         )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
@@ -85,18 +85,13 @@ class TorqueSpeed(MoveTerm):
         return f"acceleration falls with {of} speed{above} and would be nothing at {values[0]:.3g} {unit}"
 
 
-def _longer(share: Floats, knee: float, law: str) -> Floats:
-    """(n,) by how much a ramp costs more time when its force depends on the axes' speed.
-
-    `share` (n, k): what the axes' speed would be, of the idle or base speed, at the path's full speed at places where
-    the ramp passes the speeds of `_PASSED`. Time dt = dv/a at each, less its way at full speed: ∫ (1 - v/V) dv / a(v).
-    """
-    share = share * _PASSED
+def _force(share: Floats, knee: float, law: str) -> Floats:
+    """(n, k) of the acceleration that is left. `share`: what the axes' speed is, of the idle or base speed, at the full
+    speed of the path at the places where the ramp passes the speeds of `PASSED`."""
+    share = share * PASSED
     if law == "power":
-        force = np.minimum(1.0, 1.0 / np.maximum(share, 1e-9))
-    else:
-        force = np.minimum(1.0, np.maximum((1.0 - share) / (1.0 - knee), 1.0 - _MOST))
-    return np.asarray(((1.0 - _PASSED) / force).sum(axis=1) * (2.0 / len(_PASSED)))
+        return np.asarray(np.minimum(1.0, 1.0 / np.maximum(share, 1e-9)))
+    return np.asarray(np.minimum(1.0, np.maximum((1.0 - share) / (1.0 - knee), 1.0 - _MOST)))
 
 
 def _unit(case: Case, key: str) -> str:
@@ -127,19 +122,6 @@ def _fastest(case: Case, key: str) -> Floats:
 
 
 def _along(case: Case, key: str, end: int) -> Floats:
-    """(n, k) the same where the simulation's ramp at one end passes the speeds of `_PASSED`."""
+    """(n, k) the same where the simulation's ramp at one end passes the speeds of `PASSED`."""
 
-    def work_out() -> Floats:
-        fastest = _fastest(case, key)
-        slow = case.base.decelerate if end else case.base.accelerate
-        place = (
-            (_PASSED * case.base.top()[:, None]) ** 2
-            / (2.0 * slow[:, None])
-            / np.maximum(case.base.way, 1e-9)[:, None]
-        )
-        place = np.clip(1.0 - place if end else place, 0.0, 1.0) * (fastest.shape[1] - 1)
-        low = np.minimum(place.astype(np.int64), fastest.shape[1] - 2)
-        rows = np.arange(len(fastest))[:, None]
-        return np.asarray(fastest[rows, low] + (place - low) * (fastest[rows, low + 1] - fastest[rows, low]))
-
-    return case.once(f"fastest {key} {end}", work_out)
+    return case.once(f"fastest {key} {end}", lambda: where_passed(case, _fastest(case, key), end))

@@ -41,11 +41,14 @@ class ViscousFriction(MoveTerm, LogTerm):
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         """Ramps whose force falls, or grows, with the speed: ∫ dv / (a ∓ k v)."""
         top = motion.top()
-        share = np.clip(values[0] * top / motion.accelerate, 1e-9, _MOST)
-        back = np.clip(values[0] * top / motion.decelerate, 1e-9, None)
+        share = np.clip(values[0] * top / motion.accelerate, 1e-4, _MOST)
+        back = np.clip(values[0] * top / motion.decelerate, 1e-4, None)
+        # What a ramp costs beyond its way at full speed V: ∫ (1 - v/V) dv / (a ∓ k v), V/2a without friction.
+        slower = 2.0 * (share + (1.0 - share) * np.log1p(-share)) / share**2
+        faster = 2.0 * ((1.0 + back) * np.log1p(back) - back) / back**2
         return motion.with_(
-            accelerate=motion.accelerate * share / -np.log1p(-share),
-            decelerate=motion.decelerate * back / np.log1p(back),
+            accelerate=motion.accelerate / slower,
+            decelerate=motion.decelerate / faster,
         )
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
