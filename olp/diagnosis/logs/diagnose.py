@@ -15,11 +15,21 @@ from olp.diagnosis.logs.effort import FITTED, Efforts, efforts
 from olp.diagnosis.logs.encoders import Encoders, encoders, link_columns
 from olp.diagnosis.logs.findings import Named
 from olp.diagnosis.logs.pairing import LEAST_RATE, Pairing, pair
-from olp.diagnosis.logs.position import PositionResult, drift, drop, followers, judge, seconds_left
+from olp.diagnosis.logs.position import (
+    PositionResult,
+    drift,
+    drop,
+    followers,
+    judge,
+    seconds_left,
+    smoothed,
+)
 from olp.diagnosis.logs.report import Report
 from olp.diagnosis.logs.result import LogDiagnosis
-from olp.diagnosis.logs.series import even
+from olp.diagnosis.logs.series import Grid, Spectrum, even
 from olp.diagnosis.logs.torque import motion
+from olp.physics.clock import shift
+from olp.physics.servo_lag import lag
 from olp.recording.log import Log
 from olp.recording.recording import Recording
 from olp.robots.model import Robot
@@ -108,7 +118,7 @@ class _Case:
         else:
             self.notes.append("no command and no simulated axes: lag, compliance and play cannot be told")
             return
-        axes = followers(time, log.q, reference_time, reference, self.usable)
+        axes = followers(time, log.q, reference_time, reference, self.usable, self._loads())
         if not axes:
             self.notes.append("no axis moves long enough to tell how it follows")
             return
@@ -125,6 +135,20 @@ class _Case:
                 return
         if self.position.refused:
             self.notes.append("the axes are early or late by different times, which no clock does")
+
+    def _loads(self) -> Floats | None:
+        """(n, k, 2) torques that axes may give way to, and how far they are from the simulated ones.
+
+        Not against commands: motors that stand away from their commands under a load say how stiff servos are.
+        """
+        log, sim, pairing = self.log, self.sim, self.pairing
+        if not self.against_sim or sim is None or pairing is None or log.torque is None or sim.torque is None:
+            return None
+        if not (np.isfinite(log.torque).all() and np.isfinite(sim.torque).all()):
+            return None
+        measured = smoothed(even(log.time, log.torque, log.period), log.time)
+        planned = smoothed(even(sim.time, sim.torque, sim.period), pairing.simulated(log.time))
+        return np.stack([measured, measured - planned], axis=2)
 
     def _steady(self, pairing: Pairing) -> bool:
         """Whether lateness does not grow; else the pairing has learnt the rate that the windows did not see."""
@@ -155,7 +179,25 @@ class _Case:
         if theirs is None or not np.isfinite(theirs).all(axis=1).any():
             return None
         grid = even(sim.time, theirs, sim.period)
-        return grid.at(pairing.simulated(self.log.time))
+        return grid.at(pairing.simulated(self.log.time), self._as_late(grid))
+
+    def _as_late(self, grid: Grid) -> Floats:
+        """(n, k) what is simulated on `grid`, as late as the axes: bodies need torque when they move, not when told."""
+        lags = {
+            a.follower.axis: a.shape.lag
+            for a in (self.position.axes if self.position is not None and self.against_sim else ())
+            if "servo-lag" in a.terms
+        }
+        if self.position is None or not lags:
+            return grid.values
+        spectrum, values = Spectrum(grid), grid.values.copy()
+        usual = float(np.median(list(lags.values())))
+        for axis in range(values.shape[1]):
+            gain = (1 + shift(spectrum.omega, self.position.late - self.position.zero)) * (
+                1 + lag(spectrum.omega, lags.get(axis, usual))
+            )
+            values[:, axis] = grid.values[:, axis] + spectrum.through(gain - 1, axis)
+        return values
 
     def answer(self) -> LogDiagnosis:
         """What is confirmed, in the shape that is reported."""

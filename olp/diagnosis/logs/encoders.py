@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnosis.logs.follow import direction
+from olp.diagnosis.logs.guess import direction
 from olp.diagnosis.logs.select import Column, Products, best, gain, held_out, intervals, products
 from olp.diagnosis.logs.series import hermite
 from olp.diagnosis.logs.torque import Motion

@@ -69,9 +69,11 @@ def says(term: str, own: list[Named]) -> str:
         axis = n.evidence.axis
         values = dict(n.numbers)
         parts.append(_clause(term, axis, values))
-    return _START[term] + "; ".join(parts)
+    start = _TWISTED if all("stiffness" in n.numbers for n in own) else _START[term]
+    return start + "; ".join(parts)
 
 
+_TWISTED = "axes give way to their torques: "
 _START = {
     "clock": "the recorder's clock: ",
     "servo-lag": "axes follow late by a time constant: ",

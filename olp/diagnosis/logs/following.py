@@ -23,9 +23,9 @@ from olp.diagnosis.logs.follow import (
     compared,
     jacobian,
     refine,
-    start,
     whitened,
 )
+from olp.diagnosis.logs.guess import start
 from olp.diagnosis.logs.select import criterion
 
 Floats = NDArray[np.float64]

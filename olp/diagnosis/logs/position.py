@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from olp.diagnosis.logs.follow import Follower, Shape, Whitened, jacobian, refine
 from olp.diagnosis.logs.following import BOTH, CLOCK, NONE, TERMS, Story, lateness, noise_of, stories
 from olp.diagnosis.logs.select import Column, Products, criterion, gain, held_out, intervals, products
-from olp.diagnosis.logs.series import Spectrum, beside_gaps, even, gaps
+from olp.diagnosis.logs.series import Grid, Spectrum, beside_gaps, even, gaps
 from olp.diagnosis.logs.statistics import student_tail
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _LONGEST = 8_000  # samples in which stories compete; the whole log then confirms or refuses
 _MARGIN = 0.25  # [s] after a gap and at the ends, in which unseen motion still rings
+SMOOTH = 0.008  # [s] standard deviation of the Gaussian that torques and accelerations pass
 _LEAST = 0.1  # of what is left: an effect of less is not named
 _HELPS = 1.1  # times: held-out RMS without a term over that with it; less is not worth a name
 _LEAST_LAG = 0.25  # sampling periods; a whole one where nobody knows what the clock's offset should be
@@ -52,9 +53,16 @@ class PositionResult:
 
 
 def followers(
-    time: Floats, measured: Floats, reference_time: Floats, reference: Floats, usable: Mask
+    time: Floats,
+    measured: Floats,
+    reference_time: Floats,
+    reference: Floats,
+    usable: Mask,
+    torques: Floats | None = None,
 ) -> list[Follower]:
-    """One for every axis that moves. `time` (n,) [s] is on the reference's clock."""
+    """One for every axis that moves. `time` (n,) [s] is on the reference's clock; `torques`
+    (n, k, 2) [Nm | N] measured, and measured less simulated, where axes may give way to them.
+    """
     step = float(np.median(np.diff(reference_time)))
     grid = even(reference_time, reference, step)
     spectrum = Spectrum(grid)
@@ -67,8 +75,20 @@ def followers(
     for axis in np.nonzero(reach > 1e-3)[0].tolist():
         good = use & np.isfinite(measured[:, axis])
         if good.sum() > 500:
-            found.append(Follower(axis, time, np.where(good, measured[:, axis], 0.0), spectrum, good))
+            values = np.where(good, measured[:, axis], 0.0)
+            load = None
+            if torques is not None:
+                rise = grid.at(time, spectrum.derivative(2, axis, SMOOTH)[:, None])
+                load = np.column_stack([torques[:, axis, 0], rise, torques[:, axis, 1]])
+            found.append(Follower(axis, time, values, spectrum, good, load))
     return found
+
+
+def smoothed(grid: Grid, instants: Floats) -> Floats:
+    """(m, k) a curve without what is quicker than axes answer, at `instants` [s]."""
+    spectrum = Spectrum(grid)
+    axes = range(grid.values.shape[1])
+    return grid.at(instants, np.stack([spectrum.derivative(0, j, SMOOTH) for j in axes], axis=1))
 
 
 def stretch(all_axes: list[Follower]) -> list[Follower]:
@@ -88,7 +108,10 @@ def stretch(all_axes: list[Follower]) -> list[Follower]:
     small = Spectrum(replace(grid, start=float(low), values=grid.values[i : j + 1]))
     inside = (first.time[a:b] > low + _MARGIN) & (first.time[a:b] < high - _MARGIN)
     return [
-        Follower(f.axis, f.time[a:b], f.measured[a:b], small, f.use[a:b] & inside)
+        Follower(
+            *(f.axis, f.time[a:b], f.measured[a:b], small, f.use[a:b] & inside),
+            f.load[a:b] if f.load is not None else None,
+        )
         for f in all_axes
         if np.ptp(small.grid.values[:, f.axis]) > 1e-3 and (f.use[a:b] & inside).sum() > 500
     ]
@@ -112,7 +135,10 @@ def judge(all_axes: list[Follower], unfaulted: float | None) -> PositionResult:
         noise = noise_of(f, shape, story.late)
         results.append(_axis(f, noise, shape, terms, story.late, zero, unfaulted is None))
     late = story.late
-    step, error = lateness(all_axes, [r.noise for r in results], [r.shape for r in results], late)
+    # An axis that lost its lag would have the clock make up for it.
+    sure = [r for r in results if r.follower.axis in by_axis and r.terms == by_axis[r.follower.axis].terms]
+    sure = sure or results
+    step, error = lateness([r.follower for r in sure], [r.noise for r in sure], [r.shape for r in sure], late)
     if has_clock and len(short[0].time) < len(all_axes[0].time):
         late += step
     without = [s.score for s in told if s.name == NONE]
@@ -223,21 +249,20 @@ def _axis(
     """Terms stay while they are large enough and the held-out blocks want them."""
     while True:
         shape = refine(follower, shape.only(terms), late, noise, 2)
-        table = _products(follower, noise, shape, terms, late, zero)
-        fixed = ("clock",) if late != zero else ()
-        chosen = (*fixed, *terms)
-        gains = {t: gain(table, chosen, t) for t in terms}
-        whole = criterion(table, chosen)
-        delta = {t: criterion(table, tuple(c for c in chosen if c != t)) - whole for t in terms}
+        # A clock is one for all axes: as a free column it would stand for the lag that is left out.
+        table = _products(follower, noise, shape, terms, late, late)
+        gains = {t: gain(table, terms, t) for t in terms}
+        whole = criterion(table, terms)
+        delta = {t: criterion(table, tuple(c for c in terms if c != t)) - whole for t in terms}
         left = follower.residual - follower.effects(shape, late)
         rest = float(left[follower.use].std())
         base = follower.delay(late)
         size = {
             t: float((follower.effects(shape.only((t,)), late) - base)[follower.use].std()) for t in terms
         }
-        raw = _products(follower, None, shape, terms, late, zero)
-        after = held_out(raw, chosen).mean()
-        helps = {t: held_out(raw, tuple(c for c in chosen if c != t)).mean() / after for t in terms}
+        known = _products(follower, None, shape, terms, late, late)
+        after = held_out(known, terms).mean()
+        helps = {t: held_out(known, tuple(c for c in terms if c != t)).mean() / after for t in terms}
         least = 1.0 if late_free else _LEAST_LAG
         weak = [
             t
@@ -248,6 +273,7 @@ def _axis(
             or _no_sense(t, shape, follower, least)
         ]
         if not weak:
+            raw = _products(follower, None, shape, terms, late, zero)
             return AxisResult(follower, noise, shape, terms, gains, delta, raw, size)
         worst = min(weak, key=lambda t: size[t])
         terms = tuple(t for t in terms if t != worst)
@@ -261,7 +287,7 @@ def _no_sense(term: str, shape: Shape, follower: Follower, least: float) -> bool
         return shape.lag < least * step
     if term == "joint-compliance":
         beyond = shape.frequency > 0.9 * math.pi / step or shape.frequency < 2 * math.pi * 0.6
-        return beyond or abs(shape.swing) > 10 or shape.damping > 0.49
+        return beyond or abs(shape.swing) > 10 or shape.damping > 0.49 or shape.twist <= 2e-12
     return shape.play <= 2e-9
 
 

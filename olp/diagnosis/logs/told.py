@@ -23,6 +23,7 @@ _LEAST_BIC = 10.0  # "very strong": R. E. Kass, A. E. Raftery, Bayes Factors, J.
 SURE = 4.0  # standard errors of a clock
 _NEAR = 1.0  # [s] an offset below which two clocks were meant to agree
 _LEAST_OFFSET = 0.05  # sampling periods
+_HELD = 0.5  # sampling periods: a loop that computes once per cycle is that early or late beside its lag, on average
 
 
 class Candidate(NamedTuple):
@@ -74,6 +75,12 @@ def _parameters(term: str, values: dict[str, tuple[float, float]], unit: str) ->
         return {"time constant": made("lag", "s", 1.0, 1e-5, 0.499)}
     if term == "backlash":
         return {"play": made("play", unit, 1.0, 2e-9, 0.099)}
+    if "twist" in values:
+        twist, width = values["twist"]
+        sure = width < 0.5 * twist
+        high = 1 / (twist - width) if sure else math.inf
+        per = "N m/rad" if unit == "rad" else "N/m"
+        return {"stiffness": FittedParameter(1 / twist, per, 1 / (twist + width), high, False, sure)}
     turn = 1 / (2 * math.pi)
     return {
         "frequency": made("frequency", "Hz", turn, 0.6, 119.0),
@@ -166,6 +173,7 @@ def of_clock(
     found: list[Candidate] = []
     clocks: list[ClockFit] = []
     late = position.late if position is not None else 0.0
+    least = (_HELD if position is not None and digital(position) else _LEAST_OFFSET) * period
     error = position.late_error if position is not None else math.nan
     if pairing is not None:
         clock = pairing.clock
@@ -178,7 +186,7 @@ def of_clock(
         offset = clock.offset + clock.rate * late if joint else clock.offset
         width = 1.96 * (error if joint else clock.offset_error)
         if joint and position is not None:
-            offset_sure = position.clock and abs(late - position.zero) > _LEAST_OFFSET * period
+            offset_sure = position.clock and abs(late - position.zero) > least
         else:
             offset_sure = abs(offset) > max(SURE * clock.offset_error, _LEAST_OFFSET * period)
         offset_sure = offset_sure and abs(offset) < _NEAR and not pairing.retimed
@@ -193,12 +201,21 @@ def of_clock(
     if position is not None and position.clock and (pairing is None or by_command):
         fit = ClockFit(
             *("q", "q_cmd", late, late - 1.96 * error, late + 1.96 * error),
-            *(math.nan, math.nan, math.nan, abs(late) > _LEAST_OFFSET * period, False),
+            *(math.nan, math.nan, math.nan, abs(late) > least, False),
         )
         clocks.append(fit)
         if fit.offset_significant:
             found.append(_clock_candidate(fit, position))
     return found, clocks
+
+
+def digital(position: PositionResult) -> bool:
+    """Whether most axes have a servo lag, so that their loops' cycle makes some of the lateness.
+
+    A log is written once per cycle, or more seldom.
+    """
+    lagging = sum("servo-lag" in a.terms for a in position.axes)
+    return lagging * 3 >= 2 * len(position.axes)
 
 
 def _clock_candidate(fit: ClockFit, position: PositionResult | None) -> Candidate:
