@@ -238,9 +238,12 @@ def _base(
     start, end = stops[0][rows], stops[1][rows]
     slow = pace.acceleration[rows].copy()
     slow[~moving] = 1.0
-    missing = ~np.isfinite(slow) | _limited(way, speed, sim, slow, start & end & moving)
-    for joint in (False, True):
-        here = missing & ((moves.kind[rows] == JOINT) == joint)
+    joint = moves.kind[rows] == JOINT
+    # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
+    missing = ~np.isfinite(slow) | (joint & np.isfinite(moves.sim[rows]))
+    missing |= _limited(way, speed, sim, slow, start & end & moving & ~joint)
+    for kind in (joint, ~joint):
+        here = missing & kind
         if here.any():
             slow[here] = _inferred(way[here], speed[here], sim[here], (start & end)[here], resolution)
     whole = Motion(

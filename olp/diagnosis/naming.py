@@ -21,6 +21,7 @@ Labels = NDArray[np.int64]
 
 _SMALL = 0.02  # of the mean square that all names explain: what the others cannot do without is more
 _DRIFT, _STILL = "warm-up", 0.2  # correlation of neighbours that a drift's own term may leave
+_ENDS = 0.97  # of the longest time constant that a recording can tell, its own length
 _TELLING = 10.0  # in BIC: "very strong" by R. Kass and A. Raftery, JASA 90, 1995
 _ROUNDS = 2  # of search and setting waits apart
 
@@ -84,7 +85,10 @@ def _confirmed(
         weak = [
             k
             for k, gain in enumerate(gains)
-            if not gain.holds or _dispensable(best, k, case, noise, whole) or _seldom(best, k, selection)
+            if not gain.holds
+            or _dispensable(best, k, case, noise, whole)
+            or _seldom(best, k, selection)
+            or _endless(best, k)
         ]
         if not weak:
             return best, tuple(gains)
@@ -99,6 +103,12 @@ def _dispensable(best: Fit, index: int, case: Case, noise: Noise, whole: float) 
     others = fit(best.model.without(index), case, noise, 15)
     missed = float(np.mean((best.model.seconds(case) - others.model.seconds(case)) ** 2))
     return others.bic - best.bic < _TELLING or missed < _SMALL * whole
+
+
+def _endless(best: Fit, index: int) -> bool:
+    """Whether a drift does not end within the recording: a straight line is no exponential."""
+    part = best.model.parts[index]
+    return part.term.name == _DRIFT and float(part.values[1]) > _ENDS * part.form.parameters[1].high
 
 
 def _seldom(best: Fit, index: int, selection: confirm.Selection) -> bool:

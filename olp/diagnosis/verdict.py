@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 _ENOUGH = 8  # degrees of freedom behind repeats, for them to judge a fit
 _MOST = 0.5  # of the mean square that names leave: with more they explain too little
-# The same where what remains goes with time: a cause that comes and goes leaves its mean to terms that are always there.
+# The same where what remains goes with time: a cause that comes and goes leaves its mean to terms that always act.
 _MOST_BY_TIME = 0.12
 _BY_TIME = ("previous move", "previous moves", "a period in the order of moves", "t_start_s", "move", "cycle")
 _TAILS = 1.6  # times the middle's scatter: then a few moves hold most of the difference

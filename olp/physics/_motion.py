@@ -68,7 +68,7 @@ class Motion:
         """(n,) [s] by one corner, for both of its moves together. No corner is rounded beyond the middle of a move."""
         ramp, reach = self.speed / slow, self.overlap * np.minimum(rounding, 0.5 * self.way)
         if self.law == "full":
-            saved = self.overlap * ramp
+            saved = self.overlap * _ramp(self.speed, slow, self.jerk)
         elif self.law == "distance":
             saved = np.minimum(2.0 * reach / self.speed, ramp)
         else:

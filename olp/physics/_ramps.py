@@ -50,6 +50,8 @@ def where_passed(case: Case, values: Floats, end: int) -> Floats:
 
 
 def longer(force: Floats) -> Floats:
-    """(n,) by how much a ramp costs more time when only the share `force` (n, k) of its acceleration is there at the speeds
-    of `PASSED`: ∫ (1 - v/V) dv / a(v), its time less its way at full speed, over V/2a."""
+    """(n,) by how much a ramp costs more time when only `force` (n, k) of its acceleration is there at `PASSED`.
+
+    Its time less its way at full speed, ∫ (1 - v/V) dv / a(v), over V/2a.
+    """
     return np.asarray(((1.0 - PASSED) / force).sum(axis=1) * (2.0 / len(PASSED)))

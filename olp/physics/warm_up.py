@@ -23,7 +23,7 @@ class WarmUp(MoveTerm):
             return ()
         time = _time(case)
         span = float(np.ptp(time))
-        last = Parameter("tau", "s", span / 40.0, span * 1.5, np.inf, True, "time constant")
+        last = Parameter("tau", "s", span / 40.0, span, np.inf, True, "time constant")
         share = Parameter("share", "1", -0.5, 0.5, 0.0, False, "of a duration, cold")
         fixed = Parameter("time", "s", -1.0, 1.0, 0.0, False, "per move, cold")
         return (
