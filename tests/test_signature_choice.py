@@ -16,6 +16,7 @@ from olp.signature.axis_paths import axis_paths
 from olp.signature.calibrate import chosen, fit_moves
 from olp.signature.estimator import learnt, load_estimator
 from olp.signature.folds import HeldOut, Trial, by_directions, merit_doubt
+from olp.signature.places import joint_ends
 
 MOVES = moves_of_recording(read_recording(Path(__file__).parent.parent / "samples" / "up20"))[0]
 ROBOT = load_robot("yaskawa/up20")
@@ -102,6 +103,16 @@ def test_a_lower_elbow_is_read_from_the_flags_of_the_configuration(text):
     low = axis_paths(replace(MOVES, configuration=(text,) * len(MOVES)), ROBOT)
     assert (configuration_of(ROBOT, axis_paths(MOVES, ROBOT).start)[:, 1] == 0).all()
     assert (configuration_of(ROBOT, low.start)[:, :2] == (0, 1)).all()
+
+
+def test_joint_moves_between_poses_take_the_flags_too():
+    recording = read_recording(Path(__file__).parent.parent / "samples" / "up20")
+    rows = recording.moves
+    low = replace(rows, texts={**rows.texts, "configuration": ("0,1,0,0,0,0",) * len(rows)})
+    usual, elbow_down = (joint_ends(m, recording.robot, recording.tool) for m in (rows, low))
+    for above, below in zip(usual, elbow_down, strict=True):
+        assert (configuration_of(ROBOT, above)[:, 1] == 0).all()
+        assert (configuration_of(ROBOT, below)[:, :2] == (0, 1)).all()
 
 
 def test_another_word_for_the_configuration_leaves_the_usual_posture():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -36,15 +35,6 @@ class Case:
     noise: float  # [s] standard deviation of what the recorder adds
     answer: dict[str, Any]
     dice: np.random.Generator
-
-
-def generate(seed: int, count: int, families: tuple[str, ...] = ()) -> Iterator[Case]:
-    """`count` cases: family by family in the shares of `FAMILIES`, each from its own random numbers."""
-    order = [f for f in schedule(count) if not families or f[0] in families]
-    for index, (family, turn) in order:
-        if family.startswith("log-"):
-            continue
-        yield make(seed, index, family, turn)
 
 
 def schedule(count: int) -> list[tuple[int, tuple[str, int]]]:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from bench.concealed.arms import Arm, inverse, rot
 
 Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 GRID = 33  # points along a move at which bodies are evaluated
 
 
@@ -31,7 +30,6 @@ class Plan:
     inertias: tuple[float, ...] = ()  # kg m^2
     wrist_forward: bool = False  # the tool along the forearm: near the wrist's singularity
     steep_long: bool = False  # the steeper, the longer
-    far_long: bool = False  # the farther, the longer
     loads_late: bool = False  # the load grows with time
     long_stops: bool = False  # only long moves stop
 

@@ -44,7 +44,6 @@ KINDS = {
     "outside": Kind(1e-3, 0.3),
 }
 SINGLE = [t for t in KINDS if t not in ("outside", "clock", "viscous-friction", "coulomb-friction")]
-SLOW_A, FAST_A = (0.4, 0.8, 1.2), (2.0, 3.0, 5.0, 8.0)
 
 
 def plan_for(dice: np.random.Generator, terms: list[str], moves: int, rich: bool = True) -> Plan:

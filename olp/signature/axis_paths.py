@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.signature.moveset import MoveSet
+from olp.signature.places import posture_flags
 
 if TYPE_CHECKING:
     from olp.robot import Robot
@@ -80,7 +81,7 @@ def _angles(moves: MoveSet, places: Floats, robot: Robot, end: int) -> Floats:
     position, rotation = places[known], moves.rotation[known]
     if moves.tool is not None:
         position, rotation = without_tool(position, rotation, moves.tool)
-    joints, reached = inverse(robot, position, rotation, _flags(moves)[known])
+    joints, reached = inverse(robot, position, rotation, posture_flags(moves.configuration)[known])
     angles[np.nonzero(known)[0][reached]] = joints[reached]
     return angles
 
@@ -96,13 +97,3 @@ def _unflipped(robot: Robot, joints: Floats) -> Floats:
     for axis in (3, 5):
         standard[..., axis] += np.where(bent, np.pi, 0.0)
     return np.asarray(from_standard(links, standard))
-
-
-def _flags(moves: MoveSet) -> NDArray[np.int64]:
-    """(n, 6) of RCONF: elbow, and front or back; 0 where `configuration` is another word."""
-    flags = np.zeros((len(moves), 6), dtype=np.int64)
-    for row, text in enumerate(moves.configuration):
-        digits = text.replace(",", "").replace(" ", "")
-        if len(digits) >= 6 and set(digits) <= {"0", "1"}:
-            flags[row, 1:3] = int(digits[1]), int(digits[2])
-    return flags

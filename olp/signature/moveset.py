@@ -55,11 +55,6 @@ class MoveSet:
         return np.asarray((self.end - self.start) / np.where(way > 0, way, 1.0))
 
     @property
-    def overhead(self) -> Floats:
-        """(n,) [s] what the move takes beyond its way at the programmed speed."""
-        return self.duration - self.length / self.speed
-
-    @property
     def start_labels(self) -> NDArray[np.int64]:
         """(n,) one number per start point, in the order of first use."""
         places = np.round(self.start / _SAME_PLACE).astype(np.int64)

@@ -33,7 +33,7 @@ def with_points(moves: RecordedMoves, robot: Robot | None, tool: Pose | None) ->
 def joint_ends(moves: RecordedMoves, robot: Robot | None, tool: Pose | None) -> tuple[Floats, Floats]:
     """(n, k) [rad | m] at both ends; nan where neither joints nor a reachable pose are told.
 
-    A pose is reached as everywhere in a signature: in front, elbow up, wrist not flipped.
+    A pose is reached as everywhere in a signature: as `configuration` says, else in front, elbow up; wrist not flipped.
     """
     if robot is None:
         return np.full((2, len(moves), 0), np.nan)[0], np.full((len(moves), 0), np.nan)
@@ -44,9 +44,20 @@ def joint_ends(moves: RecordedMoves, robot: Robot | None, tool: Pose | None) -> 
     lacking = ~(np.isfinite(start).all(axis=1) & np.isfinite(end).all(axis=1)) & moves.has_points
     lacking &= np.isfinite(moves.start_angles).all(axis=1) & np.isfinite(moves.end_angles).all(axis=1)
     if lacking.any() and robot.geometry is not None and robot.geometry.links is not None:
-        start[lacking] = _reach(robot, moves.start[lacking], moves.start_angles[lacking], tool)
-        end[lacking] = _reach(robot, moves.end[lacking], moves.end_angles[lacking], tool)
+        flags = posture_flags(moves.texts.get("configuration", ("",) * len(moves)))[lacking]
+        start[lacking] = _reach(robot, moves.start[lacking], moves.start_angles[lacking], flags, tool)
+        end[lacking] = _reach(robot, moves.end[lacking], moves.end_angles[lacking], flags, tool)
     return start, end
+
+
+def posture_flags(configuration: tuple[str, ...]) -> NDArray[np.int64]:
+    """(n, 6) of RCONF: elbow, and front or back; 0 where a `configuration` is another word."""
+    flags = np.zeros((len(configuration), 6), dtype=np.int64)
+    for row, text in enumerate(configuration):
+        digits = text.replace(",", "").replace(" ", "")
+        if len(digits) >= 6 and set(digits) <= {"0", "1"}:
+            flags[row, 1:3] = int(digits[1]), int(digits[2])
+    return flags
 
 
 def _fits(moves: RecordedMoves, robot: Robot | None) -> bool:
@@ -63,13 +74,15 @@ def _pose(robot: Robot, joints: Floats, tool: Pose | None) -> tuple[Floats, Floa
     return position, np.asarray(angles_from_rotation(rotation))
 
 
-def _reach(robot: Robot, points: Floats, angles: Floats, tool: Pose | None) -> Floats:
+def _reach(
+    robot: Robot, points: Floats, angles: Floats, flags: NDArray[np.int64], tool: Pose | None
+) -> Floats:
     from olp.geometry import rotation_from_angles
     from olp.kinematics import inverse, without_tool
 
     position, rotation = points, rotation_from_angles(angles)
     if tool is not None:
         position, rotation = without_tool(position, rotation, tool)
-    joints, reached = inverse(robot, position, rotation)
+    joints, reached = inverse(robot, position, rotation, flags)
     joints[~reached] = np.nan
     return joints
