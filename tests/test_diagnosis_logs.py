@@ -393,7 +393,137 @@ def test_encoders_that_part_under_torque_are_a_soft_gear_and_no_clock() -> None:
     assert number(found, "joint-compliance", "twist of axis 1")[0] == pytest.approx(-2e-6, rel=0.1)
 
 
+def hanging(
+    ways: Floats, stiffness: float, inertia: float, weight: float, rotor: float
+) -> tuple[Floats, Floats]:
+    """A link on a spring behind the motor of the second axis, midpoint rule: where it is, and the motor's torque."""
+    found, h = ways.copy(), FINE / 8
+    motor, speed = ways[:, 1], np.gradient(ways[:, 1], FINE)
+    torque = rotor * np.gradient(np.gradient(ways, FINE, axis=0), FINE, axis=0)
+    damping, q, v = 0.0015 * stiffness, float(motor[0] - weight * np.cos(motor[0]) / stiffness), 0.0
+
+    def pull(q: float, v: float, m: float, s: float) -> float:
+        return stiffness * (m - q) + damping * (s - v)
+
+    torque[0, 1] += pull(q, v, motor[0], 0.0)
+    for i in range(len(motor) - 1):
+        for k in range(8):
+            u = (k + 0.5) / 8
+            m, s = motor[i] * (1 - u) + motor[i + 1] * u, speed[i] * (1 - u) + speed[i + 1] * u
+            first = (pull(q, v, m, s) - weight * np.cos(q)) / inertia
+            middle, rate = q + v * h / 2, v + first * h / 2
+            q, v = q + rate * h, v + (pull(middle, rate, m, s) - weight * np.cos(middle)) / inertia * h
+        found[i + 1, 1] = q
+        torque[i + 1, 1] += pull(q, v, motor[i + 1], speed[i + 1])
+    return found, torque
+
+
+def test_a_link_that_sags_and_swings_behind_its_motor_tells_its_stiffness() -> None:
+    time, ways = program(31, 12)
+    stiffness = 2e5
+    rng = np.random.default_rng(8)
+    # The simulation's gear is a hundred times as stiff.
+    (q, torque), (plain, planned) = (
+        hanging(ways, k, 80.0, 300.0, 20.0) for k in (stiffness, 100 * stiffness)
+    )
+    measured = Log(
+        time[::4], q[::4] + 1e-5 * rng.normal(size=q[::4].shape), (False,) * AXES,
+        command=ways[::4], torque=torque[::4] + 2 * rng.normal(size=q[::4].shape),
+    )  # fmt: skip
+    sim = Log(time[::4], plain[::4], (False,) * AXES, command=ways[::4], torque=planned[::4])
+    found = diagnose_log(measured, sim)
+    assert names(found) == {"joint-compliance"}
+    assert [e.axis for e in found.evidence] == [2]
+    value, low, high = number(found, "joint-compliance", "stiffness of axis 2")
+    assert value == pytest.approx(stiffness, rel=0.05)
+    assert low < value < high
+
+
+def held(ways: Floats, constant: float, cycle: int = 2) -> Floats:
+    """A digital loop: once per `cycle` [ms] it reads its command and moves towards it."""
+    found, share = ways.copy(), 1 - np.exp(-cycle * FINE / constant)
+    for i in range(cycle, len(ways), cycle):
+        found[i] = found[i - cycle] + (ways[i] - found[i - cycle]) * share
+        between = np.linspace(0, 1, cycle + 1)[1:-1, None]
+        found[i - cycle + 1 : i] = found[i - cycle] * (1 - between) + found[i] * between
+    return found
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+def test_the_cycle_of_a_lagging_servo_is_no_clock_and_late_inertia_is_no_friction(simulated: bool) -> None:
+    time, ways = program(32, 14)
+    late = held(ways, 0.012)
+    rng = np.random.default_rng(9)
+    slides = (False,) * AXES
+    plan = Log(time[::4], ways[::4], slides, command=ways[::4])
+    moved = Log(time[::4], late[::4], slides, command=ways[::4])
+    measured = replace(
+        moved, q=moved.q + 2e-5 * rng.normal(size=moved.q.shape), torque=torques(moved, {}, rng)
+    )
+    sim = replace(plan, torque=torques(plan, {}, rng)) if simulated else None
+    found = diagnose_log(measured, sim)
+    assert names(found) == {"servo-lag"}
+    for axis in range(1, AXES + 1):
+        assert number(found, "servo-lag", f"time constant of axis {axis}")[0] == pytest.approx(
+            0.012, rel=0.02
+        )
+
+
+def test_friction_of_one_axis_that_leaks_into_another_is_named_of_the_first_alone() -> None:
+    log = replace(against_command(15, noise=1e-6, moves=18), command=None)
+    rng = np.random.default_rng(11)
+    own = torques(log, {0: (0.0, 40.0)}, rng)
+    # Far below the noise, and yet significant in 8,000 samples.
+    own[:, 1] += 3.0 * np.gradient(log.q[:, 1], STEP)
+    sim = Log(log.time, log.q, log.slides, torque=torques(log, {}, rng))
+    found = diagnose_log(replace(log, torque=own), sim)
+    assert {(e.term, e.axis) for e in found.evidence} == {("coulomb-friction", 1)}
+
+
+def test_intervals_of_friction_hold_what_was_planted() -> None:
+    friction = {0: (25.0, 12.0), 2: (20.0, 10.0)}
+    count = 0
+    for seed in range(102, 108):
+        log = replace(against_command(seed, noise=1e-6, moves=18), command=None)
+        found = diagnose_log(replace(log, torque=torques(log, friction, np.random.default_rng(seed))))
+        for axis, (viscous, coulomb) in friction.items():
+            for name, truth in (("viscous", viscous), ("coulomb", coulomb)):
+                _, low, high = number(found, f"{name}-friction", f"{name} of axis {axis + 1}")
+                count += low < truth < high
+    assert count >= 22  # of 24
+
+
 # A recording from disk, and moves
+
+
+def test_a_folder_of_logs_alone_is_diagnosed_and_no_other_command_takes_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import json
+
+    from olp.__main__ import main
+
+    log = against_command(19, lambda ways: lagging(ways, (0.02, 0.02, 0.02)))
+    (tmp_path / "log.csv").write_bytes(log_csv(log))
+    assert main(["diagnose", str(tmp_path), "--json", "-"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["verdict"], told["data"]["moves"], told["mismatch"]["moves"]) == ("explained", 0, [])
+    assert [f["term"] for f in told["findings"]] == ["servo-lag"]
+    assert main(["diagnose", str(tmp_path), "--html", str(tmp_path / "report.html")]) == 0
+    assert "servo lag" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert main(["recording", "check", str(tmp_path)]) == 2
+    assert "D001" in capsys.readouterr().err
+
+
+def test_a_log_alone_that_is_compared_with_nothing_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from olp.__main__ import main
+
+    (tmp_path / "log.csv").write_bytes(log_csv(replace(against_command(19), command=None)))
+    assert main(["diagnose", str(tmp_path)]) == 2
+    assert "D001" in capsys.readouterr().err
 
 
 def test_a_recording_with_numbered_moves_says_where_the_axes_are_late(tmp_path: Path) -> None:

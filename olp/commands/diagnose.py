@@ -15,7 +15,9 @@ _WIDTH = 100  # characters of a line where no terminal says how wide it is
 
 def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
-        "recording", metavar="RECORDING", help="a folder with moves.csv, or such a file (docs/recording.md)"
+        "recording",
+        metavar="RECORDING",
+        help="a folder with moves.csv or log.csv, or a file of moves (docs/recording.md)",
     )
     parser.add_argument(
         "--job", metavar="JOB", help="the program that ran, for its lines (default: that of recording.toml)"
@@ -51,7 +53,7 @@ def run(args: Namespace) -> int:
         if output not in (None, "-"):
             refuse_inputs(output, inputs)
     robot = load_robot(args.robot) if args.robot else None
-    recording = read_recording(args.recording)
+    recording = read_recording(args.recording, logs_alone=True)
     recording, job_text = _with_job(recording, args.job)
     print_diagnostics(recording.diagnostics)
     outcome = diagnose_recording(recording, robot)

@@ -15,6 +15,7 @@ from olp.diagnosis.findings import Told, findings_of
 from olp.diagnosis.fitting import Noise, fit
 from olp.diagnosis.folds import Folds, folds_of
 from olp.diagnosis.locate import mismatch_of
+from olp.diagnosis.logs_alone import diagnosis_of_logs, no_case
 from olp.diagnosis.model import Model
 from olp.diagnosis.naming import Named, name
 from olp.diagnosis.result import Diagnosis, Errors, Finding, NextExperiment, Remainder
@@ -51,6 +52,8 @@ def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Outc
     if robot is not None:
         recording = replace(recording, robot=robot)
     log = _log_of(recording)
+    if log is not None and not len(recording.moves):
+        return _logs_alone(log)
     making = case_of(recording)
     case, notes = _on_time(making.case, log), making.notes
     groups = {name: labels[making.rows] for name, labels in recording.groups().items()}
@@ -66,6 +69,11 @@ def _log_of(recording: Recording) -> LogDiagnosis | None:
     from olp.diagnosis.logs import diagnose_logs
 
     return diagnose_logs(recording)
+
+
+def _logs_alone(log: LogDiagnosis) -> Outcome:
+    """Of a recording that has no moves."""
+    return Outcome(diagnosis_of_logs(log, _unpaired(log)), no_case(), Model(), np.zeros(0), (), log)
 
 
 def _on_time(case: Case, log: LogDiagnosis | None) -> Case:

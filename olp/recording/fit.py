@@ -45,6 +45,11 @@ def fit_together(
     return [*problems.all(), *found]
 
 
+def logs_fit(logs: Mapping[str, Log | None], robot: Robot | None) -> list[Diagnostic]:
+    """Logs without moves: whether each has the robot's axes."""
+    return [told for log in logs.values() if log is not None for told in _axes(log, 0, robot)]
+
+
 def _axes(log: Log, axes: int, robot: Robot | None) -> list[Diagnostic]:
     width = len(log.slides)
     found = []

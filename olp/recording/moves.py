@@ -108,5 +108,15 @@ class RecordedMoves:
         return np.where(np.isnan(together), np.inf, together)
 
 
+def no_moves() -> RecordedMoves:
+    """Those of a recording that has logs only."""
+    one, three, none = np.zeros(0), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+    kind, joints = np.zeros(0, dtype=np.int8), np.zeros((0, 0))
+    return RecordedMoves(
+        *(none, kind, one, one, three, three, three, three, three, joints, joints, ()),
+        *(one, one, one, one, one, kind, one, none, none, (), one, one),
+    )
+
+
 def _whole_points(start: Floats, end: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(np.concatenate([start, end], axis=1)).all(axis=1), dtype=bool)

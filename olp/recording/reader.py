@@ -16,9 +16,10 @@ import numpy as np
 from olp.diagnostic import Diagnostic, OlpError, error, info
 from olp.geometry import Pose
 from olp.recording.cells import numbers, texts
-from olp.recording.fit import fit_together
+from olp.recording.fit import fit_together, logs_fit
 from olp.recording.log import Log
 from olp.recording.log_reader import read_log
+from olp.recording.moves import no_moves
 from olp.recording.moves_reader import read_moves
 from olp.recording.recording import Recording
 from olp.recording.settings import FILE_NAME, Settings, read_settings
@@ -30,20 +31,21 @@ if TYPE_CHECKING:
 ROLES = ("moves", "log", "sim_log")
 
 
-def read_recording(path: str | os.PathLike[str]) -> Recording:
+def read_recording(path: str | os.PathLike[str], *, logs_alone: bool = False) -> Recording:
     """The recording at `path`, a folder or a single file of moves.
 
+    `logs_alone`: a folder may hold logs and no moves, where these tell something: the recording then has 0 moves.
     Raises OlpError with everything that is wrong in any of its files: a recording is used whole or not at all.
     """
     found: list[Diagnostic] = []
-    files = _files(Path(path))
+    files = _files(Path(path), logs_alone)
     settings = Settings()
     if FILE_NAME in files:
         settings, told = read_settings(files[FILE_NAME])
         found += told
     robot = _robot(settings, found)
     digest = hashlib.sha256(_settings_key(settings))
-    table = _attempt(lambda: read_table(files["moves"]), found)
+    table = _attempt(lambda: read_table(files["moves"]), found) if "moves" in files else None
     moves, left_out = None, 0
     if table is not None:
         left_out += table.left_out
@@ -61,6 +63,9 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
                 _digest_cells(digest, role, cells.cells)
     if moves is not None and table is not None and not any(d.is_error for d in found):
         found += fit_together(table, moves, logs, robot)
+    if "moves" not in files:
+        moves = no_moves()
+        found += _alone(Path(path), files["log"], logs, robot)
     found += _beside(Path(path), files)
     found = _by_place(found)
     if moves is None or any(d.is_error for d in found):
@@ -80,7 +85,18 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     )
 
 
-def _files(path: Path) -> dict[str, Path]:
+def _alone(path: Path, file: Path, logs: dict[str, Log | None], robot: Robot | None) -> list[Diagnostic]:
+    """What is wrong with logs that have no moves beside them."""
+    log, planned = logs["log"], logs["sim_log"]
+    if log is None:
+        return []
+    told = (log.command, log.torque, log.current, planned)
+    if all(part is None for part in told) and not any("_link_" in name for name in log.covariates):
+        return [_no_moves(path, file)]
+    return logs_fit(logs, robot)
+
+
+def _files(path: Path, logs_alone: bool) -> dict[str, Path]:
     """Role (and FILE_NAME) -> file. Raises OlpError (D001, D005)."""
     if path.is_file():
         if not role_of(path):
@@ -98,8 +114,8 @@ def _files(path: Path) -> dict[str, Path]:
         for role, files in candidates.items()
         if len(files) > 1
     ]
-    if not candidates["moves"]:
-        problems.append(_no_moves(path, candidates))
+    if not candidates["moves"] and not (logs_alone and candidates["log"]):
+        problems.append(_no_moves(path, *candidates["log"][:1]))
     if problems:
         raise OlpError(*problems)
     found = {role: files[0] for role, files in candidates.items() if files}
@@ -108,10 +124,10 @@ def _files(path: Path) -> dict[str, Path]:
     return found
 
 
-def _no_moves(path: Path, candidates: dict[str, list[Path]]) -> Diagnostic:
+def _no_moves(path: Path, log: Path | None = None) -> Diagnostic:
     help = "moves.csv, moves.csv.gz or moves.parquet"
-    if candidates["log"]:
-        help = f"olp recording from-log {candidates['log'][0]} JOB -o FOLDER makes moves.csv"
+    if log is not None:
+        help = f"olp recording from-log {log} JOB -o FOLDER makes moves.csv"
     return error("D001", "this folder has no moves", file=str(path), help=help)
 
 

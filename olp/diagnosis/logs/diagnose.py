@@ -22,11 +22,10 @@ from olp.diagnosis.logs.position import (
     followers,
     judge,
     seconds_left,
-    smoothed,
 )
 from olp.diagnosis.logs.report import Report
 from olp.diagnosis.logs.result import LogDiagnosis
-from olp.diagnosis.logs.series import Grid, Spectrum, even
+from olp.diagnosis.logs.series import Grid, Spectrum, even, smoothed
 from olp.diagnosis.logs.torque import motion
 from olp.physics.clock import shift
 from olp.physics.servo_lag import lag

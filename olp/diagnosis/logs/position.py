@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from olp.diagnosis.logs.follow import Follower, Shape, Whitened, jacobian, refine
 from olp.diagnosis.logs.following import BOTH, CLOCK, NONE, TERMS, Story, lateness, noise_of, stories
 from olp.diagnosis.logs.select import Column, Products, criterion, gain, held_out, intervals, products
-from olp.diagnosis.logs.series import Grid, Spectrum, beside_gaps, even, gaps
+from olp.diagnosis.logs.series import SMOOTH, Spectrum, beside_gaps, even, gaps
 from olp.diagnosis.logs.statistics import student_tail
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _LONGEST = 8_000  # samples in which stories compete; the whole log then confirms or refuses
 _MARGIN = 0.25  # [s] after a gap and at the ends, in which unseen motion still rings
-SMOOTH = 0.008  # [s] standard deviation of the Gaussian that torques and accelerations pass
 _LEAST = 0.1  # of what is left: an effect of less is not named
 _HELPS = 1.1  # times: held-out RMS without a term over that with it; less is not worth a name
 _LEAST_LAG = 0.25  # sampling periods; a whole one where nobody knows what the clock's offset should be
@@ -82,13 +81,6 @@ def followers(
                 load = np.column_stack([torques[:, axis, 0], rise, torques[:, axis, 1]])
             found.append(Follower(axis, time, values, spectrum, good, load))
     return found
-
-
-def smoothed(grid: Grid, instants: Floats) -> Floats:
-    """(m, k) a curve without what is quicker than axes answer, at `instants` [s]."""
-    spectrum = Spectrum(grid)
-    axes = range(grid.values.shape[1])
-    return grid.at(instants, np.stack([spectrum.derivative(0, j, SMOOTH) for j in axes], axis=1))
 
 
 def stretch(all_axes: list[Follower]) -> list[Follower]:
