@@ -73,14 +73,21 @@ def loss_of(residual: Floats, least: float, start: float = 0.0) -> tuple[float, 
 def penalty(parts: Sequence[tuple[MoveTerm, Form]], case: Case) -> float:
     """What the parts cost in BIC: log n per parameter, and the choice between a term's forms."""
     count = sum(len(form.parameters) for _, form in parts)
-    forms = sum(2.0 * np.log(max(len(term.forms(case)), 1)) for term, _ in parts)
+    forms = sum(2.0 * np.log(_choices(term, case)) for term, _ in parts)
     return float(count * np.log(len(case)) + forms)
+
+
+def _choices(term: MoveTerm, case: Case) -> float:
+    """[1] Forms of a term, at least one."""
+    count = case.once(
+        f"forms {term.name}", lambda: np.array([max(len(term.forms(case)), 1)], dtype=np.float64)
+    )
+    return float(count[0])
 
 
 def evaluate(model: Model, case: Case, noise: Noise) -> Fit:
     """A model as it stands, nothing fitted but the scale."""
-    loss, scale = loss_of(whiten(case.measured - model.seconds(case), noise.order), noise.least)
-    return Fit(model, loss, scale, 2.0 * loss + penalty([(p.term, p.form) for p in model.parts], case))
+    return _judged(model, case.measured - model.seconds(case), case, noise)
 
 
 def fit(model: Model, case: Case, noise: Noise, steps: int = 10) -> Fit:
@@ -88,11 +95,12 @@ def fit(model: Model, case: Case, noise: Noise, steps: int = 10) -> Fit:
     if not model.parts:
         return evaluate(model, case, noise)
     place, damping = _pack(model), 1e-3
-    best = evaluate(model, case, noise)
-    residual = whiten(case.measured - model.seconds(case), noise.order)
+    seconds, smooth = model.both(case)
+    best = _judged(model, case.measured - seconds, case, noise)
+    residual = whiten(case.measured - seconds, noise.order)
     low, high = _bounds(model)
     for _ in range(steps):
-        slopes = _slopes(model, place, low, high, case, noise)
+        slopes = _slopes(model, place, (low, high), smooth, case, noise)
         weight = (FREEDOM + 1.0) / (FREEDOM + (residual / best.scale) ** 2)
         normal = slopes.T @ (weight[:, None] * slopes)
         pull = slopes.T @ (weight * residual)
@@ -105,11 +113,12 @@ def fit(model: Model, case: Case, noise: Noise, steps: int = 10) -> Fit:
                 break
             tried = np.clip(place + step, low, high)
             candidate = _unpack(model, tried)
-            left = whiten(case.measured - candidate.seconds(case), noise.order)
+            seconds, between = candidate.both(case)
+            left = whiten(case.measured - seconds, noise.order)
             loss, scale = loss_of(left, noise.least, best.scale)
             if loss < best.loss - 1e-9:
                 gained = best.loss - loss
-                place, residual, model = tried, left, candidate
+                place, residual, smooth, model = tried, left, between, candidate
                 best = Fit(model, loss, scale, best.bic + 2.0 * (loss - best.loss))
                 damping = max(damping / 10.0, 1e-9)
                 break
@@ -119,10 +128,14 @@ def fit(model: Model, case: Case, noise: Noise, steps: int = 10) -> Fit:
     return best
 
 
+def _judged(model: Model, residual: Floats, case: Case, noise: Noise) -> Fit:
+    loss, scale = loss_of(whiten(residual, noise.order), noise.least)
+    return Fit(model, loss, scale, 2.0 * loss + penalty([(p.term, p.form) for p in model.parts], case))
+
+
 def slopes_of(model: Model, case: Case, noise: Noise) -> Floats:
     """(n, p) of the whitened prediction by the search's coordinates, at the model's values."""
-    low, high = _bounds(model)
-    return _slopes(model, _pack(model), low, high, case, noise)
+    return _slopes(model, _pack(model), _bounds(model), model.smooth(case), case, noise)
 
 
 def parameters_of(model: Model) -> list[tuple[Part, Parameter, float]]:
@@ -130,8 +143,11 @@ def parameters_of(model: Model) -> list[tuple[Part, Parameter, float]]:
     return [(p, q, float(v)) for p in model.parts for q, v in zip(p.form.parameters, p.values, strict=True)]
 
 
-def _slopes(model: Model, place: Floats, low: Floats, high: Floats, case: Case, noise: Noise) -> Floats:
-    here = _unpack(model, place).smooth(case)
+def _slopes(
+    model: Model, place: Floats, bounds: tuple[Floats, Floats], here: Floats, case: Case, noise: Noise
+) -> Floats:
+    """(n, p) by differences; `here`: the smooth prediction at `place`."""
+    low, high = bounds
     columns = []
     for index in range(len(place)):
         step = _STEP * (high[index] - low[index])

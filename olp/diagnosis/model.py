@@ -35,14 +35,20 @@ class Model(NamedTuple):
 
     def seconds(self, case: Case) -> Floats:
         """(n,) [s] predicted durations."""
-        smooth, motion = self._acted(case)
-        cycle = motion.cycle
-        return np.asarray(np.ceil(smooth / cycle - motion.early - 1e-6) * cycle) if cycle > 0 else smooth
+        return self.both(case)[0]
 
     def smooth(self, case: Case) -> Floats:
         """(n,) [s] the same, with the mean of rounding to a cycle in its place: it has derivatives."""
+        return self.both(case)[1]
+
+    def both(self, case: Case) -> tuple[Floats, Floats]:
+        """`seconds` and `smooth` at the price of one."""
         smooth, motion = self._acted(case)
-        return smooth + (0.5 - motion.early) * motion.cycle
+        cycle = motion.cycle
+        if cycle <= 0:
+            return smooth, smooth
+        rounded = np.ceil(smooth / cycle - motion.early - 1e-6) * cycle
+        return np.asarray(rounded), smooth + (0.5 - motion.early) * cycle
 
     def _acted(self, case: Case) -> tuple[Floats, Motion]:
         base = case.once("base", case.base.duration)

@@ -33,10 +33,11 @@ class Effort(NamedTuple):
     beam: int  # sets of one size that are added to
     additions: int  # to each
     most: int = MOST
+    steps: int = 8  # of each fit
 
 
 WIDE = Effort(pairs=40, leaders=3, beam=5, additions=8)
-NARROW = Effort(pairs=12, leaders=1, beam=2, additions=5, most=4)
+NARROW = Effort(pairs=12, leaders=1, beam=2, additions=5, most=4, steps=5)
 
 
 class Shelf(NamedTuple):
@@ -75,9 +76,9 @@ def search(case: Case, noise: Noise, shelf: Shelf, effort: Effort) -> list[Fit]:
     """All sets that were fitted, the best first; the empty one is among them."""
     found: dict[tuple[tuple[str, str], ...], Fit] = {}
 
-    def keep(model: Model, steps: int = 8) -> Fit:
+    def keep(model: Model) -> Fit:
         key = tuple(sorted((part.label, part.form.key) for part in model.parts))
-        fitted = fit(model, case, noise, steps)
+        fitted = fit(model, case, noise, effort.steps)
         if key not in found or price(fitted) < price(found[key]):
             found[key] = fitted
         return found[key]

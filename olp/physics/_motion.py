@@ -53,16 +53,13 @@ class Motion:
 
     def duration(self) -> Floats:
         """(n,) [s] before `rate` and `cycle`, which hold for whole durations."""
-        return np.asarray(np.maximum(self._travel(), self.least) + self.added - self._saved())
-
-    def _saved(self) -> Floats:
-        """(n,) [s] by rounded corners."""
-        rounded = (self.round_start > 0) | (self.round_end > 0)
-        if self.law == "stop" or not rounded.any():
-            return np.zeros_like(self.way)
+        travel = self._travel()
+        whole = np.maximum(travel, self.least) + self.added
+        if self.law == "stop" or not ((self.round_start > 0) | (self.round_end > 0)).any():
+            return np.asarray(whole)
         start = (1.0 - self.split) * self._saving(self.round_start, self.accelerate)
         end = self.split * self._saving(self.round_end, self.decelerate)
-        return np.asarray(np.minimum(start + end, 0.9 * self._travel()))
+        return np.asarray(whole - np.minimum(start + end, 0.9 * travel))
 
     def _saving(self, rounding: Floats, slow: Floats) -> Floats:
         """(n,) [s] by one corner, for both of its moves together. No corner is rounded beyond the middle of a move."""
