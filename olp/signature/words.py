@@ -1,4 +1,4 @@
-"""A signature in words, and the difference of two."""
+"""A signature in words."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from olp.signature.document import Signature
+from olp.signature.estimator import Parameter
 from olp.signature.folds import merit
 from olp.units import deg, mm
 
@@ -50,17 +51,13 @@ def describe(signature: Signature) -> list[str]:
         f"  {errors.near.half * top:.3f} s among learnt moves, {errors.far.half * top:.3f} s from a new start point"
     )
     lines.append("parameters")
-    lines += [
-        f"  {name}: {_short(p.value)} {p.unit}{_doubt(p.sd)}" for name, p in signature.parameters.items()
-    ]
+    lines += [_line(name, parameter) for name, parameter in signature.parameters.items()]
     for kind, part in signature.parts.items():
         law = f", law {part.law}" if part.law else ""
         lines.append(
             f"{kind}: learnt from {part.rows}{law}, held out {part.unlearnt:.2f} % without, {part.learnt:.2f} % with it"
         )
-        lines += [
-            f"  {name}: {_short(p.value)} {p.unit}{_doubt(p.sd)}" for name, p in part.quantities.items()
-        ]
+        lines += [_line(name, quantity) for name, quantity in part.quantities.items()]
         lines.append(f"  95 % within {part.spread.half:.3f} s")
     return lines
 
@@ -74,12 +71,19 @@ def _range(pair: tuple[float, float], factor: float) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
+def _line(name: str, parameter: Parameter) -> str:
+    unit = "" if parameter.value is None or parameter.unit in ("", "1") else f" {parameter.unit}"
+    return f"  {name}: {_short(parameter.value)}{unit}{_doubt(parameter.sd)}"
+
+
 def _short(value: Any) -> str:
     if value is None:
         return "not learnt"
     if isinstance(value, list):
         names = all(isinstance(v, str) for v in value)
-        return ", ".join(v or "-" for v in value) if names and len(value) <= _FEW else f"{len(value)} entries"
+        if names and len(value) <= _FEW:
+            return ", ".join(v or "-" for v in value)
+        return f"{len(value)} entries" if len(value) != 1 else "1 entry"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
