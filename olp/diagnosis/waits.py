@@ -19,6 +19,7 @@ _SURE = 25.0  # in BIC: fewer and smaller outliers are scatter
 _BESIDE = 0.6  # of what terms explain in the same moves: more is no flaw of theirs
 _MORE = 1.5  # times what terms explain elsewhere: waits do not choose such moves
 _PLACES = 2  # of a program that may wait in every cycle for the same time; more are moves that are just slow
+_PLAIN = 10.0  # standard deviations: whether such waits differ can be seen
 _SCATTERED = 1.5  # times the scatter's variance: so much at least do waits differ between repeats
 _ONE_SIDED = 5  # times as many late moves as early ones
 
@@ -46,7 +47,8 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     beside = bool(np.median(residual[late]) < _BESIDE * np.median(corrected[late]))
     same = _the_same_moves(residual, late, case, sigma)
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
-    if (beside and (where_most or same)) or (same and many):
+    plain = bool(np.median(residual[late]) > _PLAIN * sigma)
+    if (beside and (where_most or same)) or (same and many and plain):
         return nothing  # what the terms explain there is not quite right
     return np.asarray(late, dtype=bool)
 
