@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.logs.payload import Payload, payload
-from olp.diagnosis.logs.select import best, criterion, gain, held_out, intervals
+from olp.diagnosis.logs.select import Products, best, criterion, gain, held_out, intervals
 from olp.diagnosis.logs.torque import MASSES, AxisTorque, Motion, axis_torque, motion, rigid_basis
 from olp.recording.log import Log
 from olp.robots.model import Robot
@@ -23,6 +23,9 @@ _LEAST = 0.1  # of what is left: an effect of less is not named
 # Of innovations' squares on held-out blocks. Less is what another axis' effect leaks into this one: no noise, so
 # significant, but it has no friction's course in time.
 _LEAST_GAIN = 0.02
+# Times: held-out RMS with the other kind of friction over that with the chosen one; less does not tell which it is.
+_APART = 1.1
+_KINDS = ("viscous-friction", "coulomb-friction")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +44,7 @@ class EffortResult:
     before: float
     after: float
     left: Floats  # (n,) nan where not used
+    told: bool  # whether one kind of friction explains clearly more than the other
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,8 +103,22 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
         unit = "A" if signal == "current" else "N" if slides else "Nm"
         results.append(judge_axis(data, axis, signal, unit))
     return Efforts(
-        moved, rows, tuple(results), load if load is not None and load.sure else None, against, tuple(notes)
+        moved,
+        rows,
+        tuple(_of_one_kind(results)),
+        load if load is not None and load.sure else None,
+        against,
+        tuple(notes),
     )
+
+
+def _of_one_kind(results: list[EffortResult]) -> list[EffortResult]:
+    """An axis that does not tell which kind of friction it has, has the kind of those that do."""
+    kinds = {t for r in results if r.told for t in r.terms} & set(_KINDS)
+    if len(kinds) != 1:
+        return results
+    banned = tuple(set(_KINDS) - kinds)
+    return [r if r.told else judge_axis(r.data, r.axis, r.signal, r.unit, banned) for r in results]
 
 
 def _stripes(count: int) -> NDArray[np.intp]:
@@ -130,9 +148,12 @@ def _model_torques(robot: Robot | None, moved: Motion) -> Floats | None:
     return inverse_dynamics(dynamic_model(smooth), moved.q, moved.speed, moved.acceleration)
 
 
-def judge_axis(data: AxisTorque, axis: int, signal: str, unit: str) -> EffortResult:
-    """The best set of terms; each stays while it is large enough and its BIC wants it."""
-    terms, _ = best(data.products)
+def judge_axis(
+    data: AxisTorque, axis: int, signal: str, unit: str, banned: tuple[str, ...] = ()
+) -> EffortResult:
+    """The best set of terms without `banned`; each stays while it is large enough and its BIC wants it."""
+    _, scores = best(data.products)
+    terms = min((s for s in scores if not set(s) & set(banned)), key=lambda s: scores[s])
     while True:
         members, sizes, widths = intervals(data.products, terms)
         columns = data.products.columns
@@ -168,7 +189,17 @@ def judge_axis(data: AxisTorque, axis: int, signal: str, unit: str) -> EffortRes
         # What other masses would explain has no name: it stays in the remainder.
         _rms(held_out(raw, friction)),
         left,
+        _told(raw, terms),
     )  # fmt: skip
+
+
+def _told(raw: Products, terms: tuple[str, ...]) -> bool:
+    """Whether the other kind of friction would do clearly worse."""
+    kinds = [t for t in terms if t in _KINDS]
+    if len(kinds) != 1:
+        return bool(kinds)
+    other = tuple(k for k in _KINDS if k not in kinds)
+    return _rms(held_out(raw, _without(terms, *kinds) + other)) > _APART * _rms(held_out(raw, terms))
 
 
 def _without(terms: tuple[str, ...], *gone: str) -> tuple[str, ...]:

@@ -142,9 +142,9 @@ class Report:
         return tuple(axes), tuple(found), structured
 
     def _rivals(self) -> tuple[tuple[tuple[str, ...], ...], dict[str, tuple[Alternative, ...]]]:
-        """Clock and lag when their shapes cannot be told apart by these motions."""
+        """Clock and lag, of what was named, when their shapes cannot be told apart by these motions."""
         result = self.position
-        if result is None:
+        if result is None or not {n.evidence.term for n in self.named} & {"clock", "servo-lag"}:
             return (), {}
         lagging = any("servo-lag" in a.terms for a in result.axes)
         clock = min(result.scores.get(CLOCK, math.inf), math.inf)
@@ -153,7 +153,8 @@ class Report:
             return (("servo-lag", "clock"),), {"servo-lag": (Alternative("clock", clock),)}
         if result.clock and not lagging and none < _RIVAL:
             return (("clock", "servo-lag"),), {"clock": (Alternative("servo-lag", none),)}
-        if result.clock and lagging and none < _RIVAL:
+        clocked = any(n.evidence.term == "clock" for n in self.named)
+        if clocked and result.clock and lagging and none < _RIVAL:
             rival = Alternative("servo-lag", result.scores.get(BOTH, 0.0))
             return (("clock", "servo-lag"),), {"clock": (rival,)}
         return (), {}
