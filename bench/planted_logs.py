@@ -1,6 +1,6 @@
 """Logs with planted effects, by time steps, under three kinds of noise: how often exactly the planted names are told.
 
-    python bench/planted_logs.py [SEEDS]     default 3
+    python bench/planted_logs.py [FIRST:END]   seeds, default 2:5
     python bench/planted_logs.py --intervals   how many 95 % intervals hold what was planted
     python bench/planted_logs.py --speed     CPU seconds of ten minutes at 4 ms, six axes with torques
 
@@ -113,8 +113,8 @@ def logs(seed: int, planted: tuple[str, ...], kind: str, simulated: bool) -> tup
     return Log(stamps, q, slides, command=seen(ways)), None
 
 
-def main(seeds: int) -> None:
-    print(f"seeds 0 to {seeds - 1}; exact: the planted names and no other\n")
+def main(seeds: range) -> None:
+    print(f"seeds {seeds[0]} to {seeds[-1]}; exact: the planted names and no other\n")
     print(
         f"{'planted':<34}{'against':<12}"
         + "".join(f"{kind:>10}" for kind in NOISES)
@@ -128,15 +128,15 @@ def main(seeds: int) -> None:
             cells, verdicts, began, runs = [], Counter[str](), process_time(), 0
             for kind in NOISES:
                 exact = 0
-                for seed in range(seeds):
+                for seed in seeds:
                     found: LogDiagnosis = diagnose_log(*logs(seed, planted, kind, simulated))
                     told = {finding.term for finding in found.findings}
                     exact += told == expected
                     false += bool(told - expected)
                     verdicts[found.verdict] += 1
                     runs += 1
-                cells.append(f"{exact}/{seeds}")
-                right, asked = right + exact, asked + seeds
+                cells.append(f"{exact}/{len(seeds)}")
+                right, asked = right + exact, asked + len(seeds)
             against = "simulation" if simulated else "command"
             took = (process_time() - began) / runs
             counts = ", ".join(f"{verdict} {count}" for verdict, count in verdicts.items())
@@ -204,4 +204,5 @@ if __name__ == "__main__":
     elif sys.argv[1:] == ["--intervals"]:
         intervals()
     else:
-        main(int(sys.argv[1]) if len(sys.argv) > 1 else 3)
+        first, _, end = (sys.argv[1] if len(sys.argv) > 1 else "2:5").partition(":")
+        main(range(int(first), int(end)))
