@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, TypeVar, cast
 
@@ -29,7 +29,7 @@ def load_from(
     *,
     folder: str = "",
     others: tuple[str, ...] = (),
-    **values: Any,
+    values: Mapping[str, Any] | None = None,
 ) -> Base:
     """An instance, made with `values`, of the class that the module `name` derives from `base` (see `file_names`).
 
@@ -45,7 +45,7 @@ def load_from(
     module = importlib.import_module(f"{package}.{name}")
     for thing in vars(module).values():
         if isinstance(thing, type) and issubclass(thing, base) and thing.__module__ == module.__name__:
-            return cast(Base, thing(**values))
+            return cast(Base, thing(**(values or {})))
     raise OlpError(error(code, f"{package.replace('.', '/')}/{name}.py defines no {kind}"))
 
 

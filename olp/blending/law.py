@@ -226,4 +226,4 @@ def law_names() -> tuple[str, ...]:
 
 def load_law(name: str, **values: float) -> BlendingLaw:
     """The blending law of that name; raises OlpError (T013), listing those there are, and see BlendingLaw."""
-    return load_from(BlendingLaw, name, "blending law", "T013", **values)
+    return load_from(BlendingLaw, name, "blending law", "T013", values=values)
