@@ -17,7 +17,7 @@ UNITS = {
     "deg/s": ("turning", 0.017453292519943295), "1": ("share", 1.0), "": ("share", 1.0), "%": ("share", 0.01),
     "1/kg": ("per mass", 1.0), "1/(kg m^2)": ("per inertia", 1.0), "1/(kg m²)": ("per inertia", 1.0),
     "1/s": ("rate", 1.0), "N m": ("torque", 1.0), "Nm": ("torque", 1.0), "N·m": ("torque", 1.0),
-    "N m s/rad": ("damping", 1.0),
+    "N m s/rad": ("damping", 1.0), "Nm s/rad": ("damping", 1.0),
     "rad": ("angle", 1.0), "deg": ("angle", 0.017453292519943295), "Hz": ("frequency", 1.0),
 }  # fmt: skip
 
@@ -143,7 +143,8 @@ def _covered(
 def _parameter(given: dict[str, Any], name: str, unit: str) -> dict[str, Any] | None:
     """By its name, else the only one of that dimension."""
     kind = _unit(unit)[0]
-    alike = {k: v for k, v in given.items() if _unit(v.get("unit", ""))[0] == kind}
+    plain = {k.replace(" of axis ", "_"): v for k, v in given.items()}
+    alike = {k: v for k, v in plain.items() if _unit(v.get("unit", ""))[0] == kind}
     if name in alike:
         return dict(alike[name])
     return dict(next(iter(alike.values()))) if len(alike) == 1 else None
