@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 
-_SMALL = 0.02  # of the mean square that all names explain: what the others cannot do without is more
+_SMALL = 0.01  # of the mean square that all names explain: what the others cannot do without is more
 _DRIFT, _STILL = "warm-up", 0.2  # correlation of neighbours that a drift's own term may leave
 _ENDS = 0.97  # of the longest time constant that a recording can tell, its own length
 _TELLING = 10.0  # in BIC: "very strong" by R. Kass and A. Raftery, JASA 90, 1995

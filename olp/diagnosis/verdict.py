@@ -22,6 +22,7 @@ _MOST = 0.5  # of the mean square that names leave: with more they explain too l
 _MOST_BY_TIME = 0.12
 _BY_TIME = ("previous move", "previous moves", "a period in the order of moves", "t_start_s", "move", "cycle")
 _TAILS = 1.6  # times the middle's scatter: then a few moves hold most of the difference
+_ROUGH, _DIGITS = 0.03, 8.0  # share of a duration, and times the digits' standard deviation
 _LITTLE = 0.02  # of the mean square: what remains does not matter
 
 
@@ -43,6 +44,14 @@ def _within_digits(named: Named, floor: NoiseFloor) -> bool:
     return bool(digits > 0 and float(np.mean(left_over(named) ** 2)) <= digits**2)
 
 
+def _no_scatter(named: Named, floor: NoiseFloor) -> bool:
+    """Whether the difference is far more than digits leave, in seconds and in percent: robots repeat better than that."""
+    digits = float(np.nan_to_num(floor.resolution)) / np.sqrt(12.0)
+    residual, measured = named.clean.residual, np.maximum(named.clean.measured, 1e-6)
+    rough = float(np.mean(np.abs(residual) / measured)) > _ROUGH
+    return bool(digits > 0 and rough and float(np.mean(residual**2)) > (_DIGITS * digits) ** 2)
+
+
 def left_over(named: Named) -> Floats:
     """(n,) [s] of the moves that are not late."""
     return np.asarray(named.clean.measured - named.fit.model.seconds(named.clean))
@@ -53,7 +62,7 @@ def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
     above = _above_repeats(named, floor)
     structured = named.remains.structured and not _within_digits(named, floor)
     if not found:
-        return "unexplained" if structured or above else "no-mismatch"
+        return "unexplained" if structured or above or _no_scatter(named, floor) else "no-mismatch"
     raw, left = float(np.mean(named.clean.residual**2)), float(np.mean(left_over(named) ** 2))
     if left > _MOST * raw and left > (_TAILS * spread(left_over(named), named.noise.least)) ** 2:
         return "unexplained" if not named.late.any() else "partly-explained"
