@@ -45,7 +45,7 @@ def _within_digits(named: Named, floor: NoiseFloor) -> bool:
 
 
 def _no_scatter(named: Named, floor: NoiseFloor) -> bool:
-    """Whether the difference is far more than digits leave, in seconds and in percent: robots repeat better than that."""
+    """Whether the difference is far more than digits leave, in seconds and in percent: robots repeat better."""
     digits = float(np.nan_to_num(floor.resolution)) / np.sqrt(12.0)
     residual, measured = named.clean.residual, np.maximum(named.clean.measured, 1e-6)
     rough = float(np.mean(np.abs(residual) / measured)) > _ROUGH
