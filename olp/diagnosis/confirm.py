@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.diagnosis.errors import rms
 from olp.diagnosis.fitting import FREEDOM, Fit, Noise, fit
 from olp.diagnosis.folds import Folds, interleaved
 from olp.diagnosis.model import Model
@@ -57,8 +58,8 @@ def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> 
     return Gain(
         float(difference.sum()),
         float(difference.std() * np.sqrt(len(difference))),
-        _rms(without),
-        _rms(with_it),
+        rms(without),
+        rms(with_it),
     )
 
 
@@ -111,7 +112,3 @@ def _parts(labels: NDArray[np.int64], label: int) -> tuple[NDArray[np.int64], ND
 def _loss(residual: Floats, scale: float) -> Floats:
     """(n,) minus log-likelihood of each."""
     return np.asarray(0.5 * (FREEDOM + 1.0) * np.log1p((residual / scale) ** 2 / FREEDOM))
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))

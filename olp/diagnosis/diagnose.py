@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from olp.diagnosis import confirm
 from olp.diagnosis.case_making import case_of
+from olp.diagnosis.errors import errors_of, rms
 from olp.diagnosis.findings import Told, findings_of
 from olp.diagnosis.fitting import Noise, fit
 from olp.diagnosis.folds import Folds, folds_of
@@ -18,7 +19,7 @@ from olp.diagnosis.locate import mismatch_of
 from olp.diagnosis.logs_alone import diagnosis_of_logs, no_case
 from olp.diagnosis.model import Model
 from olp.diagnosis.naming import Named, name
-from olp.diagnosis.result import Diagnosis, Errors, Finding, NextExperiment, Remainder
+from olp.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
 from olp.diagnosis.search import price
 from olp.diagnosis.verdict import floor_of, joined, verdict_of
 from olp.physics._case import Case
@@ -112,7 +113,7 @@ def _answer(
         findings=findings,
         indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),
         next_experiment=_experiment(told, case, sigma, recording),
-        remainder=Remainder(_rms(case.measured - predicted), named.remains.correlates),
+        remainder=Remainder(rms(case.measured - predicted), named.remains.correlates),
         before=errors_of(case.residual, case.measured),
         heldout_before=errors_of(raw, named.clean.measured),
         heldout_after=errors_of(held, named.clean.measured),
@@ -178,16 +179,4 @@ def _held_out(model: Model, case: Case, noise: Noise, folds: Folds) -> float:
         held = np.nonzero(folds.labels == label)[0].astype(np.int64)
         test = case.take(held)
         left[held] = test.measured - fit(model, case.take(seen), noise, 6).model.seconds(test)
-    return _rms(left)
-
-
-def errors_of(residual: Floats, measured: Floats) -> Errors:
-    """RMSE [s], mean and worst absolute percentage."""
-    if not len(residual):
-        return Errors(math.nan, math.nan, math.nan)
-    share = 100.0 * np.abs(residual) / np.where(measured > 0, measured, np.nan)
-    return Errors(_rms(residual), float(np.nanmean(share)), float(np.nanmax(share)))
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+    return rms(left)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.diagnosis.errors import rms
 from olp.diagnosis.fitting import Fit, fit
 from olp.diagnosis.intervals import parameters_with_intervals
 from olp.diagnosis.model import Model
@@ -146,9 +147,5 @@ def _waiting(named: Named, case: Case) -> Finding | None:
         {"mean": FittedParameter(mean, "s", mean - error, mean + error)},
         tuple(case.move[late].tolist()),
         dict(zip(case.move.tolist(), lost.tolist(), strict=True)),
-        Evidence(gain, LEVEL * min(1.0, math.exp(-0.5 * max(gain, 0.0))), _rms(lost[late]), sigma),
+        Evidence(gain, LEVEL * min(1.0, math.exp(-0.5 * max(gain, 0.0))), rms(lost[late]), sigma),
     )
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

@@ -7,8 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.diagnosis.errors import errors_of
 from olp.diagnosis.model import Model
-from olp.diagnosis.result import Errors, Mismatch, MoveResidual
+from olp.diagnosis.result import Mismatch, MoveResidual
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
@@ -32,11 +33,7 @@ def mismatch_of(case: Case, sigma: float, model: Model, late: NDArray[np.bool_])
         )
         for i in range(len(case))
     )
-    share = 100.0 * np.abs(residual) / np.where(case.measured > 0, case.measured, np.nan)
-    rmse = math.sqrt(float(np.mean(residual**2)))
-    return Mismatch(
-        float(residual.mean()), Errors(rmse, float(np.nanmean(share)), float(np.nanmax(share))), moves
-    )
+    return Mismatch(float(residual.mean()), errors_of(residual, case.measured), moves)
 
 
 def significant(residual: Floats, sigma: float) -> NDArray[np.bool_]:

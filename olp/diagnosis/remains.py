@@ -106,16 +106,16 @@ def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
 def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
     """Analysis of variance on ranks (W. Kruskal, W. Wallis, JASA 47, 1952)."""
     found = []
-    ranks = _ranks(residual)
+    ranked = ranks(residual)
     for name, labels in groups.items():
         if len(labels) != len(residual):
             continue
         names, inverse, count = np.unique(labels, return_inverse=True, return_counts=True)
         if len(names) < 2 or len(names) > len(labels) // 2:
             continue
-        means = np.bincount(inverse, ranks) / count
-        between = float((count * (means - ranks.mean()) ** 2).sum())
-        total = float(((ranks - ranks.mean()) ** 2).sum())
+        means = np.bincount(inverse, ranked) / count
+        between = float((count * (means - ranked.mean()) ** 2).sum())
+        total = float(((ranked - ranked.mean()) ** 2).sum())
         if total <= 0:
             continue
         k, n = len(names), len(labels)
@@ -125,13 +125,13 @@ def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
 
 
 def _spearman(a: Floats, b: Floats) -> float:
-    one, two = _ranks(a), _ranks(b)
+    one, two = ranks(a), ranks(b)
     one, two = one - one.mean(), two - two.mean()
     size = math.sqrt(float(one @ one) * float(two @ two))
     return float(one @ two) / size if size > 0 else 0.0
 
 
-def _ranks(values: Floats) -> Floats:
+def ranks(values: Floats) -> Floats:
     """Ranks; equal values share the middle one."""
     _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
     last = np.cumsum(count)

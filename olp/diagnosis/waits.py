@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.fitting import Fit
+from olp.diagnosis.remains import ranks
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
@@ -21,6 +22,9 @@ _MORE = 1.5  # times what terms explain elsewhere: waits do not choose such move
 _PLACES = 2  # of a program that may wait in every cycle for the same time; more are moves that are just slow
 _PLAIN = 10.0  # standard deviations: whether such waits differ can be seen
 _SCATTERED = 1.5  # times the scatter's variance: so much at least do waits differ between repeats
+_FEWEST = 3  # late moves; one or two may have any reason
+_TICKS = 1.5  # of the recorder's clock that a wait lasts at least
+_KINDS, _BY_CHANCE = 4, 1e-3  # programmed moves that a kind needs, and how seldom chance makes one
 _ONE_SIDED = 5  # times as many late moves as early ones
 
 
@@ -34,13 +38,13 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     predicted = fitted.model.seconds(case)
     residual = case.measured - predicted
     sigma = spread(residual, least)
-    far = threshold(len(case)) * sigma
+    far = max(threshold(len(case)) * sigma, _TICKS * case.resolution)
     late, early = residual > far, residual < -far
     nothing = np.zeros(len(case), dtype=bool)
-    if not late.any() or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
+    if late.sum() < _FEWEST or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    if excess < _SURE:
+    if excess < _SURE or _chosen_by_the_motion(late, case):
         return nothing
     corrected = np.abs(predicted - case.simulated)
     where_most = bool(np.median(corrected[late]) > _MORE * np.median(corrected))
@@ -51,6 +55,32 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     if (beside and (where_most or same)) or (same and many and plain):
         return nothing  # what the terms explain there is not quite right
     return np.asarray(late, dtype=bool)
+
+
+def _chosen_by_the_motion(late: Mask, case: Case) -> bool:
+    """Whether late moves are those of one kind: steep, long, fast, far out. Waits do not choose.
+
+    One look per programmed move, by ranks (H. Mann, D. Whitney, Annals of Mathematical Statistics 18, 1947).
+    """
+    one = np.arange(len(case))
+    if len(case.repeats) == len(case):
+        one = np.unique(case.repeats, return_index=True)[1]
+        late = np.isin(case.repeats, case.repeats[late])
+    late = late[one]
+    few, many = int(late.sum()), int((~late).sum())
+    if few < _KINDS or many < _KINDS:
+        return False
+    reaches = [np.hypot(place[:, 0], place[:, 1]) for place in (case.start, case.end)]
+    columns = (case.rise, case.base.way, case.base.speed, case.turn, case.payload, *reaches)
+    for column in columns:
+        values = column[one]
+        if not np.isfinite(values).all() or np.ptp(values) <= 0:
+            continue
+        excess = float(ranks(values)[late].sum()) - few * (few + many + 1) / 2.0
+        z = abs(excess) / math.sqrt(few * many * (few + many + 1) / 12.0)
+        if math.erfc(z / math.sqrt(2.0)) * len(columns) < _BY_CHANCE:
+            return True
+    return False
 
 
 def _the_same_moves(residual: Floats, late: Mask, case: Case, sigma: float) -> bool:

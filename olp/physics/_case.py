@@ -101,6 +101,13 @@ class Case:
         up = self.end[:, 2] - self.start[:, 2]
         return np.asarray(np.nan_to_num(up / np.where(length > 0, length, np.nan)))
 
+    @property
+    def bodies_known(self) -> bool:
+        """Whether elbow and wrist are known along every straight move."""
+        if self.rates is None or self.rates.bodies is None:
+            return False
+        return bool(np.isfinite(self.rates.bodies[self.moving & ~self.joint]).all())
+
     def once(self, name: str, make: Callable[[], Floats]) -> Floats:
         """A column that a term works out from this case, kept for its next call."""
         if name not in self.derived:

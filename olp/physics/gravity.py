@@ -53,7 +53,7 @@ class Gravity(MoveTerm):
             "lift and reach", (arm[0], inward), r"a_{acc,dec} = a\,(1 \mp k_w z'(s) \pm k_r r'(s))"
         )
         return (
-            whole if _known(case) else guessed,
+            whole if case.bodies_known else guessed,
             Form("both ramps", (share,), r"a_\uparrow = a\,(1 - k\sin\gamma)"),
             Form(
                 "against and with",
@@ -108,13 +108,6 @@ class Gravity(MoveTerm):
             less = f"{abs(values[0]):.0%} less acceleration"
             return f"straight {way} both ramps have {less}, straight {back} as much more"
         return f"straight up gravity takes {values[0]:.0%} of the acceleration and gives it to the braking"
-
-
-def _known(case: Case) -> bool:
-    """Whether the arm's bodies are known along every straight move."""
-    if case.rates is None or case.rates.bodies is None:
-        return False
-    return bool(np.isfinite(case.rates.bodies[case.moving & ~case.joint]).all())
 
 
 def _lifts(case: Case, end: int) -> Floats:

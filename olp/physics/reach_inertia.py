@@ -31,7 +31,7 @@ class ReachInertia(MoveTerm):
             "growth", "1/m", 0.0, 8.0 / float(np.max(both)), 0.0, False, "of the inertia with distance"
         )
         arm: tuple[Form, ...] = ()
-        if _known(case):
+        if case.bodies_known:
             level = Parameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
             bodies = tuple(
                 Parameter(
@@ -107,13 +107,6 @@ def _across(case: Case, end: int) -> Floats:
     unit = way / np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
     reach = np.maximum(np.hypot(place[:, 0], place[:, 1]), 1e-9)
     return np.asarray((place[:, 0] * unit[:, 1] - place[:, 1] * unit[:, 0]) / reach)
-
-
-def _known(case: Case) -> bool:
-    """Whether the arm's bodies are known along every straight move."""
-    if case.rates is None or case.rates.bodies is None:
-        return False
-    return bool(np.isfinite(case.rates.bodies[case.moving & ~case.joint]).all())
 
 
 def _squares(case: Case, end: int) -> Floats:
