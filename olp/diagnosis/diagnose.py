@@ -20,7 +20,7 @@ from olp.diagnosis.logs_alone import diagnosis_of_logs, no_case
 from olp.diagnosis.model import Model
 from olp.diagnosis.naming import Named, name
 from olp.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
-from olp.diagnosis.search import price
+from olp.diagnosis.search import move_terms, price
 from olp.diagnosis.verdict import floor_of, joined, verdict_of
 from olp.physics._case import Case
 
@@ -118,7 +118,7 @@ def _answer(
         heldout_before=errors_of(raw, named.clean.measured),
         heldout_after=errors_of(held, named.clean.measured),
         placebo=confirm.placebo(named.fit, named.clean, named.noise, _PLACEBOS),
-        notes=(*notes, *(log.notes if log is not None else ())),
+        notes=(*notes, *_untold(case), *(log.notes if log is not None else ())),
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
@@ -146,6 +146,13 @@ def _experiment(told: Told, case: Case, sigma: float, recording: Recording) -> N
     from olp.diagnosis.next_experiment import design_experiment
 
     return design_experiment(case, told.rivals[0], sigma, recording)
+
+
+def _untold(case: Case) -> tuple[str, ...]:
+    """The terms that these columns cannot tell, and what would have to be recorded."""
+    missing = [(term.name, term.lacks(case)) for term in move_terms()]
+    told = "; ".join(f"{name} ({lacks})" for name, lacks in missing if lacks)
+    return (f"these columns cannot tell {told}",) if told else ()
 
 
 def _unpaired(log: LogDiagnosis | None) -> tuple[str, ...]:
