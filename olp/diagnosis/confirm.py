@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from olp.diagnosis.errors import rms
 from olp.diagnosis.fitting import FREEDOM, Fit, Noise, fit
 from olp.diagnosis.folds import Folds, interleaved
-from olp.diagnosis.model import Model
-from olp.diagnosis.search import NARROW, Shelf, move_terms, search, shelf_of
+from olp.diagnosis.search import NARROW, move_terms, search, shelf_of
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
@@ -87,15 +86,14 @@ def placebo(fitted: Fit, case: Case, noise: Noise, times: int, seed: int = 1) ->
     for _ in range(times):
         shuffled = rng.permutation(left)
         blind = replace(case, measured=case.simulated + shuffled, derived={})
-        shelf: Shelf = shelf_of(blind, move_terms())
-        found += bool(search(blind, noise, shelf, NARROW)[0].model.parts)
+        found += bool(search(blind, noise, shelf_of(blind, move_terms()), NARROW)[0].model.parts)
     return found / times if times else float("nan")
 
 
 def _labels_for(fitted: Fit, index: int, case: Case, folds: Folds) -> NDArray[np.int64]:
     """The folds, unless one of them holds nearly all moves in which the part acts."""
     whole = fitted.model.seconds(case)
-    acts = np.abs(whole - Model(fitted.model.without(index).parts).seconds(case)) > 0.5 * fitted.scale
+    acts = np.abs(whole - fitted.model.without(index).seconds(case)) > 0.5 * fitted.scale
     for label in np.unique(folds.labels).tolist():
         if acts[folds.labels != label].sum() < min(_FEWEST, acts.sum()):
             labels = np.zeros(len(case), dtype=np.int64)
