@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnosis.logs.select import Column, Products, products, solve
+from olp.diagnosis.logs.select import Column, Products, products
 from olp.diagnosis.logs.series import Spectrum
 from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
 from olp.physics.backlash import play
@@ -214,10 +214,3 @@ def compared(
         columns = np.column_stack([columns, extra])
         kinds = COLUMNS + (Column("clock"),) * extra.shape[1]
     return products(noise.of(columns), noise.of(follower.residual - base), kinds)
-
-
-def sizes_of(products: Products, terms: tuple[str, ...]) -> dict[str, float]:
-    """Term -> size of its column, 1 where the shape is right already."""
-    members = products.members(terms)
-    sizes = solve(products.total, members)
-    return {products.columns[i].term: float(s) for i, s in zip(members, sizes, strict=True)}
