@@ -80,7 +80,7 @@ class Signal:
     """An input, output, group or register: `bus` is the vendor-neutral name (`in`, `out`, `in-group` ...)."""
 
     bus: str
-    index: Expression
+    index: Expression  # a number, or a Text where the language names its signals
     part: str = ""  # "low" or "high" half of a register
 
 
@@ -153,6 +153,69 @@ class Unknown:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A variable by its name, in the spelling of its declaration: languages without cases fold it while reading."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """An element of an array or of joint values; indices count from 1, whatever the language counts from."""
+
+    base: Expression
+    indices: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A component of a record. Of a position: x y z [mm], rx ry rz [deg], R = Rz(rz) Ry(ry) Rx(rx), e1 .. e6."""
+
+    base: Expression
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class PositionLiteral:
+    """A position written out where it is used, or as the value of a declaration.
+
+    `kind` "pose": `values` x y z [m], rx ry rz [rad] as `PointKind.POSE`; "joint": axis values [rad], slides [m]. nan:
+    not written, that component stays as it is. `external`: further axes as written [mm or deg], nan: not connected.
+    `configuration`: arm flags as `PointState.configuration`. `native`: what else was written, for the same language.
+    """
+
+    kind: str
+    values: tuple[float, ...]
+    external: tuple[float, ...] = ()
+    configuration: tuple[int, ...] = ()
+    native: tuple[tuple[str, str], ...] = field(default=(), compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class RecordLiteral:
+    """A structure's value: (member, value) in order of writing; an array has members without names."""
+
+    type: str
+    members: tuple[tuple[str, Expression], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CallValue:
+    """What a routine of the program returns."""
+
+    routine: str
+    arguments: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class NamedArgument:
+    """An argument passed by its name; `value` None: a switch that is given."""
+
+    name: str
+    value: Expression | None = None
+
+
 class Quantity(NamedTuple):
     """A number with a unit: SI value = value of `written` times `scale` (SI per written unit)."""
 
@@ -165,7 +228,7 @@ class Quantity(NamedTuple):
         return self.written.value * self.scale if type(self.written) is Number else None
 
 
-Position = Taught | Variable | Unknown
+Position = Taught | Variable | Unknown  # what INFORM moves to; other languages move to any expression
 Expression = (
     Number
     | Text
@@ -183,4 +246,11 @@ Expression = (
     | Logic
     | Function
     | Unknown
+    | Named
+    | Item
+    | Member
+    | PositionLiteral
+    | RecordLiteral
+    | CallValue
+    | NamedArgument
 )

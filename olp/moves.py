@@ -24,11 +24,27 @@ class SpeedUnit(StrEnum):
     FRACTION = "fraction"  # of the axes' rated speed [1]
     TRAVEL = "travel"  # of the tool centre point [m/s]
     TURN = "turn"  # of the tool's orientation [rad/s]
+    AXIS = "axis"  # of the axis that turns furthest [rad/s]
+    TIME = "time"  # no speed: the move takes this long [s]
 
 
 class Speed(NamedTuple):
     unit: SpeedUnit
-    value: Quantity  # SI after scaling: fraction, m/s or rad/s
+    value: Quantity  # SI after scaling: fraction, m/s, rad/s or s
+    native: str = ""  # the name it was written with (RAPID v100)
+
+
+class AccelerationUnit(StrEnum):
+    """What a programmed acceleration means."""
+
+    FRACTION = "fraction"  # of the rated one [1]
+    TRAVEL = "travel"  # of the tool centre point [m/s²]
+    AXIS = "axis"  # of the axis that turns furthest [rad/s²]
+
+
+class Acceleration(NamedTuple):
+    unit: AccelerationUnit
+    value: Quantity  # SI after scaling: fraction, m/s² or rad/s²
 
 
 class BlendKind(StrEnum):
@@ -36,12 +52,18 @@ class BlendKind(StrEnum):
 
     LEVEL = "level"  # a controller's position level; 0 is an exact stop
     CONTINUOUS = "continuous"  # no stop, size left to the controller (ERC: CONT)
-    RADIUS = "radius"  # [m]
+    RADIUS = "radius"  # [m]; 0 is an exact stop
+    SHARE = "share"  # of half of the way to the point [1] (KRL $APO.CPTP)
+    SPEED = "speed"  # share of the programmed speed that is left at the corner [1] (FANUC CNT, KRL $APO.CVEL)
+    TURN = "turn"  # [rad] of reorientation that is left (KRL $APO.CORI)
 
 
 class Blend(NamedTuple):
+    """`value` None: the modal one of this kind; of CONTINUOUS there is none."""
+
     kind: BlendKind
     value: Quantity | None = None
+    native: str = ""  # the name it was written with (RAPID z10)
 
 
 class Search(NamedTuple):
@@ -66,14 +88,15 @@ class MovePart(NamedTuple):
 class Move:
     """A motion of one or more control groups in step.
 
-    `targets`: the leading group's positions, as written (robot, then its track, then a station).
+    `targets`: the leading group's positions, as written (robot, then its track, then a station): taught points and
+    position variables in INFORM, any expression with a position as its value elsewhere.
     `speed` None: the modal speed holds. `relative`: the target is added to the current position in that frame.
     `coordinated`: the speed is relative to the work on the station in `parts` (SMOV).
     """
 
     line: int
     path: Path
-    targets: tuple[Position, ...]
+    targets: tuple[Expression, ...]
     speed: Speed | None = None
     blend: Blend | None = None
     parts: tuple[MovePart, ...] = ()
@@ -88,6 +111,14 @@ class Move:
     no_wait: bool = False  # the next statements run while this move is under way
     passes: str = ""  # multi-pass tag, as written (T00001)
     other: tuple[tuple[str, Expression], ...] = ()  # further tags and their values, not modelled
+    via: Expression | None = None  # of an arc that is one statement
+    arc: Quantity | None = None  # [rad] that an arc turns about its axis instead of ending at its target
+    rate: Acceleration | None = None  # of this move alone; beside it `acceleration` is None
+    turn: Quantity | None = None  # the tool turns no faster [rad/s], whatever the speed
+    tool: Expression | None = None  # None: that of the point, else the modal one
+    frame: Expression | None = None  # None: that of the point, else the modal one
+    offset: Expression | None = None  # a pose added in the move's frame (FANUC Offset)
+    tool_offset: Expression | None = None  # a pose added in the tool's axes (FANUC Tool_Offset)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +134,57 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True)
+class SetAcceleration:
+    """Modal accelerations for moves that name none; FRACTION holds for all kinds of moves unless `path` says which."""
+
+    line: int
+    rates: tuple[Acceleration, ...]
+    path: Path | None = None
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetBlend:
+    """Modal sizes of blends for moves whose blend names a kind and no size."""
+
+    line: int
+    blends: tuple[Blend, ...]
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetTool:
+    """The tool that holds from here on: FrameRef("tool", n), a name, or a pose on the flange."""
+
+    line: int
+    tool: Expression
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetFrame:
+    """The frame that targets stand in from here on: FrameRef("user", n), FrameRef("base"), a name, or a pose."""
+
+    line: int
+    frame: Expression
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetOverride:
+    """All programmed speeds are multiplied by `share` [1] from here on."""
+
+    line: int
+    share: Quantity
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class SetSpeed:
-    """Modal speeds for moves that name none."""
+    """Modal speeds for moves that name none; `turn` [rad/s] bounds the tool's turning on all of them."""
 
     line: int
     speeds: tuple[Speed, ...]
     comment: str = ""
+    turn: Quantity | None = None
+    path: Path | None = None  # FRACTION of moves of this path only; None: of joint moves

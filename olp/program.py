@@ -11,17 +11,38 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from olp.diagnostic import Diagnostic
-from olp.expression import FrameRef, Store, Variable
-from olp.moves import Blend, BlendKind, Move, MovePart, Path, Reference, Search, SetSpeed, Speed, SpeedUnit
+from olp.expression import Expression, FrameRef, Store, Variable
+from olp.moves import (
+    Acceleration,
+    AccelerationUnit,
+    Blend,
+    BlendKind,
+    Move,
+    MovePart,
+    Path,
+    Reference,
+    Search,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOverride,
+    SetSpeed,
+    SetTool,
+    Speed,
+    SpeedUnit,
+)
 from olp.points import PointTable
 from olp.source import Source
 from olp.statements import (
     Assign,
     Begin,
+    Break,
     Call,
     Case,
     Clear,
     Comment,
+    Continue,
+    Declare,
     Default,
     DefineFrame,
     Disabled,
@@ -44,6 +65,7 @@ from olp.statements import (
     Process,
     PulseOutput,
     ReadInput,
+    Repeat,
     Return,
     SetOutput,
     ShiftOff,
@@ -52,6 +74,7 @@ from olp.statements import (
     Statement,
     Switch,
     Synchronise,
+    Until,
     Update,
     Wait,
     WaitTask,
@@ -64,15 +87,20 @@ if TYPE_CHECKING:
     from olp.plan import Plan
 
 __all__ = [
+    "Acceleration",
+    "AccelerationUnit",
     "Assign",
     "Begin",
     "Blend",
     "BlendKind",
+    "Break",
     "Call",
     "Case",
     "Clear",
     "Comment",
+    "Continue",
     "ControlGroup",
+    "Declare",
     "Default",
     "DefineFrame",
     "Disabled",
@@ -94,6 +122,7 @@ __all__ = [
     "MovePart",
     "Next",
     "Opaque",
+    "Parameter",
     "Path",
     "Pause",
     "Process",
@@ -101,11 +130,17 @@ __all__ = [
     "PulseOutput",
     "ReadInput",
     "Reference",
+    "Repeat",
     "Return",
     "Routine",
     "Search",
+    "SetAcceleration",
+    "SetBlend",
+    "SetFrame",
     "SetOutput",
+    "SetOverride",
     "SetSpeed",
+    "SetTool",
     "ShiftOff",
     "ShiftOn",
     "Speed",
@@ -114,6 +149,7 @@ __all__ = [
     "Statement",
     "Switch",
     "Synchronise",
+    "Until",
     "Update",
     "Wait",
     "WaitTask",
@@ -126,6 +162,23 @@ class ControlGroup:
     """The mechanisms that one part of a move drives, as written (`RB1`, `BS1`, `ST1` …)."""
 
     mechanisms: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """What a routine takes, by name; `type` as that of `Declare`.
+
+    `by_reference`: the caller's variable changes with it. `optional`: the caller may leave it out, and `default` holds
+    then. `switch`: it is given or not, and has no value.
+    """
+
+    name: str
+    type: str = ""
+    by_reference: bool = False
+    optional: bool = False
+    switch: bool = False
+    default: Expression | None = None
+    native: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +201,10 @@ class Routine:
     aliases: Mapping[str, Variable] = field(default_factory=dict)
     details: Mapping[str, str] = field(default_factory=dict)
     last_line: int = 0
+    parameters: tuple[Parameter, ...] = ()
+    returns: str = ""  # the type of the value, as `Declare.type`; empty: none
+    data: tuple[Declare, ...] = ()  # of a file beside it (KRL .dat): keep their values between runs
+    shared: bool = True  # other files may call it
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +216,9 @@ class Program:
     routines: tuple[Routine, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
     line_kinds: bytes = b""  # one LineKind per source line, so that no line is ever unaccounted for
+    data: tuple[Declare, ...] = ()  # declared outside the routines
+    main: str = ""  # the routine that runs; empty: the first one
+    companions: tuple[Source, ...] = ()  # files read with it (KRL .dat); diagnostics name theirs
 
     @property
     def path(self) -> str:

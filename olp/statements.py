@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from olp.expression import Expression, FrameRef, Position, Quantity, Signal, Variable
-from olp.moves import Move, Reference, SetSpeed
+from olp.expression import Expression, FrameRef, Named, Position, Quantity, Signal, Variable
+from olp.moves import Move, Reference, SetAcceleration, SetBlend, SetFrame, SetOverride, SetSpeed, SetTool
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +124,7 @@ class Call:
     jump: bool = False
     comment: str = ""
     spelling: str = field(default="", compare=False)  # the vendor's word for the condition, see Wait
+    result: Expression | None = None  # where the returned value goes
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +183,7 @@ class For:
     """Counts `variable` from `start` to `stop`, both included, by `step` (None: 1)."""
 
     line: int
-    variable: Variable
+    variable: Variable | Named
     start: Expression
     stop: Expression
     step: Expression | None = None
@@ -192,7 +193,60 @@ class For:
 @dataclass(frozen=True, slots=True)
 class Next:
     line: int
-    variable: Variable | None
+    variable: Variable | Named | None
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat:
+    """Opens a loop that its Until closes: the body runs at least once."""
+
+    line: int
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Until:
+    """Leaves the loop when the condition holds."""
+
+    line: int
+    condition: Expression
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Break:
+    """Leaves the innermost loop."""
+
+    line: int
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Continue:
+    """Goes to the next pass of the innermost loop."""
+
+    line: int
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Declare:
+    """A named variable comes into being.
+
+    `type`: integer, real, boolean, string, position, joints, tool, frame, speed, zone, signal, or the language's word.
+    `storage`: variable, constant or persistent. `sizes`: of an array. `shared`: other files see it. `native`: the
+    type as written. A declaration of a position may be taught data that only looks like a program line.
+    """
+
+    line: int
+    name: str
+    type: str
+    value: Expression | None = None
+    sizes: tuple[Expression, ...] = ()
+    storage: str = "variable"
+    shared: bool = False
+    native: str = field(default="", compare=False)
     comment: str = ""
 
 
@@ -366,5 +420,7 @@ Statement = (
     Move | Reference | SetSpeed | Assign | Update | Clear | SetOutput | PulseOutput | ReadInput | Dwell | Wait
     | Label | Jump | Call | Return | If | ElseIf | Else | EndIf | While | EndWhile | For | Next
     | Switch | Case | Default | EndSwitch | Pause | StartTask | WaitTask | Synchronise
+    | Repeat | Until | Break | Continue | Declare
+    | SetAcceleration | SetBlend | SetTool | SetFrame | SetOverride
     | ShiftOn | ShiftOff | DefineFrame | ExternalTool | Message | Process | Comment | Begin | End | Disabled | Opaque
 )  # fmt: skip

@@ -1,0 +1,63 @@
+"""What a language can say and how long its words may be, one value per language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+
+from olp.diagnostic import OlpError, error
+from olp.expression import Store
+from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """One language, as its manual bounds it. Lengths in characters, 0: no bound.
+
+    `numbered`: how many variables of a kind there are where they have numbers and no names ({}: variables have
+    names). `points`: how many taught points a file holds. `joint_speeds`, `path_speeds`, `blends`,
+    `accelerations`: kinds that a single move can name. `modal_speed`: moves name no speed, a variable holds it.
+    `tool_and_frame`: "move" (named by each), "modal" (a statement or variable before), "point" (taught with it).
+    """
+
+    routine_name: int
+    variable_name: int
+    label_name: int
+    line: int
+    comment: int
+    points: int
+    statements: int
+    joint_speeds: frozenset[SpeedUnit]
+    path_speeds: frozenset[SpeedUnit]
+    blends: frozenset[BlendKind]
+    accelerations: frozenset[AccelerationUnit]
+    modal_speed: bool
+    tool_and_frame: str
+    names: str = r"[A-Za-z_][A-Za-z0-9_]*"  # pattern of routine and variable names
+    case_sensitive: bool = False
+    numbered: Mapping[Store, int] = field(default_factory=dict)
+    has_goto: bool = True
+    has_if: bool = True
+    has_while: bool = True
+    has_repeat: bool = True
+    has_for: bool = True
+    has_break: bool = True
+    has_continue: bool = False
+    has_switch: bool = True
+    has_functions: bool = True  # routines that return a value within an expression
+    has_parameters: bool = True
+    nested_expressions: bool = True  # more than one operator in an expression
+    one_routine_per_file: bool = False
+    reserved: frozenset[str] = frozenset()  # words that no name may be, upper case
+    external_axes: int = 6
+
+
+def limits_of(vendor: str) -> Limits:
+    """The limits of a language. Raises OlpError (X001) for one that cannot be written."""
+    try:
+        limits = import_module(f"olp.vendors.{vendor}.limits").LIMITS
+    except ModuleNotFoundError:
+        raise OlpError(error("X001", f"olp cannot write '{vendor}'")) from None
+    assert isinstance(limits, Limits)
+    return limits
