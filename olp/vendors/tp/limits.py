@@ -1,0 +1,47 @@
+"""What FANUC TP can say: an R-30iA or later controller (programs of up to 36 characters, IF … THEN, FOR … ENDFOR)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.expression import Store
+from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.translate.limits import Limits
+
+COMMENT_LENGTH: Final = 32  # of a line of its own
+NAME_LENGTH: Final = 16  # of the comment in R[1:…], P[1:…], LBL[1:…]
+ROUTINE_LENGTH: Final = 36  # R-30iA and later; the R-J3 and before take 8
+LARGEST_LABEL: Final = 32766
+
+# SELECT jumps or calls and holds no blocks: for a translation that is no switch. Labels are numbers whose comment is
+# the label's name, so their length has no bound.
+LIMITS: Final = Limits(
+    routine_name=ROUTINE_LENGTH,
+    variable_name=NAME_LENGTH,
+    label_name=0,
+    line=254,
+    comment=COMMENT_LENGTH,
+    points=32766,
+    statements=9999,
+    joint_speeds=frozenset({SpeedUnit.FRACTION, SpeedUnit.TIME}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN, SpeedUnit.TIME}),
+    blends=frozenset({BlendKind.SPEED, BlendKind.RADIUS}),
+    accelerations=frozenset({AccelerationUnit.FRACTION}),
+    modal_speed=False,
+    tool_and_frame="modal",
+    names=r"[A-Za-z][A-Za-z0-9_]*",
+    numbered={Store.REAL: 200, Store.ROBOT: 100, Store.STRING: 25},
+    has_goto=True,
+    has_if=True,
+    has_while=False,
+    has_repeat=False,
+    has_for=True,
+    has_break=False,
+    has_switch=False,
+    has_functions=False,
+    has_parameters=True,
+    nested_expressions=True,
+    one_routine_per_file=True,
+    reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
+    external_axes=3,
+)
