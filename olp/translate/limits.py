@@ -18,7 +18,8 @@ class Limits:
     `numbered`: how many variables of a kind there are where they have numbers and no names ({}: variables have
     names). `points`: how many taught points a file holds. `joint_speeds`, `path_speeds`, `blends`,
     `accelerations`: kinds that a single move can name. `modal_speed`: moves name no speed, a variable holds it.
-    `tool_and_frame`: "move" (named by each), "modal" (a statement or variable before), "point" (taught with it).
+    `tool_and_frame`: "move" (named by each), "modal" (a statement or variable before), "point" (taught with it),
+    "tool" (a statement before for the tool; targets are in the base).
     """
 
     routine_name: int
@@ -51,13 +52,16 @@ class Limits:
     one_routine_per_file: bool = False
     reserved: frozenset[str] = frozenset()  # words that no name may be, upper case
     external_axes: int = 6
+    joint_blends: frozenset[BlendKind] | None = None  # of joint moves, where they differ
+    has_override: bool = True  # a statement that scales all speeds
+    largest_radius: float = 0.0  # of a blend [m]; 0: no bound
 
 
 def limits_of(vendor: str) -> Limits:
-    """The limits of a language. Raises OlpError (X001) for one that cannot be written."""
+    """The limits of a language. Raises OlpError (X010) for one that cannot be written."""
     try:
         limits = import_module(f"olp.vendors.{vendor}.limits").LIMITS
     except ModuleNotFoundError:
-        raise OlpError(error("X001", f"olp cannot write '{vendor}'")) from None
+        raise OlpError(error("X010", f"olp cannot write '{vendor}'")) from None
     assert isinstance(limits, Limits)
     return limits

@@ -1,0 +1,170 @@
+"""What the passes share: the question, the target's limits, and what was lost so far."""
+
+from __future__ import annotations
+
+import collections.abc
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from olp.expression import Expression
+from olp.program import Program, Statement
+from olp.translate.limits import Limits, limits_of
+
+if TYPE_CHECKING:
+    from olp.plan import Plan
+    from olp.robot import Robot
+
+
+class Fate(StrEnum):
+    """What became of a statement, the worst last."""
+
+    EXACT = "exact"
+    APPROXIMATED = "approximated"
+    COMMENTED = "commented"
+    REFUSED = "refused"
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """Something that the target says in another way, or not at all.
+
+    `line`: of the source, 0 for the program as a whole. `statement`: the kind of statement, `part` what of it.
+    `size` in `unit` (mm, deg, mm/s, % …): how far the target's way is from the source's; nan where nobody can say.
+    """
+
+    line: int
+    statement: str
+    fate: Fate
+    part: str
+    says: str
+    size: float = float("nan")
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Mapping:
+    """What a mapping file says: names or numbers of the source, and what they are in the target.
+
+    Keys are as written ("tGripper", "3"); signals as bus and number ("in 7"), each to the target's own.
+    `set_values`: the program sets the values of the tools and frames that it numbers; else the controller holds them.
+    """
+
+    tools: collections.abc.Mapping[str, str] = field(default_factory=dict)
+    frames: collections.abc.Mapping[str, str] = field(default_factory=dict)
+    signals: collections.abc.Mapping[str, str] = field(default_factory=dict)
+    variables: collections.abc.Mapping[str, str] = field(default_factory=dict)
+    routines: collections.abc.Mapping[str, str] = field(default_factory=dict)
+    set_values: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """The question: which robots stand where, what is mapped, and what becomes of what cannot be said.
+
+    `robot`: that the program was written for; `target_robot`: that it is written for (None: the same one).
+    `on_loss`: "error" or "comment".
+    """
+
+    robot: Robot | None = None
+    target_robot: Robot | None = None
+    mapping: Mapping = field(default_factory=Mapping)
+    on_loss: str = "error"
+
+
+@dataclass(slots=True)
+class Work:
+    """One translation under way. `names`: (kind, name in the source, name in the target), for the receipt."""
+
+    source: Program
+    target: str
+    limits: Limits
+    context: Context
+    losses: list[Loss] = field(default_factory=list)
+    names: dict[tuple[str, str], str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    _plan: list[Plan | None] = field(default_factory=list)
+    _made: set[str] = field(default_factory=set)
+
+    @property
+    def robot(self) -> Robot | None:
+        return self.context.robot
+
+    @property
+    def target_robot(self) -> Robot | None:
+        return self.context.target_robot or self.context.robot
+
+    def lose(
+        self,
+        statement: Statement | int,
+        fate: Fate,
+        part: str,
+        says: str,
+        size: float = float("nan"),
+        unit: str = "",
+    ) -> None:
+        """Notes a loss at a statement (or a line)."""
+        line = statement if isinstance(statement, int) else statement.line
+        kind = "program" if isinstance(statement, int) else kind_of(statement)
+        self.losses.append(Loss(line, kind, fate, part, says, size, unit))
+
+    def fresh(self, stem: str, taken: Iterable[str] = ()) -> str:
+        """A name that neither the program nor the translation uses yet."""
+        if not self._made:
+            self._made.update(name.lower() for name in _names_in(self.source))
+        known = {name.lower() for name in taken}
+        count, name = 1, stem
+        while name.lower() in self._made or name.lower() in known:
+            count += 1
+            name = f"{stem}{count}"
+        self._made.add(name.lower())
+        return name
+
+    def plan(self) -> Plan | None:
+        """What the source program does, None where it cannot be run."""
+        if not self._plan:
+            self._plan.append(_run(self.source, self.robot))
+        return self._plan[0]
+
+
+def work_for(program: Program, target: str, context: Context) -> Work:
+    """Raises OlpError (X010) for a language that cannot be written."""
+    return Work(program, target, limits_of(target), context)
+
+
+def kind_of(statement: Statement) -> str:
+    """How the receipt calls a kind of statement: its class in the neutral program, a move by its path."""
+    name = type(statement).__name__
+    path = getattr(statement, "path", None)
+    return f"{name} {path.value}" if name == "Move" and path is not None else name
+
+
+def _names_in(program: Program) -> set[str]:
+    from olp.expression import Named
+    from olp.program import Declare
+    from olp.translate.rewrite import mapped
+
+    found: set[str] = {routine.name for routine in program.routines}
+
+    def note(node: Expression) -> Expression:
+        if type(node) is Named:
+            found.add(node.name)
+        return node
+
+    for statement in (*program.data, *program.statements(), *(d for r in program.routines for d in r.data)):
+        if isinstance(statement, Declare):
+            found.add(statement.name)
+        mapped(statement, note)
+    found.update(p.name for routine in program.routines for p in routine.parameters)
+    return found
+
+
+def _run(program: Program, robot: Robot | None) -> Plan | None:
+    from olp.diagnostic import OlpError
+    from olp.interpreter import run
+
+    try:
+        return run(program, robot=robot, max_steps=200_000)
+    except OlpError:
+        return None

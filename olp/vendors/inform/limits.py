@@ -1,0 +1,42 @@
+"""What INFORM can say: DX200 and later (survey of published jobs; controller manuals)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.expression import Store
+from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.translate.limits import Limits
+
+LIMITS: Final = Limits(
+    routine_name=32,
+    variable_name=16,
+    label_name=8,
+    line=0,
+    comment=32,
+    points=9999,
+    statements=9999,
+    joint_speeds=frozenset({SpeedUnit.FRACTION}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN}),
+    blends=frozenset({BlendKind.LEVEL, BlendKind.RADIUS}),
+    joint_blends=frozenset({BlendKind.LEVEL}),
+    accelerations=frozenset({AccelerationUnit.FRACTION}),
+    modal_speed=False,
+    tool_and_frame="point",
+    names=r"[A-Za-z0-9_\-]+",
+    case_sensitive=True,
+    numbered={
+        Store.BYTE: 100,
+        Store.INTEGER: 100,
+        Store.DOUBLE: 100,
+        Store.REAL: 100,
+        Store.STRING: 100,
+        Store.ROBOT: 128,
+    },
+    has_repeat=False,
+    has_break=False,
+    has_functions=False,
+    has_parameters=False,
+    one_routine_per_file=True,
+    external_axes=6,
+)
