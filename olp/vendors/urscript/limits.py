@@ -1,0 +1,39 @@
+"""What URScript can say (the script manual of e-Series; names and nesting as its controllers take them)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.translate.limits import Limits
+
+LIMITS: Final = Limits(
+    routine_name=0,
+    variable_name=0,
+    label_name=0,
+    line=0,
+    comment=0,
+    points=0,
+    statements=0,
+    joint_speeds=frozenset({SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TIME}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TIME}),
+    blends=frozenset({BlendKind.RADIUS}),
+    accelerations=frozenset({AccelerationUnit.TRAVEL, AccelerationUnit.AXIS}),
+    modal_speed=False,
+    tool_and_frame="modal",
+    names=r"[A-Za-z_][A-Za-z0-9_]*",
+    case_sensitive=True,
+    has_goto=False,
+    has_repeat=False,
+    has_for=False,
+    has_continue=True,
+    has_switch=False,
+    reserved=frozenset(
+        {
+            "AND", "BREAK", "CONTINUE", "DEF", "ELIF", "ELSE", "END", "ENTER_CRITICAL", "EXIT_CRITICAL", "FALSE",
+            "GLOBAL", "HALT", "IF", "JOIN", "KILL", "LOCAL", "NOT", "OR", "P", "RETURN", "RUN", "SEC", "STRUCT",
+            "THREAD", "TRUE", "WHILE", "XOR",
+        }
+    ),
+    external_axes=0,
+)  # fmt: skip
