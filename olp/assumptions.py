@@ -35,7 +35,17 @@ SIGNAL_WORDS: Final[Mapping[str, str]] = {
     "analog-in": "AI",
     "analog-out": "AO",
     "register": "MREG",
+    "robot-in": "RI",
+    "robot-out": "RO",
+    "tool-in": "TI",
+    "tool-out": "TO",
+    "configurable-in": "CI",
+    "configurable-out": "CO",
+    "flag": "FLAG",
+    "cyclic-flag": "CYCFLAG",
+    "timer-flag": "TFLAG",
 }
+NAMED_SIGNAL: Final = "signal"  # the bus of a signal that has a name and no number
 VARIABLE_LETTERS: Final[Mapping[Store, str]] = {
     Store.BYTE: "B",
     Store.INTEGER: "I",
@@ -50,14 +60,15 @@ VARIABLE_LETTERS: Final[Mapping[Store, str]] = {
 _BUSES = {word: bus for bus, word in SIGNAL_WORDS.items()}
 _STORES = {letters: store for store, letters in VARIABLE_LETTERS.items() if store is not Store.SYSTEM}
 _SIGNAL = re.compile(r"([A-Z]+)\s*#?\s*[(\[]?\s*(\d{1,6})\s*[)\]]?")
+_NAME = re.compile(r"[^\W\d]\w*")
 _VARIABLE = re.compile(r"([A-Z]+)\s*(\d{1,6})")
 
 
 class SignalKey(NamedTuple):
-    """A signal whatever way it was written: bus as in `olp.expression.Signal`, and number."""
+    """A signal whatever way it was written: bus as in `olp.expression.Signal` and number, or "signal" and its name."""
 
     bus: str
-    number: int
+    number: int | str
 
 
 class WrittenPosition(NamedTuple):
@@ -94,14 +105,18 @@ class Assumptions:
 
 def signal_name(key: SignalKey) -> str:
     """The signal as olp.toml spells it: IN#(12)."""
+    if isinstance(key.number, str):
+        return key.number
     return f"{SIGNAL_WORDS.get(key.bus, key.bus)}#({key.number})"
 
 
 def signal_key(text: str) -> SignalKey | None:
-    """The signal that a text names (`IN#(12)`, `IN 12`, `in[12]`), None when it names none."""
+    """The signal that a text names (`IN#(12)`, `IN 12`, `in[12]`, `diGripClosed`), None when it names none."""
     match = _SIGNAL.fullmatch(text.strip().upper())
     bus = _BUSES.get(match[1]) if match else None
-    return SignalKey(bus, int(match[2])) if match and bus else None
+    if match and bus:
+        return SignalKey(bus, int(match[2]))
+    return SignalKey(NAMED_SIGNAL, text.strip().casefold()) if _NAME.fullmatch(text.strip()) else None
 
 
 def variable_key(text: str) -> tuple[Store, int] | None:

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 from olp.diagnostic import Diagnostic, Span, error, warning
 from olp.program import (
+    Break,
     Case,
+    Continue,
     Default,
     Else,
     ElseIf,
@@ -19,27 +21,32 @@ from olp.program import (
     Jump,
     Label,
     Next,
+    Repeat,
     Statement,
     Switch,
+    Until,
     While,
 )
 
-_OPENERS = {If: "IFTHEN", While: "WHILE", For: "FOR", Switch: "SWITCH"}
-_CLOSERS = {EndIf: If, EndWhile: While, Next: For, EndSwitch: Switch}
+_OPENERS = {If: "IFTHEN", While: "WHILE", For: "FOR", Switch: "SWITCH", Repeat: "REPEAT"}
+_CLOSERS = {EndIf: If, EndWhile: While, Next: For, EndSwitch: Switch, Until: Repeat}
+_LOOPS = (While, For, Repeat)
 _BRANCHES = {ElseIf: If, Else: If, Case: Switch, Default: Switch}
-_CLOSER_WORD = {If: "ENDIF", While: "ENDWHILE", For: "NEXT", Switch: "ENDSWITCH"}
+_CLOSER_WORD = {If: "ENDIF", While: "ENDWHILE", For: "NEXT", Switch: "ENDSWITCH", Repeat: "UNTIL"}
 
 
 @dataclass(slots=True)
 class ControlFlow:
     """`after[i]`: for a marker at i the next marker of its block; for a closer its opener. `end[i]`: its closer.
 
+    `loop[i]`: for a Break or Continue at i the opener of its loop.
     `labels`: name -> index in the body. `problems`: unpaired markers, unknown and repeated labels.
     """
 
     after: dict[int, int] = field(default_factory=dict)
     end: dict[int, int] = field(default_factory=dict)
     opener: dict[int, int] = field(default_factory=dict)
+    loop: dict[int, int] = field(default_factory=dict)
     labels: dict[str, int] = field(default_factory=dict)
     problems: list[Diagnostic] = field(default_factory=list)
 
@@ -57,6 +64,8 @@ def pair(body: Sequence[Statement]) -> ControlFlow:
             jumps.append(statement)
         elif kind in _OPENERS:
             open_blocks.append([index])
+        elif kind is Break or kind is Continue:
+            _add_exit(flow, body, index, open_blocks)
         elif kind in _BRANCHES or kind in _CLOSERS:
             _continue_block(flow, body, index, open_blocks)
     for markers in open_blocks:
@@ -90,6 +99,17 @@ def _add_label(flow: ControlFlow, body: Sequence[Statement], index: int) -> None
         )
         return
     flow.labels[label.name] = index
+
+
+def _add_exit(flow: ControlFlow, body: Sequence[Statement], index: int, open_blocks: list[list[int]]) -> None:
+    loops = [markers[0] for markers in open_blocks if type(body[markers[0]]) in _LOOPS]
+    if loops:
+        flow.loop[index] = loops[-1]
+        return
+    word = type(body[index]).__name__.upper()
+    flow.problems.append(
+        error("P114", f"{word} outside of a loop", Span(body[index].line), help="remove it, or open a loop")
+    )
 
 
 def _continue_block(

@@ -40,7 +40,7 @@ class BlendCode(IntEnum):
     """How the end of a move is passed; `blend` holds the zone [m] for ZONE, the radius for RADIUS, else nothing."""
 
     EXACT = 0
-    ZONE = 1
+    ZONE = 1  # of the maker's law `zone_law`; with "fanuc" a share of the speed instead of metres
     UNTAGGED = 2  # no position level written: the controller's filter rounds, nothing stops
     RADIUS = 3  # rounded by an arc that touches both moves
 
@@ -78,7 +78,9 @@ class Moves:
     start (-1: straight). `mechanism`: index into `Plan.mechanisms`.
     `path`: index into PATHS. `fraction` [1], `travel` [m/s], `turn` [rad/s]: the programmed speed, nan where it is
     of another kind. `acceleration`, `deceleration`: fraction of rated [1]. `blend_code`, `blend` [m].
-    `length` [m] and `angle` [rad]: of the tool's path; nan where unknown.
+    `length` [m] and `angle` [rad]: of the tool's path; nan where unknown. `axis_speed` [rad/s]: programmed for the axis
+    that turns furthest; `duration` [s]: programmed instead of a speed; `rate` [m/s²], of a joint move [rad/s²]:
+    programmed acceleration; each nan where the program says none. A `turn` beside a `travel` bounds the reorientation.
     """
 
     start: NDArray[np.int32]
@@ -96,6 +98,9 @@ class Moves:
     blend: Floats
     length: Floats
     angle: Floats
+    axis_speed: Floats
+    duration: Floats
+    rate: Floats
 
     def __len__(self) -> int:
         return len(self.start)

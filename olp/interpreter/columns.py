@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +13,34 @@ from numpy.typing import NDArray
 from olp.cell import Cell, Floats, quaternions
 from olp.geometry import compose, quaternion_from_rotation, rotation_from_quaternion
 from olp.interpreter.paths import shape_paths, turn_between
-from olp.plan import Moves, Positions
+from olp.interpreter.whole_arcs import beyond_targets
+from olp.plan import PATHS, Moves, Positions
 from olp.points import PointState
+from olp.program import Path
 
+_JOINT: Final = PATHS.index(Path.JOINT)
 NOWHERE = -1  # the position before the first move
 
 # start, target, mechanism, path, unit, speed, blend code, blend, acceleration, deceleration, end of arc
 MoveRow = tuple[int, int, int, int, int, float, int, float, float, float, bool]
+
+
+class Extra(NamedTuple):
+    """What moves of some languages say besides, as it stands in the first row of a move.
+
+    `rate` [m/s²], of a joint move [rad/s²]. `turn` [rad/s]: bound of the tool's turning. `via`: pool index of the point
+    that an arc passes on its way (-1: none). `arc` [rad]: what it turns about its axis, whatever its target (nan).
+    `blend`: the kind of blend whose number becomes metres once the path is known.
+    """
+
+    rate: float = math.nan
+    turn: float = math.nan
+    via: int = -1
+    arc: float = math.nan
+    blend: str = ""
+
+
+NO_EXTRA: Final = Extra()
 
 
 @dataclass(slots=True)
@@ -31,7 +54,11 @@ class Batch:
 
 
 def columns(
-    cell: Cell, batches: Iterable[Batch], count: int, rows: Sequence[MoveRow]
+    cell: Cell,
+    batches: Iterable[Batch],
+    count: int,
+    rows: Sequence[MoveRow],
+    extras: Mapping[int, Extra] | None = None,
 ) -> tuple[Positions, Moves]:
     """The `count` positions and all moves of a plan."""
     positions, tools = _resolve(cell, batches, count)
@@ -39,9 +66,13 @@ def columns(
     if not len(moves):
         return positions, moves
     positions, moves = _with_target_tools(cell, positions, tools, moves)
-    via, before, length = shape_paths(moves, positions, end_of_arc)
+    extras = extras or {}
+    with_via = {row: extra for row, extra in extras.items() if extra.via >= 0}
+    positions, moves, whole_arcs = beyond_targets(positions, moves, with_via)
+    via, before, length = shape_paths(moves, positions, end_of_arc, whole_arcs)
     angle = turn_between(positions.quaternion[moves.start], positions.quaternion[moves.target])
-    return positions, replace(moves, via=via, before=before, length=length, angle=angle)
+    moves = replace(moves, via=via, before=before, length=length, angle=angle)
+    return positions, with_extras(moves, extras, units_of(rows))
 
 
 def _resolve(cell: Cell, batches: Iterable[Batch], count: int) -> tuple[Positions, NDArray[np.int32]]:
@@ -95,8 +126,54 @@ def _moves(rows: Sequence[MoveRow]) -> tuple[Moves, NDArray[np.bool_]]:
         blend=np.array(blend, dtype=np.float64),
         length=np.zeros(count),
         angle=np.zeros(count),
+        axis_speed=np.where(units == 3, speeds, np.nan),
+        duration=np.where(units == 4, speeds, np.nan),
+        rate=np.full(count, np.nan),
     )
     return moves, np.array(end_of_arc, dtype=bool)
+
+
+def units_of(rows: Sequence[MoveRow]) -> NDArray[np.int8]:
+    """(m,) what the speed of each row is of, see `Recorder.row`."""
+    return np.array([row[4] for row in rows], dtype=np.int8)
+
+
+def with_extras(moves: Moves, extras: Mapping[int, Extra], units: NDArray[np.int8]) -> Moves:
+    """Accelerations, bounds of turning, times and blends that need the path's length."""
+    timed = units == 4
+    if not extras and not timed.any():
+        return moves
+    rate, turn, blend = moves.rate.copy(), moves.turn.copy(), moves.blend.copy()
+    for row, extra in extras.items():
+        rate[row] = extra.rate
+        if not math.isnan(extra.turn):
+            turn[row] = extra.turn if math.isnan(turn[row]) else min(turn[row], extra.turn)
+        if extra.blend:
+            blend[row] = _metres(extra, float(blend[row]), moves, row)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pace = np.where(timed & (moves.path != _JOINT), moves.length / moves.duration, moves.travel)
+        turning = np.where(
+            timed & (moves.path != _JOINT) & (moves.length <= 0), moves.angle / moves.duration, turn
+        )
+    return replace(moves, rate=rate, turn=turning, blend=blend, travel=pace)
+
+
+# KUKA's DEF_ACC_CP: what a share of the speed is braked with where the program says nothing else.
+_USUAL_BRAKING = 2.3  # [m/s²]
+
+
+def _metres(extra: Extra, value: float, moves: Moves, row: int) -> float:
+    """[m] before the target at which a blend that is no length begins."""
+    from olp.blending.kuka import from_angle, from_share, from_speed
+
+    length = float(moves.length[row])
+    if extra.blend == "share":
+        return float(from_share(min(value, 1.0), length))
+    if extra.blend == "turn":
+        return float(from_angle(value, float(moves.angle[row]), length))
+    braking = _USUAL_BRAKING if math.isnan(extra.rate) else extra.rate
+    speed = float(moves.travel[row])
+    return 0.0 if math.isnan(speed) else float(from_speed(min(value, 1.0), speed, braking))
 
 
 def _with_target_tools(

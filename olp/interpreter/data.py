@@ -8,10 +8,14 @@ from olp.expression import (
     Expression,
     FrameRef,
     Function,
+    Item,
+    Member,
+    Named,
     Number,
     Position,
     Signal,
     Store,
+    SystemValue,
     Variable,
 )
 from olp.geometry import frame_from_points
@@ -42,6 +46,22 @@ def store_value(m: Machine, target: Expression, value: Value) -> None:
         if isinstance(value, SystemPosition) and target.store in POSITION_STORES - {Store.SYSTEM}:
             value = dict(value.parts).get(target.store, value)
         write_variable(m, target, value)
+    elif isinstance(target, Named):
+        from olp.interpreter.scope import write_name
+
+        write_name(m, target.name, value)
+    elif isinstance(target, Item):
+        from olp.interpreter.structures import write_item
+
+        write_item(m, target, value)
+    elif isinstance(target, Member):
+        from olp.interpreter.structures import write_member
+
+        write_member(m, target, value)
+    elif isinstance(target, FrameRef) and target.kind == "tool" and target.number is not None:
+        set_tool(m, target.number, value)
+    elif isinstance(target, SystemValue):
+        m.assume(f"{spell(target)} is set: nothing that is timed depends on it")
     elif isinstance(target, Element):
         if not isinstance(value, (int, float)):
             raise StatementError("I204", "an element of a position holds a number", "use a double variable")

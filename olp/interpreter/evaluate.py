@@ -8,14 +8,21 @@ from typing import Any
 from olp.expression import (
     Argument,
     Binary,
+    CallValue,
     Compare,
     Element,
     Expression,
     FrameRef,
     Function,
+    Item,
     Logic,
+    Member,
+    Named,
+    NamedArgument,
     Number,
+    PositionLiteral,
     Quantity,
+    RecordLiteral,
     Signal,
     State,
     SystemValue,
@@ -103,6 +110,11 @@ def _as_int(value: Value, what: Expression) -> int:
 
 def _binary(m: Machine, e: Binary) -> Value:
     left, right = evaluate(m, e.left), evaluate(m, e.right)
+    if isinstance(left, PositionValue):
+        from olp.interpreter.elements import combine
+
+        if isinstance(right, (int, float, PositionValue)):
+            return combine(e.operator, left, right)
     return calculate(e.operator, left, right)
 
 
@@ -115,8 +127,15 @@ def _logic(m: Machine, e: Logic) -> Value:
     result = holds(m, e.first)
     for word, condition in e.rest:
         value = holds(m, condition)
-        result = (result and value) if word == "and" else (result or value)
+        result = _JOINED[word](result, value)
     return result
+
+
+_JOINED: Mapping[str, Callable[[bool, bool], bool]] = {
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    "xor": lambda a, b: a is not b,
+}
 
 
 def _signal(m: Machine, e: Signal) -> Value:
@@ -161,6 +180,46 @@ def _frame(m: Machine, e: FrameRef) -> Value:
     return frame_value(m, e)
 
 
+def _named(m: Machine, e: Named) -> Value:
+    from olp.interpreter.scope import read_name
+
+    return read_name(m, e.name)
+
+
+def _item(m: Machine, e: Item) -> Value:
+    from olp.interpreter.structures import read_item
+
+    return read_item(m, e)
+
+
+def _member(m: Machine, e: Member) -> Value:
+    from olp.interpreter.structures import read_member
+
+    return read_member(m, e)
+
+
+def _position_literal(m: Machine, e: PositionLiteral) -> Value:
+    from olp.interpreter.structures import literal_position
+
+    return literal_position(e)
+
+
+def _record(m: Machine, e: RecordLiteral) -> Value:
+    from olp.interpreter.scope import literal
+
+    return literal(m, e)
+
+
+def _call_value(m: Machine, e: CallValue) -> Value:
+    from olp.interpreter.flow import value_of_call
+
+    return value_of_call(m, e)
+
+
+def _named_argument(m: Machine, e: NamedArgument) -> Value:
+    return True if e.value is None else evaluate(m, e.value)
+
+
 _EVALUATORS: Mapping[type, Callable[[Machine, Any], Value]] = {
     Number: lambda m, e: e.value,
     Text: lambda m, e: e.value,
@@ -178,4 +237,11 @@ _EVALUATORS: Mapping[type, Callable[[Machine, Any], Value]] = {
     Logic: _logic,
     Function: _function,
     Unknown: _unknown,
+    Named: _named,
+    Item: _item,
+    Member: _member,
+    PositionLiteral: _position_literal,
+    RecordLiteral: _record,
+    CallValue: _call_value,
+    NamedArgument: _named_argument,
 }

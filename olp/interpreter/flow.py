@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from olp.diagnostic import Severity
-from olp.expression import Expression, Variable
+from olp.expression import CallValue, Expression, Named, Variable
 from olp.interpreter.evaluate import evaluate, holds, number, whole, write_variable
+from olp.interpreter.jobs import Job
 from olp.interpreter.loops import enter_loop, way_back
 from olp.interpreter.memory import RANGES, Value
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import OTHER_FRAME, Frame, Machine, StatementError
 from olp.plan import CallSpan
 from olp.program import (
+    Break,
     Call,
     Case,
+    Continue,
     Default,
     Else,
     ElseIf,
@@ -22,12 +25,15 @@ from olp.program import (
     Jump,
     Label,
     Next,
+    Repeat,
     Return,
     Statement,
     Switch,
+    Until,
     While,
 )
 
+_NESTED = 30  # calls within expressions of routines so called: each is a level of Python's own stack
 _DEPTH = 100  # calls within calls; controllers allow about a dozen
 
 
@@ -111,9 +117,36 @@ def end_while(m: Machine, s: EndWhile) -> int | None:
     return way_back(m, opener, here, head.condition) if test(m, head.condition) else None
 
 
+def repeat(m: Machine, s: Repeat) -> None:
+    enter_loop(m, m.frame.pc - 1)
+
+
+def until(m: Machine, s: Until) -> int | None:
+    here = m.frame.pc - 1
+    opener = m.frame.job.flow.opener.get(here)
+    if opener is None or test(m, s.condition):
+        return None
+    return way_back(m, opener, here, s.condition)
+
+
+def break_(m: Machine, s: Break) -> int | None:
+    flow = m.frame.job.flow
+    opener = flow.loop.get(m.frame.pc - 1)
+    if opener is None:
+        return None
+    m.frame.counters.pop(opener, None)
+    return flow.end[opener] + 1
+
+
+def continue_(m: Machine, s: Continue) -> int | None:
+    flow = m.frame.job.flow
+    opener = flow.loop.get(m.frame.pc - 1)
+    return None if opener is None else flow.end[opener]
+
+
 def for_(m: Machine, s: For) -> int | None:
     here = m.frame.pc - 1
-    if not isinstance(s.variable, Variable):  # a name that nothing defines
+    if not isinstance(s.variable, (Variable, Named)):  # a name that nothing defines
         raise StatementError(
             "I209", f"{spell(s.variable)} cannot count", "use a byte, integer or double variable"
         )
@@ -121,7 +154,7 @@ def for_(m: Machine, s: For) -> int | None:
     step = 1 if s.step is None else number(m, s.step)
     if step == 0:
         raise StatementError("I105", "a FOR loop with step 0 has no end", "give a step other than 0")
-    write_variable(m, s.variable, start)
+    _count(m, s.variable, start)
     m.frame.counters[here] = (stop, step)
     if _beyond(start, stop, step):
         end = m.frame.job.flow.end.get(here)
@@ -139,7 +172,7 @@ def next_(m: Machine, s: Next) -> int | None:
     stop, step = counter
     following = number(m, head.variable) + step
     if _fits(head.variable, following):
-        write_variable(m, head.variable, following)
+        _count(m, head.variable, following)
         if not _beyond(following, stop, step):
             return opener + 1
     del m.frame.counters[opener]
@@ -150,7 +183,18 @@ def _beyond(value: float, stop: float, step: float) -> bool:
     return value > stop if step > 0 else value < stop
 
 
-def _fits(variable: Variable, value: float) -> bool:
+def _count(m: Machine, variable: Variable | Named, value: float) -> None:
+    if isinstance(variable, Variable):
+        write_variable(m, variable, value)
+        return
+    from olp.interpreter.scope import write_name
+
+    write_name(m, variable.name, value)
+
+
+def _fits(variable: Variable | Named, value: float) -> bool:
+    if isinstance(variable, Named):
+        return True
     low, high = RANGES.get(variable.store, (-float("inf"), float("inf")))
     return low <= value <= high
 
@@ -178,33 +222,77 @@ def call(m: Machine, s: Call) -> int | None:
     if s.condition is not None and not test(m, s.condition):
         return None
     name = _routine_name(m, s)
-    job = m.jobs.find(name)
-    if job is None:
-        near = m.jobs.near(name)
-        did = f"did you mean {', '.join(near)}? Else " if near else ""
-        raise StatementError(
-            "I102",
-            f"the routine {name[:60]} was not found: its call is left out",
-            f"{did}put its file into the same folder",
-        )
-    arguments = tuple(evaluate(m, argument) for argument in s.arguments)
-    m.load(job)
-    frame = Frame(job, arguments)
+    job = _found(m, name)
+    frame = _new_frame(m, job, s.arguments)
+    frame.result = s.result
     if s.jump:
         if _again(m, job.key, name):
             return None
         m.frame = frame
         return OTHER_FRAME
-    if len(m.frames) >= _DEPTH:
-        m.stop(f"calls go more than {_DEPTH} deep")
-        raise StatementError(
-            "I106", f"calls go more than {_DEPTH} deep: the run ends here", "the routine calls itself"
-        )
+    _check_depth(m)
     if not m.frames:
         m.spans.append(CallSpan(s.line, len(m.recorder), len(m.recorder)))
     m.frames.append(m.frame)
     m.frame = frame
     return OTHER_FRAME
+
+
+def _found(m: Machine, name: str) -> Job:
+    job = m.jobs.find(name, m.frame.job.source)
+    if job is not None:
+        return job
+    near = m.jobs.near(name)
+    did = f"did you mean {', '.join(near)}? Else " if near else ""
+    raise StatementError(
+        "I102",
+        f"the routine {name[:60]} was not found: its call is left out",
+        f"{did}put its file into the same folder",
+    )
+
+
+def _new_frame(m: Machine, job: Job, arguments: tuple[Expression, ...]) -> Frame:
+    if not job.routine.parameters:
+        values = tuple(evaluate(m, argument) for argument in arguments)
+        m.load(job)
+        return Frame(job, values)
+    from olp.interpreter.scope import bind
+
+    m.load(job)
+    names, outs = bind(m, job.routine.parameters, arguments)
+    return Frame(job, names=names, outs=outs)
+
+
+def _check_depth(m: Machine) -> None:
+    if len(m.frames) >= _DEPTH:
+        m.stop(f"calls go more than {_DEPTH} deep")
+        raise StatementError(
+            "I106", f"calls go more than {_DEPTH} deep: the run ends here", "the routine calls itself"
+        )
+
+
+def value_of_call(m: Machine, e: CallValue) -> Value:
+    """Runs a routine inside an expression, to its return."""
+    from olp.interpreter.machine import run_until
+
+    frame = _new_frame(m, _found(m, e.routine), e.arguments)
+    _check_depth(m)
+    if m.nested >= _NESTED:
+        m.stop(f"calls within expressions go more than {_NESTED} deep")
+        raise StatementError(
+            "I106", f"calls within expressions go more than {_NESTED} deep: the run ends here"
+        )
+    depth, caller = len(m.frames), m.frame
+    m.frames.append(caller)
+    m.frame = frame
+    m.returned = None
+    m.nested += 1
+    run_until(m, depth)
+    m.nested -= 1
+    returned: Value | None = m.returned
+    if returned is None:
+        raise StatementError("I225", f"{e.routine} returns no value", "end it with a return of one")
+    return returned
 
 
 def _routine_name(m: Machine, s: Call) -> str:
@@ -254,6 +342,21 @@ def leave(m: Machine) -> None:
     if not m.frames:
         m.ended = True
         return
+    done = m.frame
     m.frame = m.frames.pop()
+    if done.outs or done.result is not None:
+        _hand_back(m, done)
     if not m.frames and m.spans:
         m.spans[-1] = m.spans[-1]._replace(stop=len(m.recorder))
+
+
+def _hand_back(m: Machine, done: Frame) -> None:
+    """Stores what a routine returned or changed in its parameters where the caller wants it."""
+    from olp.interpreter.data import store_value
+
+    for key, target in done.outs:
+        value = done.names[key].value
+        if value is not None:
+            store_value(m, target, value)
+    if done.result is not None and m.returned is not None:
+        store_value(m, done.result, m.returned)

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from olp.cell import Tool
-from olp.expression import Expression, FrameRef, Function, Store
+from olp.expression import Expression, FrameRef, Function, Store, Taught, Variable
 from olp.geometry import Pose
 from olp.interpreter.evaluate import evaluate, number, whole
-from olp.interpreter.memory import PositionValue, SystemPosition, Value
+from olp.interpreter.memory import ACTIVE, PositionValue, SystemPosition, Value
 from olp.interpreter.poses import (
     as_pose,
     as_pulses,
@@ -33,6 +33,10 @@ Arguments = Sequence[Expression]
 def call_function(m: Machine, e: Function) -> Value:
     """The function's value. Raises StatementError for one that is not known, or has too few arguments."""
     function = _FUNCTIONS.get(e.name)
+    if function is None:
+        from olp.interpreter.computing import FUNCTIONS
+
+        function = FUNCTIONS.get(e.name)
     if function is None:
         raise StatementError(
             "I216", f"{e.name} is not known to the interpreter", "say its result in olp.toml"
@@ -68,11 +72,11 @@ def set_frame(m: Machine, frame: FrameRef, pose: Pose) -> None:
 
 
 # Controllers have at most 64 tools and frames; numbers from here on are later states of them.
-_FIRST_FRESH = 1_000_000
+FIRST_FRESH = 1_000_000
 
 
 def _unused(numbers: Mapping[int, object]) -> int:
-    return max(_FIRST_FRESH, max(numbers, default=0) + 1)
+    return max(FIRST_FRESH, max(numbers, default=0) + 1)
 
 
 def as_position(value: Value) -> PositionValue:
@@ -107,6 +111,8 @@ def _arc_tangent(m: Machine, arguments: Arguments) -> Value:
 
 def _product(m: Machine, arguments: Arguments) -> Value:
     first, second = (_position(m, argument) for argument in arguments[:2])
+    if first.state.frame == ACTIVE:  # components that the second one leaves out do not move
+        second = second._replace(values=tuple(0.0 if math.isnan(v) else v for v in second.values))
     return with_pose(first, raw_pose(first) @ raw_pose(second))
 
 
@@ -162,7 +168,7 @@ def _step_position(m: Machine, arguments: Arguments) -> Value:
         raise StatementError("I217", f"the routine has no step {wanted}", f"it has {len(moves)} moves")
     step = moves[wanted - 1]
     written = [*step.targets, *(t for part in step.parts for t in part.targets)]
-    parts = [(p.store, position_value(m, p, p.store)) for p in written if hasattr(p, "store")]
+    parts = [(p.store, position_value(m, p, p.store)) for p in written if isinstance(p, (Taught, Variable))]
     return SystemPosition(tuple(parts))
 
 

@@ -10,6 +10,7 @@ from olp.control import ControlFlow, pair
 from olp.diagnostic import Diagnostic, OlpError
 from olp.expression import Number
 from olp.interpreter.folder import files_by_name_record, files_by_stem, read_cached
+from olp.interpreter.memory import Scope
 from olp.interpreter.regions import Region
 from olp.points import PointTable
 from olp.program import Program, Routine, Statement
@@ -30,6 +31,7 @@ class Job:
     groups: tuple[tuple[int, ...], ...] = ()  # mechanism indices per control group
     roles: dict[tuple[int, str], int] = field(default_factory=dict)  # (part, kind of target) -> mechanism
     regions: dict[tuple[int, int], Region] = field(default_factory=dict)  # loops met, by head and way back
+    data: Scope = field(default_factory=dict)  # named variables that keep their values between runs
     _flow: ControlFlow | None = None
 
     @property
@@ -49,7 +51,12 @@ class Jobs:
     sources: list[Source] = field(default_factory=list)
     found: list[Diagnostic] = field(default_factory=list)
     _jobs: dict[str, Job] = field(default_factory=dict)
+    programs: list[Program] = field(default_factory=list)  # by the index of their source
+    _own: dict[tuple[int, str], Job] = field(
+        default_factory=dict
+    )  # (source, name): a file's own routines win
     _read_files: set[Path] = field(default_factory=set)
+    _all_read: bool = False
 
     def __post_init__(self) -> None:
         if self.folder is not None and self.program.path:
@@ -57,19 +64,42 @@ class Jobs:
         self._add(self.program)
 
     def main(self) -> Job | None:
-        """The first routine of the program."""
+        """The routine that the program says runs, else its first one."""
         if not self.program.routines:
             return None
-        return self._jobs[_key(self.program.routines[0].name)]
+        first = self.program.main or self.program.routines[0].name
+        return self._jobs.get(_key(first)) or self._jobs[_key(self.program.routines[0].name)]
 
-    def find(self, name: str) -> Job | None:
-        """The routine called `name`, None when there is none in the program or its folder."""
+    def find(self, name: str, source: int = 0) -> Job | None:
+        """The routine called `name` by the file `source`, None when there is none in the program or its folder."""
         key = _key(name)
-        job = self._jobs.get(key)
+        job = self._own.get((source, key)) or self._jobs.get(key)
         if job is None:
             self._read(key)
             job = self._jobs.get(key)
+        if job is None and self.read_all():
+            job = self._jobs.get(key)
         return job
+
+    def read_all(self) -> bool:
+        """Reads the other files of the folder for what they declare, where the language shares names between files."""
+        from olp.vendors.vendor import find_vendor
+
+        if self._all_read or self.folder is None or not self.program.path:
+            return False
+        self._all_read = True
+        vendor = find_vendor(self.program.vendor)
+        if not vendor.shares_names:
+            return False
+        before = len(self.programs)
+        size = 0
+        for suffix in vendor.suffixes:
+            for path in sorted(files_by_stem(self.folder, suffix).values()):
+                size += path.stat().st_size
+                if path in self._read_files or len(self.programs) > _MOST_FILES or size > _MOST_BYTES:
+                    continue
+                self._add_file(path)
+        return len(self.programs) > before
 
     def near(self, name: str) -> list[str]:
         """Names that `name` may have meant."""
@@ -79,9 +109,11 @@ class Jobs:
     def _add(self, program: Program, file_name: str = "") -> None:
         source = len(self.sources)
         self.sources.append(program.source)
+        self.programs.append(program)
         for routine in program.routines:
             job = Job(program, routine, len(self._jobs), source, routine.body, _points(routine))
             self._jobs.setdefault(_key(routine.name), job)
+            self._own.setdefault((source, _key(routine.name)), job)
         if file_name and program.routines:
             self._jobs.setdefault(file_name, self._jobs[_key(program.routines[0].name)])
 
@@ -93,8 +125,10 @@ class Jobs:
         path = files_by_stem(self.folder, suffix).get(key) or files_by_name_record(self.folder, suffix).get(
             key
         )
-        if path is None or path in self._read_files:
-            return
+        if path is not None and path not in self._read_files:
+            self._add_file(path)
+
+    def _add_file(self, path: Path) -> None:
         self._read_files.add(path)
         try:
             program = read_cached(path)
@@ -116,6 +150,11 @@ def _points(routine: Routine) -> PointTable:
     return PointTable(
         tuple(replace(s, user=user) if s.frame == "user" else s for s in table.states), table.blocks
     )
+
+
+# A folder is searched for names no further than this.
+_MOST_FILES = 100
+_MOST_BYTES = 20_000_000
 
 
 def _key(name: str) -> str:

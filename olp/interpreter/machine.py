@@ -6,13 +6,16 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from olp.diagnostic import OlpError, Severity
-from olp.interpreter import data, flow, moves, speeds, waiting
+from olp.interpreter import data, flow, modal, moves, scope, speeds, waiting
 from olp.interpreter.state import OTHER_FRAME, Machine, StatementError
 from olp.program import (
     Assign,
+    Break,
     Call,
     Case,
     Clear,
+    Continue,
+    Declare,
     Default,
     DefineFrame,
     Dwell,
@@ -33,14 +36,21 @@ from olp.program import (
     Process,
     PulseOutput,
     ReadInput,
+    Repeat,
     Return,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
     SetOutput,
+    SetOverride,
     SetSpeed,
+    SetTool,
     ShiftOff,
     ShiftOn,
     StartTask,
     Switch,
     Synchronise,
+    Until,
     Update,
     Wait,
     WaitTask,
@@ -52,6 +62,12 @@ from olp.program import (
 HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
     Move: moves.move,
     SetSpeed: speeds.set_speed,
+    SetAcceleration: modal.set_acceleration,
+    SetBlend: modal.set_blend,
+    SetTool: modal.set_tool,
+    SetFrame: modal.set_frame,
+    SetOverride: modal.set_override,
+    Declare: scope.declare,
     Assign: data.assign,
     Update: data.update,
     Clear: data.clear,
@@ -78,6 +94,10 @@ HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
     Else: flow.end_of_branch,
     While: flow.while_,
     EndWhile: flow.end_while,
+    Repeat: flow.repeat,
+    Until: flow.until,
+    Break: flow.break_,
+    Continue: flow.continue_,
     For: flow.for_,
     Next: flow.next_,
     Switch: flow.switch,
@@ -91,15 +111,21 @@ HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
 
 def execute(m: Machine, max_steps: int) -> None:
     """Runs `m` to its end, at most `max_steps` statements."""
-    left = max_steps
-    while left and not m.ended and not m.stop_reason:
-        left = _run_frame(m, left)
-    if not left and not m.ended and not m.stop_reason:
+    m.left = max_steps
+    while m.left and not m.ended and not m.stop_reason:
+        _run_frame(m)
+    if not m.left and not m.ended and not m.stop_reason:
         _report_limit(m, max_steps)
 
 
-def _run_frame(m: Machine, left: int) -> int:
-    """Runs the current routine until it calls, returns or stops; the number of statements still allowed."""
+def run_until(m: Machine, depth: int) -> None:
+    """Runs the routine called last until no more than `depth` callers wait: a call inside an expression."""
+    while m.left and len(m.frames) > depth and not m.ended and not m.stop_reason:
+        _run_frame(m)
+
+
+def _run_frame(m: Machine) -> None:
+    """Runs the current routine until it calls, returns or stops."""
     handlers = HANDLERS
     frame = m.frame
     body, pc = frame.job.body, frame.pc
@@ -110,23 +136,22 @@ def _run_frame(m: Machine, left: int) -> int:
         handler = handlers.get(type(statement))
         if handler is None:
             continue
-        if not left:
-            return 0
-        left -= 1
+        if not m.left:
+            return
+        m.left -= 1
         frame.pc = pc
         try:
             following = handler(m, statement)
         except (StatementError, OlpError, OverflowError) as problem:
             _report(m, problem)
             if m.stop_reason:
-                return left
+                return
             continue
         if following is not None:
             if following == OTHER_FRAME or m.stop_reason:
-                return left
+                return
             pc = following
     flow.leave(m)
-    return left
 
 
 def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> None:

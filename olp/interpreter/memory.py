@@ -12,10 +12,14 @@ from olp.points import PointKind, PointState
 
 
 class PositionValue(NamedTuple):
-    """A position as a variable holds it: pulses, radians, or metres and radians, as `state` says."""
+    """A position as a variable holds it: pulses, radians, or metres and radians, as `state` says.
+
+    `external`: further axes as written, mm or deg.
+    """
 
     state: PointState
     values: tuple[float, ...]
+    external: tuple[float, ...] = ()
 
 
 class SystemPosition(NamedTuple):
@@ -24,7 +28,31 @@ class SystemPosition(NamedTuple):
     parts: tuple[tuple[Store, PositionValue], ...]
 
 
-Value = int | float | str | bool | PositionValue | SystemPosition
+@dataclass(slots=True)
+class Record:
+    """A structure's value. Copied when it is assigned."""
+
+    type: str
+    members: dict[str, Value]
+
+
+@dataclass(slots=True)
+class Array:
+    """An array's value; `None` where nothing was stored yet. Copied when it is assigned."""
+
+    items: list[Value | None]
+
+
+@dataclass(slots=True)
+class Slot:
+    """A named variable: what it holds (None: nothing yet) and its type as in `Declare.type`."""
+
+    value: Value | None
+    type: str = ""
+
+
+Value = int | float | str | bool | PositionValue | SystemPosition | Record | Array
+Scope = dict[str, Slot]
 Key = tuple[Store, int]
 
 # Controller manuals: B 0..255, I and D two's complement of 16 and 32 bit.
@@ -34,6 +62,7 @@ RANGES: Mapping[Store, tuple[int, int]] = {
     Store.DOUBLE: (-(2**31), 2**31 - 1),
 }
 INTEGERS = frozenset(RANGES)
+ACTIVE = "active"  # the frame of a pose that stands in whatever frame holds when it is moved to
 EMPTY_PULSES = PositionValue(PointState(PointKind.PULSE), (0.0,) * 6)
 
 
@@ -47,7 +76,7 @@ class Memory:
     values: dict[Key, Value] = field(default_factory=dict)
     signals: dict[SignalKey, int] = field(default_factory=dict)
     stamp: int = 0
-    changed: dict[tuple[str, int], int] = field(default_factory=dict)
+    changed: dict[tuple[str, int | str], int] = field(default_factory=dict)
 
     def put(self, key: Key, value: Value) -> None:
         """Stores a global value."""

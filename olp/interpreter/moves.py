@@ -5,29 +5,47 @@ from __future__ import annotations
 import math
 
 from olp.diagnostic import Severity
-from olp.expression import POSITION_STORES, Position, Store, Taught, Variable
+from olp.expression import POSITION_STORES, Expression, Position, Store, Taught, Unknown, Variable
+from olp.interpreter.columns import NO_EXTRA, Extra
 from olp.interpreter.evaluate import quantity, whole
 from olp.interpreter.memory import SystemPosition
-from olp.interpreter.speeds import FRACTION, JOINT, PATH_CODES, move_speed, part_speed, share
+from olp.interpreter.modal import RATE_ABSOLUTE, RATE_FRACTION
+from olp.interpreter.speeds import FRACTION, JOINT, PATH_CODES, TIME, move_speed, part_speed, share
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.interpreter.targets import place
 from olp.interpreter.variables import read_variable
 from olp.interpreter.world import KIND_PREFIX
 from olp.plan import BlendCode
-from olp.program import Blend, BlendKind, Move
+from olp.program import AccelerationUnit, Blend, BlendKind, Move
 
 _EXACT, _ZONE, _UNTAGGED, _RADIUS = (
     int(c) for c in (BlendCode.EXACT, BlendCode.ZONE, BlendCode.UNTAGGED, BlendCode.RADIUS)
 )
 _HIGHEST_LEVEL = 8
+_PLAIN_LAW = "yaskawa"  # jobs whose moves carry all that rules them
+_SHARE_LAW = "fanuc"  # whose zones are shares of the speed
 _NAN = math.nan
+# KUKA's defaults in $config.dat, where a program sets none: 50 %, 3 mm, 100 %, 5 deg.
+_MODAL_BLENDS = {
+    BlendKind.SHARE: 0.5,
+    BlendKind.RADIUS: 0.003,
+    BlendKind.SPEED: 1.0,
+    BlendKind.TURN: math.radians(5.0),
+}
 
 
 def move(m: Machine, s: Move) -> None:
     """Executes a move."""
     targets = s.targets
-    if m.plain and not s.parts and len(targets) == 1 and type(targets[0]) is Taught and _is_simple(s):
+    if (
+        m.plain
+        and m.law == _PLAIN_LAW
+        and not s.parts
+        and len(targets) == 1
+        and type(targets[0]) is Taught
+        and _is_simple(s)
+    ):
         taught = targets[0]
         job = m.frame.job
         store = taught.store
@@ -79,6 +97,13 @@ def _is_simple(s: Move) -> bool:
         and not s.coordinated
         and not s.no_wait
         and not s.passes
+        and s.tool is None
+        and s.frame is None
+        and s.via is None
+        and s.rate is None
+        and s.turn is None
+        and s.offset is None
+        and s.tool_offset is None
     )
 
 
@@ -98,8 +123,16 @@ def _compound(m: Machine, s: Move) -> None:
     if not rows:
         return
     unit, speed = move_speed(m, s.speed, path)
-    acceleration = 1.0 if s.acceleration is None else share(m, quantity(m, s.acceleration), "acceleration")
-    deceleration = 1.0 if s.deceleration is None else share(m, quantity(m, s.deceleration), "deceleration")
+    if m.override != 1.0 and unit != TIME:
+        speed *= m.override
+    modal = m.rates.get((path == JOINT, RATE_FRACTION), 1.0)
+    acceleration = modal if s.acceleration is None else share(m, quantity(m, s.acceleration), "acceleration")
+    deceleration = (
+        (modal if s.acceleration is None else acceleration)
+        if s.deceleration is None
+        else share(m, quantity(m, s.deceleration), "deceleration")
+    )
+    extra = _extra(m, s, path, rows[0][1])
     _report_unknowables(m, s)
     arm = next((mech for _, mech, _ in rows if m.world.mechanisms[mech].is_robot), rows[0][1])
     recorded = []
@@ -111,20 +144,51 @@ def _compound(m: Machine, s: Move) -> None:
             # A track or table under a linear move keeps step; only its own rated speed bounds it.
             row_path, row_unit, row_speed = JOINT, FRACTION, 1.0
         blend = (s.parts[part_number - 1].blend if part_number else None) or s.blend
-        code, zone = (_UNTAGGED, _NAN) if blend is None else _blend(m, blend, arm)
+        code, zone, kind = (_UNTAGGED, _NAN, "") if blend is None else _any_blend(m, blend, arm)
+        if kind:
+            extra = extra._replace(blend=kind)
         recorded.append((mechanism, target, row_path, row_unit, row_speed, code, zone))
     # Only now: a tag without a value leaves the whole move out, and a step without rows would be none.
     recorder = m.recorder
     recorder.step(m.frame.job.source, s.line)
+    if extra is not NO_EXTRA:
+        recorder.extra(extra)
     for row in recorded:
         recorder.row(*row, acceleration, deceleration, s.end_of_arc)
     m.moves += 1
 
 
-def _targets_of(m: Machine, targets: tuple[Position, ...], part: int, s: Move) -> list[tuple[int, int, int]]:
+def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:
+    """What a move of another language than INFORM says besides; NO_EXTRA where it says nothing."""
+    rate = m.rates.get((path == JOINT, RATE_ABSOLUTE), _NAN)
+    if s.rate is not None:
+        given = quantity(m, s.rate.value)
+        if given > 0.0 and s.rate.unit is not AccelerationUnit.FRACTION:
+            rate = given
+    turn = m.turn if s.turn is None else quantity(m, s.turn)
+    if s.via is None and math.isnan(rate) and math.isnan(turn):
+        return NO_EXTRA
+    via = -1
+    if s.via is not None:
+        from olp.interpreter.places import place_of
+
+        via = place_of(m, mechanism, s, s.via)
+    arc = _NAN if s.arc is None else quantity(m, s.arc)
+    return Extra(rate, turn, via, arc)
+
+
+def _targets_of(
+    m: Machine, targets: tuple[Expression, ...], part: int, s: Move
+) -> list[tuple[int, int, int]]:
     """(part, mechanism, index in the pool) of each written position."""
     rows = []
     for position in targets:
+        if _is_general(m, position, s):
+            from olp.interpreter.places import place_of
+
+            mechanism = role(m, part, Store.ROBOT)
+            rows.append((part, mechanism, place_of(m, mechanism, s, position)))
+            continue
         if not isinstance(position, (Taught, Variable)) or position.store not in POSITION_STORES:
             raise StatementError(
                 "I209", f"{spell(position)} is no position", "use a position variable or a taught point"
@@ -136,6 +200,13 @@ def _targets_of(m: Machine, targets: tuple[Position, ...], part: int, s: Move) -
     return rows
 
 
+def _is_general(m: Machine, position: Expression, s: Move) -> bool:
+    """Whether a target is more than a point or variable of an INFORM job."""
+    if m.law == _PLAIN_LAW and isinstance(position, (Taught, Variable, Unknown)):
+        return s.tool is not None or s.frame is not None
+    return not isinstance(position, Unknown) and getattr(position, "store", Store.ROBOT) is Store.ROBOT
+
+
 def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
     if position.store is not Store.SYSTEM:
         return (position.store,)
@@ -145,6 +216,23 @@ def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
         whole_position, SystemPosition
     )  # what else a system variable holds is an error of its own
     return tuple(store for store, _ in whole_position.parts)
+
+
+def _any_blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float, str]:
+    """(blend code, zone or radius [m] or share, what has still to become metres once the path is known)."""
+    kind = blend.kind
+    if kind is BlendKind.LEVEL or kind is BlendKind.CONTINUOUS or m.law == _PLAIN_LAW:
+        return (*_blend(m, blend, mechanism), "")
+    value = (
+        m.blends.get(kind, _MODAL_BLENDS.get(kind, 0.0)) if blend.value is None else quantity(m, blend.value)
+    )
+    if value <= 0.0 and not (kind is BlendKind.SPEED and m.law == _SHARE_LAW and blend.value is not None):
+        return _EXACT, _NAN, ""
+    if kind is BlendKind.RADIUS:
+        return (_RADIUS if m.law == _SHARE_LAW else _ZONE), value, ""
+    if kind is BlendKind.SPEED and m.law == _SHARE_LAW:
+        return _ZONE, min(value, 1.0), ""
+    return _ZONE, value, str(kind)
 
 
 def _blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float]:

@@ -8,6 +8,7 @@ also begins the next one (controller manuals, circular interpolation).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -43,15 +44,23 @@ class _Curve(NamedTuple):
 
 
 def shape_paths(
-    moves: Moves, positions: Positions, end_of_arc: NDArray[np.bool_]
+    moves: Moves,
+    positions: Positions,
+    end_of_arc: NDArray[np.bool_],
+    whole: Mapping[int, int] | None = None,
 ) -> tuple[NDArray[np.int32], NDArray[np.bool_], Floats]:
     """(via, before, length): the third point that shapes each curved move (-1: straight), whether it lies before
-    the start, and every path's length [m]."""
+    the start, and every path's length [m]. `whole`: rows that are arcs of their own -> a point beyond their target."""
     start, target = positions.position[moves.start], positions.position[moves.target]
     length: Floats = np.linalg.norm(target - start, axis=1)
     via, earlier = np.full(len(moves), -1, dtype=np.int32), np.zeros(len(moves), dtype=bool)
     for code, measure in ((_CIRCULAR, _arc_length), (_SPLINE, _parabola_length)):
-        curves = _curves(moves, np.nonzero(moves.path == code)[0], end_of_arc)
+        own = [row for row in whole or () if moves.path[row] == code]
+        rest = (
+            np.setdiff1d(np.nonzero(moves.path == code)[0], own) if own else np.nonzero(moves.path == code)[0]
+        )
+        curves = _curves(moves, rest, end_of_arc)
+        curves += [_Curve(row, (whole or {})[row], before=False) for row in own]
         if not curves:
             continue
         rows = np.array([curve.row for curve in curves])

@@ -12,7 +12,7 @@ from olp.expression import FrameRef, Number
 from olp.geometry import Pose
 from olp.interpreter.columns import NOWHERE
 from olp.interpreter.evaluate import whole
-from olp.interpreter.memory import PositionValue
+from olp.interpreter.memory import ACTIVE, PositionValue
 from olp.interpreter.state import Machine, StatementError
 from olp.interpreter.variables import is_whole
 from olp.points import PointKind, PointState
@@ -57,6 +57,8 @@ def with_pose(value: PositionValue, pose: Pose, state: PointState | None = None)
 
 def current_frames(m: Machine, state: PointState) -> PointState:
     """`state` with the tool and user frame that hold now, where the program has changed them since."""
+    if state.frame == ACTIVE:
+        return replace(state, frame=m.active_frame[0], user=m.active_frame[1], tool=m.active_tool)
     tool = m.tool_now.get(state.tool, state.tool)
     user = state.user if state.user is None else m.user_now.get(state.user, state.user)
     if tool == state.tool and user == state.user:
@@ -68,6 +70,9 @@ def frame_pose(m: Machine, frame: FrameRef) -> Pose:
     """A frame seen from the base. Raises StatementError for one that moves with the arm."""
     if frame.kind in ("base", "robot"):
         return Pose.identity()
+    if frame.kind == ACTIVE:
+        kind, place = m.active_frame
+        return Pose.identity() if kind == "base" else m.world.cell.user_frame(place or 0)
     if frame.kind == "user":
         number = whole(m, frame.number) if frame.number is not None else 0
         return m.world.cell.user_frame(m.user_now.get(number, number))

@@ -16,7 +16,7 @@ import numpy as np
 from olp.cell import Cell, Floats
 from olp.diagnostic import Diagnostic
 from olp.expression import Store
-from olp.interpreter.columns import NOWHERE, Batch, MoveRow, columns
+from olp.interpreter.columns import NOWHERE, Batch, Extra, MoveRow, columns
 from olp.plan import Assumption, Plan, StepKind
 from olp.points import PointKind, PointState, PointTable
 from olp.source import Source
@@ -42,6 +42,7 @@ class Recorder:
     _line: list[int] = field(default_factory=list)
     _durations: list[float] = field(default_factory=list)
     _moves: list[MoveRow] = field(default_factory=list)
+    _extras: dict[int, Extra] = field(default_factory=dict)  # first row of a move -> what else it says
 
     def __post_init__(self) -> None:
         self.at = [NOWHERE] * len(self.cell.mechanisms)
@@ -104,6 +105,10 @@ class Recorder:
         self._source.append(source)
         self._line.append(line)
 
+    def extra(self, extra: Extra) -> None:
+        """What the move begun last says besides; its rows follow."""
+        self._extras[len(self._moves)] = extra
+
     def row(
         self,
         mechanism: int,
@@ -119,8 +124,8 @@ class Recorder:
     ) -> None:
         """One mechanism's part of the move begun last.
 
-        `path`: index into PATHS. `unit`: 0 fraction of rated [1], 1 travel [m/s], 2 turn [rad/s]. `blend` [m] with
-        BlendCode.ZONE.
+        `path`: index into PATHS. `unit`: 0 fraction of rated [1], 1 travel [m/s], 2 turn [rad/s], 3 axis [rad/s], 4
+        time [s]. `blend` [m] with BlendCode.ZONE.
         """
         start = self.at[mechanism]
         self.at[mechanism] = target
@@ -167,7 +172,7 @@ class Recorder:
 
     def finish(self, diagnostics: Sequence[Diagnostic], stop_reason: str = "") -> Plan:
         """The plan of everything executed."""
-        positions, moves = columns(self.cell, self._batches.values(), self._pool, self._moves)
+        positions, moves = columns(self.cell, self._batches.values(), self._pool, self._moves, self._extras)
         gaps = tuple(Assumption(0, gap.says) for gap in self.cell.gaps.values() if not gap.unusable)
         robots: tuple[Robot | None, ...] = tuple(m.robot for m in self.cell.mechanisms)
         return Plan(

@@ -8,17 +8,22 @@ from dataclasses import dataclass
 from olp.control import ControlFlow
 from olp.expression import (
     Binary,
+    CallValue,
     Compare,
     Element,
     Expression,
     Function,
+    Item,
     Logic,
+    Member,
+    Named,
+    NamedArgument,
     Number,
     Signal,
     Unary,
     Variable,
 )
-from olp.program import Call, Case, ElseIf, End, If, Jump, Return, Statement, Switch, While
+from olp.program import Break, Call, Case, ElseIf, End, If, Jump, Return, Statement, Switch, Until, While
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +60,8 @@ def _leaves(statement: Statement, flow: ControlFlow, first: int, last: int) -> b
         return True
     if isinstance(statement, Call):
         return statement.jump
+    if isinstance(statement, Break):
+        return True
     if isinstance(statement, Jump):
         target = flow.labels.get(statement.target) if isinstance(statement.target, str) else None
         return target is None or not first <= target <= last
@@ -76,7 +83,7 @@ def _markers(flow: ControlFlow, opener: int) -> Iterator[int]:
 
 
 def _conditions(statement: Statement) -> Iterator[Expression]:
-    if isinstance(statement, (If, ElseIf, While)):
+    if isinstance(statement, (If, ElseIf, While, Until)):
         yield statement.condition
     elif isinstance(statement, (Jump, Return, Call)):
         if statement.condition is not None:
@@ -104,8 +111,16 @@ def reads_of(e: Expression) -> Iterator[tuple[str, int | None, bool]]:
             yield from reads_of(part)
     elif isinstance(e, Unary):
         yield from reads_of(e.operand)
-    elif isinstance(e, Function):
+    elif isinstance(e, (Function, CallValue)):
         for argument in e.arguments:
             yield from reads_of(argument)
+    elif isinstance(e, Named):
+        yield f"name:{e.name.casefold()}", 0, False
+    elif isinstance(e, (Item, Member)):
+        yield from reads_of(e.base)
+        for inner in e.indices if isinstance(e, Item) else ():
+            yield from reads_of(inner)
+    elif isinstance(e, NamedArgument) and e.value is not None:
+        yield from reads_of(e.value)
     elif isinstance(e, Element):
         yield from reads_of(e.variable)

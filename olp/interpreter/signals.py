@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from olp.assumptions import SignalKey, signal_name
-from olp.expression import Compare, Expression, Logic, Signal
+from olp.assumptions import NAMED_SIGNAL, SignalKey, signal_name
+from olp.expression import Binary, Compare, Expression, Logic, Signal, State, Text, Unary
 from olp.interpreter.evaluate import evaluate, whole
 from olp.interpreter.memory import Value
 from olp.interpreter.state import Machine
@@ -14,6 +14,8 @@ _HALF = 8  # bits in the low and in the high half of a register
 
 
 def key_of(m: Machine, signal: Signal) -> SignalKey:
+    if type(signal.index) is Text:
+        return SignalKey(NAMED_SIGNAL, signal.index.value.casefold())
     return SignalKey(signal.bus, whole(m, signal.index))
 
 
@@ -27,7 +29,7 @@ def read_signal(m: Machine, signal: Signal) -> Value:
     value = _raw(m, key)
     if signal.part:
         value = value >> _HALF & 0xFF if signal.part == "high" else value & 0xFF
-    return value if is_number(key.bus) else bool(value)
+    return value if is_number(signal.bus) else bool(value)
 
 
 def _raw(m: Machine, key: SignalKey) -> int:
@@ -67,8 +69,10 @@ def signals_of(condition: Expression) -> list[Signal]:
     """All signals in a condition, in order of writing."""
     if isinstance(condition, Signal):
         return [condition]
-    if isinstance(condition, Compare):
+    if isinstance(condition, (Compare, Binary)):
         return signals_of(condition.left) + signals_of(condition.right)
+    if isinstance(condition, Unary):
+        return signals_of(condition.operand)
     if isinstance(condition, Logic):
         parts = [condition.first, *(part for _, part in condition.rest)]
         return [signal for part in parts for signal in signals_of(part)]
@@ -76,7 +80,13 @@ def signals_of(condition: Expression) -> list[Signal]:
 
 
 def impose(m: Machine, condition: Expression) -> None:
-    """Makes a condition of the form `signal = value` (also several joined by and) true for what follows."""
+    """Makes a condition `signal = value`, `signal` or `not signal` (also several joined by and) true from here on."""
+    if isinstance(condition, Signal):
+        condition = Compare("=", condition, State(True))
+    elif (
+        isinstance(condition, Unary) and condition.operator == "not" and isinstance(condition.operand, Signal)
+    ):
+        condition = Compare("=", condition.operand, State(False))
     if isinstance(condition, Logic) and all(word == "and" for word, _ in condition.rest):
         impose(m, condition.first)
         for _, part in condition.rest:

@@ -12,23 +12,27 @@ from olp.interpreter.state import Machine, StatementError
 from olp.plan import PATHS
 from olp.program import MovePart, Path, SetSpeed, Speed, SpeedUnit
 
-FRACTION, TRAVEL, TURN = 0, 1, 2
+FRACTION, TRAVEL, TURN, AXIS, TIME = 0, 1, 2, 3, 4
 UNITS: Mapping[SpeedUnit, int] = {
     SpeedUnit.FRACTION: FRACTION,
     SpeedUnit.TRAVEL: TRAVEL,
     SpeedUnit.TURN: TURN,
+    SpeedUnit.AXIS: AXIS,
+    SpeedUnit.TIME: TIME,
 }
 PATH_CODES: Final[Mapping[Path, int]] = {path: code for code, path in enumerate(PATHS)}
 JOINT: Final = PATH_CODES[Path.JOINT]
 # Nobody says how fast a move without any speed is; the slowest taught presets of the controllers, so that a
 # prediction from them stands out.
-_DEFAULT_SPEED: Final = (0.0078, 0.011, 0.1)  # [1], [m/s], [rad/s]
-_SHOWN: Final = ("0.78 % of the rated joint speed", "11 mm/s", "0.1 rad/s")
-_HIGHEST: Final = (1.0, 1e3, 1e3)  # faster than any machine
+_DEFAULT_SPEED: Final = (0.0078, 0.011, 0.1, 0.1, 10.0)  # [1], [m/s], [rad/s], [rad/s], [s]
+_SHOWN: Final = ("0.78 % of the rated joint speed", "11 mm/s", "0.1 rad/s", "0.1 rad/s", "10 s")
+_HIGHEST: Final = (1.0, 1e3, 1e3, 1e3, 1e5)  # faster than any machine, longer than any move
 _TOO_FAST: Final = (
     "a joint speed above 100 % is taken as 100 %",
     "a speed above 1000 m/s is taken as 1000 m/s",
     "a speed above 1000 rad/s is taken as 1000 rad/s",
+    "a speed above 1000 rad/s is taken as 1000 rad/s",
+    "a move of more than a day is taken to last a day",
 )
 
 
@@ -36,6 +40,8 @@ def set_speed(m: Machine, s: SetSpeed) -> None:
     """Keeps the speeds for the moves that name none."""
     for speed in s.speeds:
         m.modal[UNITS[speed.unit]] = _checked(m, UNITS[speed.unit], quantity(m, speed.value))
+    if s.turn is not None:
+        m.turn = quantity(m, s.turn)
 
 
 def part_speed(m: Machine, part: MovePart, leading: tuple[int, float]) -> tuple[int, int, float]:
@@ -59,7 +65,9 @@ def part_speed(m: Machine, part: MovePart, leading: tuple[int, float]) -> tuple[
 def move_speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
     """(unit, SI value) of a move's own speed, or of the one that holds."""
     if speed is None:
-        return _modal_speed(m, FRACTION if path == JOINT else TRAVEL)
+        return _modal_speed(
+            m, FRACTION if path == JOINT and AXIS not in m.modal else AXIS if path == JOINT else TRAVEL
+        )
     unit = UNITS[speed.unit]
     written, scale = speed.value
     value = (written.value if type(written) is Number else number(m, written)) * scale

@@ -16,6 +16,7 @@ from olp.interpreter.recorder import Recorder
 from olp.interpreter.robots import missing_robots
 from olp.interpreter.state import Frame, Machine
 from olp.interpreter.world import build_world
+from olp.vendors.vendor import find_vendor, vendor_names
 
 if TYPE_CHECKING:
     from olp.plan import Plan
@@ -45,6 +46,9 @@ def start(
     world = build_world(robot, assumptions, folder)
     recorder = Recorder(world.cell, tuple(jobs.sources))
     m = Machine(recorder, world, Memory(), jobs, assumptions, cycles, Frame(main), first_job=main.key)
+    if program.vendor in vendor_names():
+        m.law = find_vendor(program.vendor).blending
+    m.left = max_steps
     m.load(main)
     set_initial_values(m)
     execute(m, max_steps)
@@ -64,6 +68,7 @@ def _finish(m: Machine) -> Plan:
         plan,
         diagnostics=tuple(dict.fromkeys(found)),
         settings=m.assumptions.motion,
+        zone_law=m.law if m.law != "radius" else plan.zone_law,
         calls=tuple(
             span if span.stop > span.start or not m.frames else span._replace(stop=length) for span in m.spans
         ),

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from olp.assumptions import Assumptions, SignalKey
 from olp.diagnostic import Diagnostic, Severity, Span, error
-from olp.expression import FrameRef
+from olp.expression import Expression, FrameRef
 from olp.interpreter.columns import NOWHERE
 from olp.interpreter.jobs import Job, Jobs
-from olp.interpreter.memory import Key, Memory, PositionValue, Value
+from olp.interpreter.memory import Key, Memory, PositionValue, Scope, Value
 from olp.interpreter.recorder import Recorder
 from olp.interpreter.world import World, group_names
+from olp.moves import BlendKind
 from olp.plan import CallSpan
 
 # What a handler returns: nothing (go on), the index of the next statement, or this: the call stack changed.
@@ -67,6 +69,11 @@ class Frame:
     loops: dict[int, Loop] = field(default_factory=dict)  # by the statement that leads back
     entered: dict[int, Entry] = field(default_factory=dict)  # by the loop's head
     counters: dict[int, tuple[float, float]] = field(default_factory=dict)  # FOR at index -> (stop, step)
+    names: Scope = field(default_factory=dict)  # named variables of this run of the routine
+    outs: list[tuple[str, Expression]] = field(
+        default_factory=list
+    )  # parameter -> where its value goes back to
+    result: Expression | None = None  # where the returned value goes
 
 
 @dataclass(slots=True)
@@ -101,6 +108,25 @@ class Machine:
     visits: dict[SignalKey, int] = field(default_factory=dict)  # how often a listed input was read
     inputs_read: dict[SignalKey, int] = field(default_factory=dict)  # -> value of `reads` at its last read
     spans: list[CallSpan] = field(default_factory=list)
+    nested: int = 0  # calls within expressions under way
+    left: int = 0  # statements still allowed
+    modules: dict[int, Scope] = field(default_factory=dict)  # file -> its named variables
+    law: str = "yaskawa"  # blending law of the maker whose language runs
+    active_tool: int = 0  # that holds for moves that name none
+    active_frame: tuple[str, int | None] = (
+        "base",
+        None,
+    )  # likewise: base, or user and its number in the cell
+    placed: dict[tuple[str, tuple[float, ...]], int] = field(
+        default_factory=dict
+    )  # tools and frames by value
+    rates: dict[tuple[bool, int], float] = field(
+        default_factory=dict
+    )  # (joint move, unit) -> modal acceleration
+    blends: dict[BlendKind, float] = field(default_factory=dict)  # modal sizes
+    turn: float = math.nan  # [rad/s] modal bound of the tool's turning
+    override: float = 1.0
+    timed_out: bool = False  # whether the last wait ended by its limit
     _topics: dict[str, tuple[int, int]] = field(default_factory=dict)
     _assumed: dict[tuple[int, int, str], int] = field(default_factory=dict)
     _found: dict[tuple[str, str, int, str], Diagnostic] = field(default_factory=dict)
@@ -151,9 +177,12 @@ class Machine:
 
     def load(self, job: Job) -> None:
         """Makes a routine ready: its mechanisms, and the global positions that its header sets."""
+        from olp.interpreter.scope import declare_all
+
         if job.loaded:
             return
         job.loaded = True
+        declare_all(self, job)
         self.recorder.sources = tuple(self.jobs.sources)
         names = group_names([group.mechanisms for group in job.routine.groups])
         job.groups = tuple(tuple(self.add_mechanism(name) for name in group) for group in names)

@@ -21,6 +21,12 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
         return _position(m, pulses=True)
     if value.name == "position-pose":
         return _position(m, pulses=False)
+    if value.name == "timed-out":
+        return m.timed_out
+    if value.name in ("current-pose", "current-joints"):
+        from olp.interpreter.places import current
+
+        return current(m, joints=value.name == "current-joints")
     m.assume(f"system value {value.name} {value.index} is taken as 0")
     return 0
 

@@ -45,10 +45,13 @@ def wait(m: Machine, s: Wait) -> None:
     seconds = _fixed(m, s.condition, limit)
     if seconds is None:
         seconds = _expected(m, s.condition)
-        if limit is not None and seconds >= limit > 0.0:
+        m.timed_out = limit is not None and seconds >= limit > 0.0
+        if limit is not None and m.timed_out:
             seconds = limit
         else:
             impose(m, s.condition)
+    else:
+        m.timed_out = limit is not None and seconds >= limit and not test(m, s.condition)
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
 

@@ -83,6 +83,13 @@ def time_plan(
     report_inferred(plan, wanted.length > 0, limits.report)
     settling = _settling(plan, joined, limits, effects, signed)
     durations = np.where(wanted.unknown, np.nan, np.maximum(profile.duration - joined.saving + settling, 0.0))
+    told = plan.moves.duration
+    if not np.isnan(told).all():
+        # A programmed time includes the ramps; where the arm needs longer at its limits it takes longer.
+        least = _profile(chosen, _at_limits(plan, wanted), joined, parameters).duration
+        durations = np.where(
+            np.isnan(told) | np.isnan(durations), durations, np.maximum(told / effects.override, least)
+        )
     if signed is not None and signed.told is not None:
         durations[signed.told.rows] = signed.told.duration
     timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects, signed)
@@ -110,6 +117,15 @@ def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dic
     )
 
 
+def _at_limits(plan: Plan, wanted: Demand) -> Demand:
+    """The demand with the speed of timed moves at the most that olp grants any line: their least duration."""
+    timed = ~np.isnan(plan.moves.duration)
+    return replace(wanted, speed=np.where(timed, np.maximum(wanted.speed, _FASTEST), wanted.speed))
+
+
+_FASTEST = 10.0  # [m/s] no arm's tool is faster; for the least time of moves whose time is programmed
+
+
 def _model_of_signature(model: str | None) -> str:
     """The motion model that 1/a of equation 6.1 belongs to. Raises OlpError (H013) when another one was asked for."""
     if model not in (None, DEFAULT_MODEL):
@@ -124,7 +140,14 @@ def _at_override(plan: Plan, override: float) -> Plan:
         return plan
     moves = plan.moves
     fraction = np.minimum(moves.fraction * override, np.maximum(moves.fraction, 1.0))
-    slowed = replace(moves, fraction=fraction, travel=moves.travel * override, turn=moves.turn * override)
+    slowed = replace(
+        moves,
+        fraction=fraction,
+        travel=moves.travel * override,
+        turn=moves.turn * override,
+        axis_speed=moves.axis_speed * override,
+        duration=moves.duration / override,
+    )
     return replace(plan, moves=slowed)
 
 
@@ -189,7 +212,7 @@ def _gather(
         limited_by=_limited_by(plan, _rules(wanted, profile), rows),
         duration_s=duration + added.total,
         speed_pct=column(moves.fraction / percent),
-        speed_deg_s=column(moves.turn / deg),
+        speed_deg_s=column(np.where(np.isnan(moves.turn), moves.axis_speed, moves.turn) / deg),
         angle_deg=column(moves.angle / deg),
         assumptions=(),
         diagnostics=(),
@@ -276,7 +299,8 @@ def _why(plan: Plan, wanted: Demand, row: int) -> tuple[str, str]:
     moves = plan.moves
     if not wanted.unknown[row]:
         return "this move never ends: its speed is zero", "give it a speed above zero"
-    if np.isnan(moves.fraction[row]) and np.isnan(moves.travel[row]) and np.isnan(moves.turn[row]):
+    speeds = (moves.fraction, moves.travel, moves.turn, moves.axis_speed, moves.duration)
+    if all(np.isnan(speed[row]) for speed in speeds):
         return (
             "the speed of this move is not known",
             "write V= or VJ=, or give the variable a value in olp.toml",

@@ -95,6 +95,8 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, ou
     by_turn = np.isnan(speed) & ~np.isnan(moves.turn[rows])
     speed[by_turn] = np.inf
     up, down = of_lines(plan, rows, speed, limits)
+    said = moves.rate[rows]
+    up, down = (np.where(np.isnan(said), push, said) for push in (up, down))
     with np.errstate(divide="ignore", invalid="ignore"):
         travel_time = _rest_to_rest(length, speed, up)
         turn_time = _rest_to_rest(angle, turn, turn_acceleration)
@@ -145,12 +147,17 @@ def _axes(
         return
     axes = plan.positions.axes[:, : len(robot.axes)]
     distance = np.abs(axes[moves.target[rows]] - axes[moves.start[rows]])
-    speed = moves.fraction[rows, None] * robot.speeds
-    up, down = of_axes(plan, robot, rows, moves.fraction[rows], limits)
+    fraction = _fractions(moves, rows, distance, robot)
+    speed = fraction[:, None] * robot.speeds
+    by_axis = ~np.isnan(moves.axis_speed[rows])
+    speed[by_axis] = np.minimum(moves.axis_speed[rows][by_axis, None], robot.speeds)
+    up, down = of_axes(plan, robot, rows, fraction, limits)
+    said = moves.rate[rows, None]
+    up, down = (np.where(np.isnan(said), push, said) for push in (up, down))
     longer = limits.axis_scale if robot is plan.robot else 1.0
     up, down = np.broadcast_to(up / longer, distance.shape), np.broadcast_to(down / longer, distance.shape)
     time = _rest_to_rest(distance, speed, up, down)
-    out.unknown[rows] = np.isnan(time).any(axis=1) | np.isnan(moves.fraction[rows])
+    out.unknown[rows] = np.isnan(time).any(axis=1) | np.isnan(fraction)
     slowest = np.argmax(np.nan_to_num(time), axis=1)
     pick = np.arange(len(rows)), slowest
     length = np.nan_to_num(moves.length[rows])
@@ -167,6 +174,24 @@ def _axes(
         f"axis {axis}" if name.startswith("R") else f"{name} axis {axis}" for axis in robot.axis_names
     )
     out.rule[rows] = first + slowest
+
+
+def _fractions(moves: Moves, rows: NDArray[np.intp], distance: Floats, robot: Robot) -> Floats:
+    """(n,) of rated speed: as written, or what the tool's or the leading axis' programmed speed asks of the axes."""
+    fraction = moves.fraction[rows].copy()
+    other = np.isnan(fraction)
+    if not other.any():
+        return fraction
+    length, angle = moves.length[rows], moves.angle[rows]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rated = np.max(distance / robot.speeds, axis=1)
+        travel = length / moves.travel[rows]
+        turn = np.where(np.isnan(moves.turn[rows]), 0.0, angle / moves.turn[rows])
+        by_axis = np.max(distance, axis=1) / moves.axis_speed[rows]
+        wanted = np.where(np.isnan(moves.axis_speed[rows]), np.fmax(travel, turn), by_axis)
+        wanted = np.where(np.isnan(moves.duration[rows]), wanted, moves.duration[rows])
+        share = np.where(rated > 0, np.minimum(rated / wanted, 1.0), 1.0)
+    return np.where(other, share, fraction)
 
 
 def _rest_to_rest(

@@ -60,7 +60,7 @@ def _long_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
     """A zone is cut to half of the shorter neighbour, as controllers do; one longer than a whole move is told."""
     moves = plan.moves
     zoned = np.flatnonzero(moves.blend_code == BlendCode.ZONE)
-    if not len(zoned):
+    if not len(zoned) or plan.zone_law == "fanuc":
         return
     after = _following(moves.mechanism)[zoned]
     zoned, after = zoned[after >= 0], after[after >= 0]

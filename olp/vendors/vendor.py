@@ -17,6 +17,8 @@ class Vendor(ABC):
 
     `comment_prefix`: what opens a comment on a line of its own. `trailing_comment_prefix`: what opens one after an
     instruction, blanks included. `comment_length`: characters that the controller keeps, without the prefix.
+    `shares_names`: whether a file sees the variables and routines of all others beside it. `blending`: the law in
+    `olp/blending` that the maker's blends follow.
     """
 
     name: ClassVar[str]
@@ -26,6 +28,8 @@ class Vendor(ABC):
     trailing_comment_prefix: ClassVar[str]
     comment_length: ClassVar[int]
     newline: ClassVar[str] = "\r\n"
+    shares_names: ClassVar[bool] = True
+    blending: ClassVar[str] = "radius"
 
     @abstractmethod
     def sniff(self, source: Source) -> bool:

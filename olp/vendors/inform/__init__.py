@@ -16,6 +16,8 @@ class Inform(Vendor):
     comment_prefix = "'"
     trailing_comment_prefix = "  //"
     comment_length = 32
+    shares_names = False
+    blending = "yaskawa"
 
     def sniff(self, source: Source) -> bool:
         head = source.lines[:50]

@@ -1,0 +1,205 @@
+"""Functions that languages beside INFORM compute with: numbers, and poses in millimetres and degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from olp.expression import Expression, Named
+from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
+from olp.interpreter.arithmetic import finite, round_half_away
+from olp.interpreter.evaluate import evaluate, number, whole
+from olp.interpreter.functions import as_position
+from olp.interpreter.memory import Array, PositionValue, Value
+from olp.interpreter.poses import raw_pose, with_pose
+from olp.interpreter.spelling import spell
+from olp.interpreter.state import Machine, StatementError
+from olp.interpreter.structures import pose_of_rotation_vector, pose_value
+from olp.points import PointKind, PointState
+from olp.units import deg, mm
+
+Arguments = Sequence[Expression]
+Computes = Callable[[Machine, Arguments], Value]
+
+
+def _numbers(m: Machine, arguments: Arguments, count: int) -> list[float]:
+    """Exactly `count` numbers. Raises StatementError (I222)."""
+    if len(arguments) < count:
+        raise StatementError(
+            "I222", f"this needs {count} values, and {len(arguments)} are given", "write them all"
+        )
+    return [float(number(m, argument)) for argument in arguments[:count]]
+
+
+def _plain(function: Callable[..., float], count: int = 1) -> Computes:
+    """A function of numbers. Raises StatementError (I202) where it has no value."""
+
+    def computed(m: Machine, arguments: Arguments) -> Value:
+        values = _numbers(m, arguments, count)
+        try:
+            return finite(function(*values))
+        except (ValueError, OverflowError, ZeroDivisionError):
+            shown = ", ".join(f"{value:g}" for value in values)
+            raise StatementError(
+                "I202", f"there is no such value for {shown}", "check the operands"
+            ) from None
+
+    return computed
+
+
+def _rounded(m: Machine, arguments: Arguments) -> Value:
+    value = float(number(m, arguments[0]))
+    digits = whole(m, arguments[1]) if len(arguments) > 1 else 0
+    if digits <= 0:
+        return round_half_away(value)
+    return round_half_away(value * 10**digits) / 10**digits
+
+
+def _largest(choose: Callable[[list[float]], float]) -> Computes:
+    def chosen(m: Machine, arguments: Arguments) -> Value:
+        return choose([number(m, argument) for argument in arguments])
+
+    return chosen
+
+
+def _pose(m: Machine, argument: Expression) -> PositionValue:
+    return as_position(evaluate(m, argument))
+
+
+def _moved(value: PositionValue, pose: Pose) -> Value:
+    return with_pose(value, pose)
+
+
+def _offset(m: Machine, arguments: Arguments) -> Value:
+    """Moved along the axes of the frame that the pose is written in; its turn stays."""
+    value = _pose(m, arguments[0])
+    by = np.array(_numbers(m, arguments[1:], 3)) * mm
+    pose = raw_pose(value)
+    return _moved(value, Pose(pose.position + by, pose.rotation))
+
+
+def _relative_tool(m: Machine, arguments: Arguments) -> Value:
+    """Moved and turned along its own axes: about x, then the new y, then the new z (RAPID RelTool)."""
+    value = _pose(m, arguments[0])
+    x, y, z = _numbers(m, arguments[1:], 3)
+    given = [float(number(m, argument)) * deg for argument in arguments[4:7]]
+    rx, ry, rz = (*given, *[0.0] * (3 - len(given)))
+    turn = np.eye(3)
+    for axis, angle in enumerate((rx, ry, rz)):
+        turn = turn @ rotation_from_angles(np.eye(3)[axis] * angle)
+    return _moved(value, raw_pose(value) @ Pose(np.array([x, y, z]) * mm, turn))
+
+
+def _added(m: Machine, arguments: Arguments) -> Value:
+    """Positions add, turns follow each other (URScript pose_add)."""
+    value, other = _pose(m, arguments[0]), _pose(m, arguments[1])
+    first, second = raw_pose(value), raw_pose(other)
+    return _moved(value, Pose(first.position + second.position, first.rotation @ second.rotation))
+
+
+def _subtracted(m: Machine, arguments: Arguments) -> Value:
+    """What has to be added to the second to come to the first (URScript pose_sub)."""
+    value, other = _pose(m, arguments[0]), _pose(m, arguments[1])
+    first, second = raw_pose(value), raw_pose(other)
+    return _moved(value, Pose(first.position - second.position, second.rotation.T @ first.rotation))
+
+
+def _of_angles(m: Machine, arguments: Arguments) -> Value:
+    values = _numbers(m, arguments, 6)
+    scaled = [v * (mm if i < 3 else deg) for i, v in enumerate(values)]
+    # Kept as written: going through a rotation would change angles that mean the same turn.
+    return PositionValue(pose_value(Pose.identity()).state, tuple(scaled))
+
+
+def _of_quaternion(m: Machine, arguments: Arguments) -> Value:
+    x, y, z, *q = _numbers(m, arguments, 7)
+    size = math.sqrt(sum(v * v for v in q))
+    if size == 0.0:
+        raise StatementError("I202", "a quaternion of zeros is no turn", "write 1, 0, 0, 0 for none")
+    return pose_value(
+        Pose(np.array([x, y, z]) * mm, rotation_from_quaternion(np.array([[v / size for v in q]]))[0])
+    )
+
+
+def _of_vector(m: Machine, arguments: Arguments) -> Value:
+    x, y, z, rx, ry, rz = _numbers(m, arguments, 6)
+    return pose_value(pose_of_rotation_vector(x, y, z, (rx, ry, rz)))
+
+
+def _joints(m: Machine, arguments: Arguments) -> Value:
+    values = [evaluate(m, argument) for argument in arguments]
+    if len(values) == 1 and isinstance(values[0], Array):
+        values = [item for item in values[0].items if item is not None]
+    angles = tuple(float(v) * deg for v in values if isinstance(v, (int, float)))
+    if len(angles) != len(values) or not angles:
+        raise StatementError("I201", "joint values are numbers", "write one per axis")
+    return PositionValue(PointState(PointKind.JOINT, "joint"), angles)
+
+
+def _forward(m: Machine, arguments: Arguments) -> Value:
+    from olp.interpreter.places import current, pose_at
+
+    return pose_at(m, _pose(m, arguments[0])) if arguments else current(m, joints=False)
+
+
+def _inverse(m: Machine, arguments: Arguments) -> Value:
+    """The axes of a pose, or the pose itself where no robot is known: a joint move goes to it as well."""
+    from olp.interpreter.places import joints_of
+
+    value = _pose(m, arguments[0])
+    if len(arguments) > 1:
+        near = evaluate(m, arguments[1])
+        if isinstance(near, PositionValue) and near.state.kind is PointKind.JOINT:
+            m.assume_once(
+                "nearest joints", "the joint values that a program gives beside a pose are taken to reach it"
+            )
+            return near
+    try:
+        return joints_of(m, value)
+    except StatementError:
+        return value
+
+
+def _distance(m: Machine, arguments: Arguments) -> Value:
+    first, second = (raw_pose(_pose(m, argument)).position for argument in arguments[:2])
+    return float(np.linalg.norm(first - second)) / mm
+
+
+def _given(m: Machine, arguments: Arguments) -> Value:
+    from olp.interpreter.scope import is_given
+
+    name = arguments[0]
+    return is_given(m, name.name if isinstance(name, Named) else spell(name))
+
+
+FUNCTIONS: Mapping[str, Computes] = {
+    "abs": _plain(abs),
+    "tan": _plain(lambda x: math.tan(x * deg)),
+    "asin": _plain(lambda x: math.asin(x) / deg),
+    "acos": _plain(lambda x: math.acos(x) / deg),
+    "atan2": _plain(lambda y, x: math.atan2(y, x) / deg, 2),
+    "round": _rounded,
+    "trunc": _plain(lambda x: int(x)),
+    "floor": _plain(lambda x: math.floor(x)),
+    "ceil": _plain(lambda x: math.ceil(x)),
+    "power": _plain(lambda x, y: float(x**y), 2),
+    "exp": _plain(math.exp),
+    "log": _plain(math.log),
+    "log10": _plain(math.log10),
+    "min": _largest(min),
+    "max": _largest(max),
+    "pose-offset": _offset,
+    "pose-relative-tool": _relative_tool,
+    "pose-add": _added,
+    "pose-subtract": _subtracted,
+    "pose-angles": _of_angles,
+    "pose-quaternion": _of_quaternion,
+    "pose-vector": _of_vector,
+    "pose-distance": _distance,
+    "joints": _joints,
+    "forward": _forward,
+    "inverse": _inverse,
+    "given": _given,
+}
