@@ -92,6 +92,11 @@ class Assumptions:
         default_factory=dict
     )  # one value per read, the last holds
     variables: Mapping[tuple[Store, int], Given] = field(default_factory=dict)
+    names: Mapping[str, Given] = field(default_factory=dict)  # variables of languages with names, lower case
+    tools: Mapping[int, tuple[float, ...]] = field(
+        default_factory=dict
+    )  # x y z [m], rx ry rz [rad] on the flange
+    frames: Mapping[int, tuple[float, ...]] = field(default_factory=dict)  # likewise in the base
     waits: Mapping[SignalKey, float] = field(default_factory=dict)  # [s] until that signal comes
     default_wait: float | None = None  # [s] for all other waits
     pause: float | None = None  # [s] until the operator starts again

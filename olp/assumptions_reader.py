@@ -24,7 +24,20 @@ from olp.expression import POSITION_STORES, Store
 from olp.points import PointKind, PointState
 from olp.units import deg, mm, percent
 
-_SECTIONS: Final = ("robot", "robots", "inputs", "variables", "waits", "process", "start", "motion")
+_SECTIONS: Final = (
+    "robot",
+    "robots",
+    "inputs",
+    "variables",
+    "names",
+    "tools",
+    "frames",
+    "waits",
+    "process",
+    "start",
+    "motion",
+)
+_MOST_FRAMES: Final = 255  # that a controller numbers
 _WAIT_KEYS: Final = ("default_s", "pause_s")
 _POSITION_KEYS: Final = ("pulse", "joint_deg", "pose_mm_deg", "tool", "user", "frame")
 _FRAMES: Final = ("base", "robot", "user")
@@ -103,6 +116,11 @@ class _Reader:
             robots=self._entries("robots", _mechanism, self._text, 'RB1 = "yaskawa/gp25"'),
             inputs=self._entries("inputs", signal_key, self._states, '"IN#(12)" = true'),
             variables=self._variables(),
+            names=self._entries("names", _plain_name, self._named, "fast = 250.0"),
+            tools=self._entries("tools", _frame_number, self._pose, "1 = [0, 0, 187.4, 0, 15, 30]"),
+            frames=self._entries(
+                "frames", _frame_number, self._pose, "1 = [850.5, -210.25, 305.75, 0, 0, 33]"
+            ),
             waits=waits,
             default_wait=default,
             pause=pause,
@@ -242,6 +260,26 @@ class _Reader:
         self._report("V004", f"{key} cannot hold {value!r}"[:120], key, f"a {store.value} variable")
         return None
 
+    def _named(self, key: str, value: Any) -> Given | None:
+        if isinstance(value, dict):
+            return self._position(key, value)
+        if isinstance(value, (bool, str)) or _is_number(value):
+            return value
+        self._report("V004", f"{key} must be a number, a text or a position", key, f"{key} = 250.0")
+        return None
+
+    def _pose(self, key: str, value: Any) -> tuple[float, ...] | None:
+        """x y z [m], rx ry rz [rad] from mm and deg."""
+        if isinstance(value, list) and len(value) == 6 and all(map(_is_number, value)):
+            return tuple(float(n) * (mm if i < 3 else deg) for i, n in enumerate(value))
+        self._report(
+            "V004",
+            f"{key} must be six numbers: x y z in mm, rx ry rz in deg",
+            key,
+            f"{key} = [0, 0, 187.4, 0, 15, 30]",
+        )
+        return None
+
     def _position(self, key: str, value: Any) -> WrittenPosition | None:
         example = f"{key} = {{ pulse = [1200, -3400, 560, 0, 780, 90] }}"
         if not isinstance(value, dict):
@@ -325,6 +363,14 @@ def _in_range(key: str, value: float) -> bool:
 def _mechanism(text: str) -> str | None:
     name = text.strip().upper()
     return name if _MECHANISM.fullmatch(name) else None
+
+
+def _plain_name(text: str) -> str | None:
+    return text.strip().casefold() if re.fullmatch(r"[$A-Za-z_][\w.$]*", text.strip()) else None
+
+
+def _frame_number(text: str) -> int | None:
+    return int(text) if text.strip().isdecimal() and int(text) <= _MOST_FRAMES else None
 
 
 def _is_number(value: Any) -> TypeGuard[float]:

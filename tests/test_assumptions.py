@@ -225,3 +225,26 @@ def test_the_document_explains_every_code_of_the_interpreter_and_no_other() -> N
         code for path in sources for code in re.findall(r'"([AI]\d{3})"', path.read_text(encoding="utf-8"))
     }
     assert set(re.findall(r"\b[AI]\d{3}\b", DOCUMENT.read_text(encoding="utf-8"))) == used
+
+
+def test_tools_frames_and_named_values_come_from_the_file(tmp_path):
+    file = tmp_path / "olp.toml"
+    file.write_text(
+        '[names]\nheight = 120.5\n"$H_POS" = { joint_deg = [0, -90, 90, 0, 0, 0] }\n'
+        "[tools]\n1 = [10, 20, 30, 0, 0, 90]\n[frames]\n2 = [1000, 0, 0, 0, 0, 0]\n"
+    )
+    given = load_assumptions(file)
+    assert given.diagnostics == ()
+    assert given.names["height"] == 120.5
+    assert given.names["$h_pos"].values[2] == pytest.approx(math.pi / 2)
+    assert given.tools[1] == pytest.approx((0.01, 0.02, 0.03, 0, 0, math.pi / 2))
+    assert given.frames[2][0] == 1.0
+
+
+@pytest.mark.parametrize(
+    "text", ["[tools]\n1 = [1, 2]\n", "[frames]\nx = [1, 2, 3, 4, 5, 6]\n", "[names]\na = []\n"]
+)
+def test_tools_frames_and_names_that_are_none_are_told(tmp_path, text):
+    file = tmp_path / "olp.toml"
+    file.write_text(text)
+    assert [d.code[:3] for d in load_assumptions(file).diagnostics] == ["V00"]

@@ -9,7 +9,7 @@ from olp.interpreter.jobs import Job
 from olp.interpreter.loops import enter_loop, way_back
 from olp.interpreter.memory import RANGES, Value
 from olp.interpreter.spelling import spell
-from olp.interpreter.state import OTHER_FRAME, Frame, Machine, StatementError
+from olp.interpreter.state import OTHER_FRAME, EndedError, Frame, Machine, StatementError
 from olp.plan import CallSpan
 from olp.program import (
     Break,
@@ -290,6 +290,8 @@ def value_of_call(m: Machine, e: CallValue) -> Value:
     run_until(m, depth)
     m.nested -= 1
     returned: Value | None = m.returned
+    if returned is None and m.stop_reason:
+        raise EndedError
     if returned is None:
         raise StatementError("I225", f"{e.routine} returns no value", "end it with a return of one")
     return returned

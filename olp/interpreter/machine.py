@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from olp.diagnostic import OlpError, Severity
 from olp.interpreter import data, flow, modal, moves, scope, speeds, waiting
-from olp.interpreter.state import OTHER_FRAME, Machine, StatementError
+from olp.interpreter.state import OTHER_FRAME, EndedError, Machine, StatementError
 from olp.program import (
     Assign,
     Break,
@@ -159,7 +159,8 @@ def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> N
     if isinstance(problem, OverflowError):
         problem = StatementError("I202", "a number is too large to compute with", "check the operands")
     if isinstance(problem, StatementError):
-        m.fault(problem)
+        if not isinstance(problem, EndedError):
+            m.fault(problem)
         return
     for finding in problem.diagnostics:
         m.fault(StatementError(finding.code, finding.message, finding.help, finding.severity))

@@ -45,6 +45,10 @@ def read_name(m: Machine, name: str) -> Value:
     Raises StatementError: I209 where nothing declares it, I203 where it has no value yet.
     """
     slot = find_slot(m, name)
+    if slot is None or slot.value is None:
+        given = m.assumptions.names.get(fold(name))
+        if given is not None:
+            return PositionValue(*given) if isinstance(given, tuple) else given
     if slot is None and name.startswith("$"):
         m.assume(f"{name} is taken as 0: the controller sets it")
         return 0

@@ -29,6 +29,13 @@ class StatementError(Exception):
         super().__init__(message)
 
 
+class EndedError(StatementError):
+    """The run ended inside the statement, for a reason that was told there."""
+
+    def __init__(self) -> None:
+        super().__init__("", "")
+
+
 class Entry(NamedTuple):
     """What had happened when the head of a loop was passed: changes, moves and signal reads so far.
 

@@ -116,6 +116,8 @@ def build_world(robot: str | Robot | None, assumptions: Assumptions, folder: Pat
             for n, t in backup.tools.items()
         }
         frames = {n: Pose.from_xyz_angles((*f.position, *f.angles)) for n, f in backup.user_frames.items()}
+    tools |= {n: Tool(Pose.from_xyz_angles(values)) for n, values in assumptions.tools.items()}
+    frames |= {n: Pose.from_xyz_angles(values) for n, values in assumptions.frames.items()}
     chosen = load_robot(robot) if isinstance(robot, (str, Path)) else robot
     cell = Cell(mechanisms, tools, frames)
     return World(cell, mechanisms, assumptions, tools, backup, chosen, diagnostics)
