@@ -54,7 +54,8 @@ def _rounded(m: Machine, arguments: Arguments) -> Value:
     digits = whole(m, arguments[1]) if len(arguments) > 1 else 0
     if digits <= 0:
         return round_half_away(value)
-    return round_half_away(value * 10**digits) / 10**digits
+    scale: float = 10.0 ** min(digits, 15)
+    return round_half_away(value * scale) / scale
 
 
 def _largest(choose: Callable[[list[float]], float]) -> Computes:
