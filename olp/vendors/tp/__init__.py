@@ -16,6 +16,7 @@ class Tp(Vendor):
     comment_prefix = "!"
     trailing_comment_prefix = ""
     comment_length = 32
+    blending = "fanuc"
 
     def sniff(self, source: Source) -> bool:
         return any(line.lstrip().upper().startswith("/PROG") for line in source.lines[:50])

@@ -1,0 +1,101 @@
+"""A whole listing: header, instructions and positions, and everything that is wrong with it."""
+
+from __future__ import annotations
+
+import gc
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from olp.diagnostic import Span
+from olp.expression import Number
+from olp.program import ControlGroup, Declare, Program, Routine
+from olp.source import Source
+from olp.vendors.inform.findings import Findings
+from olp.vendors.tp import checks, values
+from olp.vendors.tp.fast import MoveLines
+from olp.vendors.tp.header import Listing, listings
+from olp.vendors.tp.instructions import Instructions
+from olp.vendors.tp.lines import instructions
+from olp.vendors.tp.positions import Positions
+from olp.vendors.tp.words import is_german
+
+# Comments of signals and labels, which belong to the controller and stand wherever the signal does.
+_NAMED = re.compile(
+    r"\b(DI|DO|RI|RO|GI|GO|AI|AO|SI|SO|UI|UO|WI|WO|F|M|TIMER|PAYLOAD)\[(\d{1,5}):([^\]\n]*)\]"
+)
+
+
+def read_program(source: Source) -> Program:
+    """The program in a listing. Never raises on bad text."""
+    findings = Findings(source)
+    routines: tuple[Routine, ...] = ()
+    if checks.is_readable(findings):
+        with _no_garbage_collection():
+            routines = tuple(_routine(findings, listing) for listing in listings(findings))
+    text = "\n".join(source.lines) if routines else ""
+    data: tuple[Declare, ...] = ()
+    if values.TIMEOUT in text or "TIMEOUT" in text:
+        data = (Declare(0, values.TIMEOUT, "integer", Number(values.USUAL_TIMEOUT)),)
+    return Program("tp", source, routines, findings.result(), bytes(findings.kinds), data)
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _routine(findings: Findings, listing: Listing) -> Routine:
+    lines = findings.source.lines
+    first, stop = listing.sections.get("/MN", (0, 0))
+    german = is_german("\n".join(lines[max(listing.line - 1, 0) : max(first - 1, 0)]))
+    if german:
+        message = "German keywords are read as the English ones they stand for"
+        findings.info("P530", message, Span(listing.line, 1, 1), "exported programs are in English")
+    body = Instructions(findings, MoveLines(), german).read(instructions(lines, first, stop) if first else ())
+    positions = Positions(findings)
+    begin, end = listing.sections.get("/POS", (0, 0))
+    if begin:
+        positions.read(begin, end)
+    table = positions.table()
+    routine = Routine(
+        listing.name or "UNNAMED",
+        listing.line,
+        tuple(body),
+        table,
+        _groups(listing),
+        listing.comment,
+        details=_details(listing, positions, "\n".join(lines[first - 1 : stop - 1]) if first else ""),
+        last_line=listing.last_line,
+    )
+    checks.check_routine(findings, listing, routine, positions)
+    return routine
+
+
+def _groups(listing: Listing) -> tuple[ControlGroup, ...]:
+    """DEFAULT_GROUP 1,1,*,*,*: the motion groups that the program drives."""
+    mask = [part.strip() for part in listing.attributes.get("DEFAULT_GROUP", "").split(",")]
+    return tuple(ControlGroup((f"GP{place}",)) for place, mark in enumerate(mask, 1) if mark == "1")
+
+
+def _details(listing: Listing, positions: Positions, text: str) -> dict[str, str]:
+    """What only TP's own writer needs: attributes, names of positions and signals, units of slides."""
+    found = {f"/ATTR {name}": value for name, value in listing.attributes.items()}
+    if listing.kind:
+        found["/PROG"] = listing.kind
+    if listing.application:
+        found["/APPL"] = "\n".join(listing.application)
+    for number, name in positions.names.items():
+        found[f"P[{number}]"] = name
+    for axis, unit in positions.units.items():
+        found[f"unit {axis}"] = unit
+    for match in _NAMED.finditer(text):
+        found.setdefault(f"{match[1]}[{match[2]}]", match[3].strip())
+    return found
