@@ -55,7 +55,7 @@ class MoveWriter:
         return "IMOV"
 
     def _blend(self, blend: Blend) -> str:
-        kind, value = blend
+        kind, value = blend.kind, blend.value
         if kind is BlendKind.CONTINUOUS or value is None:
             return "CONT"
         if kind is BlendKind.LEVEL:
