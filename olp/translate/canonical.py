@@ -13,7 +13,10 @@ Pass = Callable[[Program, Work], Program]
 
 @dataclass(frozen=True, slots=True)
 class Translated:
-    """`mapping`: (kind, name in the source) -> name in the target; kinds point, variable, tool, frame, routine, signal."""
+    """`mapping`: (kind, name in the source) -> name in the target.
+
+    Kinds: point, variable, tool, frame, routine, signal, label.
+    """
 
     program: Program
     losses: tuple[Loss, ...]

@@ -54,6 +54,11 @@ class Limits:
     external_axes: int = 6
     joint_blends: frozenset[BlendKind] | None = None  # of joint moves, where they differ
     has_override: bool = True  # a statement that scales all speeds
+    has_elseif: bool = True
+    has_endless: bool = True  # a WHILE whose condition always holds
+    for_variable_is_local: bool = False  # FOR declares its variable, which ends with the loop
+    has_relative: bool = True  # a move by an offset from where the arm stands
+    nested_logic: bool = True  # AND and OR in parentheses
     largest_radius: float = 0.0  # of a blend [m]; 0: no bound
 
 

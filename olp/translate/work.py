@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from olp.diagnostic import Diagnostic, error
 from olp.expression import Expression
-from olp.program import Program, Statement
+from olp.program import Program, Routine, Statement
 from olp.translate.limits import Limits, limits_of
 
 if TYPE_CHECKING:
@@ -83,6 +84,7 @@ class Work:
     context: Context
     losses: list[Loss] = field(default_factory=list)
     names: dict[tuple[str, str], str] = field(default_factory=dict)
+    problems: list[Diagnostic] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     _plan: list[Plan | None] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
@@ -108,6 +110,16 @@ class Work:
         line = statement if isinstance(statement, int) else statement.line
         kind = "program" if isinstance(statement, int) else kind_of(statement)
         self.losses.append(Loss(line, kind, fate, part, says, size, unit))
+
+    def need_robot(self, why: str) -> None:
+        """Notes, once, that the question cannot be answered without a robot (X012)."""
+        if not any(found.code == "X012" for found in self.problems):
+            help = "say --robot maker/model (and --target-robot where it is another one)"
+            self.problems.append(error("X012", why, file=self.source.path, help=help))
+
+    def routine(self, name: str) -> Routine:
+        """The source's routine called `name`."""
+        return next(routine for routine in self.source.routines if routine.name == name)
 
     def fresh(self, stem: str, taken: Iterable[str] = ()) -> str:
         """A name that neither the program nor the translation uses yet."""

@@ -39,4 +39,7 @@ LIMITS: Final = Limits(
     has_parameters=False,
     one_routine_per_file=True,
     external_axes=6,
+    has_override=False,
+    has_endless=False,
+    nested_logic=False,
 )

@@ -1,0 +1,421 @@
+"""Numbered points, variables and arguments become named ones, so that all further passes see one kind of program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from olp.expression import (
+    POSITION_STORES,
+    Argument,
+    Binary,
+    Element,
+    Expression,
+    Function,
+    Item,
+    Member,
+    Named,
+    Number,
+    PositionLiteral,
+    State,
+    Store,
+    SystemValue,
+    Taught,
+    Text,
+    Unary,
+    Variable,
+)
+from olp.points import PointTable
+from olp.program import (
+    Assign,
+    Clear,
+    Declare,
+    Move,
+    Parameter,
+    Program,
+    ReadInput,
+    Return,
+    Routine,
+    Statement,
+    Update,
+)
+from olp.translate.lift_moves import lifted_move
+from olp.translate.lift_points import Points
+from olp.translate.rewrite import expressions_of, mapped
+from olp.translate.work import Fate, Work
+
+TYPES: Final = {
+    Store.BYTE: "integer",
+    Store.INTEGER: "integer",
+    Store.DOUBLE: "integer",
+    Store.REAL: "real",
+    Store.STRING: "string",
+    Store.ROBOT: "position",
+}
+LETTERS: Final = {
+    Store.BYTE: "B",
+    Store.INTEGER: "I",
+    Store.DOUBLE: "D",
+    Store.REAL: "R",
+    Store.STRING: "S",
+    Store.ROBOT: "PV",
+    Store.BASE: "BPV",
+    Store.STATION: "EPV",
+    Store.SYSTEM: "PX",
+}
+_ZEROS: Final[dict[str, Expression]] = {
+    "integer": Number(0),
+    "real": Number(0.0),
+    "string": Text(""),
+    "boolean": State(False),
+    "position": PositionLiteral("pose", (0.0,) * 6),
+}
+_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
+_SYSTEM: Final = {"position-pose": "current-pose", "position-pulse": "current-joints"}
+_LARGEST_ARRAY: Final = 100
+
+
+def lift(program: Program, work: Work) -> Program:
+    """Only names from here on. A program without numbers comes back as it is."""
+    lifted = _Lift(program, work)
+    routines = tuple(lifted.routine(routine) for routine in program.routines)
+    data = (*program.data, *lifted.points.declared, *lifted.global_data())
+    return replace(program, routines=routines, data=data)
+
+
+@dataclass(slots=True)
+class _Lift:
+    program: Program
+    work: Work
+    points: Points = field(init=False)
+    names: dict[tuple[str, Store, int], Named] = field(
+        default_factory=dict
+    )  # routine ("" global), kind, number
+    arrays: dict[tuple[str, Store], Named] = field(default_factory=dict)
+    largest: dict[tuple[str, Store], int] = field(default_factory=dict)
+    initial: dict[str, Expression] = field(default_factory=dict)
+    whole: frozenset[int] = frozenset()  # real registers that only ever hold whole numbers
+    scope: str = ""
+    parameters: tuple[Parameter, ...] = ()  # of the routine under way
+    returned: Named | None = None
+
+    def __post_init__(self) -> None:
+        self.points = Points(self.work)
+        for routine in self.program.routines:
+            for expression in (e for s in routine.body for e in expressions_of(s)):
+                if type(expression) is Variable and type(expression.index) is not Number:
+                    self._array(routine.name if expression.local else "", expression.store)
+        self.whole = _whole_registers(self.program)
+        for routine in self.program.routines:
+            self._initial_positions(routine)
+        self._carry_states()
+
+    # --- names ------------------------------------------------------------------------------------------
+
+    def _array(self, scope: str, store: Store) -> None:
+        if (scope, store) not in self.arrays:
+            stem = f"{'L' if scope else ''}{LETTERS[store]}"
+            self.arrays[(scope, store)] = Named(self.work.fresh(stem))
+            self.largest[(scope, store)] = 0
+
+    def variable(self, v: Variable) -> Expression:
+        """The name of a numbered variable; an element of an array where the program computes a number of its kind."""
+        scope = self.scope if v.local else ""
+        array = self.arrays.get((scope, v.store))
+        if array is not None:
+            first = 1 if self.work.source.vendor == "inform" else 0  # INFORM counts from 0, Item from 1
+            if type(v.index) is Number:
+                index: Expression = Number(int(v.index.value) + first)
+                self.largest[(scope, v.store)] = max(
+                    self.largest[(scope, v.store)], int(v.index.value) + first
+                )
+            else:
+                index = Binary("+", v.index, Number(first)) if first else v.index
+                self.largest[(scope, v.store)] = _LARGEST_ARRAY
+            return Item(array, (index,))
+        assert type(v.index) is Number
+        key = (scope, v.store, int(v.index.value))
+        name = self.names.get(key)
+        if name is None:
+            stem = v.name or f"{'L' if scope else ''}{LETTERS[v.store]}{key[2]}"
+            name = self.names[key] = Named(self.work.fresh(stem))
+            self.work.names[("variable", f"{scope + '.' if scope else ''}{LETTERS[v.store]}{key[2]}")] = (
+                name.name
+            )
+        return name
+
+    def _initial_positions(self, routine: Routine) -> None:
+        for (store, taught), block in routine.points.blocks.items():
+            if taught or store is not Store.ROBOT:
+                continue
+            for number in block.rows:
+                point = routine.points.find(store, False, number)
+                literal = None if point is None else self.points.literal(point, store)
+                name = self.variable(Variable(store, Number(int(number))))
+                if point is not None and literal is not None and isinstance(name, Named):
+                    self.initial.setdefault(name.name, literal)
+                    self.points.states.setdefault(name.name, point.state)
+
+    def _carry_states(self) -> None:
+        """A position variable that is set from another one has that one's frame and tool."""
+        for _ in range(3):
+            for routine in self.program.routines:
+                self.scope = routine.name
+                for s in routine.body:
+                    if isinstance(s, Assign) and _is_position(s.target):
+                        self._carry_state(routine, s)
+
+    def _carry_state(self, routine: Routine, s: Assign) -> None:
+        source: Expression = s.value
+        if isinstance(source, Function) and source.name == "pose-product":
+            source = source.arguments[0]
+        target = self.value(s.target)
+        if not isinstance(target, Named):
+            return
+        state = None
+        if isinstance(source, Taught):
+            point = routine.points.find(source.store, True, source.number)
+            state = None if point is None else point.state
+        elif _is_position(source):
+            name = self.value(source)
+            state = self.points.states.get(name.name) if isinstance(name, Named) else None
+        if state is not None:
+            self.points.states.setdefault(target.name, state)
+
+    def global_data(self) -> Iterator[Declare]:
+        """Declarations of everything that was numbered and holds for the whole program."""
+        yield from self._declared("")
+        if self.returned is not None:
+            yield Declare(0, self.returned.name, "real", Number(0.0), shared=True)
+
+    def _declared(self, scope: str) -> Iterator[Declare]:
+        for (where, store, number), name in self.names.items():
+            if where == scope:
+                value = self.initial.get(name.name)
+                kind = (
+                    "integer"
+                    if store is Store.REAL and number in self.whole
+                    else TYPES.get(store, "position")
+                )
+                if isinstance(value, PositionLiteral) and value.kind == "joint":
+                    kind = "joints"
+                yield Declare(0, name.name, kind, value or _ZEROS[kind], shared=not scope)
+        for (where, store), name in self.arrays.items():
+            if where == scope:
+                size = Number(max(self.largest[(where, store)], 1))
+                yield Declare(0, name.name, TYPES.get(store, "position"), None, (size,), shared=not scope)
+
+    # --- routines ---------------------------------------------------------------------------------------
+
+    def routine(self, routine: Routine) -> Routine:
+        self.scope = routine.name
+        parameters = routine.parameters or tuple(
+            Parameter(f"arg{number}", TYPES.get(store, "real") if store else "real")
+            for number, store in enumerate(_arguments(routine), 1)
+        )
+        self.parameters = parameters
+        body: list[Statement] = []
+        for statement in routine.body:
+            body += self.statement(routine, statement)
+        local = tuple(self._declared(routine.name))
+        at = 1 if body and type(body[0]).__name__ == "Begin" else 0
+        body[at:at] = local
+        return replace(
+            routine,
+            body=tuple(body),
+            points=PointTable(),
+            parameters=parameters,
+            arguments=(),
+            locals={},
+            aliases={},
+        )
+
+    def statement(self, routine: Routine, s: Statement) -> list[Statement]:
+        match s:
+            case Move():
+                return lifted_move(self.points, routine, s, self.value)
+            case Update():
+                return self._update(s)
+            case Clear():
+                return self._clear(s)
+            case ReadInput(line, target, signal, comment):
+                return [Assign(line, self.value(target), mapped(signal, self._change), comment)]
+            case Assign(line, Element() as element, value, comment):
+                member, scale = self._element(element)
+                return [Assign(line, member, Binary("/", self.value(value), Number(scale)), comment)]
+            case Return(line, value, condition, comment) if value is not None and self._returns_by_register:
+                target = self._returned()
+                if condition is not None:
+                    self.work.lose(s, Fate.REFUSED, "value", "a value is returned under a condition")
+                    return [s]
+                return [Assign(line, target, self.value(value), comment), Return(line)]
+            case _:
+                return [mapped(s, self._change)]
+
+    @property
+    def _returns_by_register(self) -> bool:
+        return self.work.source.vendor == "inform"
+
+    def _returned(self) -> Named:
+        if self.returned is None:
+            self.returned = Named(self.work.fresh("returned"))
+        return self.returned
+
+    def _update(self, s: Update) -> list[Statement]:
+        target = self.value(s.target)
+        operand = None if s.operand is None else self.value(s.operand)
+        if _is_position(s.target):
+            return self._moved_position(s, target, operand)
+        value: Expression
+        if operand is None or s.operator == "not":
+            value = Unary("not", operand or target)
+        else:
+            value = Binary(s.operator, target, operand)
+            if (
+                s.operator == "/"
+                and isinstance(s.target, Variable)
+                and TYPES.get(s.target.store) == "integer"
+            ):
+                value = Function("round", (value,))
+        return [Assign(s.line, target, value, s.comment)]
+
+    def _moved_position(self, s: Update, target: Expression, operand: Expression | None) -> list[Statement]:
+        """Positions add element by element."""
+        if s.operator not in ("+", "-") or operand is None or not _is_position(s.operand):
+            self.work.lose(s, Fate.REFUSED, "arithmetic", "arithmetic of a position with a number")
+            return [s]
+        rows: list[Statement] = []
+        known = self.initial.get(operand.name) if isinstance(operand, Named) else None
+        fixed = known if isinstance(known, PositionLiteral) and not self._is_changed(operand) else None
+        for at, member in enumerate(_ELEMENTS[:6]):
+            if fixed is not None and fixed.values[at] == 0.0:
+                continue
+            total = Binary(s.operator, Member(target, member), Member(operand, member))
+            rows.append(Assign(s.line, Member(target, member), total))
+        return rows
+
+    def _is_changed(self, name: Expression) -> bool:
+        return any(
+            isinstance(s, (Assign, Update, Clear, ReadInput))
+            and s.target is not None
+            and self._names(s.target, name)
+            for s in self.program.statements()
+        )
+
+    def _names(self, target: Expression, name: Expression) -> bool:
+        variable = target.variable if isinstance(target, Element) else target
+        return isinstance(variable, Variable) and self.variable(variable) == name
+
+    def _clear(self, s: Clear) -> list[Statement]:
+        target, count = s.target, s.count
+        if (
+            not isinstance(target, Variable)
+            or type(target.index) is not Number
+            or target.store in POSITION_STORES
+        ):
+            self.work.lose(s, Fate.REFUSED, "target", "only numbered variables can be cleared")
+            return [s]
+        if isinstance(count, Number):
+            indices = range(int(target.index.value), int(target.index.value) + int(count.value))
+        else:
+            used = {n for scope, store, n in self.names if store is target.store}
+            indices = range(int(target.index.value), max(used, default=int(target.index.value)) + 1)
+        zero = _ZEROS[TYPES.get(target.store, "integer")]
+        return [
+            Assign(s.line, self.variable(replace(target, index=Number(i), name="")), zero)
+            for i in list(indices)[:200]
+        ]
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def value(self, e: Any) -> Any:
+        return mapped(e, self._change)
+
+    def _change(self, e: Expression) -> Expression:
+        kind = type(e)
+        if kind is Variable:
+            assert isinstance(e, Variable)
+            return self.variable(e)
+        if kind is Argument:
+            assert isinstance(e, Argument)
+            if 0 < e.number <= len(self.parameters):
+                return Named(self.parameters[e.number - 1].name)
+            return e
+        if kind is Element:
+            assert isinstance(e, Element)
+            member, scale = self._element(e)
+            return Function("round", (Binary("*", member, Number(scale)),))
+        if kind is SystemValue:
+            assert isinstance(e, SystemValue)
+            if e.name == "returned":
+                return self._returned()
+            return replace(e, name=_SYSTEM.get(e.name, e.name))
+        if kind is Taught:
+            assert isinstance(e, Taught)
+            return self.points.taught(self.work.routine(self.scope), e.store, e.number) or e
+        return e
+
+    def _element(self, e: Element) -> tuple[Expression, int]:
+        """An element as a component in mm and deg, and how many of the controller's counts one of them is."""
+        if not isinstance(e.index, Number) or not 1 <= int(e.index.value) <= len(_ELEMENTS):
+            self.work.lose(0, Fate.REFUSED, "element", "an element of a position by a computed number")
+            return e, 1
+        at = int(e.index.value) - 1
+        inner: Any = e.variable
+        base = inner if isinstance(inner, (Named, Item)) else self.value(inner)
+        return Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
+
+
+def _is_position(e: Expression | None) -> bool:
+    return isinstance(e, Variable) and e.store in POSITION_STORES
+
+
+def _arguments(routine: Routine) -> tuple[Store | None, ...]:
+    """What a routine takes: as its header says, else as its body reads."""
+    read = [e.number for s in routine.body for e in expressions_of(s) if type(e) is Argument]
+    count = max((len(routine.arguments), *read))
+    return (*routine.arguments, *[None] * (count - len(routine.arguments)))
+
+
+def _whole_registers(program: Program) -> frozenset[int]:
+    """Numbers of the real registers that only ever get whole values, so that they can count."""
+    assigned: dict[int, list[Expression | None]] = {}
+    for s in program.statements():
+        target = getattr(s, "target", None) if isinstance(s, (Assign, Update, ReadInput, Clear)) else None
+        if target is None:
+            target = getattr(s, "variable", None)
+        if isinstance(target, Variable) and target.store is Store.REAL and isinstance(target.index, Number):
+            values = assigned.setdefault(int(target.index.value), [])
+            if isinstance(s, Assign):
+                values.append(s.value)
+            elif isinstance(s, Update):
+                values.append(Binary(s.operator, s.target, s.operand) if s.operand is not None else None)
+            else:
+                values.append(Number(0))
+    whole = set(assigned)
+    while True:
+        kept = {n for n in whole if all(_is_whole(value, whole) for value in assigned[n])}
+        if kept == whole:
+            return frozenset(whole)
+        whole = kept
+
+
+def _is_whole(e: Expression | None, whole: set[int]) -> bool:
+    match e:
+        case Number(value):
+            return isinstance(value, int) or float(value).is_integer()
+        case Variable(Store.REAL, Number(index)):
+            return int(index) in whole
+        case Variable(store):
+            return TYPES.get(store) == "integer"
+        case Unary("-", operand):
+            return _is_whole(operand, whole)
+        case Binary(operator, left, right):
+            return operator in ("div", "mod") or (
+                operator in "+-*" and _is_whole(left, whole) and _is_whole(right, whole)
+            )
+        case Function(name):
+            return name in ("round", "trunc", "floor", "ceil")
+        case _:
+            return False

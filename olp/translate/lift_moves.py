@@ -1,0 +1,102 @@
+"""Moves to taught points become moves to names, each with the frame and the tool that the point was taught with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final
+
+from olp.expression import Expression, Named, Store, Taught, Variable
+from olp.points import PointKind, PointState
+from olp.program import Move, Path, Routine, Statement
+from olp.translate.lift_points import Points, frame_of, tool_of
+from olp.translate.work import Fate
+
+Value = Callable[[Any], Any]  # of whatever holds expressions
+_VALUES: Final = (
+    "speed",
+    "blend",
+    "acceleration",
+    "deceleration",
+    "rate",
+    "turn",
+    "until",
+    "search",
+    "offset",
+    "tool_offset",
+    "other",
+)
+_MOVING: Final = ("tool", "master-tool")
+
+
+def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list[Statement]:
+    """The move with names; as it was, with a loss, where its target cannot be known."""
+    if s.parts or len(s.targets) > 1:
+        points.work.lose(s, Fate.REFUSED, "groups", "a move of several control groups")
+        return [s]
+    state = _state(points, routine, s.targets[0], value)
+    target = _target(points, routine, s, value, state)
+    if target is None:
+        return [s]
+    via = None
+    if s.via is not None:
+        via = value(s.via)
+        if isinstance(s.via, Taught):
+            other = points.taught(routine, s.via.store, s.via.number)
+            via = other if other is not None else via
+    name, state = target
+    changes: dict[str, Any] = {"targets": (name,), "via": via}
+    for field in _VALUES:
+        old = getattr(s, field)
+        if old is not None:
+            new = value(old)
+            if new is not old:
+                changes[field] = new
+    if state is not None and s.relative is None:
+        if state.frame in _MOVING:
+            points.work.lose(
+                s, Fate.REFUSED, "frame", "the position is written in a frame that moves with the arm"
+            )
+            return [s]
+        if s.tool is None:
+            changes["tool"] = tool_of(state)
+        if s.frame is None:
+            changes["frame"] = frame_of(state)
+    return [replace(s, **changes)]
+
+
+def _state(points: Points, routine: Routine, target: Expression, value: Value) -> PointState | None:
+    if isinstance(target, Taught):
+        point = routine.points.find(target.store, True, target.number)
+        return None if point is None else point.state
+    if isinstance(target, Variable):
+        name = value(target)
+        return points.states.get(name.name) if isinstance(name, Named) else None
+    return None
+
+
+def _target(
+    points: Points, routine: Routine, s: Move, value: Value, state: PointState | None
+) -> tuple[Expression, PointState | None] | None:
+    written = s.targets[0]
+    if isinstance(written, (Taught, Variable)) and written.store is not Store.ROBOT:
+        points.work.lose(s, Fate.REFUSED, "groups", "a move of a track or a station alone")
+        return None
+    if not isinstance(written, Taught):
+        return value(written), state
+    if state is not None and state.kind is not PointKind.POSE and s.path is not Path.JOINT:
+        seen = points.in_space(routine, written.store, written.number)
+        if seen is None:
+            points.work.need_robot("a straight move to a point in joint values is known by its robot only")
+            return None
+        literal, base = seen
+        key = (routine.name, written.store, False, -1 - written.number)
+        name = points.names.get(key)
+        if name is None:
+            name = points.names[key] = points.add(f"P{written.number}_pose", literal, base, 0)
+        return Named(name), base
+    name_ = points.taught(routine, written.store, written.number)
+    if name_ is None:
+        points.work.lose(s, Fate.REFUSED, "target", "the point has no values that can be known")
+        return None
+    return name_, state

@@ -1,0 +1,157 @@
+"""Taught points become named positions: each with its numbers, and its frame and tool for the moves that go there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from olp.diagnostic import OlpError
+from olp.expression import Expression, FrameRef, Named, Number, PositionLiteral, Store
+from olp.points import Point, PointKind, PointState
+from olp.program import Declare, Routine
+from olp.translate.work import Fate, Work
+from olp.units import deg, mm
+
+if TYPE_CHECKING:
+    from olp.cell import Cell
+
+_POSE = 6
+
+
+@dataclass(slots=True)
+class Points:
+    """The named positions made so far. `states`: what holds for each of them, for the moves that go there."""
+
+    work: Work
+    names: dict[tuple[str, Store, bool, int], str] = field(default_factory=dict)
+    states: dict[str, PointState] = field(default_factory=dict)
+    declared: list[Declare] = field(default_factory=list)
+    _cell: list[Cell] = field(default_factory=list)
+
+    def taught(self, routine: Routine, store: Store, number: int) -> Named | None:
+        """The name of a taught point, None where the routine does not teach it or its place is not known."""
+        key = (routine.name, store, True, number)
+        name = self.names.get(key)
+        if name is None:
+            point = routine.points.find(store, True, number)
+            literal = None if point is None else self.literal(point, store)
+            if point is None or literal is None:
+                return None
+            name = self.names[key] = self.add(_point_name(store, number), literal, point.state, point.line)
+            self.work.names[("point", f"{routine.name}.{_point_name(store, number)}")] = name
+        return Named(name)
+
+    def add(self, stem: str, literal: PositionLiteral, state: PointState, line: int) -> str:
+        """Declares a position; its name begins with `stem`."""
+        name = self.work.fresh(stem)
+        self.states[name] = state
+        kind = "joints" if literal.kind == "joint" else "position"
+        storage = "constant" if not line or self.work.source.vendor != "inform" else "variable"
+        self.declared.append(Declare(0, name, kind, literal, storage=storage, shared=True))
+        return name
+
+    def literal(self, point: Point, store: Store) -> PositionLiteral | None:
+        """The numbers of a point; pulses need the robot. None where they cannot be known."""
+        values = tuple(point.values)
+        state = point.state
+        if store is not Store.ROBOT:
+            return PositionLiteral("joint", _trimmed(values)) if state.kind is not PointKind.PULSE else None
+        if state.kind is PointKind.POSE:
+            further = tuple(v / deg for v in values[_POSE:] if not math.isnan(v))
+            return PositionLiteral("pose", values[:_POSE], further, state.configuration)
+        if state.kind is PointKind.JOINT:
+            return PositionLiteral("joint", _trimmed(values))
+        return self._joints_of(values)
+
+    def _joints_of(self, pulses: tuple[float, ...]) -> PositionLiteral | None:
+        robot = self.work.robot
+        if robot is None:
+            self.work.need_robot(
+                "the points are written in motor pulses, which mean nothing without their robot"
+            )
+            return None
+        from olp.kinematics import pulses_to_joints
+
+        row = np.nan_to_num(np.asarray(pulses[: len(robot.axes)], dtype=np.float64))
+        row = np.concatenate((row, np.zeros(len(robot.axes) - len(row))))
+        try:
+            return PositionLiteral("joint", tuple(float(v) for v in pulses_to_joints(robot, row[None, :])[0]))
+        except OlpError as problem:
+            self.work.need_robot(problem.diagnostics[0].message)
+            return None
+
+    def in_space(
+        self, routine: Routine, store: Store, number: int
+    ) -> tuple[PositionLiteral, PointState] | None:
+        """A point taught in joints as a pose of its tool in the base, for moves that need one."""
+        point = routine.points.find(store, True, number)
+        if point is None or self.work.robot is None:
+            return None
+        pose = self.cell().pose(0, point.state, point.values)
+        if pose is None:
+            return None
+        state = PointState(PointKind.POSE, "base", tool=point.state.tool)
+        return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles())), state
+
+    def cell(self) -> Cell:
+        """Tools and frames beside the program, as its interpreter sees them."""
+        if not self._cell:
+            self._cell.append(cell_of(self.work))
+        return self._cell[0]
+
+
+def cell_of(work: Work) -> Cell:
+    """The robot with the tools and frames of the controller files beside the program."""
+    from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
+    from olp.interpreter.world import build_world
+
+    folder = Path(work.source.path).parent if work.source.path and Path(work.source.path).is_file() else None
+    path = nearest_assumptions(folder) if folder is not None else None
+    assumptions = load_assumptions(path) if path is not None else Assumptions()
+    world = build_world(work.robot, assumptions, folder)
+    world.mechanism("RB1")
+    return world.cell
+
+
+def frame_of(state: PointState) -> Expression | None:
+    """The frame that a position with this state is written in, None where it says none."""
+    if state.kind is not PointKind.POSE:
+        return FrameRef("base")
+    if state.frame == "user":
+        return None if state.user is None else FrameRef("user", Number(state.user))
+    return FrameRef("base") if state.frame in ("base", "robot") else FrameRef(state.frame)
+
+
+def tool_of(state: PointState) -> Expression:
+    """The tool that a position with this state was taught with."""
+    return FrameRef("tool", Number(state.tool))
+
+
+def further_axes(points: list[PositionLiteral | None], linear: list[bool]) -> tuple[float, ...] | None:
+    """The further axes of tracks and stations [mm or deg], None where one of them is not known."""
+    found: list[float] = []
+    for literal, slides in zip(points, linear, strict=True):
+        if literal is None:
+            return None
+        found += [value / (mm if slides else deg) for value in literal.values]
+    return tuple(found)
+
+
+def refuse_frame(work: Work, line: int) -> None:
+    work.lose(line, Fate.REFUSED, "frame", "the position is written in a frame that moves with the arm")
+
+
+def _trimmed(values: tuple[float, ...]) -> tuple[float, ...]:
+    kept = list(values)
+    while kept and math.isnan(kept[-1]):
+        kept.pop()
+    return tuple(0.0 if math.isnan(v) else v for v in kept)
+
+
+def _point_name(store: Store, number: int) -> str:
+    letter = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}.get(store, "P")
+    return f"{letter}{number}"
