@@ -106,6 +106,9 @@ class ValueRules(Transformer[Token, Any]):
     def string_function(self, children: list[Any]) -> Function:
         return Function(values.STRING_FUNCTIONS[str(children[0])], tuple(children[1:]))
 
+    def function(self, children: list[Any]) -> Function:
+        return Function(values.FUNCTIONS[str(children[0])[:-1]], tuple(children[1:]))
+
     # --- variables --------------------------------------------------------------------------------------
 
     def register(self, children: list[Any]) -> Variable:

@@ -1,7 +1,7 @@
 """Plain move lines without the grammar: a CAM program has 100,000 of them.
 
-`MoveLines.read` understands J and L moves with literal numbers and gives exactly the statement that the grammar gives (a test
-compares the two); whatever else a line holds, it declines, and the grammar reads it.
+`MoveLines.read` understands J, L and A moves with literal numbers and gives exactly the statement that the grammar
+gives (a test compares the two); whatever else a line holds, it declines, and the grammar reads it.
 """
 
 from __future__ import annotations

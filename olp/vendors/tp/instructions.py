@@ -37,8 +37,57 @@ _MACRO = re.compile(r"([A-Za-z_][A-Za-z0-9_ .\-]*?)\s*(\(.*\))?")
 _FIRST_WORD = re.compile(r"[A-Za-z_$]*")
 # Words that the grammar knows: a line that begins with one of them and does not parse is wrong.
 _KNOWN: Final = frozenset(
-    "IF THEN ELSE ENDIF SELECT FOR ENDFOR LBL JMP CALL RUN WAIT END PAUSE ABORT MESSAGE OVERRIDE TIMER UFRAME UTOOL "
-    "UFRAME_NUM UTOOL_NUM R PR SR AR P DI DO RI RO GI GO AI AO SI SO UI UO WI WO F M".split()
+    (
+        *(
+            "IF",
+            "THEN",
+            "ELSE",
+            "ENDIF",
+            "SELECT",
+            "FOR",
+            "ENDFOR",
+            "LBL",
+            "JMP",
+            "CALL",
+            "RUN",
+            "WAIT",
+            "END",
+        ),
+        *(
+            "PAUSE",
+            "ABORT",
+            "MESSAGE",
+            "OVERRIDE",
+            "TIMER",
+            "UFRAME",
+            "UTOOL",
+            "UFRAME_NUM",
+            "UTOOL_NUM",
+            "R",
+            "PR",
+        ),
+        *(
+            "SR",
+            "AR",
+            "P",
+            "DI",
+            "DO",
+            "RI",
+            "RO",
+            "GI",
+            "GO",
+            "AI",
+            "AO",
+            "SI",
+            "SO",
+            "UI",
+            "UO",
+            "WI",
+            "WO",
+            "F",
+            "M",
+        ),
+    )
 )
 _EDGE = re.compile(r"\b(?:ON\+|OFF-)")
 _MOTION = re.compile(r"[JLCAS]\s+P")
@@ -72,7 +121,7 @@ class Instructions:
         move, body, kinds = self._moves.read, self._body, self._kinds
         for line in lines:
             number = line.number
-            for more in range(line.count):
+            for more in range(line.lines):
                 kinds[number - 1 + more] = LineKind.STATEMENT
             statement = move(line.text, number)
             if statement is not None:
@@ -183,7 +232,7 @@ class Instructions:
         try:
             statements = instruction_parser().parse(english)
         except UnexpectedInput as refused:
-            return self._refused(english, number, lambda: explain(refused, english))
+            return self._refused(english, number, explain(refused, english))
         except BrokenLineError as broken:
             problem = Problem(broken.message, 1, len(english) + 1, broken.wanted)
             self._report(problem, number, english)
@@ -193,14 +242,14 @@ class Instructions:
             _remember(text, template)
         return template
 
-    def _refused(self, text: str, number: int, explain: Callable[[], Problem]) -> _Template:
+    def _refused(self, text: str, number: int, problem: Problem) -> _Template:
         """A macro, an instruction that nobody models, or a mistake."""
         match = _FIRST_WORD.match(text)
         word = match[0] if match else ""
         if _EDGE.search(text):
             return self._opaque(text, number, "waiting for an edge of a signal")
         if word in _KNOWN or _MOTION.match(text):
-            self._report(explain(), number, text)
+            self._report(problem, number, text)
             return ()
         macro = _MACRO.fullmatch(text)
         if macro is None:

@@ -44,4 +44,7 @@ LIMITS: Final = Limits(
     one_routine_per_file=True,
     reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
     external_axes=3,
+    joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
+    has_elseif=False,
+    largest_radius=1.0,
 )

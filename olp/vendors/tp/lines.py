@@ -12,12 +12,12 @@ _MOST_JOINED = 60  # lines of one instruction
 
 
 class Line(NamedTuple):
-    """One instruction. `closed`: it ended with a semicolon. `count`: source lines that it takes."""
+    """One instruction. `closed`: it ended with a semicolon. `lines`: source lines that it takes."""
 
     number: int  # of its first source line
     text: str
     closed: bool = True
-    count: int = 1
+    lines: int = 1
     block_end: bool = False  # the ------ that ends a P-SPS block
 
 
@@ -40,7 +40,7 @@ def instructions(lines: tuple[str, ...], first: int, stop: int) -> Iterator[Line
             continue
         line = _joined(lines, number, stop, body)
         yield line
-        number += line.count
+        number += line.lines
 
 
 def _body(text: str) -> str:
@@ -61,7 +61,7 @@ def _joined(lines: tuple[str, ...], number: int, stop: int, body: str) -> Line:
         count += 1
         if parts[-1].endswith(";"):
             parts[-1] = parts[-1][:-1].rstrip()
-            return Line(number, " ".join(parts).strip(), count=count)
+            return Line(number, " ".join(parts).strip(), lines=count)
     if count == 1 or not body.startswith(("C ", "L ", "J ", "A ", "S ")):
         return Line(number, body, closed=False)
-    return Line(number, " ".join(parts).strip(), closed=False, count=count)
+    return Line(number, " ".join(parts).strip(), closed=False, lines=count)

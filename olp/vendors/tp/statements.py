@@ -80,7 +80,10 @@ class InstructionRules(MoveRules):
             raise BrokenLineError(
                 "a pulse on something that is no output", "an output, as in DO[1]=PULSE,0.5sec"
             )
-        duration = None if len(children) == 1 or children[1] is None else Quantity(children[1], 1.0)
+        _, time, unit = children
+        if unit is not None and unit != "sec":
+            raise BrokenLineError(f"a pulse in {unit}", "a time in seconds, as in DO[1]=PULSE,0.5sec")
+        duration = None if time is None else Quantity(time, 1.0)
         return PulseOutput(0, children[0], duration)
 
     def timer(self, children: list[Any]) -> Process:
@@ -148,7 +151,7 @@ class InstructionRules(MoveRules):
         return Call(0, str(children[0]), children[1] or ())
 
     def call_computed(self, children: list[Any]) -> Process:
-        return Process(0, "CALL", (("", children[0]),))
+        return Process(0, "CALL", tuple(("", one) for one in (children[0], *(children[1] or ()))))
 
     def run(self, children: list[Any]) -> StartTask:
         return StartTask(0, str(children[0]), str(children[0]))

@@ -51,6 +51,21 @@ STRING_FUNCTIONS: Final = {
     "FINDSTR": "position-in-text",
     "SUBSTR": "part-of-text",
 }
+FUNCTIONS: Final = {
+    "SQRT": "sqrt",
+    "SIN": "sin",
+    "COS": "cos",
+    "TAN": "tan",
+    "ASIN": "asin",
+    "ACOS": "acos",
+    "ATAN": "atan",
+    "ATAN2": "atan2",
+    "ABS": "abs",
+    "TRUNC": "trunc",
+    "ROUND": "round",
+    "LN": "log",
+    "EXP": "exp",
+}
 # Motion groups: the first is the robot; the others are kept as positions of further mechanisms.
 GROUP_STORES: Final = {1: Store.ROBOT, 2: Store.STATION, 3: Store.BASE, 4: Store.SYSTEM}
 
