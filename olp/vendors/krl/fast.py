@@ -1,0 +1,109 @@
+"""Plain lines without the grammar: a generated program has 100,000 of them.
+
+`literal` understands aggregates of numbers, `MoveLines.read` moves to them or to names, and `row` the rows of a data
+list; each gives exactly what the grammar gives (a test compares the two). Whatever else a line holds, they decline.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from olp.expression import Expression, Named, PositionLiteral
+from olp.moves import Blend, Move, Path
+from olp.units import deg, mm
+from olp.vendors.krl import values
+from olp.vendors.krl.moves import BLENDS
+from olp.vendors.krl.scope import AXES, POSES, Scope
+
+_NUMBER = r"[+-]?\d{1,9}(?:\.\d{0,15})?"
+_PART = rf"[A-Z]\d?\s+{_NUMBER}"
+MOVE_LINE: Final = re.compile(
+    rf"(PTP|LIN)\s*(?:(\{{\s*{_PART}(?:\s*,\s*{_PART})*\s*\}})|(?<=\s)([A-Z]\w*))(?:\s+(C_(?:PTP|DIS|VEL|ORI)))?",
+    re.IGNORECASE | re.ASCII,
+)
+ROW: Final = re.compile(
+    rf"(?:DECL\s+)?(GLOBAL\s+)?(?:DECL\s+)?(E6POS|POS|FRAME|E6AXIS|AXIS)\s+([A-Z_]\w*)\s*=\s*"
+    rf"(\{{\s*{_PART}(?:\s*,\s*{_PART})*\s*\}})",
+    re.IGNORECASE | re.ASCII,
+)
+_PAIR = re.compile(rf"([A-Za-z]\d?)\s+({_NUMBER})")
+_POSE = re.compile(
+    rf"\{{X ({_NUMBER}), ?Y ({_NUMBER}), ?Z ({_NUMBER}), ?A ({_NUMBER}), ?B ({_NUMBER}), ?C ({_NUMBER})\}}",
+    re.ASCII,
+)
+_POSE_KEYS = frozenset("XYZABCST") | frozenset(values.EXTERNALS)
+_AXIS_KEYS = frozenset(f"A{n}" for n in range(1, 7)) | frozenset(values.EXTERNALS)
+_PATHS: Final = {"P": Path.JOINT, "L": Path.LINEAR}
+_KEYWORD = re.compile(r"C_\w+|TRUE|FALSE", re.IGNORECASE)
+
+
+def literal(text: str, kind: str = "") -> PositionLiteral | None:
+    """`{X 1, Y 2 …}` as a value of the type `kind` (capitals), or None when it is not plain."""
+    match = _POSE.fullmatch(text)
+    if match is not None and kind not in AXES:
+        x, y, z, a, b, c = map(float, match.groups())
+        return PositionLiteral("pose", (x * mm, y * mm, z * mm, c * deg, b * deg, a * deg))
+    given: dict[str, float] = {}
+    for key, number in _PAIR.findall(text):
+        given[key.upper()] = float(number)
+    keys = given.keys()
+    if kind in POSES or (kind not in AXES and keys <= _POSE_KEYS):
+        return _pose(given) if keys <= _POSE_KEYS else None
+    return _axes(given) if keys <= _AXIS_KEYS else None
+
+
+def _pose(given: dict[str, float]) -> PositionLiteral | None:
+    nan = values.NOTHING
+    pose = tuple(
+        given[key] * scale if key in given else nan
+        for key, scale in zip(values.POSE_ORDER, values.POSE_SCALES, strict=True)
+    )
+    native = tuple((key, str(int(given[key]))) for key in ("S", "T") if key in given)
+    configuration = values.flags(int(given["S"])) if "S" in given else ()
+    return PositionLiteral("pose", pose, _external(given), configuration, native)
+
+
+def _axes(given: dict[str, float]) -> PositionLiteral:
+    nan = values.NOTHING
+    axes = tuple(given[key] * deg if key in given else nan for key in ("A1", "A2", "A3", "A4", "A5", "A6"))
+    return PositionLiteral("joint", axes, _external(given))
+
+
+def _external(given: dict[str, float]) -> tuple[float, ...]:
+    if "E1" not in given and not any(key in given for key in values.EXTERNALS):
+        return ()
+    last = max(place for place, key in enumerate(values.EXTERNALS, 1) if key in given)
+    return tuple(given.get(key, values.NOTHING) for key in values.EXTERNALS[:last])
+
+
+class MoveLines:
+    """Reads plain PTP and LIN lines of one routine; equal words share one object."""
+
+    def __init__(self, scope: Scope) -> None:
+        self._scope = scope
+        self._blends: dict[str | None, Blend] = {None: values.STOP}
+
+    def read(self, code: str, number: int, comment: str) -> Move | None:
+        """The move in `code`, or None when it is not plain."""
+        match = MOVE_LINE.fullmatch(code)
+        if match is None:
+            return None
+        word, aggregate, name, passed = match.groups()
+        target: Expression | None
+        if aggregate is not None:
+            target = literal(aggregate)
+            if target is None:
+                return None
+        else:
+            if _KEYWORD.fullmatch(name) or self._scope.signal(name.upper()) is not None:
+                return None
+            target = Named(self._scope.spell(name))
+        blend = self._blends.get(passed) or self._blend(passed)
+        return Move(number, _PATHS[word[0].upper()], (target,), None, blend, (), comment)
+
+    def _blend(self, word: str | None) -> Blend:
+        assert word is not None
+        found = Blend(BLENDS[word.upper()])
+        self._blends[word] = found
+        return found

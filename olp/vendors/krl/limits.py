@@ -1,0 +1,37 @@
+"""What KRL can say, and how long its words may be (KUKA System Software 5 to 8, system integrator's manuals)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.translate.limits import Limits
+
+_WORDS: Final = """
+    AND ANIN ANOUT AXIS B_AND B_EXOR B_NOT B_OR BAS BOOL BRAKE C_DIS C_ORI C_PTP C_SPL C_VEL CA CASE CAST_FROM
+    CAST_TO CCLOSE CHANNEL CHAR CIOCTL CIRC CIRC_REL CONFIRM CONST CONTINUE COPEN CREAD CWRITE DECL DEF DEFAULT DEFDAT
+    DEFFCT DELAY DIGIN DISTANCE DO E6AXIS E6POS ELSE END ENDDAT ENDFCT ENDFOR ENDIF ENDLOOP ENDSPLINE ENDSWITCH
+    ENDWHILE ENUM EXIT EXOR EXT EXTFCT FALSE FOR FRAME GLOBAL GOTO HALT IF IMPORT INT INTERRUPT IS LIN LIN_REL LOOP
+    MAXIMUM MINIMUM NOT OFF ON ON_ERROR_PROCEED OR PATH POS PRIO PTP PTP_REL PTP_SPLINE PUBLIC PULSE REAL REPEAT RESUME
+    RETURN SCIRC SEC SIGNAL SLIN SPL SPLINE SPTP SREAD STEP STRUC SWITCH SWRITE THEN TIME_BLOCK TO TRIGGER TRUE UNTIL
+    WAIT WHEN WHILE WITH X Y Z A B C S T E1 E2 E3 E4 E5 E6 A1 A2 A3 A4 A5 A6
+"""
+RESERVED: Final = frozenset(_WORDS.split())
+
+LIMITS: Final = Limits(
+    routine_name=24,
+    variable_name=24,
+    label_name=24,
+    line=471,
+    comment=0,
+    points=0,
+    statements=0,
+    joint_speeds=frozenset({SpeedUnit.FRACTION}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN}),
+    blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE, BlendKind.SPEED, BlendKind.TURN}),
+    accelerations=frozenset({AccelerationUnit.FRACTION, AccelerationUnit.TRAVEL}),
+    modal_speed=True,
+    tool_and_frame="modal",
+    has_continue=False,
+    reserved=RESERVED,
+)

@@ -1,0 +1,71 @@
+"""One line of KRL: code and comment, kept words, and what a line number is put on."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import fields, replace
+from operator import attrgetter
+from typing import Any, Final
+
+from olp.expression import Text
+from olp.program import Opaque, Process, Statement
+
+_CODE = re.compile(r'(?:[^;"]|"[^"]*(?:"|$))*')
+_BLANKS = " \t\f\x1a\xa0"
+# Instructions that are kept word for word: the advance run, interrupts, switching on the path, the operator.
+_KEPT = re.compile(
+    r"(?:GLOBAL\s+)?(INTERRUPT|TRIGGER|ANOUT|ANIN|DIGIN|BRAKE|RESUME|CONTINUE|ON_ERROR_PROCEED|CONFIRM|CCLOSE|CREAD|COPEN"
+    r"|CWRITE|CHANNEL|SREAD|SWRITE|CAST_FROM|CAST_TO|CONST_VEL|STOP\s+WHEN)(?![\w$])(?!\s*[=.\[])",
+    re.IGNORECASE,
+)
+_OUTSIDE = re.compile(
+    r"(?:GLOBAL\s+)?(?:EXT|EXTP|EXTFCT|EXTFCTP|IMPORT)(?![\w$])(?!\s*[=.\[(])", re.IGNORECASE
+)
+FOLD: Final = re.compile(r"\s*(END)?FOLD(?![A-Za-z])", re.IGNORECASE)
+
+
+def split(line: str) -> tuple[str, str | None]:
+    """Code without the blanks around it, and the comment behind ; (None: there is none)."""
+    if ";" not in line:
+        return line.strip(_BLANKS), None
+    match = _CODE.match(line)
+    end = match.end() if match else 0
+    return line[:end].strip(_BLANKS), line[end + 1 :].rstrip(_BLANKS) if end < len(line) else None
+
+
+def kept(code: str) -> Statement | None:
+    """A statement that is kept word for word, or None."""
+    match = _KEPT.match(code)
+    if match is not None:
+        return Process(0, match[1].split()[0].lower(), (("", Text(code)),))
+    return Opaque(0, code) if _OUTSIDE.match(code) else None
+
+
+_getters: dict[type, Callable[[Any], tuple[Any, ...]]] = {}
+
+
+def values_of(statement: Statement) -> tuple[Any, ...]:
+    """All fields but the line, in the order of the constructor."""
+    kind = type(statement)
+    getter = _getters.get(kind)
+    if getter is None:
+        names = [one.name for one in fields(statement)][1:]
+        getter = attrgetter(*names) if len(names) > 1 else _single(names[0])
+        _getters[kind] = getter
+    return getter(statement)
+
+
+def _single(name: str) -> Callable[[Any], tuple[Any, ...]]:
+    return lambda statement: (getattr(statement, name),)
+
+
+def placed(statement: Statement, line: int) -> Statement:
+    """The statement on its line."""
+    return type(statement)(line, *values_of(statement))
+
+
+def commented(statement: Any, comment: str) -> Statement:
+    """The statement with a comment behind it."""
+    changed: Statement = replace(statement, comment=comment)
+    return changed

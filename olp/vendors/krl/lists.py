@@ -1,0 +1,166 @@
+"""Reads data lists: DEFDAT … ENDDAT with their declarations and the values of array elements."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import replace
+from typing import Final
+
+from olp.expression import Expression, Item, Member, Named, Number, RecordLiteral, Unknown
+from olp.program import Assign, Declare, LineKind
+from olp.vendors.inform.findings import Findings
+from olp.vendors.krl import fast, lines
+from olp.vendors.krl.declarations import Head, Tail
+from olp.vendors.krl.parsing import LineReader
+from olp.vendors.krl.scope import NEUTRAL_TYPES, Scope
+
+_NAME = re.compile(r"[$A-Za-z_][\w$]*")
+_MOST_ELEMENTS = 20_000
+
+
+class ListReader:
+    """Reads the rows of one list. `only`: names in capitals whose rows are wanted; None: all."""
+
+    def __init__(
+        self, findings: Findings, scope: Scope, reader: LineReader, only: Collection[str] | None = None
+    ):
+        self._findings = findings
+        self._scope = scope
+        self._reader = reader
+        self._only = only
+        self.declared: dict[str, Declare] = {}
+        self._elements: dict[str, dict[tuple[int, ...], Expression]] = {}
+
+    def row(self, code: str, number: int) -> Head | Tail | None:
+        """One line without its comment. Heads and tails are given back."""
+        plain = fast.ROW.fullmatch(code)
+        if plain is not None and self._plain(plain, number):
+            return None
+        if self._only is not None and not self._wanted(code):
+            return None
+        if lines.kept(code) is not None:
+            self._findings.kinds[number - 1] = LineKind.OPAQUE
+            return None
+        result = self._reader.parse(code, number)
+        if isinstance(result, (Head, Tail)):
+            return result
+        if isinstance(result, tuple):
+            for one in result:
+                self._add(replace(one, line=number), number)
+        elif isinstance(result, Assign):
+            self._element(result, number)
+        elif result is not None:
+            self._refuse(number)
+        return None
+
+    def _plain(self, match: re.Match[str], number: int) -> bool:
+        shared, word, name, aggregate = match.groups()
+        kind = word.upper()
+        if self._only is not None and name.upper() not in self._only:
+            return True
+        value = fast.literal(aggregate, kind)
+        if value is None:
+            return False
+        scope = self._scope
+        scope.declare(name, kind)
+        key = name.upper()
+        scope.values[key] = value
+        declared = Declare(
+            number, scope.spell(name), NEUTRAL_TYPES[kind], value, (), "variable", bool(shared), kind
+        )
+        if key in self.declared:
+            self._add(declared, number)
+            return True
+        self.declared[key] = declared
+        self._findings.kinds[number - 1] = LineKind.POINT
+        return True
+
+    def _wanted(self, code: str) -> bool:
+        assert self._only is not None
+        names = _NAME.findall(code.partition("=")[0])
+        upper = [name.upper() for name in names]
+        return "STRUC" in upper or "ENUM" in upper or any(name in self._only for name in upper)
+
+    def _add(self, it: Declare, number: int) -> None:
+        key = it.name.upper()
+        if key in self.declared:
+            span = self._findings.whole_line(number)
+            self._findings.warning(
+                "P415", f"{it.name} is declared twice; the last one counts", span, "remove one"
+            )
+        self.declared[key] = it
+        position = it.type in ("position", "joints", "frame")
+        self._findings.kinds[number - 1] = LineKind.POINT if position else LineKind.STATEMENT
+
+    def _element(self, it: Assign, number: int) -> None:
+        """`NAME[3]={…}` or `NAME[]="…"`; `NAME.X=5` changes a component of a value that stands before."""
+        target = it.target
+        self._findings.kinds[number - 1] = LineKind.STATEMENT
+        if isinstance(target, Member) and type(target.base) is Named:
+            self._component(target.base.name.upper(), target.name, it.value, number)
+            return
+        whole = isinstance(target, Named) or (isinstance(target, Item) and not target.indices)
+        base = target if isinstance(target, Named) else getattr(target, "base", None)
+        declared = self.declared.get(base.name.upper()) if type(base) is Named else None
+        if declared is None:
+            if self._only is None:
+                self._refuse(number)
+            return
+        if whole:
+            self._set(declared, it.value)
+            return
+        assert isinstance(target, Item)
+        place = tuple(int(one.value) for one in target.indices if type(one) is Number)
+        known = sum(type(one) is not Unknown for one in target.indices)
+        found = self._elements.setdefault(declared.name.upper(), {})
+        if len(place) != known or not place or min(place) < 1 or max(place) > _MOST_ELEMENTS:
+            self._refuse(number)
+        elif len(found) < _MOST_ELEMENTS:
+            found[place] = it.value
+
+    def _component(self, key: str, name: str, value: Expression, number: int) -> None:
+        declared = self.declared.get(key)
+        if declared is None or not isinstance(declared.value, RecordLiteral):
+            if self._only is None:
+                self._refuse(number)
+            return
+        members = tuple((it, value if it == name else old) for it, old in declared.value.members)
+        self._set(declared, RecordLiteral(declared.value.type, members))
+
+    def _set(self, declared: Declare, value: Expression) -> None:
+        key = declared.name.upper()
+        self.declared[key] = replace(declared, value=value)
+        self._scope.values[key] = value
+
+    def _refuse(self, number: int) -> None:
+        span = self._findings.whole_line(number)
+        help = "a list holds declarations and values of what it has declared"
+        self._findings.error("P403", "this does not belong into a data list", span, help)
+
+    def finish(self) -> tuple[Declare, ...]:
+        """All declarations; arrays have the values of their elements."""
+        for key, elements in self._elements.items():
+            declared = self.declared[key]
+            self._set(declared, _array(declared.native, elements))
+        return tuple(self.declared.values())
+
+
+def _array(kind: str, elements: dict[tuple[int, ...], Expression]) -> Expression:
+    """Nested literals, `Unknown("")` where no value was given."""
+    if set(map(len, elements)) != {1}:
+        rows: dict[tuple[int, ...], dict[tuple[int, ...], Expression]] = {}
+        for place, value in elements.items():
+            rows.setdefault(place[:1], {})[place[1:]] = value
+        return _filled(
+            kind, {row: _array(kind, rest) if () not in rest else rest[()] for row, rest in rows.items()}
+        )
+    return _filled(kind, elements)
+
+
+def _filled(kind: str, elements: dict[tuple[int, ...], Expression]) -> RecordLiteral:
+    last = max(place[0] for place in elements)
+    return RecordLiteral(kind, tuple(("", elements.get((n,), _EMPTY)) for n in range(1, last + 1)))
+
+
+_EMPTY: Final = Unknown("")

@@ -1,0 +1,327 @@
+"""A whole file: its routines, the lists that belong to it, and everything that is wrong with them."""
+
+from __future__ import annotations
+
+import gc
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import PurePath, PureWindowsPath
+from typing import Final
+
+from olp.diagnostic import Diagnostic, Severity
+from olp.points import PointTable
+from olp.program import Declare, LineKind, Parameter, Program, Routine, Statement
+from olp.source import Source
+from olp.vendors.inform.findings import Findings
+from olp.vendors.krl import checks, companions, lines
+from olp.vendors.krl.body import BodyReader
+from olp.vendors.krl.declarations import Head
+from olp.vendors.krl.lists import ListReader
+from olp.vendors.krl.parsing import LineReader
+from olp.vendors.krl.scope import NEUTRAL_TYPES, Scope
+
+CONFIG_MARK: Final = (
+    " of $config.dat"  # at the end of `Declare.native`: it stands in the controller's own list
+)
+_HEAD = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
+_TAIL = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
+_NAME = re.compile(r"[$A-Za-z_][\w$]*")
+_BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
+
+
+def read_program(source: Source, given: tuple[Source, ...] | None = None) -> Program:
+    """The program in a text. `given`: the .dat and $config.dat (None: looked for on the disk). Never raises."""
+    findings = Findings(source)
+    routines: tuple[Routine, ...] = ()
+    found: tuple[Source, ...] = ()
+    data: tuple[Declare, ...] = ()
+    if checks.check_readable(findings):
+        with _no_garbage_collection():
+            scope = Scope()
+            found, own, data, told = _companions(source, scope, given)
+            reader = _FileReader(findings, scope)
+            routines = _with_data(reader.read(), own, source.path)
+            checks.check_targets(findings, scope, routines, bool(own) or not source.path)
+    else:
+        told = ()
+    main = _main(routines, source.path)
+    kinds = bytes(findings.kinds)
+    return Program("krl", source, routines, (*findings.result(), *told), kinds, data, main, found)
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _stem(path: str) -> str:
+    return PurePath(PureWindowsPath(path).name).stem.upper()
+
+
+def _main(routines: tuple[Routine, ...], path: str) -> str:
+    stem = _stem(path)
+    named = next((one.name for one in routines if one.name.upper() == stem), "")
+    return named or (routines[0].name if routines else "")
+
+
+def _with_data(routines: list[Routine], data: tuple[Declare, ...], path: str) -> tuple[Routine, ...]:
+    """The rows of the .dat belong to the routine with the file's name."""
+    if not data or not routines:
+        return tuple(routines)
+    main = _main(tuple(routines), path)
+    return tuple(replace(one, data=(*data, *one.data)) if one.name == main else one for one in routines)
+
+
+# --- lists beside the program ----------------------------------------------------------------------------
+
+
+def _companions(
+    source: Source, scope: Scope, given: tuple[Source, ...] | None
+) -> tuple[tuple[Source, ...], tuple[Declare, ...], tuple[Declare, ...], tuple[Diagnostic, ...]]:
+    """(the files, rows of the .dat, rows of $config.dat that are used, what is wrong with the .dat)."""
+    beside, config = companions.find(source.path) if given is None else _sorted(given)
+    found = tuple(one for one in (beside, config) if one is not None)
+    data: tuple[Declare, ...] = ()
+    if config is not None:
+        used = {
+            word.upper()
+            for one in (source, beside)
+            if one
+            for line in one.lines
+            for word in _NAME.findall(line)
+        }
+        if used & _BY_NUMBER:
+            used |= {"TOOL_DATA", "BASE_DATA"}
+        used |= {"FHOME", "PDEFAULT", "LDEFAULT", "XHOME"} & used
+        rows = _list(Findings(config), scope, frozenset(used))
+        data = tuple(replace(one, line=0, native=one.native + CONFIG_MARK, comment="") for one in rows)
+    if beside is None:
+        return found, (), data, ()
+    findings = Findings(beside)
+    if not checks.check_readable(findings):
+        return found, (), data, findings.result()
+    own = tuple(replace(one, line=0) for one in _list(findings, scope, None))
+    return found, own, data, findings.result()
+
+
+def _sorted(given: tuple[Source, ...]) -> tuple[Source | None, Source | None]:
+    config = next((one for one in given if "config" in _stem(one.path).lower()), None)
+    return next((one for one in given if one is not config), None), config
+
+
+def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
+    reader = ListReader(findings, scope, LineReader(findings, scope), only)
+    for number, line in enumerate(findings.source.lines, 1):
+        code, _ = lines.split(line)
+        if code and code[0] != "&" and not _HEAD.match(code) and not _TAIL.fullmatch(code):
+            reader.row(code, number)
+    return reader.finish()
+
+
+# --- the program -----------------------------------------------------------------------------------------
+
+
+class _FileReader:
+    """A state machine over the lines: outside, in a routine, in a list."""
+
+    def __init__(self, findings: Findings, scope: Scope) -> None:
+        self._findings = findings
+        self._kinds = findings.kinds
+        self._scope = scope
+        self._lines = LineReader(findings, scope)
+        self._routines: list[Routine] = []
+        self._above: list[str] = []  # what stands before a head: &ACCESS, comments
+        self._head: Head | None = None
+        self._start = 0
+        self._body: BodyReader | None = None
+        self._list: ListReader | None = None
+        self._outside = False
+        self._folds: list[int] = []
+
+    def read(self) -> list[Routine]:
+        for number, line in enumerate(self._findings.source.lines, 1):
+            code, comment = lines.split(line)
+            if comment is not None:
+                self._fold(comment, number)
+            if not code:
+                self._without_code(comment, number)
+            elif code[0] in "Dd" or code[0] in "EeGg":
+                self._word(code, comment or "", number)
+            else:
+                self._code(code, comment or "", number)
+        self._end_of_file()
+        return self._routines
+
+    def _fold(self, comment: str, number: int) -> None:
+        match = lines.FOLD.match(comment)
+        if match is None:
+            return
+        if match[1] is None:
+            self._folds.append(number)
+        elif self._folds:
+            self._folds.pop()
+        else:
+            self._warn("P417", "ENDFOLD without FOLD", number, "remove it")
+
+    def _without_code(self, comment: str | None, number: int) -> None:
+        if comment is None:
+            return
+        if self._body is not None:
+            self._body.comment(comment, number)
+            return
+        self._kinds[number - 1] = LineKind.COMMENT
+        self._above.append(f";{comment}")
+
+    def _word(self, code: str, comment: str, number: int) -> None:
+        """A line that may be a head or a tail."""
+        if _HEAD.match(code):
+            self._begin(code, comment, number)
+        elif _TAIL.fullmatch(code):
+            self._kinds[number - 1] = LineKind.STATEMENT
+            if self._body is None and self._list is None:
+                self._refuse("P402", f"{code} without DEF", number, "remove it, or add the line with DEF")
+            self._finish(number)
+        else:
+            self._code(code, comment, number)
+
+    def _code(self, code: str, comment: str, number: int) -> None:
+        if code[0] == "&":
+            self._kinds[number - 1] = LineKind.RECORD
+            self._above.append(code)
+        elif self._body is not None:
+            self._body.read(code, comment, number)
+        elif self._list is not None:
+            self._list.row(code, number)
+        elif not self._outside:
+            self._outside = True
+            self._refuse("P401", "this stands outside of any routine", number, "put it between DEF and END")
+        else:
+            self._kinds[number - 1] = LineKind.ERROR
+
+    def _begin(self, code: str, comment: str, number: int) -> None:
+        if self._body is not None or self._list is not None:
+            self._refuse("P402", "a routine begins before the last one has ended", number, "add END above")
+            self._finish(number - 1)
+        self._kinds[number - 1] = LineKind.STATEMENT
+        head = self._lines.parse(code, number)
+        if not isinstance(head, Head):
+            words = _NAME.findall(code)
+            head = Head(
+                "list" if "DAT" in words[0].upper() else "routine", words[1] if len(words) > 1 else ""
+            )
+        self._head, self._start, self._outside = head, number, False
+        if comment:
+            self._above.append(f";{comment}")
+        if head.kind == "list":
+            self._list = ListReader(self._findings, self._scope, self._lines)
+            return
+        self._scope.enter()
+        self._body = BodyReader(self._findings, self._scope, self._lines)
+
+    def _finish(self, number: int) -> None:
+        head, above = self._head, tuple(self._above)
+        self._above = []
+        if self._list is not None and head is not None:
+            self._finish_list(head, above, number)
+        elif self._body is not None and head is not None:
+            self._body.finish(number)
+            checks.check_body(self._findings, self._body.body, self._body.markers)
+            self._add(self._routine(head, above, number))
+        self._scope.leave()
+        self._head = self._body = self._list = None
+
+    def _finish_list(self, head: Head, above: tuple[str, ...], number: int) -> None:
+        """A list in the program's own text: rows of the routine of its name, or a file of its own."""
+        assert self._list is not None
+        data = self._list.finish()
+        for place, one in enumerate(self._routines):
+            if one.name.upper() == head.name.upper():
+                self._routines[place] = replace(one, data=(*one.data, *data))
+                return
+        details = {"list": "PUBLIC" if head.shared else "DEFDAT", "above": "\n".join(above)}
+        table = PointTable()
+        self._add(
+            Routine(
+                head.name,
+                self._start,
+                (),
+                table,
+                details=details,
+                last_line=number,
+                data=data,
+                shared=head.shared,
+            )
+        )
+
+    def _routine(self, head: Head, above: tuple[str, ...], number: int) -> Routine:
+        assert self._body is not None
+        body, parameters = _typed(self._body.body, head.parameters)
+        details = {"above": "\n".join(above)} if above else {}
+        if head.shared:
+            details["GLOBAL"] = "GLOBAL"
+        return Routine(
+            head.name,
+            self._start,
+            body,
+            PointTable(),
+            details=details,
+            last_line=number,
+            parameters=parameters,
+            returns=(NEUTRAL_TYPES.get(head.type) or head.type) if head.kind == "function" else "",
+            shared=head.shared or not self._routines,
+        )
+
+    def _add(self, it: Routine) -> None:
+        if any(one.name.upper() == it.name.upper() for one in self._routines):
+            self._refuse("P408", f"a second routine {it.name}", it.line, "rename one")
+        self._routines.append(it)
+
+    def _end_of_file(self) -> None:
+        last = len(self._findings.source.lines)
+        if self._body is not None or self._list is not None:
+            self._refuse(
+                "P402", f"{self._head.name if self._head else ''} has no END", self._start, "add END"
+            )
+            self._finish(last)
+        elif not self._routines and not self._outside:
+            self._refuse("P400", "there is no routine and no list in this file", 1, "DEF NAME ( ) … END")
+        for number in self._folds[:1]:
+            self._warn("P417", f"{len(self._folds)} FOLD without ENDFOLD", number, "close it: ;ENDFOLD")
+        if self._above and self._routines:
+            tail = {**self._routines[-1].details, "below": "\n".join(self._above)}
+            self._routines[-1] = replace(self._routines[-1], details=tail)
+
+    def _refuse(self, code: str, message: str, number: int, help: str) -> None:
+        self._findings.error(code, message, self._findings.whole_line(number), help)
+
+    def _warn(self, code: str, message: str, number: int, help: str) -> None:
+        self._findings.once(Severity.WARNING, code, "", message, self._findings.whole_line(number), help)
+
+
+def _typed(
+    body: list[Statement], parameters: tuple[Parameter, ...]
+) -> tuple[tuple[Statement, ...], tuple[Parameter, ...]]:
+    """Parameters get the types that the body declares them with; those declarations are no variables."""
+    if not parameters:
+        return tuple(body), parameters
+    names = {one.name.upper() for one in parameters}
+    declared = {
+        one.name.upper(): one for one in body if isinstance(one, Declare) and one.name.upper() in names
+    }
+    typed = tuple(
+        replace(one, type=found.type, native=found.native + one.native)
+        if (found := declared.get(one.name.upper())) is not None
+        else one
+        for one in parameters
+    )
+    rest = tuple(one for one in body if not (isinstance(one, Declare) and one.name.upper() in names))
+    return rest, typed
