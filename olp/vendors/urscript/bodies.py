@@ -1,0 +1,438 @@
+"""Lowers the parts of a file into routines: blocks, assignments, threads, and data that holds before anything runs."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.diagnostic import Severity
+from olp.expression import (
+    Binary,
+    CallValue,
+    Compare,
+    Expression,
+    Function,
+    Named,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    State,
+    Text,
+    Unary,
+    Unknown,
+)
+from olp.points import PointTable
+from olp.program import (
+    Assign,
+    Break,
+    Call,
+    Comment,
+    Continue,
+    Declare,
+    Else,
+    ElseIf,
+    EndIf,
+    EndWhile,
+    If,
+    Opaque,
+    Parameter,
+    Process,
+    Return,
+    Routine,
+    SetOutput,
+    SetTool,
+    StartTask,
+    Statement,
+    Update,
+    Wait,
+    WaitTask,
+    While,
+)
+from olp.vendors.inform.findings import Findings
+from olp.vendors.urscript import builtins
+from olp.vendors.urscript.calls import CallRules, is_step
+from olp.vendors.urscript.expressions import Expressions, fold, scaled
+from olp.vendors.urscript.lines import Broken, Line, Mark
+from olp.vendors.urscript.moves import MoveRules
+from olp.vendors.urscript.outline import Part
+from olp.vendors.urscript.scopes import Names
+from olp.vendors.urscript.syntax import (
+    Assignment,
+    Closing,
+    Evaluation,
+    Invocation,
+    ListOf,
+    Name,
+    Node,
+    Opening,
+    Running,
+    Simple,
+    Word,
+)
+
+_SEVERITIES: Final = {
+    "P555": Severity.INFO,
+    "P560": Severity.INFO,
+    "P558": Severity.ERROR,
+    "P559": Severity.ERROR,
+}
+# What may stand before data that holds from the beginning on: it neither moves nor asks for a value.
+_BEFORE_DATA: Final = (Comment, Process, SetTool, SetOutput, StartTask, Declare)
+_INVERTED: Final = {"=": "<>", "<>": "=", "<": ">=", ">": "<=", "<=": ">", ">=": "<"}
+
+
+class Bodies:
+    """Lowers all parts of one file; `data` grows with what they share."""
+
+    def __init__(self, findings: Findings, names: Names) -> None:
+        self._findings = findings
+        self._names = names
+        self.data: dict[str, Declare] = {}
+
+    def routine(self, part: Part, name: str) -> Routine:
+        body = _Body(self._findings, self._names, part, self.data)
+        statements = body.lower()
+        details = {} if part.kind in ("def", "file") else {"kind": part.kind}
+        return Routine(
+            name,
+            part.line,
+            tuple(statements),
+            PointTable(),
+            comment=part.comment,
+            details=details,
+            last_line=part.last_line,
+            parameters=body.parameters(),
+            returns=_plain(self._names.of(part).result),
+        )
+
+    def late_data(self) -> list[Declare]:
+        """Shared names that get their value while the program runs."""
+        found = []
+        for facts in self._names.facts.values():
+            for name, index in facts.first.items():
+                if name not in self.data and self._names.is_shared(facts.part, name):
+                    line = facts.part.lines[index][0].number
+                    self.data[name] = Declare(
+                        line, name, _plain(self._names.types.get(name, "")), shared=True
+                    )
+                    found.append(self.data[name])
+        return found
+
+
+class _Body:
+    """`_loops`: words of the open blocks."""
+
+    def __init__(self, findings: Findings, names: Names, part: Part, data: dict[str, Declare]) -> None:
+        self._findings = findings
+        self._names = names
+        self._facts = names.of(part)
+        self._part = part
+        self._data = data
+        self._is_main = part is names.main
+        self._preamble = self._is_main
+        self._expressions = Expressions(names, part, self._tell)
+        self._moves = MoveRules(self._expressions, self._tell)
+        self._calls = CallRules(self._expressions, self._tell)
+        self._open: list[str] = []
+        self._number = 0
+        self._comment = ""
+        self._index = 0
+        self._depth = 0
+
+    def _tell(self, code: str, message: str, help: str) -> None:
+        severity = _SEVERITIES.get(code, Severity.WARNING)
+        span = self._findings.whole_line(self._number)
+        if severity is Severity.ERROR:
+            self._findings.error(code, message, span, help)
+        else:
+            self._findings.once(severity, code, message, message, span, help)
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        found = []
+        for name, default in self._part.parameters:
+            type_ = _plain(self._names.type_of(self._part, name))
+            value = None if default is None else self._expressions.lower(default, name in self._facts.joints)
+            found.append(Parameter(name, type_, optional=default is not None, default=value))
+        return tuple(found)
+
+    def lower(self) -> list[Statement]:
+        body: list[Statement] = []
+        lines, index, count = self._part.lines, 0, len(self._part.lines)
+        shadowed = {word for word in builtins.MOVES if self._part.find(word) is not None}
+        while index < count:
+            line, self._depth = lines[index]
+            content = line.content
+            self._number, self._comment, self._index = line.number, line.comment, index
+            if type(content) is Evaluation and type(content.value) is Invocation:
+                function = content.value.function
+                if (
+                    type(function) is Name
+                    and function.text in builtins.MOVES
+                    and function.text not in shadowed
+                ):
+                    move = self._moves.move(function.text, content.value.arguments, line.number, line.comment)
+                    if move is not None:
+                        body.append(move)
+                        self._preamble = False
+                    index += 1
+                    continue
+            waited = self._wait(index) if type(content) is Opening and content.word == "while" else 0
+            if waited:
+                assert type(content) is Opening
+                body.append(self._waiting(content.condition, index))
+                self._preamble = False
+                index += waited
+                continue
+            found = self._lowered(line)
+            self._preamble = self._preamble and all(isinstance(one, _BEFORE_DATA) for one in found)
+            body.extend(found)
+            index += 1
+        return self._own_names() + body
+
+    def _own_names(self) -> list[Statement]:
+        """Names of this part that first get a value inside a block, which no declaration stands for."""
+        found: list[Statement] = []
+        parameters = {name for name, _ in self._part.parameters}
+        for name, index in self._facts.first.items():
+            inside = self._part.lines[index][1] > 0 or type(self._part.lines[index][0].content) is Opening
+            if inside and name not in parameters and not self._names.is_shared(self._part, name):
+                type_ = _plain(self._names.type_of(self._part, name))
+                found.append(Declare(self._part.line, name, type_))
+        return found
+
+    # --- lines ------------------------------------------------------------------------------------------
+
+    def _lowered(self, line: Line) -> list[Statement]:
+        content = line.content
+        if type(content) is Mark:
+            if content.opaque:
+                return [Opaque(line.number, content.text)]
+            return [Comment(line.number, content.text)]
+        if type(content) is Broken:
+            return [Opaque(line.number, content.text)]
+        if type(content) is Opening:
+            return self._opening(content)
+        if type(content) is Closing:
+            word = self._open.pop() if self._open else "if"
+            return [EndIf(line.number, line.comment) if word == "if" else EndWhile(line.number, line.comment)]
+        assert isinstance(content, (Word, Assignment, Evaluation))
+        return self._simple(content)
+
+    def _opening(self, content: Opening) -> list[Statement]:
+        number, comment, word = self._number, self._comment, content.word
+        condition: Expression = Unknown(word)
+        if content.condition is not None:
+            condition = self._expressions.lower(content.condition)
+        found: list[Statement] = []
+        match word:
+            case "if":
+                found.append(If(number, condition, comment))
+            case "elif":
+                found.append(ElseIf(number, condition, comment))
+            case "else":
+                found.append(Else(number, comment))
+            case _:
+                found.append(While(number, condition, comment))
+        if word in ("if", "while"):
+            self._open.append(word)
+        if content.rest is not None:
+            self._comment = ""
+            self._depth += 1
+            found += self._simple(content.rest)
+            self._depth -= 1
+        if content.closed:
+            opened = self._open.pop() if self._open else "if"
+            found.append(EndWhile(number) if opened == "while" else EndIf(number))
+        return found
+
+    def _simple(self, content: Simple) -> list[Statement]:
+        if type(content) is Assignment:
+            return [self._assignment(content)]
+        if type(content) is Word:
+            return [self._word(content)]
+        assert type(content) is Evaluation
+        value = content.value
+        if type(value) is Invocation:
+            if type(value.function) is Name and value.function.text in builtins.MOVES:
+                word = value.function.text
+                if self._part.find(word) is None:
+                    move = self._moves.move(word, value.arguments, self._number, self._comment)
+                    return [] if move is None else [move]
+            return self._calls.statements(value, self._number, self._comment)
+        if type(value) is Running:
+            return [self._start(value, "")]
+        if type(value) is Name:
+            return [self._bare(value.text)]
+        return [self._no_statement()]
+
+    def _bare(self, name: str) -> Statement:
+        """A word without brackets: halt, enter_critical, exit_critical."""
+        if name == "halt" and self._is_main:
+            return Return(self._number, comment=self._comment, spelling="halt")
+        if name in ("halt", "enter_critical", "exit_critical"):
+            return Process(self._number, name, (), self._comment)
+        return self._no_statement()
+
+    def _no_statement(self) -> Statement:
+        self._tell("P566", "a value that nothing is done with: the line is kept", "is () or = missing?")
+        return Opaque(self._number, self._findings.source.line(self._number).strip())
+
+    def _word(self, content: Word) -> Statement:
+        number, comment, value = self._number, self._comment, content.value
+        match content.word:
+            case "return":
+                result = None if value is None else self._expressions.lower(value)
+                return Return(number, result, comment=comment)
+            case "join":
+                assert value is not None
+                return WaitTask(number, self._text_of(value), comment)
+            case "kill":
+                assert value is not None
+                return Process(number, "kill", (("", self._expressions.lower(value)),), comment)
+        if "while" not in self._open:
+            self._findings.error(
+                "P565",
+                f"{content.word} outside of a loop",
+                self._findings.whole_line(number),
+                "remove it, or is an end too many above?",
+            )
+        return Break(number, comment) if content.word == "break" else Continue(number, comment)
+
+    # --- assignments ------------------------------------------------------------------------------------
+
+    def _assignment(self, content: Assignment) -> Statement:
+        target, value = content.target, content.value
+        if type(value) is Running and content.operator == "=":
+            return self._start(value, self._text_of(target))
+        if type(target) is Name:
+            return self._named(target.text, content)
+        lowered, place = self._expressions.lower(value), self._expressions.lower(target)
+        if type(place) is Binary and type(place.right) is Number:
+            lowered, place = scaled(lowered, 1.0 / place.right.value), place.left
+        elif type(place) in (CallValue, Number, Text, State):
+            self._tell("P558", "this cannot be assigned to", "a name stands left of =")
+        if content.operator != "=":
+            lowered = Binary(content.operator[0], place, lowered)
+        return self._stored(place, lowered)
+
+    def _named(self, name: str, content: Assignment) -> Statement:
+        names, part = self._names, self._part
+        wanted = names.holds_joints(part, name) or names.holds_joint_lists(part, name)
+        value = self._expressions.lower(content.value, wanted)
+        if content.operator != "=":
+            return Update(self._number, content.operator[0], Named(name), value, self._comment)
+        first = self._facts.first.get(name) == self._index and self._depth == 0
+        type_ = _plain(names.type_of(part, name))
+        sizes = _sizes(content.value) if type_ not in ("joints", "list", "") else ()
+        if names.is_shared(part, name):
+            value_ = fold(value)
+            if self._preamble and first and name not in self._data and _is_constant(value_):
+                declared = Declare(
+                    self._number, name, type_, value_, sizes, shared=True, comment=self._comment
+                )
+                self._data[name] = declared
+                return declared
+        elif first and not any(name == parameter for parameter, _ in part.parameters):
+            return Declare(
+                self._number, name, type_, value, sizes, native=content.scope, comment=self._comment
+            )
+        return self._stored(Named(name), value)
+
+    def _stored(self, target: Expression, value: Expression) -> Statement:
+        if type(value) is CallValue:
+            return Call(self._number, value.routine, value.arguments, comment=self._comment, result=target)
+        return Assign(self._number, target, value, self._comment)
+
+    def _start(self, value: Running, task: str) -> Statement:
+        call = value.call
+        if type(call) is not Invocation or type(call.function) is not Name or call.arguments:
+            return Process(self._number, "run", (("", self._expressions.lower(call)),), self._comment)
+        called = self._part.find(call.function.text)
+        name = call.function.text if called is None else called.unique
+        return StartTask(self._number, name, task, comment=self._comment)
+
+    def _text_of(self, node: Node) -> str:
+        """A thread's handle as it is written."""
+        if type(node) is Name:
+            return node.text
+        text = self._findings.source.line(self._number).strip().removeprefix("join ")
+        return text.split("= run")[0].split("=run")[0].strip()
+
+    # --- waits ------------------------------------------------------------------------------------------
+
+    def _wait(self, index: int) -> int:
+        """How many lines, from this one on, only wait until a condition holds; 0 when they do more."""
+        lines = self._part.lines
+        opening = lines[index][0].content
+        assert type(opening) is Opening
+        if opening.condition is None or type(self._expressions.lower(opening.condition)) is State:
+            return 0
+        if opening.closed:
+            return 1 if opening.rest is not None and _is_idle(opening.rest) else 0
+        if opening.rest is not None or index + 2 >= len(lines):
+            return 0
+        (idle, inside), (closing, outside) = lines[index + 1], lines[index + 2]
+        if type(closing.content) is not Closing or outside != self._depth or inside != self._depth + 1:
+            return 0
+        if idle.comment or closing.comment or not isinstance(idle.content, Evaluation):
+            return 0
+        return 3 if _is_idle(idle.content) else 0
+
+    def _waiting(self, condition: Node | None, index: int) -> Wait:
+        assert condition is not None  # `_wait` has seen it
+        spelling = ""
+        following = self._part.lines[min(index + 1, len(self._part.lines) - 1)][0].content
+        if (
+            type(following) is Evaluation
+            and type(following.value) is Invocation
+            and following.value.arguments
+        ):
+            spelling = "sleep"
+        return Wait(
+            self._number,
+            inverted(self._expressions.lower(condition)),
+            comment=self._comment,
+            spelling=spelling,
+        )
+
+
+def inverted(condition: Expression) -> Expression:
+    """What holds when the condition does not; twice inverted it is what it was."""
+    if type(condition) is Compare:
+        if type(condition.right) is State and condition.operator in ("=", "<>"):
+            return Compare(condition.operator, condition.left, State(not condition.right.on))
+        return Compare(_INVERTED[condition.operator], condition.left, condition.right)
+    if type(condition) is Unary and condition.operator == "not":
+        return condition.operand
+    return Unary("not", condition)
+
+
+def _is_idle(simple: Simple) -> bool:
+    """sync() or sleep(get_steptime())."""
+    if type(simple) is not Evaluation or type(simple.value) is not Invocation:
+        return False
+    call = simple.value
+    if call.function == Name("sync") and not call.arguments:
+        return True
+    return call.function == Name("sleep") and len(call.arguments) == 1 and is_step(call.arguments[0].value)
+
+
+def _is_constant(e: Expression) -> bool:
+    if type(e) is RecordLiteral:
+        return all(_is_constant(value) for _, value in e.members)
+    if type(e) is Function and e.name in ("joints", "pose-vector"):
+        return all(map(_is_constant, e.arguments))
+    return type(e) in (Number, Text, State, PositionLiteral)
+
+
+def _plain(type_: str) -> str:
+    """A type as `Declare` says it: that of the elements of a list, where they have one."""
+    if type_.startswith("list:"):
+        element = type_[5:]
+        return "list" if element.startswith("list") or not element else element
+    return type_
+
+
+def _sizes(value: Node) -> tuple[Expression, ...]:
+    if type(value) is ListOf and value.items:
+        return (Number(len(value.items)),)
+    return ()

@@ -1,0 +1,115 @@
+"""Plain moves and points without the grammar: a path of a CAM system has 100,000 of them.
+
+`quick` gives exactly the instruction that the grammar gives (a test compares the two); whatever else a line holds, it
+declines, and the grammar reads it.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from olp.vendors.urscript.syntax import (
+    Assignment,
+    Evaluation,
+    Given,
+    Instruction,
+    Invocation,
+    ListOf,
+    Literal,
+    Name,
+    Node,
+    PoseOf,
+)
+
+_NUMBER: Final = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_NAME: Final = r"[A-Za-z_][A-Za-z0-9_]*"
+_SIX: Final = r"[-+0-9.eE, ]+"
+_PLACE: Final = rf"(?:p?\[{_SIX}\]|{_NAME})"
+_MOVE: Final = re.compile(
+    rf"(move[jlp]) ?\( ?(?:({_PLACE})|(get_inverse_kin)\(({_PLACE}), qnear=({_PLACE})\)"
+    rf"|(pose_trans)\(({_PLACE}), ?({_PLACE})\))((?: ?, ?(?:{_NAME} ?= ?)?(?:{_NUMBER}|{_NAME}))*) ?\)",
+    re.ASCII,
+)
+_POINT: Final = re.compile(rf"(?:(global|local) )?({_NAME}) ?= ?(p?\[{_SIX}\])", re.ASCII)
+_ARGUMENT: Final = re.compile(rf"(?:({_NAME}) ?= ?)?(?:({_NUMBER})|({_NAME}))", re.ASCII)
+_WORDS: Final = frozenset((
+    "and", "or", "xor", "not", "if", "elif", "else", "while", "end", "def", "thread", "sec", "return",
+    "break", "continue", "global", "local", "join", "kill", "run", "True", "False", "true", "false",
+))  # fmt: skip
+_arguments: dict[str, tuple[Given, ...] | None] = {"": ()}
+_MOST_CACHED = 20_000
+
+
+def quick(text: str) -> Instruction | None:
+    """The move or point in `text`, or None when it is not plain. A logical line without its comment."""
+    if text.startswith("move"):
+        found = _MOVE.fullmatch(text)
+        return None if found is None else _move(found)
+    if text.endswith("]"):
+        found = _POINT.fullmatch(text)
+        if found is not None and found[2] not in _WORDS:
+            value = _place(found[3])
+            return None if value is None else Assignment(found[1] or "", Name(found[2]), "=", value)
+    return None
+
+
+def _move(found: re.Match[str]) -> Instruction | None:
+    word, plain, kin, pose, near, trans, frame, inner, tail = found.groups()
+    arguments = _arguments[tail] if tail in _arguments else _read_arguments(tail)
+    if plain is not None:
+        target = _place(plain)
+    elif kin is not None:
+        first, second = _place(pose), _place(near)
+        if first is None or second is None:
+            return None
+        target = Invocation(Name(kin), (Given("", first), Given("qnear", second)))
+    else:
+        first, second = _place(frame), _place(inner)
+        if first is None or second is None:
+            return None
+        target = Invocation(Name(trans), (Given("", first), Given("", second)))
+    if target is None or arguments is None:
+        return None
+    return Evaluation(Invocation(Name(word), (Given("", target), *arguments)))
+
+
+def _place(text: str) -> Node | None:
+    if text[-1] != "]":
+        return None if text in _WORDS else Name(text)
+    pose = text[0] == "p"
+    try:
+        numbers = text[2 if pose else 1 : -1].split(",")
+        items = tuple(
+            Literal(float(one) if not one.strip().lstrip("-+").isdigit() else int(one)) for one in numbers
+        )
+    except ValueError:
+        return None
+    if pose:
+        return PoseOf(items) if len(items) > 2 else None
+    return ListOf(items)
+
+
+def _read_arguments(tail: str) -> tuple[Given, ...] | None:
+    found: list[Given] = []
+    for part in tail.split(",")[1:]:
+        match = _ARGUMENT.fullmatch(part.strip(" "))
+        given = None if match is None else _given(match)
+        if given is None:
+            break
+        found.append(given)
+    else:
+        if len(_arguments) >= _MOST_CACHED:
+            _arguments.clear()
+            _arguments[""] = ()
+        _arguments[tail] = tuple(found)
+        return tuple(found)
+    return None
+
+
+def _given(match: re.Match[str]) -> Given | None:
+    name, number, value = match.groups()
+    if number is not None:
+        plain = number.lstrip("+-").isdigit()
+        return Given(name or "", Literal(int(number) if plain else float(number)))
+    return None if value in _WORDS or name in _WORDS else Given(name or "", Name(value))

@@ -1,0 +1,95 @@
+"""What is wrong with an instruction that the grammar refuses, in words."""
+
+from __future__ import annotations
+
+import re
+from typing import Final, NamedTuple
+
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+WORDS: Final = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "TEXT": 'a text such as "part ready"',
+    "LPAR": "'('",
+    "RPAR": "')'",
+    "LSQB": "'['",
+    "RSQB": "']'",
+    "COMMA": "','",
+    "COLON": "':'",
+    "EQUAL": "'='",
+    "DOT": "'.'",
+    "COMPARE": "a comparison such as == or <",
+    "SUM": "an operator",
+    "PRODUCT": "an operator",
+    "AND": "and, or",
+    "OR": "and, or",
+    "XOR": "and, or",
+    "END": "end",
+    "DEFINE": "def or thread",
+    "$END": "the end of the line",
+}
+_VALUE: Final = frozenset({"NAME", "NUMBER", "TEXT", "LPAR", "LSQB"})
+_FOREIGN: Final = {
+    "for": "URScript has no for: count with while",
+    "&&": "write and",
+    "||": "write or",
+    "try": "URScript has no try",
+    "import": "URScript has no import",
+    "++": "write x = x + 1",
+}
+_WORD = re.compile(r"\w+|\S")
+_MOST = 6
+
+
+class Problem(NamedTuple):
+    """`offset`, `length`: in the text of the instruction, from 0."""
+
+    message: str
+    offset: int
+    length: int
+    help: str
+
+
+def explain(refused: UnexpectedInput, text: str) -> Problem:
+    """The refused instruction in words: what stands there, and what could stand there."""
+    offset = refused.pos_in_stream if isinstance(refused.pos_in_stream, int) else len(text)
+    expected: set[str] = set()
+    if isinstance(refused, UnexpectedToken):
+        expected = set(refused.accepts or refused.expected)
+        if refused.token.type == "$END":
+            offset = len(text)
+    elif isinstance(refused, UnexpectedCharacters):
+        expected = set(refused.allowed or ())
+    help = _foreign(text) or _sentence(expected)
+    if not 0 <= offset < len(text):
+        return Problem("the line ends too early", len(text), 1, help)
+    if text[offset] == '"':
+        return Problem(
+            "a text that is not closed", offset, len(text) - offset, 'close it with " on the same line'
+        )
+    word = _WORD.match(text, offset)
+    found = word[0] if word else text[offset]
+    return Problem(f"'{found[:40]}' does not fit here", offset, len(found), help)
+
+
+def _foreign(text: str) -> str:
+    """What a word of another language is called here, or nothing."""
+    first = _WORD.match(text)
+    for word, help in _FOREIGN.items():
+        if (word.isalpha() and first is not None and first[0] == word) or (
+            not word.isalpha() and word in text
+        ):
+            return help
+    return ""
+
+
+def _sentence(expected: set[str]) -> str:
+    words = {WORDS.get(name, "") for name in expected - _VALUE} - {""}
+    if expected >= {"NAME", "NUMBER"}:
+        words.add("a value")
+    elif expected & _VALUE:
+        words |= {WORDS[name] for name in expected & _VALUE}
+    if not words or len(words) > _MOST:
+        return ""
+    return f"expected {', '.join(sorted(words))}"

@@ -1,0 +1,172 @@
+"""URScript as it is written: what the grammar makes of a text, before names and units have a meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+
+class Name(NamedTuple):
+    text: str
+
+
+class Literal(NamedTuple):
+    """A number, a text or a truth value."""
+
+    value: int | float | str | bool
+
+
+class ListOf(NamedTuple):
+    items: tuple[Node, ...]
+
+
+class PoseOf(NamedTuple):
+    """p[…]: x y z [m] and a rotation vector [rad]."""
+
+    items: tuple[Node, ...]
+
+
+class Subscript(NamedTuple):
+    base: Node
+    indices: tuple[Node, ...]
+
+
+class Dot(NamedTuple):
+    base: Node
+    name: str
+
+
+class Given(NamedTuple):
+    """An argument; `name` empty: by its place."""
+
+    name: str
+    value: Node
+
+
+class Invocation(NamedTuple):
+    function: Node
+    arguments: tuple[Given, ...]
+
+
+class Running(NamedTuple):
+    """`run name()`: the handle of a thread that starts."""
+
+    call: Node
+
+
+class Sign(NamedTuple):
+    """`operator`: "-", "+" or "not"."""
+
+    operator: str
+    operand: Node
+
+
+class Pair(NamedTuple):
+    """Two operands; `operator` as URScript writes it."""
+
+    operator: str
+    left: Node
+    right: Node
+
+
+Node = Name | Literal | ListOf | PoseOf | Subscript | Dot | Invocation | Running | Sign | Pair
+
+
+class Definition(NamedTuple):
+    """`kind`: def, thread or sec. `parameters`: (name, default or None)."""
+
+    kind: str
+    name: str
+    parameters: tuple[tuple[str, Node | None], ...]
+
+
+class Opening(NamedTuple):
+    """`word`: if, elif, else or while. `rest`: the statement behind the colon. `closed`: `end` on the same line."""
+
+    word: str
+    condition: Node | None
+    rest: Simple | None
+    closed: bool
+
+
+class Closing(NamedTuple):
+    """`end`."""
+
+
+class Word(NamedTuple):
+    """return, break, continue, join or kill, and what follows."""
+
+    word: str
+    value: Node | None
+
+
+class Assignment(NamedTuple):
+    """`scope`: global, local or empty. `operator`: = or += -= *= /=."""
+
+    scope: str
+    target: Node
+    operator: str
+    value: Node
+
+
+class Evaluation(NamedTuple):
+    """An expression that is a statement: a call, or a word such as halt."""
+
+    value: Node
+
+
+Simple = Word | Assignment | Evaluation
+Instruction = Definition | Opening | Closing | Simple
+
+
+def walk(node: Node) -> Iterator[Node]:
+    """The expression and all expressions in it, but for literals."""
+    pending = [node]
+    while pending:
+        one = pending.pop()
+        children = _CHILDREN.get(type(one))
+        if children is not None:
+            yield one
+            pending.extend(children(one))
+
+
+_CHILDREN: Mapping[type, Callable[[Any], Iterable[Node]]] = {
+    Name: lambda node: (),
+    ListOf: lambda node: node.items,
+    PoseOf: lambda node: node.items,
+    Subscript: lambda node: (node.base, *node.indices),
+    Dot: lambda node: (node.base,),
+    Invocation: lambda node: (node.function, *(given.value for given in node.arguments)),
+    Running: lambda node: (node.call,),
+    Sign: lambda node: (node.operand,),
+    Pair: lambda node: (node.left, node.right),
+}
+
+
+def expressions(instruction: Instruction) -> Iterator[Node]:
+    """The expressions that stand in an instruction, from left to right."""
+    match instruction:
+        case Definition(_, _, parameters):
+            yield from (default for _, default in parameters if default is not None)
+        case Opening(_, condition, rest, _):
+            if condition is not None:
+                yield condition
+            if rest is not None:
+                yield from expressions(rest)
+        case Word(_, value):
+            if value is not None:
+                yield value
+        case Assignment(_, target, _, value):
+            yield target
+            yield value
+        case Evaluation(value):
+            yield value
+
+
+def simple_of(instruction: Instruction) -> Simple | None:
+    """The statement without a block in an instruction, None where there is none."""
+    if isinstance(instruction, Opening):
+        return instruction.rest
+    if isinstance(instruction, (Definition, Closing)):
+        return None
+    return instruction
