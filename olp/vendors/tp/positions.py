@@ -63,6 +63,7 @@ class Positions:
         self.units: dict[str, str] = {}
         self.broken: set[int] = set()
         self.uninitialised: set[int] = set()
+        self.other_configuration = ""  # the text of one that is not an arm's, for the way back
         self._groups: dict[int, _Group] = {}
         self._states: dict[PointState, int] = {}
         self._known: dict[tuple[str, str, str], int] = {}
@@ -124,6 +125,7 @@ class Positions:
         if None in flags or len(counts) != 3 or max(map(abs, counts)) > 9:
             message = f"the configuration '{text.strip()[:40]}' is not that of a six-axis arm"
             help = "expected such as 'N U T, 0, 0, 0'; the branch near the point before is taken"
+            self.other_configuration = self.other_configuration or text.strip()
             self.findings.once(Severity.WARNING, "P513", text, message, self._span(line), help)
             return ()
         fourth, fifth, sixth = counts  # turns of J4, J5, J6, as $SCR_GRP.$TURN_AXIS is set when delivered
@@ -256,11 +258,14 @@ class Positions:
         """All positions in SI."""
         states = tuple(self._states)
         blocks = {}
-        for group, rows in sorted(self._groups.items()):
-            if rows.numbers:
-                store = GROUP_STORES[group]
-                blocks[store, True] = self._packed(store, group, rows, states)
+        for place, group in enumerate(self.groups(), 1):
+            store = GROUP_STORES[place]
+            blocks[store, True] = self._packed(store, group, self._groups[group], states)
         return PointTable(states, blocks)
+
+    def groups(self) -> list[int]:
+        """The motion groups that have positions; the first of them is taken for the robot."""
+        return sorted(group for group, rows in self._groups.items() if rows.numbers)
 
     def _packed(self, store: Store, group: int, rows: _Group, states: tuple[PointState, ...]) -> PointBlock:
         width = max(map(len, rows.values))

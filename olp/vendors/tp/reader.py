@@ -96,6 +96,11 @@ def _details(listing: Listing, positions: Positions, text: str) -> dict[str, str
         found[f"P[{number}]"] = name
     for axis, unit in positions.units.items():
         found[f"unit {axis}"] = unit
+    for place, group in enumerate(positions.groups(), 1):
+        if group != place:
+            found[f"group {place}"] = str(group)
+    if positions.other_configuration:
+        found["CONFIG"] = positions.other_configuration
     for match in _NAMED.finditer(text):
         found.setdefault(f"{match[1]}[{match[2]}]", match[3].strip())
     return found

@@ -1,0 +1,272 @@
+"""Spells motion: J, L, C, A and S with speed, termination and options; what has to stand before a move."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from olp.expression import (
+    Expression,
+    FrameRef,
+    Function,
+    Number,
+    PositionLiteral,
+    Quantity,
+    Store,
+    SystemValue,
+    Taught,
+    Text,
+    Variable,
+)
+from olp.program import Blend, BlendKind, Move, Path, Speed, SpeedUnit
+from olp.units import mm
+from olp.vendors.tp import values
+from olp.vendors.tp.write_positions import PositionWriter
+from olp.vendors.tp.write_values import CannotSayError, Words, decimal
+
+_LETTERS: Final = {Path.JOINT: "J", Path.LINEAR: "L", Path.SPLINE: "S"}
+# The unit that a value is written in when it was not written in one of TP's.
+_USUAL: Final = {
+    SpeedUnit.FRACTION: "%",
+    SpeedUnit.TRAVEL: "mm/sec",
+    SpeedUnit.TURN: "deg/sec",
+    SpeedUnit.TIME: "sec",
+}
+_POSE_AXES = 6
+
+
+class Scratch:
+    """A position register that nobody else uses, for values that TP can only build component by component."""
+
+    def __init__(self, used: set[int], largest: int) -> None:
+        self._used = used
+        self._largest = largest
+        self._number = 0
+
+    def register(self) -> str:
+        """The highest free one. Raises CannotSayError when all are taken."""
+        if not self._number:
+            free = (number for number in range(self._largest, 0, -1) if number not in self._used)
+            self._number = next(free, 0)
+            if not self._number:
+                raise CannotSayError("a position that needs a register of its own: all PR are in use")
+        return str(self._number)
+
+
+class MoveWriter:
+    """Spells the moves of one program. Keeps the texts of speeds, which moves share, and the frames that hold."""
+
+    def __init__(self, words: Words, positions: PositionWriter, scratch: Scratch) -> None:
+        self.words = words
+        self.positions = positions
+        self.scratch = scratch
+        self.tool: Expression | None = None  # that was selected last; None: not known here
+        self.frame: Expression | None = None
+        self._speeds: dict[int, tuple[Speed, str]] = {}
+        self._blends: dict[int, tuple[Blend, str]] = {}
+
+    def forget(self) -> None:
+        """Which frames hold is not known from here on: a label, the end of a block, a call."""
+        self.tool = self.frame = None
+
+    # --- the whole move ---------------------------------------------------------------------------------
+
+    def move(self, s: Move) -> list[str]:
+        """The lines of a move, behind those that select its frames and build its position."""
+        if s.parts or s.search or s.until or s.no_wait or s.passes or s.coordinated:
+            raise CannotSayError(
+                "a move that does more than one thing", "synchronous groups, searches and UNTIL are not TP's"
+            )
+        if s.deceleration is not None or s.rate is not None or s.arc is not None:
+            raise CannotSayError("this move's deceleration, rate of acceleration or angle of the arc")
+        if (
+            s.turn is not None
+            and s.speed is not None
+            and s.speed.unit is not SpeedUnit.TURN
+            and s.turn.literal is None
+        ):
+            raise CannotSayError("a bound on the tool's turning that a variable holds")
+        lines = self._select(s)
+        target = self._position(s.targets[0], s, lines)
+        tail = f" {self._speed(s)} {self._blend(s)}{self._options(s, lines)}    "
+        if s.path is not Path.CIRCULAR:
+            return [*lines, f"{_LETTERS[s.path]} {target}{tail}"]
+        if s.via is None:
+            return [*lines, f"A {target}{tail}"]
+        return [*lines, f"C {self._position(s.via, s, lines)}    \n{target}{tail}"]
+
+    # --- frames -----------------------------------------------------------------------------------------
+
+    def _select(self, s: Move) -> list[str]:
+        lines = []
+        if s.frame is not None and s.frame != self.frame:
+            lines.append(self.select_frame(s.frame))
+        if s.tool is not None and s.tool != self.tool:
+            lines.append(self.select_tool(s.tool))
+        return lines
+
+    def select_frame(self, frame: Expression) -> str:
+        """UFRAME_NUM=…; remembers it."""
+        if isinstance(frame, FrameRef) and frame.kind in ("base", "robot"):
+            text = "0"
+        elif isinstance(frame, FrameRef) and frame.kind == "user" and frame.number is not None:
+            text = self.words.value(frame.number)
+        else:
+            raise CannotSayError("a frame without a number", "assign it to a user frame first")
+        self.frame = frame
+        return f"UFRAME_NUM={text}"
+
+    def select_tool(self, tool: Expression) -> str:
+        """UTOOL_NUM=…; remembers it."""
+        if not isinstance(tool, FrameRef) or tool.kind != "tool" or tool.number is None:
+            raise CannotSayError("a tool without a number", "assign it to a numbered tool first")
+        self.tool = tool
+        return f"UTOOL_NUM={self.words.value(tool.number)}"
+
+    # --- where ------------------------------------------------------------------------------------------
+
+    def _position(self, it: Expression, s: Move, lines: list[str]) -> str:
+        if type(it) is Taught:
+            if it.store is not Store.ROBOT:
+                raise CannotSayError(f"a taught position of kind {it.store.value} on its own")
+            number = self.positions.taught(it.number, _number(s.frame), _number(s.tool))
+            return self._point(number)
+        if isinstance(it, PositionLiteral):
+            return self._point(self.positions.literal(it, _number(s.frame), _number(s.tool)))
+        if isinstance(it, Variable):
+            return self.words.variable(it)
+        if isinstance(it, Function) and it.name == "taught":
+            return f"P[{self.words.index(it.arguments[0])}]"
+        if isinstance(it, Function) and it.name == "pose-offset" and len(it.arguments) == 4:
+            return self._shifted(it, s, lines)
+        raise CannotSayError("a computed position", "compute it into a position register first")
+
+    def _point(self, number: int) -> str:
+        name = self.positions.details.get(f"P[{number}]")
+        return f'P[{number}:"{name}"]' if name else f"P[{number}]"
+
+    def _shifted(self, it: Function, s: Move, lines: list[str]) -> str:
+        """A position moved along the axes of its frame: copied into a register, whose x, y and z are added to."""
+        register = self.scratch.register()
+        start = it.arguments[0]
+        lines.append(f"PR[{register}]={self._position(start, s, lines)}")
+        for place, offset in enumerate(it.arguments[1:], 1):
+            if offset not in (Number(0), Number(0.0)):
+                lines.append(
+                    f"PR[{register},{place}]=(PR[{register},{place}]+{self.words.expression(offset, 5)})"
+                )
+        return f"PR[{register}]"
+
+    def literal_lines(self, register: str, literal: PositionLiteral) -> list[str]:
+        """A pose written into a position register component by component."""
+        if literal.kind != "pose" or len(literal.values) != _POSE_AXES:
+            raise CannotSayError("joint values in this place", "a frame or tool is a pose")
+        scales = [mm] * 3 + [math.pi / 180] * 3
+        lines = []
+        for place, (value, scale) in enumerate(zip(literal.values, scales, strict=True), 1):
+            text = decimal(round(value / scale, 5) + 0.0)
+            lines.append(f"PR[{register},{place}]={f'({text})' if text[0] == '-' else text}")
+        return lines
+
+    # --- how --------------------------------------------------------------------------------------------
+
+    def _speed(self, s: Move) -> str:
+        speed = s.speed
+        if speed is None:
+            raise CannotSayError("a move without a speed of its own")
+        joint = s.path is Path.JOINT
+        if (speed.unit is SpeedUnit.FRACTION) is not joint and speed.unit is not SpeedUnit.TIME:
+            raise CannotSayError(f"a {s.path.value} move with a speed of kind {speed.unit.value}")
+        known = self._speeds.get(id(speed))
+        if known is None:
+            # The object is kept, so that its id stays its own.
+            known = self._speeds[id(speed)] = (speed, self._spelled(speed))
+        return known[1]
+
+    def _spelled(self, speed: Speed) -> str:
+        unit, quantity, native = speed
+        if native in ("WELD_SPEED", "max_speed"):
+            return native
+        if isinstance(quantity.written, SystemValue):
+            raise CannotSayError("a speed that only the controller knows")
+        words = [
+            word for word, (kind, scale) in values.UNITS.items() if kind is unit and scale == quantity.scale
+        ]
+        if not words:
+            near = [
+                word
+                for word, (kind, scale) in values.UNITS.items()
+                if kind is unit and math.isclose(scale, quantity.scale)
+            ]
+            words = near or ([_USUAL[unit]] if unit in _USUAL else [])
+        if not words:
+            raise CannotSayError(f"a speed of kind {unit.value}")
+        return f"{self.words.quantity(quantity, values.UNITS[words[0]][1])}{words[0]}"
+
+    def _blend(self, s: Move) -> str:
+        blend = s.blend
+        if blend is None:
+            return "CNT100"
+        known = self._blends.get(id(blend))
+        if known is None:
+            known = self._blends[id(blend)] = (blend, self._corner(blend))
+        if known[1][0] == "C" and known[1][1] != "N" and s.path is Path.JOINT:
+            raise CannotSayError("a radius at the end of a joint move", "CR and CD are for lines and arcs")
+        return known[1]
+
+    def _corner(self, blend: Blend) -> str:
+        kind, value, native = blend
+        if kind is BlendKind.CONTINUOUS:
+            return "CNT100"
+        if value is None or kind not in (BlendKind.SPEED, BlendKind.RADIUS):
+            raise CannotSayError(f"a corner of kind {kind.value}")
+        if kind is BlendKind.RADIUS:
+            if value.literal == 0 and not native.startswith("C"):
+                return "FINE"
+            word, _, second = native.partition(",") if native.startswith("C") else ("CR", "", "")
+            return f"{word}{self._argument(value, mm)}{f',{second}' if second else ''}"
+        if value.literal is not None:
+            return f"CNT{round(value.literal / values.PERCENT)}"
+        return f"CNT{self._argument(value, values.PERCENT)}"
+
+    def _argument(self, value: Quantity, scale: float) -> str:
+        """The number glued to its word, a register behind a blank."""
+        text = self.words.quantity(value, scale)
+        return text if isinstance(value.written, Number) else f" {text}"
+
+    def _options(self, s: Move, lines: list[str]) -> str:
+        if s.acceleration is None and not s.other and s.offset is s.tool_offset is s.relative is None:
+            return ""
+        words = []
+        if s.acceleration is not None:
+            words.append(f"ACC{self._argument(s.acceleration, values.PERCENT)}")
+        if s.relative is not None:
+            if s.relative.kind != "own":
+                raise CannotSayError(f"a move relative to the {s.relative.kind} frame")
+            words.append("INC")
+        for word, offset in (("Offset", s.offset), ("Tool_Offset", s.tool_offset)):
+            if offset is not None:
+                words.append(f"{word},{self._offset(offset, lines)}")
+        for name, rest in s.other:
+            if not isinstance(rest, Text):
+                raise CannotSayError(f"the option {name}")
+            words.append(f"{name}{rest.value}")
+        return "".join(f" {word}" for word in words)
+
+    def _offset(self, offset: Expression, lines: list[str]) -> str:
+        if isinstance(offset, Variable):
+            return self.words.variable(offset)
+        if isinstance(offset, PositionLiteral):
+            register = self.scratch.register()
+            lines.extend(self.literal_lines(register, offset))
+            return f"PR[{register}]"
+        raise CannotSayError("a computed offset", "compute it into a position register first")
+
+
+def _number(frame: Expression | None) -> int | None:
+    """The number of a frame or tool that is written out; base is 0."""
+    if not isinstance(frame, FrameRef):
+        return None
+    if frame.kind in ("base", "robot"):
+        return 0
+    return int(frame.number.value) if isinstance(frame.number, Number) else None
