@@ -1,0 +1,194 @@
+"""Plain moves and robtargets without the grammar: a CAM program has 100,000 of them.
+
+`PlainClauses` understands moves whose arguments are names and numbers, and declarations of literal robtargets, and
+gives exactly what the grammar gives (a test compares the two); whatever else a clause holds, it declines.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from olp.expression import Expression, FrameRef, Named, PositionLiteral, Quantity
+from olp.program import Blend, Declare, Move, Path, Speed
+from olp.units import mm
+from olp.vendors.rapid.literals import (
+    ShapeError,
+    is_unit,
+    joint_literal,
+    quaternion_angles,
+    with_axes,
+)
+from olp.vendors.rapid.moves import frame_of, named_blend, named_speed, tool_of
+from olp.vendors.rapid.names import Names
+from olp.vendors.rapid.words import NOT_CONNECTED
+
+_LIST: Final = r"\[\s*\[([^][]*)\]\s*,\s*\[([^][]*)\]\s*(?:,\s*\[([^][]*)\]\s*,\s*\[([^][]*)\]\s*)?\]"
+MOVE: Final = re.compile(
+    rf"(Move[LJC]|MoveAbsJ)\s+(?:(\w+)|{_LIST})\s*,(?:\s*(?:(\w+)|{_LIST})\s*,(?=(?:[^][,]*,){{2}}))?"
+    r"\s*(\w+)\s*,\s*(\w+)\s*,\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?;",
+    re.IGNORECASE,
+)
+_ROBTARGET: Final = re.compile(
+    rf"(?:(LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(robtarget)\s+(\w+)\s*:=\s*{_LIST}\s*;", re.IGNORECASE
+)
+_PATHS: Final = {"l": Path.LINEAR, "j": Path.JOINT, "c": Path.CIRCULAR}
+_STORAGE: Final = {"C": "constant", "P": "persistent", "V": "variable"}
+_Words = tuple[str, str, str, str]
+
+
+class PlainClauses:
+    """Reads plain clauses of one file; equal words share one object."""
+
+    def __init__(self, names: Names) -> None:
+        self._names = names
+        self._speeds: dict[str, tuple[Speed, Quantity | None] | None] = {}
+        self._blends: dict[str, Blend | None] = {}
+        self._named: dict[str, Named | None] = {}
+        self._numbers: dict[str, tuple[float, ...] | None] = {}
+
+    def forget(self) -> None:
+        """Names mean something else: another routine begins."""
+        for cache in (self._speeds, self._blends, self._named):
+            cache.clear()
+
+    def move(self, text: str, line: int, comment: str) -> Move | None:
+        """The move in a clause, or None when it is not plain."""
+        match = MOVE.fullmatch(text)
+        if match is None:
+            return None
+        (word, name, *literal, via_name, via1, via2, via3, via4, spoken, zone, tool_name, frame_name) = (
+            match.groups()
+        )
+        circular = word[-1] in "cC"
+        if circular != (via_name is not None or via1 is not None):
+            return None
+        target = self._target(word, name, literal)
+        via = self._target(word, via_name, [via1, via2, via3, via4]) if circular else None
+        tool = self._name(tool_name)
+        frame = FrameRef("base") if frame_name is None else self._name(frame_name)
+        try:
+            speed, blend = self._speeds[spoken], self._blends[zone]
+        except KeyError:
+            speed, blend = self._speed(spoken), self._blend(zone)
+        if target is None or speed is None or blend is None or tool is None or frame is None:
+            return None
+        if circular:
+            if via is None:
+                return None
+            target, via = via, target
+        return Move(
+            line,
+            Path.JOINT if len(word) > 5 else _PATHS[word[-1].lower()],
+            (target,),
+            speed[0],
+            blend,
+            (),
+            comment,
+            via=via,
+            turn=speed[1],
+            tool=tool_of(tool),
+            frame=frame_of(frame),
+        )
+
+    def point(self, text: str, line: int, comment: str) -> Declare | None:
+        """A literal robtarget's declaration, or None when it is not plain."""
+        match = _ROBTARGET.fullmatch(text)
+        if match is None:
+            return None
+        scope, storage, kind, name, place, turn, arm, axes = match.groups()
+        if arm is None:
+            return None
+        value = self._robtarget(place, turn, arm, axes)
+        if value is None:
+            return None
+        native = f"TASK {kind}" if scope and scope.upper() == "TASK" else kind
+        return Declare(
+            line,
+            self._names.spelled(name),
+            "position",
+            value,
+            (),
+            _STORAGE[storage[0].upper()],
+            not scope or scope.upper() != "LOCAL",
+            native,
+            comment,
+        )
+
+    def _target(self, word: str, name: str | None, literal: list[str | None]) -> Expression | None:
+        if name is not None:
+            return self._name(name)
+        first, second, arm, axes = literal
+        if first is None or second is None:
+            return None
+        if len(word) > 5:
+            return None if arm is not None else self._jointtarget(first, second)
+        return None if arm is None or axes is None else self._robtarget(first, second, arm, axes)
+
+    def _robtarget(self, place: str, turn: str, arm: str, axes: str) -> PositionLiteral | None:
+        try:
+            x, y, z = place.split(",")
+            xyz = (float(x) * mm, float(y) * mm, float(z) * mm)
+            w, a, b, c = turn.split(",")
+            quaternion = (float(w), float(a), float(b), float(c))
+            angles = quaternion_angles(*quaternion)
+        except (ValueError, ShapeError):
+            return None
+        configuration, external = self._some(arm, 4), self._some(axes, 6)
+        if (
+            configuration is None
+            or external is None
+            or not abs(xyz[0]) + abs(xyz[1]) + abs(xyz[2]) < NOT_CONNECTED
+        ):
+            return None
+        if not is_unit(quaternion):
+            self._names.uneven = True
+        pose = PositionLiteral("pose", (*xyz, *angles), (), (), (("orient", turn),))
+        if external[0] >= NOT_CONNECTED and not any(configuration) and min(external) >= NOT_CONNECTED:
+            return pose
+        return with_axes(pose, configuration, external)
+
+    def _jointtarget(self, axes: str, more: str) -> PositionLiteral | None:
+        try:
+            values = tuple(map(float, axes.split(",")))
+        except ValueError:
+            return None
+        external = self._some(more, 6)
+        if len(values) != 6 or external is None or not all(abs(v) < NOT_CONNECTED for v in values):
+            return None
+        return joint_literal(values, external)
+
+    def _some(self, text: str, count: int) -> tuple[float, ...] | None:
+        """Few different texts: arm configurations and external axes."""
+        if text not in self._numbers:
+            try:
+                values: tuple[float, ...] | None = tuple(map(float, text.split(",")))
+            except ValueError:
+                values = None
+            # nan and inf are words for float and none for the grammar.
+            plain = values is not None and len(values) == count and all(abs(v) < 1e12 for v in values)
+            if len(self._numbers) > 10_000:
+                self._numbers.clear()
+            self._numbers[text] = values if plain else None
+        return self._numbers[text]
+
+    def _name(self, text: str) -> Named | None:
+        try:
+            return self._named[text]
+        except KeyError:
+            pass
+        names = self._names
+        known = not text[0].isdigit() and (names.knows(text) or names.bus_of(text) is None)
+        known = known and text.lower() not in ("pi", "high", "low", "true", "false")
+        found = Named(names.spelled(text)) if known else None
+        if len(self._named) < 200_000:
+            self._named[text] = found
+        return found
+
+    def _speed(self, text: str) -> tuple[Speed, Quantity | None] | None:
+        self._speeds[text] = named_speed(text, self._names)
+        return self._speeds[text]
+
+    def _blend(self, text: str) -> Blend | None:
+        self._blends[text] = named_blend(text, self._names)
+        return self._blends[text]

@@ -1,0 +1,66 @@
+"""A whole file: its modules, their data and routines, and everything that is wrong with it."""
+
+from __future__ import annotations
+
+import gc
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from olp.program import Declare, Program, Routine
+from olp.source import Source
+from olp.vendors.inform.findings import Findings
+from olp.vendors.rapid import checks
+from olp.vendors.rapid.clauses import Cutter
+from olp.vendors.rapid.modules import ModuleReader
+from olp.vendors.rapid.names import gather
+
+_LISTING = re.compile(r"\s*(?:<\?xml\b|<Program\b)")
+
+
+def read_program(source: Source) -> Program:
+    """The program in a file of modules, or in a .pgf that lists them. Never raises on bad text."""
+    if any(_LISTING.match(line) for line in source.lines[:3]):
+        from olp.vendors.rapid.listing import read_listing
+
+        return read_listing(source)
+    return read_modules(source)
+
+
+def read_modules(source: Source) -> Program:
+    """The program in a file that holds modules."""
+    findings = Findings(source)
+    routines: tuple[Routine, ...] = ()
+    data: tuple[Declare, ...] = ()
+    if checks.is_readable(findings):
+        with _no_garbage_collection():
+            clauses = list(Cutter(source.lines).cut())
+            names = gather(clauses)
+            reader = ModuleReader(findings, names)
+            reader.read(clauses)
+            routines, data = tuple(reader.routines), tuple(reader.data)
+            checks.check_program(findings, routines, data, names)
+    return Program(
+        "rapid", source, routines, findings.result(), bytes(findings.kinds), data, main_of(routines)
+    )
+
+
+def main_of(routines: tuple[Routine, ...]) -> str:
+    """PROC main, else the first PROC that needs no argument."""
+    called = [one for one in routines if one.details.get("kind", "PROC") == "PROC"]
+    main = next((one for one in called if one.name.lower() == "main"), None)
+    if main is None:
+        main = next((one for one in called if all(p.optional for p in one.parameters)), None)
+    return "" if main is None else main.name
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()

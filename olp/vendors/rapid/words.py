@@ -1,0 +1,159 @@
+"""The names that every ABB controller has: predefined data with their values, types, and instructions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+NOT_CONNECTED: Final = 9e9  # an external axis that does not exist
+
+# [v_tcp mm/s, v_ori deg/s, v_leax mm/s, v_reax deg/s] (technical reference manual, speeddata).
+_TRAVEL = (
+    5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500, 3000, 4000, 5000,
+    6000, 7000,
+)  # fmt: skip
+FASTEST: Final = 5000.0  # [mm/s] vmax: the manual leaves it to the robot; 5000 is what most of them have
+SPEEDS: Final[Mapping[str, tuple[float, float, float, float]]] = {
+    **{f"v{n}": (n, 500, 5000, 1000) for n in _TRAVEL},
+    "vmax": (FASTEST, 500, 5000, 1000),
+    **{f"vrot{n}": (0, 0, 0, n) for n in (1, 2, 5, 10, 20, 50, 100)},
+    **{f"vlin{n}": (0, 0, n, 0) for n in (10, 20, 50, 100, 200, 500, 1000)},
+}
+
+
+class Zone(NamedTuple):
+    """Zonedata: pzone_tcp, pzone_ori, pzone_eax [mm], zone_ori [deg], zone_leax [mm], zone_reax [deg]."""
+
+    fine: bool
+    values: tuple[float, float, float, float, float, float]
+
+
+ZONES: Final[Mapping[str, Zone]] = {
+    "fine": Zone(True, (0, 0, 0, 0, 0, 0)),
+    "z0": Zone(False, (0.3, 0.3, 0.3, 0.03, 0.3, 0.03)),
+    "z1": Zone(False, (1, 1, 1, 0.1, 1, 0.1)),
+    "z5": Zone(False, (5, 8, 8, 0.8, 8, 0.8)),
+    "z10": Zone(False, (10, 15, 15, 1.5, 15, 1.5)),
+    "z15": Zone(False, (15, 23, 23, 2.3, 23, 2.3)),
+    "z20": Zone(False, (20, 30, 30, 3, 30, 3)),
+    "z30": Zone(False, (30, 45, 45, 4.5, 45, 4.5)),
+    "z40": Zone(False, (40, 60, 60, 6, 60, 6)),
+    "z50": Zone(False, (50, 75, 75, 7.5, 75, 7.5)),
+    "z60": Zone(False, (60, 90, 90, 9, 90, 9)),
+    "z80": Zone(False, (80, 120, 120, 12, 120, 12)),
+    "z100": Zone(False, (100, 150, 150, 15, 150, 15)),
+    "z150": Zone(False, (150, 225, 225, 23, 225, 23)),
+    "z200": Zone(False, (200, 300, 300, 30, 300, 30)),
+}
+
+# Neutral type of a declaration by RAPID's word; all others keep their word.
+TYPES: Final[Mapping[str, str]] = {
+    "num": "real",
+    "dnum": "real",
+    "byte": "integer",
+    "bool": "boolean",
+    "string": "string",
+    "robtarget": "position",
+    "pose": "position",
+    "pos": "position",
+    "orient": "position",
+    "jointtarget": "joints",
+    "tooldata": "tool",
+    "wobjdata": "frame",
+    "speeddata": "speed",
+    "zonedata": "zone",
+    **dict.fromkeys(("signaldi", "signaldo", "signalgi", "signalgo", "signalai", "signalao"), "signal"),
+}
+# Members of the structures that the manual defines, each with its type.
+RECORDS: Final[Mapping[str, tuple[tuple[str, str], ...]]] = {
+    "robjoint": tuple((f"rax_{n}", "num") for n in range(1, 7)),
+    "extjoint": tuple((f"eax_{c}", "num") for c in "abcdef"),
+    "confdata": (("cf1", "num"), ("cf4", "num"), ("cf6", "num"), ("cfx", "num")),
+    "speeddata": (("v_tcp", "num"), ("v_ori", "num"), ("v_leax", "num"), ("v_reax", "num")),
+    "zonedata": (
+        ("finep", "bool"),
+        ("pzone_tcp", "num"),
+        ("pzone_ori", "num"),
+        ("pzone_eax", "num"),
+        ("zone_ori", "num"),
+        ("zone_leax", "num"),
+        ("zone_reax", "num"),
+    ),
+    "loaddata": (
+        ("mass", "num"),
+        ("cog", "pos"),
+        ("aom", "orient"),
+        ("ix", "num"),
+        ("iy", "num"),
+        ("iz", "num"),
+    ),
+    "tooldata": (("robhold", "bool"), ("tframe", "pose"), ("tload", "loaddata")),
+    "wobjdata": (
+        ("robhold", "bool"),
+        ("ufprog", "bool"),
+        ("ufmec", "string"),
+        ("uframe", "pose"),
+        ("oframe", "pose"),
+    ),
+}
+SIGNAL_TYPES: Final[Mapping[str, str]] = {
+    "signaldi": "in",
+    "signaldo": "out",
+    "signalgi": "in-group",
+    "signalgo": "out-group",
+    "signalai": "analog-in",
+    "signalao": "analog-out",
+}
+# Signals by the word that uses them first: instructions and functions.
+SIGNAL_USERS: Final[Mapping[str, str]] = {
+    "waitdi": "in", "waitdo": "out", "setdo": "out", "set": "out", "reset": "out", "pulsedo": "out",
+    "invertdo": "out", "setgo": "out-group", "setao": "analog-out", "waitgi": "in-group", "waitgo": "out-group",
+    "waitai": "analog-in", "waitao": "analog-out", "doutput": "out", "dinput": "in", "testdi": "in",
+    "ginput": "in-group", "goutput": "out-group", "ainput": "analog-in", "aoutput": "analog-out",
+    "gidnum": "in-group", "ginputdnum": "in-group", "isignaldi": "in", "isignaldo": "out",
+}  # fmt: skip
+
+# Functions of numbers and texts that have a neutral name.
+FUNCTIONS: Final[Mapping[str, str]] = {
+    "abs": "abs", "sqrt": "sqrt", "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos",
+    "atan": "atan", "atan2": "atan2", "exp": "exp", "pow": "power", "round": "round", "trunc": "trunc",
+    "max": "max", "min": "min", "strlen": "length-of-text", "strpart": "part-of-text", "posemult": "pose-product",
+    "poseinv": "pose-inverse", "offs": "pose-offset",
+}  # fmt: skip
+
+# Instructions without a neutral meaning; everything else that is no routine of the file is called as one.
+_PROCESS: Final = """
+    accset actevbuffer actunit add aliasio bitclear bitset bookerrno brakecheck calldata cancelload checkprogref
+    circlepathmode cirpathmode clearallbuffers clearbuffer cleariobuff clearpath clearrawbytes clkreset clkstart clkstop
+    close closedir cnvact confj confl contactl copyfile copyrawbytes corrclear corrcon corrdiscon corrwrite cyclebreak
+    cycleread deactevbuffer deactunit debugbreak dropsensor dropwobj egmactjoint egmactmove egmactpose egmgetid egmreset
+    egmrunjoint egmrunpose egmsetupai egmsetupao egmsetupgi egmsetupltapp egmsetupuc egmstop egmstreamstart
+    egmstreamstop eoffsoff eoffson eoffsset erasemodule errlog errraise errwrite exitcycle fcact fcdeact fcload
+    fitcircle fricidactl fricidcurve getdatavalue getsysdata gettorquemargin gettrapdata gripload hollowwristreset
+    iobusstart iobusstate iodisable ioenable iplarm loadload load loadid makedir manloadid manualaxis mechunitload
+    movepnp motionplannermode motionsup mtoolrotcalib offslimit open opendir packdnheader packrawbytes
+    pathaccelleration pathaccel pathaccellim pathaccelerationlim pathlengthreset pathlengthstart pathlengthstop
+    pathreclock pathrecmovebwd pathrecmovefwd pathrecstart pathrecstop pathresol pathtohome perspos procerrrecovery
+    puls readanybin readblock readcfgdata readerrdata readrawbytes readvar readvarararr removeall removeallcycbool
+    removedir removefile renamefile resetaxisdistance resetaxismovetime resetppmoved resetretrycount resettorquemargin
+    restopath resetatoolchange rewind rmqemptyqueue rmqfindslot rmqgetmessage rmqgetmsgdata rmqgetmsgheader
+    rmqreadwait rmqsendmessage rmqsendwait safetycontrollersetuptool save saveconfig scload scwrite searchextj
+    setallDataVal setalldataval setdatasearch setdataval setleadthrough setsysdata setupcycbool setupsuperv singarea
+    skipwarn socketaccept socketbind socketclose socketconnect socketcreate socketlisten socketreceive
+    socketreceivefrom socketsend socketsendto softact softdeact softelbow speedlimaxis speedlimcheckpoint speedrefresh
+    spcread spyspan spystart spystop stackreset startload startmove startmoveretry steptolerance stepbwdpath
+    stopmove stopmovereset storepath strdigcalc sydiscon sysstopaction synctosensor systemstopaction
+    syncmoveoff syncmoveon syncmoveresume syncmovesuspend syncmoveundo taskreset tcpframe testsigndefine
+    testsignreset textget textgetinstall texttabinstall timestamp toolratecorr tperase tpreaddnum tpreadfk tpreadnum
+    tpshow triggcheckio triggdatacopy triggdatareset triggequip triggint triggio triggrampao triggspeed triggstopproc
+    tryint tunereset tuneservo uiMsgBox uimsgbox uimsgwrite uimsgwriteabort uishow uneload unload unpackrawbytes
+    vectorcorr waitload waitrob waitsensor waitsynctask waittestandset waitungracefully waitwobj warmstart
+    weldgeton worldaccLim worldacclim write writeanybin writebin writeblock writecfgdata writerawbytes writestrbin
+    writevar wzboxdef wzcyldef wzdisable wzdosetdef wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef
+    pdispset errlogw iwaituntil restart indamove indcmove inddmove indrmove indreset signalchange cap capapTrSetup
+    readpathdata setgapsync weldon weldoff"""
+PROCESS: Final = frozenset(_PROCESS.lower().split())
+_INTERRUPTS: Final = """
+    isignaldi isignaldo isignalgi isignalgo isignalai isignalao itimer ipers ierror ivarvalue ipathpos irmqmessage
+    ivarvalue icap idelete idisable ienable isleep iwatch isyncsignal"""
+INTERRUPTS: Final = frozenset(_INTERRUPTS.split())
