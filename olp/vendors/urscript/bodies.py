@@ -42,7 +42,6 @@ from olp.program import (
     SetTool,
     StartTask,
     Statement,
-    Update,
     Wait,
     WaitTask,
     While,
@@ -319,10 +318,12 @@ class _Body:
         wanted = names.holds_joints(part, name) or names.holds_joint_lists(part, name)
         value = self._expressions.lower(content.value, wanted)
         if content.operator != "=":
-            return Update(self._number, content.operator[0], Named(name), value, self._comment)
+            value = Binary(content.operator[0], Named(name), value)
+            return Assign(self._number, Named(name), value, self._comment)
         first = self._facts.first.get(name) == self._index and self._depth == 0
-        type_ = _plain(names.type_of(part, name))
-        sizes = _sizes(content.value) if type_ not in ("joints", "list", "") else ()
+        sizes = _sizes(content.value)
+        type_ = _plain(names.type_of(part, name), bool(sizes))
+        sizes = sizes if type_ not in ("joints", "list", "") or names.holds_joint_lists(part, name) else ()
         if names.is_shared(part, name):
             value_ = fold(value)
             if self._preamble and first and name not in self._data and _is_constant(value_):
@@ -424,11 +425,11 @@ def _is_constant(e: Expression) -> bool:
     return type(e) in (Number, Text, State, PositionLiteral)
 
 
-def _plain(type_: str) -> str:
-    """A type as `Declare` says it: that of the elements of a list, where they have one."""
+def _plain(type_: str, sized: bool = False) -> str:
+    """A type as `Declare` says it: that of the elements of a list of known length, where they have one."""
     if type_.startswith("list:"):
         element = type_[5:]
-        return "list" if element.startswith("list") or not element else element
+        return element if sized and not element.startswith("list") else "list"
     return type_
 
 

@@ -31,7 +31,7 @@ from olp.expression import (
     Unary,
 )
 from olp.units import deg, mm
-from olp.vendors.urscript import builtins
+from olp.vendors.urscript import builtins, helpers
 from olp.vendors.urscript.outline import Part
 from olp.vendors.urscript.rotations import angles_from_vector
 from olp.vendors.urscript.scopes import Names
@@ -151,6 +151,8 @@ class Expressions:
 
     def _pair(self, node: Pair, _: bool) -> Expression:
         left, right = self.lower(node.left), self.lower(node.right)
+        if node.operator == "<=" and left == Named(helpers.COUNTER) and right == Number(0):
+            return SystemValue("timed-out")
         if node.operator in _COMPARE:
             return Compare(_COMPARE[node.operator], left, right)
         if node.operator in _BINARY:
@@ -328,6 +330,13 @@ def _structure(e: Expressions, values: list[Node], given: tuple[Given, ...]) -> 
     return RecordLiteral("struct", tuple((one.name, e.lower(one.value)) for one in given))
 
 
+def _helper(name: str) -> Meaning:
+    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+        return helpers.meaning(name, tuple(e.lower(value) for value in values)) if values else None
+
+    return lower
+
+
 _CALLS: Final[Mapping[str, Meaning]] = {
     **{word: _plain(neutral) for word, neutral in builtins.FUNCTIONS.items()},
     **{word: _from_angle(word) for word in builtins.FROM_ANGLE},
@@ -348,6 +357,7 @@ _CALLS: Final[Mapping[str, Meaning]] = {
     "str_find": _find,
     "length": _length,
     "struct": _structure,
+    **{name: _helper(name) for name in helpers.TEXTS},
 }
 
 

@@ -12,6 +12,7 @@ from olp.diagnostic import Span
 from olp.program import Declare, LineKind, Program, Routine
 from olp.source import Source
 from olp.vendors.inform.findings import Findings
+from olp.vendors.urscript import helpers
 from olp.vendors.urscript.bodies import Bodies
 from olp.vendors.urscript.lines import Line, LineReader, Mark
 from olp.vendors.urscript.outline import Outliner, Part
@@ -32,6 +33,7 @@ def read_program(source: Source) -> Program:
         return Program("urscript", source, (), findings.result(), bytes(findings.kinds))
     with _no_garbage_collection():
         root = Outliner(findings).read(LineReader(findings).read())
+        _forget_helpers(root)
         main = _main(root, source)
         names = Names(root, main)
         bodies = Bodies(findings, names)
@@ -51,6 +53,13 @@ def read_program(source: Source) -> Program:
         tuple(data),
         main.unique,
     )
+
+
+def _forget_helpers(root: Part) -> None:
+    """Functions that olp wrote into the script stand for what they compute."""
+    for part in list(root.all()):
+        for name in helpers.TEXTS.keys() & part.parts.keys():
+            del part.parts[name]
 
 
 def _without(main: Routine, data: list[Declare]) -> Routine:
