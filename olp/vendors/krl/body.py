@@ -43,7 +43,7 @@ from olp.vendors.krl.parsing import LineReader
 from olp.vendors.krl.scope import Scope
 from olp.vendors.krl.system import Modal
 
-_FORGETS = (Label, Else, ElseIf, EndIf, While, EndWhile, Repeat, Until, For, Next, Case, Default, EndSwitch)
+FORGETS = (Label, Else, ElseIf, EndIf, While, EndWhile, Repeat, Until, For, Next, Case, Default, EndSwitch)
 # Blocks that a broken line opens or closes all the same, for the check of blocks.
 _MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
     "IF": lambda line: If(line, Text("")),
@@ -132,8 +132,10 @@ class BodyReader:
             return
         if self._block is not None and isinstance(it, Move):
             it = self._within(it)
-        if isinstance(it, _FORGETS):
+        if isinstance(it, FORGETS):
             self._modal.forget()
+            if isinstance(it, ElseIf):
+                self._warn("P418", "KRL has no ELSEIF", number, "write it as ELSE and IF … ENDIF")
         body.append(lines.commented(it, comment) if comment else it)
 
     def _add_modal(self, it: Statement, comment: str, number: int) -> None:
@@ -210,6 +212,9 @@ class BodyReader:
 
     def _refuse(self, code: str, message: str, number: int, help: str) -> None:
         self._findings.error(code, message, self._findings.whole_line(number), help)
+
+    def _warn(self, code: str, message: str, number: int, help: str) -> None:
+        self._findings.once(Severity.WARNING, code, "", message, self._findings.whole_line(number), help)
 
     def finish(self, number: int) -> None:
         """The routine ends in line `number`."""

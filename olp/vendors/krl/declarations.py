@@ -83,7 +83,7 @@ class DeclarationRules(MoveRules):
 
     def _declare(self, modifiers: Sequence[str], word: Token, key: str, it: _Declarator) -> Declare:
         scope = self.scope
-        scope.declare(it.name, key)
+        scope.declare(it.name, key, bool(it.sizes))
         value = None if it.value is None else settle(it.value, scope, key)
         if value is not None:
             scope.values[it.name.upper()] = value

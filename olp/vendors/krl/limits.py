@@ -33,5 +33,7 @@ LIMITS: Final = Limits(
     modal_speed=True,
     tool_and_frame="modal",
     has_continue=False,
+    has_elseif=False,
+    joint_blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE}),
     reserved=RESERVED,
 )

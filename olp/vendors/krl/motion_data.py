@@ -69,15 +69,10 @@ INITIAL: Final[tuple[Statement, ...]] = (
     path_acceleration(Number(100), values.ACC_CP),
     path_speed(Number(2)),
     SetSpeed(0, (), turn=Quantity(Number(200), deg)),
-    SetBlend(
-        0,
-        (
-            Blend(BlendKind.SHARE, Quantity(Number(50), percent)),
-            Blend(BlendKind.RADIUS, Quantity(Number(3), mm)),
-            Blend(BlendKind.SPEED, Quantity(Number(100), percent)),
-            Blend(BlendKind.TURN, Quantity(Number(5), deg)),
-        ),
-    ),
+    SetBlend(0, (Blend(BlendKind.SHARE, Quantity(Number(50), percent)),)),
+    SetBlend(0, (Blend(BlendKind.RADIUS, Quantity(Number(3), mm)),)),
+    SetBlend(0, (Blend(BlendKind.SPEED, Quantity(Number(100), percent)),)),
+    SetBlend(0, (Blend(BlendKind.TURN, Quantity(Number(5), deg)),)),
 )
 
 

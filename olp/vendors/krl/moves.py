@@ -264,8 +264,9 @@ def _path_acceleration(
         return {"rate": Acceleration(AccelerationUnit.TRAVEL, Quantity(value, 1.0))}
     if routine == "SACC_CP" and arguments:
         found = data.constant(_name(arguments[0]), "ACC")
-        if found is not None:
-            return {"rate": Acceleration(AccelerationUnit.TRAVEL, Quantity(found, values.ACC_CP))}
+        if type(found) is Number:
+            rate = Number(float(f"{found.value * values.ACC_CP:.12g}"))
+            return {"rate": Acceleration(AccelerationUnit.TRAVEL, Quantity(rate, 1.0))}
     return None
 
 

@@ -83,6 +83,7 @@ class Scope:
         self.signals: dict[str, Signal] = {}
         self.local_signals: dict[str, Signal] = {}
         self.values: dict[str, Expression] = {}
+        self.arrays: set[str] = {"TOOL_DATA", "BASE_DATA"}
         self.inside = False
 
     def enter(self) -> None:
@@ -96,8 +97,10 @@ class Scope:
         """The name as it was spelt first: KRL does not tell capitals from small letters."""
         return self._spellings.setdefault(word.upper(), str(word))
 
-    def declare(self, word: str, type: str) -> None:
+    def declare(self, word: str, type: str, array: bool = False) -> None:
         """`type` in capitals."""
+        if array:
+            self.arrays.add(word.upper())
         (self.local_types if self.inside else self.types)[word.upper()] = type
 
     def name_signal(self, word: str, signal: Signal) -> None:
@@ -124,7 +127,8 @@ class Scope:
             return "INT" if isinstance(it.value, int) else "REAL"  # type: ignore[union-attr]
         if isinstance(it, Item):
             base = self.type_of(it.base)
-            return "REAL" if base in AXES else base
+            array = isinstance(it.base, Named) and it.base.name.upper() in self.arrays
+            return "REAL" if base in AXES and not array else base
         if isinstance(it, Member):
             base = self.type_of(it.base)
             if base in POSES or base in AXES:
@@ -138,7 +142,7 @@ class Scope:
         """`base.word`: components of positions by their neutral names, axes as elements."""
         key = word.upper()
         owner = self.type_of(base)
-        if not owner or owner in AXES:
+        if owner in AXES:
             number = AXIS_NUMBERS.get(key)
             if number is not None:
                 return Item(base, (Number(number),))

@@ -23,6 +23,7 @@ from olp.program import (
     If,
     Jump,
     Label,
+    Message,
     Next,
     Pause,
     PulseOutput,
@@ -63,8 +64,10 @@ class StatementRules(DeclarationRules):
         condition = None if state == TRUE or state == State(False) else state
         return PulseOutput(0, signal, Quantity(self.plain(time), 1.0), condition, spelling=spelling)
 
-    def call(self, children: list[Any]) -> Call:
+    def call(self, children: list[Any]) -> Call | Message:
         name, arguments = children
+        if name.upper() == "MSGNOTIFY" and len(arguments) == 1:
+            return Message(0, arguments[0])
         return Call(0, self.scope.spell(name), arguments)
 
     # --- blocks -----------------------------------------------------------------------------------------

@@ -1,0 +1,70 @@
+"""Finds the statements that one call of BAS stands for, so that KRL's own programs keep their inline forms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from olp.expression import Expression, Named, Number
+from olp.moves import SetAcceleration, SetBlend, SetFrame, SetSpeed, SetTool
+from olp.program import Assign, ExternalTool, Statement
+from olp.vendors.krl.body import FORGETS
+from olp.vendors.krl.motion_data import ACTUAL, MotionData
+from olp.vendors.krl.scope import Scope
+from olp.vendors.krl.write_values import Words
+
+_MODAL: Final = (SetSpeed, SetAcceleration, SetBlend, SetTool, SetFrame, ExternalTool)
+_COMMANDS: Final = ("INITMOV", "PTP_PARAMS", "CP_PARAMS", "PTP_DAT", "CP_DAT", "FRAMES")
+
+
+class BasCalls:
+    """Follows a routine as the reader did."""
+
+    def __init__(self, scope: Scope, words: Words) -> None:
+        self._words = words
+        self._data = MotionData(scope)
+
+    def follow(self, it: Statement) -> None:
+        """Notes what a statement says about the motion data."""
+        if isinstance(it, FORGETS):
+            self._data.forget()
+        elif isinstance(it, ExternalTool):
+            self._data.external = it.tool is not None
+        elif isinstance(it, Assign) and isinstance(it.target, Named) and it.target.name.upper() in ACTUAL:
+            self._data.assign(it.target.name.upper(), it.value)
+
+    def call(self, body: Sequence[Statement], place: int) -> tuple[int, str] | None:
+        """How many statements from `place` on one call of BAS stands for, and that call; None: not one."""
+        first = body[place]
+        if not isinstance(first, _MODAL) or not first.line:
+            return None
+        group = []
+        for one in body[place:]:
+            if not isinstance(one, _MODAL) or one.line != first.line:
+                break
+            group.append(one)
+        if len(group) < 2:
+            return None
+        argument = _speed(group[-1])
+        external = self._data.external
+        for command in _COMMANDS:
+            found = self._data.bas(command, argument)
+            if found is not None and len(found) == len(group) and all(map(_alike, found, group)):
+                value = "0" if command in ("INITMOV", "FRAMES") else self._words.expression(argument)
+                plain = command in ("PTP_DAT", "CP_DAT", "FRAMES")
+                return len(group), f"BAS (#{command})" if plain else f"BAS (#{command},{value})"
+            self._data.external = external
+        return None
+
+
+def _speed(it: Statement) -> Expression:
+    return it.speeds[0].value.written if isinstance(it, SetSpeed) and it.speeds else Number(0)
+
+
+def _alike(one: Statement, other: Statement) -> bool:
+    """Equal but for the line and the comment."""
+    if type(one) is not type(other):
+        return False
+    skipped = "comment"
+    names = [name for name in type(one).__dataclass_fields__ if name not in ("line", skipped)]
+    return all(getattr(one, name) == getattr(other, name) for name in names)
