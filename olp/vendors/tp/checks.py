@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator
+from typing import Any, TypeGuard
 
 from olp.control import pair
 from olp.diagnostic import Severity, Span
-from olp.expression import Expression, Store, Taught
+from olp.expression import Expression, FrameRef, Number, Store, Taught
 from olp.points import PointKind
-from olp.program import Assign, Comment, Label, LineKind, Move, Routine
+from olp.program import Assign, Comment, Label, LineKind, Move, Routine, Statement
 from olp.vendors.inform.findings import Findings
 from olp.vendors.tp.header import Listing
 from olp.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, ROUTINE_LENGTH
@@ -161,8 +162,14 @@ def _tell_conventions(findings: Findings, routine: Routine) -> None:
         message = "joint positions: J3 of FANUC arms is measured to the horizontal"
         help = "it is taken as written, unless the robot says that its axis 3 couples with axis 2"
         findings.once(Severity.INFO, "P533", "", message, findings.whole_line(line), help)
-    numbered = any(state.user or state.tool not in (0, MODAL) for state in states)
-    if numbered:
+    defined = {(one.target.kind, one.target.number) for one in routine.body if _defines_frame(one)}
+    wanted = {("user", Number(state.user)) for state in states if state.user}
+    wanted |= {("tool", Number(state.tool)) for state in states if state.tool not in (0, MODAL)}
+    if wanted - defined:
         message = "the values of frames and tools are not in a listing"
         help = "give them in olp.toml: [frames], [tools]"
         findings.once(Severity.INFO, "P534", "", message, findings.whole_line(line), help)
+
+
+def _defines_frame(statement: Statement) -> TypeGuard[Any]:
+    return type(statement) is Assign and type(statement.target) is FrameRef

@@ -88,7 +88,7 @@ class MoveWriter:
             raise CannotSayError("a bound on the tool's turning that a variable holds")
         lines = self._select(s)
         target = self._position(s.targets[0], s, lines)
-        tail = f" {self._speed(s)} {self._blend(s)}{self._options(s, lines)}    "
+        tail = f" {self._speed(s)} {self._blend(s)}{self._options(s, lines)}   "
         if s.path is not Path.CIRCULAR:
             return [*lines, f"{_LETTERS[s.path]} {target}{tail}"]
         if s.via is None:

@@ -130,11 +130,7 @@ class PositionWriter:
         pose = literal.kind == "pose"
         state = PointState(PointKind.POSE if pose else PointKind.JOINT, configuration=literal.configuration)
         scale = [mm] * 3 + [deg] * 3 if pose else [deg] * len(literal.values)
-        decimals = [_LENGTH_DECIMALS] * 3 + [_ANGLE_DECIMALS] * 3 if pose else [_ANGLE_DECIMALS] * len(scale)
-        row = [
-            _field(value, unit, count, False)
-            for value, unit, count in zip(literal.values, scale, decimals, strict=True)
-        ]
+        row = [_field(v, unit, _decimals(unit), False) for v, unit in zip(literal.values, scale, strict=True)]
         row += [_text(value, _LENGTH_DECIMALS) for value in literal.external if not math.isnan(value)]
         yield f"P[{number}]{{"
         yield "   GP1:"
@@ -161,17 +157,19 @@ class _Rows:
         units = self.units[joint]
         return [mm if unit == "mm" or (not joint and at < 3) else deg for at, unit in enumerate(units)]
 
-    def _rounded(self, joint: int) -> tuple[list[list[float]], list[bool], int, list[float]]:
-        """All rows in written units, which of them three decimals (or those of another language) reproduce."""
+    def _rounded(self, joint: int) -> tuple[list[list[float]], list[bool], list[int], list[float]]:
+        """All rows in written units, which of them may be written so, with how many decimals, and SI per unit."""
         scale = self._scale(joint)
         units = np.array(scale)
-        decimals = 3 if self.exact else _ANGLE_DECIMALS
-        rounded = np.round(self.block.values / units, decimals) + 0.0
-        if not self.exact:
-            rounded[:, units == mm] = np.round(rounded[:, units == mm], _LENGTH_DECIMALS)
-            plain = ~np.isnan(rounded).any(axis=1)
-        else:
+        decimals = [3 if self.exact else _decimals(unit) for unit in scale]
+        columns = (self.block.values / units).T
+        rounded = (
+            np.column_stack([np.round(column, n) for column, n in zip(columns, decimals, strict=True)]) + 0.0
+        )
+        if self.exact:
             plain = np.all(rounded * units == self.block.values, axis=1)
+        else:
+            plain = ~np.isnan(rounded).any(axis=1)
         return rounded.tolist(), plain.tolist(), decimals, scale
 
     def lines(self, row: int, frames: Frames | None) -> Iterator[str]:
@@ -182,10 +180,11 @@ class _Rows:
             raise CannotSayError("positions in pulses", "say which robot it is, and they become joint angles")
         table, plain, decimals, scale = self.table[joint]
         if plain[row]:
-            texts = [f"{value:.{decimals}f}" for value in table[row]]
+            texts = [f"{value:.{count}f}" for value, count in zip(table[row], decimals, strict=True)]
         else:
             original = self.block.values[row].tolist()
-            texts = [_field(v, unit, 3, self.exact) for v, unit in zip(original, scale, strict=True)]
+            fields = zip(original, scale, decimals, strict=True)
+            texts = [_field(value, unit, count, self.exact) for value, unit, count in fields]
         flags = configuration(state.configuration) if state.configuration else self.configuration
         yield from _group_lines(state, frames or _frames_of(state), texts, self.units[joint], flags)
 
@@ -238,6 +237,10 @@ def _axis(kind: PointKind, at: int) -> str:
     if at >= _ARM_AXES:
         return f"E{at - _ARM_AXES + 1}"
     return _POSE_NAMES[at] if kind is PointKind.POSE else f"J{at + 1}"
+
+
+def _decimals(unit: float) -> int:
+    return _LENGTH_DECIMALS if unit == mm else _ANGLE_DECIMALS
 
 
 def _field(value: float, unit: float, at_least: int, exact: bool) -> str:

@@ -165,7 +165,7 @@ class StatementWriter:
         return [f"WAIT {text}(sec)" if isinstance(s.duration.written, Number) else f"WAIT {text}"]
 
     def wait(self, s: Wait) -> list[str]:
-        return [f"WAIT {self.words.condition(s.condition)}    "]
+        return [f"WAIT {self.words.condition(s.condition)}"]
 
     # --- control flow -----------------------------------------------------------------------------------
 
@@ -243,7 +243,7 @@ class StatementWriter:
         if s.name == "TIMER":
             timer, word = arguments
             assert isinstance(word, Text)
-            return [f"TIMER[{self.words.index(timer)}]={word.value}"]
+            return [f"{self.words.named('TIMER', timer)}={word.value}"]
         if s.name == "CALL":
             routine, *rest = map(self.words.value, arguments)
             return [f"CALL {routine}({','.join(rest)})" if rest else f"CALL {routine}"]

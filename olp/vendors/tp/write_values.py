@@ -147,12 +147,12 @@ class Words:
 
     def system(self, it: SystemValue) -> str:
         if it.name == "timer":
-            return self._named_index("TIMER", Number(it.index))
+            return self.named("TIMER", Number(it.index))
         if it.name in ("current-pose", "current-joints"):
             return "LPOS" if it.name == "current-pose" else "JPOS"
         raise CannotSayError(f"the controller's value '{it.name}'")
 
-    def _named_index(self, word: str, index: Expression) -> str:
+    def named(self, word: str, index: Expression) -> str:
         key = f"{word}[{self.index(index)}]"
         name = self.names.get(key)
         return f"{key[:-1]}:{name}]" if name else key

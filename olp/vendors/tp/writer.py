@@ -232,8 +232,8 @@ class _ListingWriter:
         return name.split("/")[0] if number is None else str(number)
 
     def _label_line(self, label: Label) -> str:
-        name = label.comment if self.own else "" if label.name.isdigit() else label.name
-        return f"LBL[{self._label(label.name)}{f':{name[:NAME_LENGTH]}' if name else ''}]"
+        name = label.comment if self.own else "" if label.name.isdigit() else label.name[:NAME_LENGTH]
+        return f"LBL[{self._label(label.name)}{f':{name}' if name else ''}]"
 
     def _new_label(self) -> int:
         """A number that no label has."""
