@@ -200,7 +200,7 @@ class Instructions:
     # --- parsing ----------------------------------------------------------------------------------------
 
     def _statements(self, text: str, number: int) -> list[Statement]:
-        template = _seen.get(text)
+        template = None if self._german else _seen.get(text)
         if template is None:
             template = self._template(text, number)
         found = [kind(number, *rest) for kind, rest in template]
@@ -229,6 +229,8 @@ class Instructions:
         if self._too_much(text, number):
             return ()
         english = in_english(text) if self._german else text
+        if self._german and english in _seen:
+            return _seen[english]
         try:
             statements = instruction_parser().parse(english)
         except UnexpectedInput as refused:
@@ -238,8 +240,7 @@ class Instructions:
             self._report(problem, number, english)
             return ()
         template = tuple((type(one), _values(one)) for one in statements)
-        if not self._german:
-            _remember(text, template)
+        _remember(english, template)
         return template
 
     def _refused(self, text: str, number: int, problem: Problem) -> _Template:
