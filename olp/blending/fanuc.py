@@ -59,6 +59,10 @@ class Continuous(OverlappingLaw):
         rise = np.maximum(np.minimum(rise, corners.after / corners.speed_after), 1e-9)
         now = np.zeros(len(corners))
         share = np.clip(corners.amount, 0.0, 1.0)
+        # A short next move at full speed before the braking ends: no more than its half may pass meanwhile.
+        room = corners.after / (2 * corners.speed_after) + rise / 2
+        with np.errstate(divide="ignore"):
+            fall = np.minimum(fall, np.where(share > 0, room / share, np.inf))
         return Overlap(
             speed_before=corners.speed_before,
             drop=now,

@@ -39,13 +39,17 @@ def calculate(sign: str, left: Value, right: Value) -> Value:
         raise StatementError("I201", f"'{sign}' needs two numbers")
     if sign in _BITWISE:
         return int(_BITWISE[sign](int(left), int(right)))
-    if sign in ("/", "mod"):
+    if sign in ("/", "mod", "div"):
         if right == 0:
             raise StatementError("I207", "division by zero", "the controller stops with an alarm here")
         if sign == "mod":
             return _remainder(left, right)
+        if sign == "div":
+            return math.trunc(left / right)
         exact = isinstance(left, int) and isinstance(right, int) and left % right == 0
         return left // right if exact else left / right
+    if sign not in _ARITHMETIC:
+        raise StatementError("I216", f"the operator {sign} is not known to the interpreter")
     result: int | float = _ARITHMETIC[sign](left, right)
     return finite(result)
 

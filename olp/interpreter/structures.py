@@ -132,6 +132,9 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
     """Stores an element. Raises StatementError (I223) outside of the array."""
     from olp.interpreter.evaluate import evaluate
 
+    if not target.indices:  # the array as a whole
+        _store(m, target.base, value)
+        return
     *before, last = _indices(m, target)
     held = evaluate(m, target.base)
     for index in before:

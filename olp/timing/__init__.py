@@ -107,7 +107,7 @@ def time_plan(
 def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dict[str, float]) -> Profile:
     """Speed over time of every row of Moves; those that cannot be timed go nowhere."""
     return chosen.profile(
-        np.where(wanted.unknown, 0.0, wanted.length - joined.trim),
+        np.where(wanted.unknown, 0.0, _left(wanted.length - joined.trim)),
         np.where(wanted.unknown, 1.0, wanted.speed),
         np.where(wanted.unknown, 1.0, wanted.acceleration),
         np.where(wanted.unknown, 1.0, wanted.deceleration),
@@ -124,6 +124,14 @@ def _at_limits(plan: Plan, wanted: Demand) -> Demand:
 
 
 _FASTEST = 10.0  # [m/s] no arm's tool is faster; for the least time of moves whose time is programmed
+
+
+def _left(length: Floats) -> Floats:
+    """What corners leave of a move [m]: two that meet in its middle leave nothing, and not less by a rounding."""
+    return np.where(np.abs(length) < _ROUNDING, 0.0, length)
+
+
+_ROUNDING = 1e-12  # [m]
 
 
 def _model_of_signature(model: str | None) -> str:
