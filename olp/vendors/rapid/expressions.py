@@ -372,6 +372,11 @@ def _place_now(rules: ExpressionRules, given: list[Given]) -> Expression:
     return Function("current-pose", tuple(NamedArgument(name, value) for name, value in _kept(rules, given)))
 
 
+def _joints_now(rules: ExpressionRules, given: list[Given]) -> Expression:
+    options = tuple(NamedArgument(name, value) for name, value in _kept(rules, given))
+    return Function("current-joints", options) if options else SystemValue("current-joints")
+
+
 def _kept(rules: ExpressionRules, given: list[Given]) -> list[tuple[str, Expression | None]]:
     return [
         (option.name, None if option.value is None else rules.coerce(option.value, ""))
@@ -410,7 +415,7 @@ _SPECIAL: Final[dict[str, Callable[[ExpressionRules, list[Given]], Expression | 
     "orientzyx": _orient,
     "distance": _distance,
     "crobt": _place_now,
-    "cjointt": lambda rules, given: None if _options(rules, given) else SystemValue("current-joints"),
+    "cjointt": _joints_now,
     "cpos": lambda rules, given: (
         None if _options(rules, given) else literals.place_of(SystemValue("current-pose"))
     ),

@@ -20,11 +20,13 @@ from olp.expression import (
     Number,
     PositionLiteral,
     RecordLiteral,
+    State,
     SystemValue,
     Text,
 )
 from olp.units import deg, mm
 from olp.vendors.rapid.names import Names
+from olp.vendors.rapid.predefined import PREDEFINED
 from olp.vendors.rapid.words import NOT_CONNECTED
 
 _POSES: Final = (
@@ -41,6 +43,8 @@ _ANGLES: Final = ("rx", "ry", "rz")
 _NO_ANGLES: Final = (_ZERO, _ZERO, _ZERO)
 _RAX: Final = 6
 _FREE: Final = math.nan
+_DEEPEST: Final = 8  # structures in one another
+_PLAIN_ZEROS: Final[dict[str, Expression]] = {"string": Text(""), "bool": State(False)}
 _TEXTS: Final = frozenset({"text-of-value", "joined-text", "part-of-text"})
 UNIT_TOLERANCE: Final = 1e-3  # beyond it a quaternion is told to be none of unit length
 
@@ -90,7 +94,13 @@ def number_text(value: float) -> str:
 
 
 def coerced(value: Expression | Aggregate, kind: str, names: Names, sizes: int = 0) -> Expression:
-    """The value as one of type `kind` (lower case, "" unknown), `sizes` dimensions. Raises ShapeError."""
+    """The value as one of type `kind` (lower case, "" unknown), `sizes` dimensions. Raises ShapeError.
+
+    Data that every controller has, such as z10 and tool0, become their values.
+    """
+    if isinstance(value, Named):
+        predefined = PREDEFINED.get(value.name.lower())
+        return value if predefined is None or names.knows(value.name) else predefined
     if not isinstance(value, Aggregate):
         return value
     if sizes > 0:
@@ -285,6 +295,34 @@ def _jointtarget(value: Aggregate, names: Names) -> Expression:
 def joint_literal(axes: tuple[float, ...], external: tuple[float, ...]) -> PositionLiteral:
     """Axis values [deg], external axes [mm or deg]."""
     return PositionLiteral("joint", tuple(v * deg for v in axes), _external(external))
+
+
+_MOST_ZEROS: Final = 2000  # elements of an array whose zeros are written out
+
+
+def zero(kind: str, names: Names, sizes: tuple[Expression, ...] = (), depth: int = 0) -> Expression | None:
+    """What a variable without a value holds at first, for structures; None where the type says enough."""
+    kind = names.resolved(kind)
+    if sizes:
+        counts = [int(one.value) for one in sizes if isinstance(one, Number)]
+        one = zero(kind, names, (), depth)
+        if one is None or len(counts) != len(sizes) or not 0 < math.prod(counts) <= _MOST_ZEROS:
+            return None
+        for count in reversed(counts):
+            one = RecordLiteral("", (("", one),) * count)
+        return one
+    if kind in ("robtarget", "pose", "pos", "orient"):
+        return PositionLiteral("pose", (0.0,) * 6)
+    if kind == "jointtarget":
+        return PositionLiteral("joint", (0.0,) * _RAX)
+    members = names.members(kind)
+    if members is None or depth > _DEEPEST:
+        return None
+    values = []
+    for name, of in members:
+        plain = _PLAIN_ZEROS.get(names.resolved(of), Number(0))
+        values.append((name, zero(of, names, (), depth + 1) or plain))
+    return RecordLiteral(kind, tuple(values))
 
 
 def is_text(value: Expression | Aggregate, names: Names) -> bool:

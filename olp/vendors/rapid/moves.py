@@ -138,7 +138,11 @@ class _Arguments:
     def value(self, role: str) -> Expression:
         value = self.found[role].value
         assert value is not None
-        return self.rules.coerce(value, _KINDS[role])
+        return self._named_or(value, _KINDS[role])
+
+    def _named_or(self, value: Expression | Aggregate, kind: str) -> Expression:
+        """A name stays one, also that of data which every controller has."""
+        return value if isinstance(value, Named) else self.rules.coerce(value, kind)
 
     def _options(self, role: str) -> dict[str, Expression | Aggregate | None]:
         one = self.found.get(role)
@@ -181,7 +185,7 @@ class _Arguments:
                 if (role, key) in (("s", "t"), ("s", "v"), ("z", "z")):
                     continue
                 if key == "wobj" and option.value is not None:
-                    frame = frame_of(self.rules.coerce(option.value, "wobjdata"))
+                    frame = frame_of(self._named_or(option.value, "wobjdata"))
                 else:
                     kept.append((f"{role}{OWN}{option.name}", _switch(self.rules, option)))
         return frame, tuple(kept)

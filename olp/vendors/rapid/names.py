@@ -93,8 +93,7 @@ class Names:
             return SIGNAL_TYPES.get(declared) and self.signals.get(key, SIGNAL_TYPES[declared])
         if key in self.signals:
             return self.signals[key]
-        like = _SIGNAL_LIKE.match(name)
-        return _BUSES[like[1]] if like and key not in self.routines else None
+        return None if key in self.routines else signal_like(name)
 
     def steady(self, name: str, kind: str) -> tuple[str, ...] | None:
         """The written numbers of a speed or zone that nobody assigns; None for all others."""
@@ -103,6 +102,12 @@ class Names:
             return None
         found = self.constants.get(key)
         return found[1] if found is not None and found[0] == kind else None
+
+
+def signal_like(name: str) -> str | None:
+    """The bus of a name that begins like a signal's (`di1`, `do_grip`, `goCode`), None for others."""
+    like = _SIGNAL_LIKE.match(name)
+    return _BUSES[like[1]] if like else None
 
 
 def gather(clauses: Sequence[object]) -> Names:

@@ -15,6 +15,7 @@ from olp.program import (
     Case,
     Declare,
     Default,
+    Disabled,
     Else,
     ElseIf,
     EndIf,
@@ -53,6 +54,8 @@ class Frame(NamedTuple):
     parameters: tuple[Parameter, ...] = ()
 
 
+# They only say whether the arm's configuration is watched: nothing happens, and no time passes.
+_WITHOUT_EFFECT: Final = ("confj", "confl")
 COMPACT: Final = "compact"  # spelling of `IF c instruction;`
 _CONDITIONAL: Final = (Jump, Call, Return, Pause)
 
@@ -87,6 +90,8 @@ class ClauseRules(ExpressionRules):
         stored = None
         if value is not None:
             stored = self.coerce(value, native, len(sizes or ()))
+        elif storage.upper() == "VAR":
+            stored = literals.zero(native, self.names, tuple(sizes or ()))
         resolved = self.names.resolved(native)
         return Declare(
             0,
@@ -267,6 +272,8 @@ class ClauseRules(ExpressionRules):
                     if found is None
                     else [self._exact(one, name, raw) for one in found]
                 )
+            if key in _WITHOUT_EFFECT:
+                return Disabled(0, f"{name} {raw};")
             if key in INTERRUPTS:
                 return Process(0, "interrupt", (("", Text(f"{name} {raw}".strip())),))
             if key in PROCESS:

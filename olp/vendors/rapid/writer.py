@@ -1,0 +1,257 @@
+"""Writes programs as RAPID modules: what `templates/rapid.j2` puts together.
+
+Codes: X002 what RAPID cannot say.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Final
+
+from olp.diagnostic import Diagnostic, Span, error
+from olp.expression import PositionLiteral
+from olp.program import Comment, Declare, Move, Parameter, Path, Program, Routine
+from olp.vendors.rapid.names import Names
+from olp.vendors.rapid.write_bodies import BodyWriter
+from olp.vendors.rapid.write_moves import MoveWriter
+from olp.vendors.rapid.write_positions import CannotSayError
+from olp.vendors.rapid.write_statements import StatementWriter, native_type
+from olp.vendors.rapid.write_values import TIMED_OUT, Words
+
+_STEP: Final = "  "
+_NAME: Final = re.compile(r"[^A-Za-z0-9_]+")
+_LONGEST: Final = 32
+_END: Final = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
+
+
+@dataclass(slots=True)
+class RoutineText:
+    """One routine. Texts of several lines end with a line end."""
+
+    before: str  # data and comments between it and the routine before
+    head: str
+    body: str
+    end: str
+
+
+@dataclass(slots=True)
+class ModuleText:
+    """One module as the template sees it."""
+
+    before: str  # what stands outside of modules
+    name: str
+    attributes: str
+    data: str = ""  # what olp adds to the module's own
+    routines: list[RoutineText] = field(default_factory=list)
+    after: str = ""  # behind the last routine
+    closed: bool = False
+
+
+def write(program: Program, date: str) -> tuple[dict[str, object], list[Diagnostic]]:
+    """The values for the template, and everything that RAPID cannot say. Modules hold no date."""
+    problems: list[Diagnostic] = []
+    writer = _ProgramWriter(program, problems)
+    modules, ending = writer.modules()
+    return {"modules": modules, "ending": ending}, problems
+
+
+class _ProgramWriter:
+    def __init__(self, program: Program, problems: list[Diagnostic]) -> None:
+        self.program = program
+        self.problems = problems
+        self.own = program.vendor == "rapid"
+        self.globals = {one.name.lower(): native_type(one) for one in program.data}
+        clocks = [one.name for one in program.data if native_type(one) == "clock"]
+        for statement in program.statements():
+            if isinstance(statement, Declare) and native_type(statement) == "clock":
+                clocks.append(statement.name)
+        self.words = Words(self.globals, tuple(clocks), self.own, _structures(program))
+        self.moves = MoveWriter(self.words)
+        self.statements = StatementWriter(self.words)
+        self.bodies = BodyWriter(program, self.moves, self.statements, problems)
+        self._data: dict[str, list[Declare]] = {}
+        for one in program.data:
+            self._data.setdefault(one.name, []).append(one)
+        self._made: list[ModuleText] = []
+        self._pending = ""  # lines that wait for the routine or module they stand before
+
+    def modules(self) -> tuple[list[ModuleText], str]:
+        """All modules in order, and what stands behind the last one."""
+        if not self._has_layout():
+            self._made.append(ModuleText("", self._module_name(), "", closed=True))
+            self._pending = "".join(map(self._declaration, self._take_all()))
+        for routine in self.program.routines:
+            self._layout(routine.details.get("before", "") if self.own else "")
+            self._routine(routine)
+            self._layout(routine.details.get("after", "") if self.own else "")
+        if self._made:
+            last = next(one for one in reversed(self._made) if one is self._made[-1])
+            if not last.closed or not self._has_layout():
+                last.after += self._pending
+                self._pending = ""
+            first = self._made[0]
+            first.data = "".join(map(self._declaration, self._take_all())) + self._added()
+        return self._made, self._pending
+
+    def _has_layout(self) -> bool:
+        texts = (routine.details.get("before", "") for routine in self.program.routines)
+        return self.own and any(line.startswith("M ") for text in texts for line in text.split("\n"))
+
+    def _module_name(self) -> str:
+        stem = os.path.splitext(os.path.basename(self.program.path))[0]
+        name = _NAME.sub("_", stem).strip("_")[:_LONGEST]
+        if not name or not name[0].isalpha():
+            name = f"M_{name}"[:_LONGEST].rstrip("_") if name else "Module1"
+        taken = {one.name.lower() for one in self.program.routines} | set(self.globals)
+        return f"M_{name}"[:_LONGEST] if name.lower() in taken else name
+
+    # --- between routines -------------------------------------------------------------------------------------
+
+    def _layout(self, text: str) -> None:
+        """The module's own text between routines, in the order in which it was read."""
+        for item in text.split("\n") if text else ():
+            mark, rest = item[:1], item[2:]
+            if mark == "M":
+                name, _, attributes = rest.partition("(")
+                self._made.append(ModuleText(self._pending, name, f"({attributes}" if attributes else ""))
+                self._pending = ""
+            elif mark == "E":
+                if self._made:
+                    self._made[-1].after += self._pending
+                    self._made[-1].closed = True
+                    self._pending = ""
+            elif mark == "D":
+                found = self._data.get(rest)
+                self._pending += self._declaration(found.pop(0)) if found else ""
+            elif mark == "H":
+                self._pending += f"{rest}\n"
+            else:
+                self._pending += f"{_STEP}{'!' if mark == '!' else ''}{rest}\n"
+
+    def _take_all(self) -> list[Declare]:
+        found = [one for same in self._data.values() for one in same]
+        self._data.clear()
+        return found
+
+    def _declaration(self, one: Declare) -> str:
+        self.words.before.clear()
+        try:
+            text = self.statements.declare(one, module=True)
+            if self.words.before:
+                raise CannotSayError("a value that is computed before the program runs")
+        except CannotSayError as problem:
+            self._lose(problem, one.line)
+            return ""
+        behind = f" !{one.comment}" if one.comment else ""
+        return f"{_STEP}{text}{behind}\n"
+
+    def _added(self) -> str:
+        """Speeds, zones and variables that the program needs in RAPID only."""
+        rows = self.moves.declarations()
+        rows += [f"LOCAL VAR {kind} {name};" for name, kind in self.words.temporary.items()]
+        if self.words.timed_out:
+            rows.append(f"LOCAL VAR bool {TIMED_OUT};")
+        return "".join(f"{_STEP}{row}\n" for row in rows)
+
+    # --- routines ---------------------------------------------------------------------------------------------
+
+    def _routine(self, routine: Routine) -> None:
+        if not self._made:
+            self._made.append(ModuleText("", self._module_name(), "", closed=True))
+        local = {one.name.lower(): native_type(one) for one in routine.body if isinstance(one, Declare)}
+        local.update({one.name.lower(): _parameter_type(one) for one in routine.parameters})
+        self.words.types = {**self.globals, **local}
+        lead = [one for one in routine.body if isinstance(one, Comment) and one.line < routine.line]
+        rest = routine.body[len(lead) :] if self.own else routine.body
+        before = "".join(f"{_STEP}!{one.text}\n" for one in lead) if self.own else ""
+        rows = [*self._safety(routine), *self.bodies.rows(rest, routine)]
+        kind = routine.details.get("kind", "") if self.own else ""
+        kind = kind or ("FUNC" if routine.returns else "PROC")
+        behind = f" !{routine.comment}" if routine.comment else ""
+        end = routine.details.get("end", "") if self.own else ""
+        self._made[-1].routines.append(
+            RoutineText(
+                self._pending + before,
+                f"{_STEP}{self._head(routine, kind)}{behind}".rstrip(),
+                "".join(f"{row}\n" for row in rows),
+                f"{_STEP}{_END[kind]}{' !' + end if end else ''}",
+            )
+        )
+        self._pending = ""
+
+    def _safety(self, routine: Routine) -> list[str]:
+        """Poses of another language have no configuration of an ABB arm: the nearest one is taken."""
+        name = self.program.main or (self.program.routines[0].name if self.program.routines else "")
+        if self.own or routine.name != name:
+            return []
+        moves = (one for one in self.program.statements() if isinstance(one, Move))
+        if any(one.path is not Path.JOINT or not _is_joints(one) for one in moves):
+            return [f"{_STEP * 2}ConfJ \\Off;", f"{_STEP * 2}ConfL \\Off;"]
+        return []
+
+    def _head(self, routine: Routine, kind: str) -> str:
+        scope = "" if routine.shared else "LOCAL "
+        returned = ""
+        if kind == "FUNC":
+            written = routine.details.get("returns", "") if self.own else ""
+            probe = Declare(0, "", routine.returns)
+            returned = f"{written or native_type(probe)} "
+        parameters = "" if kind == "TRAP" else f"({self._parameters(routine.parameters)})"
+        return f"{scope}{kind} {returned}{routine.name}{parameters}"
+
+    def _parameters(self, parameters: Iterable[Parameter]) -> str:
+        text = ""
+        for one in parameters:
+            instead = one.native.startswith("| ") and self.own
+            native = one.native.removeprefix("| ") if self.own and one.native else ""
+            word, _, stars = native.partition("{")
+            if not word:
+                passing = "INOUT " if one.by_reference else ""
+                word = passing + ("switch" if one.switch else _parameter_type(one))
+            mark = "\\" if one.optional and not instead else ""
+            separator = " | " if instead else "," if text else ""
+            text += f"{separator}{mark}{word} {one.name}{'{' + stars if stars else ''}"
+        return text
+
+    def _lose(self, problem: CannotSayError, line: int) -> None:
+        text = self.program.source.line(line)
+        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+        message = f"RAPID cannot say this: {problem}"
+        self.problems.append(
+            error("X002", message, span, file=self.program.path, source_line=text, help=problem.help)
+        )
+
+
+def _structures(program: Program) -> Names:
+    """The structures that the program's own text declares."""
+    names = Names()
+    fields: list[tuple[str, str]] = []
+    kind = ""
+    for routine in program.routines:
+        for item in f"{routine.details.get('before', '')}\n{routine.details.get('after', '')}".split("\n"):
+            words = item[1:].rstrip("; ").split() if item[:1] == "T" else []
+            if "RECORD" in map(str.upper, words[:2]):
+                kind, fields = words[-1].lower(), []
+            elif words and words[0].upper() == "ENDRECORD":
+                names.records[kind] = tuple(fields)
+            elif words and words[0].upper() == "ALIAS" and len(words) == 3:
+                names.aliases[words[2].lower()] = words[1].lower()
+            elif len(words) == 2:
+                fields.append((words[1], words[0].lower()))
+    return names
+
+
+def _parameter_type(one: Parameter) -> str:
+    """RAPID's type of a parameter, lower case."""
+    native = one.native.removeprefix("| ").partition("{")[0].split()
+    if native and one.native:
+        return native_type(Declare(0, one.name, one.type, native=native[-1]))
+    return native_type(Declare(0, one.name, one.type))
+
+
+def _is_joints(move: Move) -> bool:
+    target = move.targets[0] if move.targets else None
+    return isinstance(target, PositionLiteral) and target.kind == "joint"
