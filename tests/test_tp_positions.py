@@ -65,7 +65,7 @@ def test_the_frame_and_the_tool_of_a_point():
     world = point(pose(user="0", tool="0")).state
     assert (world.frame, world.user, world.tool) == ("base", None, 0)
     selected = point(pose(user="F", tool="F")).state
-    assert (selected.frame, selected.user, selected.tool) == ("user", None, -1)
+    assert (selected.frame, selected.user, selected.tool) == ("active", None, -1)
 
 
 @pytest.mark.parametrize(

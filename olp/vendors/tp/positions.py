@@ -22,6 +22,7 @@ from olp.vendors.inform.findings import Findings
 from olp.vendors.tp.values import GROUP_STORES
 
 MODAL: Final = -1  # UT : F, the tool that is selected when the point is used
+SELECTED: Final = "active"  # UF : F, the frame that is selected then (`PointState.frame`)
 _N = r"([-+]?(?:\d{1,9}\.?\d{0,9}|\.\d{1,9}))"
 _PLAIN: Final = re.compile(
     r"\s*P\[(\d{1,6})(?::\s*\"([^\"\n]*)\")?\s*\]\s*\{\s*GP1\s*:\s*UF\s*:\s*(\d{1,3}|F)\s*,\s*UT\s*:\s*(\d{1,3}|F)\s*,\s*"
@@ -102,7 +103,7 @@ class Positions:
     def _pose_state(self, user: str, tool: str, flags: str, line: int) -> int:
         state = PointState(
             PointKind.POSE,
-            "base" if user == "0" else "user",
+            SELECTED if user == "F" else "base" if user == "0" else "user",
             None if user in ("0", "F") else int(user),
             MODAL if tool == "F" else int(tool),
             self._configuration(flags, line),

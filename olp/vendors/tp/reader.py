@@ -80,9 +80,9 @@ def _routine(findings: Findings, listing: Listing) -> Routine:
 
 
 def _groups(listing: Listing) -> tuple[ControlGroup, ...]:
-    """DEFAULT_GROUP 1,1,*,*,*: the motion groups that the program drives."""
-    mask = [part.strip() for part in listing.attributes.get("DEFAULT_GROUP", "").split(",")]
-    return tuple(ControlGroup((f"GP{place}",)) for place, mark in enumerate(mask, 1) if mark == "1")
+    """DEFAULT_GROUP 1,*,*,*,*: a program drives its first motion group, which is a robot; *,*,*,*,*: none."""
+    mask = listing.attributes.get("DEFAULT_GROUP", "1")
+    return (ControlGroup(("RB1",)),) if "1" in mask else ()
 
 
 def _details(listing: Listing, positions: Positions, text: str) -> dict[str, str]:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, cast
 from lark import Token
 
 from olp.expression import (
+    Argument,
     Expression,
     FrameRef,
     Function,
@@ -123,7 +124,7 @@ class InstructionRules(MoveRules):
 
     def wait(self, children: list[Any]) -> Statement | Statements:
         condition, label = children[0], children[1] if len(children) > 1 else None
-        if type(condition) in (Number, Variable) and label is None:
+        if type(condition) in (Number, Variable, Argument) and label is None:
             return Dwell(0, Quantity(condition, 1.0))
         if label is None:
             return Wait(0, condition)
