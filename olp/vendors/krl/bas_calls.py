@@ -14,6 +14,7 @@ from olp.vendors.krl.scope import Scope
 from olp.vendors.krl.write_values import Words
 
 _MODAL: Final = (SetSpeed, SetAcceleration, SetBlend, SetTool, SetFrame, ExternalTool)
+_MOST: Final = 16  # statements of one call
 _COMMANDS: Final = ("INITMOV", "PTP_PARAMS", "CP_PARAMS", "PTP_DAT", "CP_DAT", "FRAMES")
 
 
@@ -39,7 +40,8 @@ class BasCalls:
         if not isinstance(first, _MODAL) or not first.line:
             return None
         group = []
-        for one in body[place:]:
+        for at in range(place, min(place + _MOST, len(body))):
+            one = body[at]
             if not isinstance(one, _MODAL) or one.line != first.line:
                 break
             group.append(one)

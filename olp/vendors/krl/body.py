@@ -37,7 +37,7 @@ from olp.program import (
 from olp.vendors.inform.findings import Findings
 from olp.vendors.krl import lines
 from olp.vendors.krl.declarations import Head, Tail
-from olp.vendors.krl.fast import MoveLines
+from olp.vendors.krl.fast import ACTUAL, MoveLines
 from olp.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
 from olp.vendors.krl.parsing import LineReader
 from olp.vendors.krl.scope import Scope
@@ -73,6 +73,7 @@ class BodyReader:
         self._findings = findings
         self._kinds = findings.kinds
         self._reader = reader
+        self._scope = scope
         self._moves = MoveLines(scope)
         self._modal = Modal(scope)
         self._seen: dict[str, _Template] = {}
@@ -93,12 +94,23 @@ class BodyReader:
                 self._kinds[number - 1] = LineKind.STATEMENT
                 self.body.append(move)
                 return None
+            actual = ACTUAL.fullmatch(code)
+            if actual is not None and not comment:
+                self._actual(actual[1], actual[2], number)
+                return None
         template = self._seen.get(code)
         if template is None:
             return self._parse(code, comment, number)
         kind, values, modal = template
         self._add(kind(number, *values), comment, number, modal)
         return None
+
+    def _actual(self, word: str, name: str, number: int) -> None:
+        """`FDAT_ACT=FP1`: the motion data that BAS takes."""
+        value = Named(self._scope.spell(name))
+        self._modal.data.assign(word.upper(), value)
+        self._kinds[number - 1] = LineKind.STATEMENT
+        self.body.append(Assign(number, Named(self._scope.spell(word)), value))
 
     def _parse(self, code: str, comment: str, number: int) -> Head | Tail | None:
         kept = lines.kept(code)

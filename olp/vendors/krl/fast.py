@@ -27,6 +27,11 @@ ROW: Final = re.compile(
     rf"(\{{\s*{_PART}(?:\s*,\s*{_PART})*\s*\}})",
     re.IGNORECASE | re.ASCII,
 )
+RECORD_ROW: Final = re.compile(
+    r"(?:DECL\s+)?(GLOBAL\s+)?(?:DECL\s+)?(FDAT|PDAT|LDAT)\s+([A-Z_]\w*)\s*=\s*(\{[^{}]*\})",
+    re.IGNORECASE | re.ASCII,
+)
+ACTUAL: Final = re.compile(r"([PLF]DAT_ACT)\s*=\s*([A-Z_]\w*)", re.IGNORECASE | re.ASCII)
 _PAIR = re.compile(rf"([A-Za-z]\d?)\s+({_NUMBER})")
 _POSE = re.compile(
     rf"\{{X ({_NUMBER}), ?Y ({_NUMBER}), ?Z ({_NUMBER}), ?A ({_NUMBER}), ?B ({_NUMBER}), ?C ({_NUMBER})\}}",
@@ -35,6 +40,7 @@ _POSE = re.compile(
 _POSE_KEYS = frozenset("XYZABCST") | frozenset(values.EXTERNALS)
 _AXIS_KEYS = frozenset(f"A{n}" for n in range(1, 7)) | frozenset(values.EXTERNALS)
 _PATHS: Final = {"P": Path.JOINT, "L": Path.LINEAR}
+POSITIONS: Final = POSES | AXES
 _KEYWORD = re.compile(r"C_\w+|TRUE|FALSE", re.IGNORECASE)
 
 

@@ -16,6 +16,7 @@ from olp.vendors.krl.parsing import LineReader
 from olp.vendors.krl.scope import NEUTRAL_TYPES, Scope
 
 _NAME = re.compile(r"[$A-Za-z_][\w$]*")
+_MODIFIERS = frozenset({"DECL", "GLOBAL", "CONST"})
 _MOST_ELEMENTS = 20_000
 
 
@@ -30,12 +31,18 @@ class ListReader:
         self._reader = reader
         self._only = only
         self.declared: dict[str, Declare] = {}
+        self._comment = ""
+        self._records: dict[tuple[str, str], Expression] = {}
         self._elements: dict[str, dict[tuple[int, ...], Expression]] = {}
 
-    def row(self, code: str, number: int) -> Head | Tail | None:
-        """One line without its comment. Heads and tails are given back."""
+    def row(self, code: str, number: int, comment: str = "") -> Head | Tail | None:
+        """One line and the comment behind it. Heads and tails are given back."""
+        self._comment = comment
         plain = fast.ROW.fullmatch(code)
         if plain is not None and self._plain(plain, number):
+            return None
+        record = fast.RECORD_ROW.fullmatch(code)
+        if record is not None and self._record(record, number):
             return None
         if self._only is not None and not self._wanted(code):
             return None
@@ -47,7 +54,7 @@ class ListReader:
             return result
         if isinstance(result, tuple):
             for one in result:
-                self._add(replace(one, line=number), number)
+                self._add(replace(one, line=number, comment=comment), number)
         elif isinstance(result, Assign):
             self._element(result, number)
         elif result is not None:
@@ -62,25 +69,59 @@ class ListReader:
         value = fast.literal(aggregate, kind)
         if value is None:
             return False
-        scope = self._scope
-        scope.declare(name, kind)
-        key = name.upper()
-        scope.values[key] = value
-        declared = Declare(
-            number, scope.spell(name), NEUTRAL_TYPES[kind], value, (), "variable", bool(shared), kind
+        name = self._scope.spell(name)
+        self._declare(
+            Declare(
+                number, name, NEUTRAL_TYPES[kind], value, (), "variable", bool(shared), kind, self._comment
+            )
         )
-        if key in self.declared:
-            self._add(declared, number)
-            return True
-        self.declared[key] = declared
-        self._findings.kinds[number - 1] = LineKind.POINT
         return True
+
+    def _record(self, match: re.Match[str], number: int) -> bool:
+        """Motion data: many rows have the same values, which the grammar reads once."""
+        shared, word, name, aggregate = match.groups()
+        kind = word.upper()
+        if self._only is not None and name.upper() not in self._only:
+            return True
+        value = self._records.get((kind, aggregate))
+        if value is None:
+            result = self._reader.parse(match[0], number)
+            if not isinstance(result, tuple):
+                return result is None
+            value = self._records[kind, aggregate] = result[0].value
+        self._declare(
+            Declare(
+                number,
+                self._scope.spell(name),
+                kind,
+                value,
+                (),
+                "variable",
+                bool(shared),
+                kind,
+                self._comment,
+            )
+        )
+        return True
+
+    def _declare(self, it: Declare) -> None:
+        scope, key = self._scope, it.name.upper()
+        scope.declare(it.name, it.native)
+        if it.value is not None:
+            scope.values[key] = it.value
+        if key in self.declared:
+            self._add(it, it.line)
+            return
+        self.declared[key] = it
+        position = it.native in fast.POSITIONS
+        self._findings.kinds[it.line - 1] = LineKind.POINT if position else LineKind.STATEMENT
 
     def _wanted(self, code: str) -> bool:
         assert self._only is not None
         names = _NAME.findall(code.partition("=")[0])
-        upper = [name.upper() for name in names]
-        return "STRUC" in upper or "ENUM" in upper or any(name in self._only for name in upper)
+        upper = [one for one in map(str.upper, names) if one not in _MODIFIERS]
+        declared = upper[1:] if len(upper) > 1 else upper  # the first is the type, or an array alone
+        return upper[:1] in (["STRUC"], ["ENUM"]) or any(name in self._only for name in declared)
 
     def _add(self, it: Declare, number: int) -> None:
         key = it.name.upper()
@@ -143,7 +184,8 @@ class ListReader:
         for key, elements in self._elements.items():
             declared = self.declared[key]
             self._set(declared, _array(declared.native, elements))
-        return tuple(self.declared.values())
+        only = self._only
+        return tuple(one for key, one in self.declared.items() if only is None or key in only)
 
 
 def _array(kind: str, elements: dict[tuple[int, ...], Expression]) -> Expression:

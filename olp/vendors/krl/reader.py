@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 import gc
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import PurePath, PureWindowsPath
-from typing import Final
 
 from olp.diagnostic import Diagnostic, Severity
 from olp.points import PointTable
 from olp.program import Declare, LineKind, Parameter, Program, Routine, Statement
 from olp.source import Source
 from olp.vendors.inform.findings import Findings
-from olp.vendors.krl import checks, companions, lines
+from olp.vendors.krl import checks, lines
 from olp.vendors.krl.body import BodyReader
 from olp.vendors.krl.declarations import Head
 from olp.vendors.krl.lists import ListReader
+from olp.vendors.krl.neighbours import HEAD, NAME, TAIL, read_neighbours, stem
 from olp.vendors.krl.parsing import LineReader
 from olp.vendors.krl.scope import NEUTRAL_TYPES, Scope
-
-CONFIG_MARK: Final = (
-    " of $config.dat"  # at the end of `Declare.native`: it stands in the controller's own list
-)
-_HEAD = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
-_TAIL = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
-_NAME = re.compile(r"[$A-Za-z_][\w$]*")
-_BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
 
 
 def read_program(source: Source, given: tuple[Source, ...] | None = None) -> Program:
@@ -37,15 +27,16 @@ def read_program(source: Source, given: tuple[Source, ...] | None = None) -> Pro
     routines: tuple[Routine, ...] = ()
     found: tuple[Source, ...] = ()
     data: tuple[Declare, ...] = ()
+    told: tuple[Diagnostic, ...] = ()
     if checks.check_readable(findings):
         with _no_garbage_collection():
             scope = Scope()
-            found, own, data, told = _companions(source, scope, given)
+            beside = read_neighbours(source, scope, findings, given)
             reader = _FileReader(findings, scope)
-            routines = _with_data(reader.read(), own, source.path)
-            checks.check_targets(findings, scope, routines, bool(own) or not source.path)
-    else:
-        told = ()
+            routines = _with_details(reader.read(), beside.details, source.path)
+            data = (*beside.data, *reader.data, *beside.config)
+            checks.check_targets(findings, scope, routines, bool(beside.data) or not source.path)
+            found, told = beside.files, beside.diagnostics
     main = _main(routines, source.path)
     kinds = bytes(findings.kinds)
     return Program("krl", source, routines, (*findings.result(), *told), kinds, data, main, found)
@@ -63,68 +54,19 @@ def _no_garbage_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _stem(path: str) -> str:
-    return PurePath(PureWindowsPath(path).name).stem.upper()
-
-
 def _main(routines: tuple[Routine, ...], path: str) -> str:
-    stem = _stem(path)
-    named = next((one.name for one in routines if one.name.upper() == stem), "")
+    own = stem(path)
+    named = next((one.name for one in routines if one.name.upper() == own), "")
     return named or (routines[0].name if routines else "")
 
 
-def _with_data(routines: list[Routine], data: tuple[Declare, ...], path: str) -> tuple[Routine, ...]:
-    """The rows of the .dat belong to the routine with the file's name."""
-    if not data or not routines:
-        return tuple(routines)
-    main = _main(tuple(routines), path)
-    return tuple(replace(one, data=(*data, *one.data)) if one.name == main else one for one in routines)
-
-
-# --- lists beside the program ----------------------------------------------------------------------------
-
-
-def _companions(
-    source: Source, scope: Scope, given: tuple[Source, ...] | None
-) -> tuple[tuple[Source, ...], tuple[Declare, ...], tuple[Declare, ...], tuple[Diagnostic, ...]]:
-    """(the files, rows of the .dat, rows of $config.dat that are used, what is wrong with the .dat)."""
-    beside, config = companions.find(source.path) if given is None else _sorted(given)
-    found = tuple(one for one in (beside, config) if one is not None)
-    data: tuple[Declare, ...] = ()
-    if config is not None:
-        used = {
-            word.upper()
-            for one in (source, beside)
-            if one
-            for line in one.lines
-            for word in _NAME.findall(line)
-        }
-        if used & _BY_NUMBER:
-            used |= {"TOOL_DATA", "BASE_DATA"}
-        used |= {"FHOME", "PDEFAULT", "LDEFAULT", "XHOME"} & used
-        rows = _list(Findings(config), scope, frozenset(used))
-        data = tuple(replace(one, line=0, native=one.native + CONFIG_MARK, comment="") for one in rows)
-    if beside is None:
-        return found, (), data, ()
-    findings = Findings(beside)
-    if not checks.check_readable(findings):
-        return found, (), data, findings.result()
-    own = tuple(replace(one, line=0) for one in _list(findings, scope, None))
-    return found, own, data, findings.result()
-
-
-def _sorted(given: tuple[Source, ...]) -> tuple[Source | None, Source | None]:
-    config = next((one for one in given if "config" in _stem(one.path).lower()), None)
-    return next((one for one in given if one is not config), None), config
-
-
-def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
-    reader = ListReader(findings, scope, LineReader(findings, scope), only)
-    for number, line in enumerate(findings.source.lines, 1):
-        code, _ = lines.split(line)
-        if code and code[0] != "&" and not _HEAD.match(code) and not _TAIL.fullmatch(code):
-            reader.row(code, number)
-    return reader.finish()
+def _with_details(routines: list[Routine], details: dict[str, str], path: str) -> tuple[Routine, ...]:
+    """What stands in the .dat beside its data belongs to the routine with the file's name."""
+    main = _main(tuple(routines), path) if details else ""
+    return tuple(
+        replace(one, details={**one.details, **details}) if one.name == main and details else one
+        for one in routines
+    )
 
 
 # --- the program -----------------------------------------------------------------------------------------
@@ -139,6 +81,7 @@ class _FileReader:
         self._scope = scope
         self._lines = LineReader(findings, scope)
         self._routines: list[Routine] = []
+        self.data: tuple[Declare, ...] = ()
         self._above: list[str] = []  # what stands before a head: &ACCESS, comments
         self._head: Head | None = None
         self._start = 0
@@ -183,9 +126,9 @@ class _FileReader:
 
     def _word(self, code: str, comment: str, number: int) -> None:
         """A line that may be a head or a tail."""
-        if _HEAD.match(code):
+        if HEAD.match(code):
             self._begin(code, comment, number)
-        elif _TAIL.fullmatch(code):
+        elif TAIL.fullmatch(code):
             self._kinds[number - 1] = LineKind.STATEMENT
             if self._body is None and self._list is None:
                 self._refuse("P402", f"{code} without DEF", number, "remove it, or add the line with DEF")
@@ -200,7 +143,7 @@ class _FileReader:
         elif self._body is not None:
             self._body.read(code, comment, number)
         elif self._list is not None:
-            self._list.row(code, number)
+            self._list.row(code, number, comment)
         elif not self._outside:
             self._outside = True
             self._refuse("P401", "this stands outside of any routine", number, "put it between DEF and END")
@@ -214,7 +157,7 @@ class _FileReader:
         self._kinds[number - 1] = LineKind.STATEMENT
         head = self._lines.parse(code, number)
         if not isinstance(head, Head):
-            words = _NAME.findall(code)
+            words = NAME.findall(code)
             head = Head(
                 "list" if "DAT" in words[0].upper() else "routine", words[1] if len(words) > 1 else ""
             )
@@ -240,27 +183,17 @@ class _FileReader:
         self._head = self._body = self._list = None
 
     def _finish_list(self, head: Head, above: tuple[str, ...], number: int) -> None:
-        """A list in the program's own text: rows of the routine of its name, or a file of its own."""
+        """A list in the program's own text, or a file of its own: that is a routine without statements."""
         assert self._list is not None
-        data = self._list.finish()
-        for place, one in enumerate(self._routines):
-            if one.name.upper() == head.name.upper():
-                self._routines[place] = replace(one, data=(*one.data, *data))
-                return
-        details = {"list": "PUBLIC" if head.shared else "DEFDAT", "above": "\n".join(above)}
-        table = PointTable()
-        self._add(
-            Routine(
-                head.name,
-                self._start,
-                (),
-                table,
-                details=details,
-                last_line=number,
-                data=data,
-                shared=head.shared,
+        self.data += self._list.finish()
+        if not self._routines:
+            details = {"list": "PUBLIC" if head.shared else "DEFDAT", "above": "\n".join(above)}
+            shared = head.shared
+            self._add(
+                Routine(
+                    head.name, self._start, (), PointTable(), details=details, last_line=number, shared=shared
+                )
             )
-        )
 
     def _routine(self, head: Head, above: tuple[str, ...], number: int) -> Routine:
         assert self._body is not None

@@ -7,7 +7,7 @@ from typing import Final
 
 from olp.expression import Expression, RecordLiteral, Signal, Text, Unknown
 from olp.program import Declare, Parameter
-from olp.vendors.krl.reader import CONFIG_MARK
+from olp.vendors.krl.neighbours import CONFIG_MARK
 from olp.vendors.krl.write_values import CannotSayError, Words
 
 _TYPES: Final = {
@@ -107,13 +107,11 @@ def _rows(words: Words, name: str, before: str, it: RecordLiteral, left: int) ->
             yield f"{name}[{index}{',' * (left - 1)}]={words.expression(value)}"
 
 
-def list_text(words: Words, name: str, rows: Iterable[Declare], public: bool) -> list[str]:
-    """DEFDAT … ENDDAT."""
-    lines = [f"DEFDAT {name}{' PUBLIC' if public else ''}"]
-    for it in rows:
-        lines.append(declared(words, it, with_value=True))
-        lines += elements(words, it)
-    return [*lines, "ENDDAT"]
+def rows(words: Words, given: Iterable[Declare]) -> Iterator[str]:
+    """What stands between DEFDAT and ENDDAT."""
+    for it in given:
+        yield declared(words, it, with_value=True) + (f" ;{it.comment}" if it.comment else "")
+        yield from elements(words, it)
 
 
 def parameters_text(given: tuple[Parameter, ...]) -> str:

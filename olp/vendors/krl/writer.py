@@ -40,7 +40,7 @@ from olp.program import (
 )
 from olp.vendors.krl import write_data
 from olp.vendors.krl.bas_calls import BasCalls
-from olp.vendors.krl.reader import CONFIG_MARK
+from olp.vendors.krl.neighbours import CONFIG_MARK
 from olp.vendors.krl.scope import NEUTRAL_TYPES, Scope
 from olp.vendors.krl.write_data import is_of_config
 from olp.vendors.krl.write_moves import MoveWriter
@@ -106,8 +106,8 @@ class _Writer:
 
     def _places(self) -> tuple[dict[str, tuple[Declare, ...]], list[Declare]]:
         """(data declared in a routine, by its name; data of the list)."""
-        rows = [one for routine in self.routines for one in routine.data]
-        rows = [*rows, *(one for one in self.program.data if not is_of_config(one))]
+        rows = [one for one in self.program.data if not is_of_config(one)]
+        rows += [one for routine in self.routines for one in routine.data]
         if self.pair or self.own:
             return {}, rows
         local: dict[str, tuple[Declare, ...]] = {}
@@ -124,7 +124,8 @@ class _Writer:
 
     def _list(self, rows: list[Declare]) -> str:
         lists = [one for one in self.routines if "list" in one.details] if self.own else []
-        if not rows and not lists:
+        details = next((one.details for one in self.routines if "data head" in one.details and self.own), {})
+        if not rows and not lists and not details:
             return ""
         owner = lists[0] if lists else None
         stem = (
@@ -133,10 +134,15 @@ class _Writer:
             else ""
         )
         name = owner.name if owner else (self.program.main or stem or self._first_name())
-        above = owner.details.get("above", "") + "\n" if owner and owner.details.get("above") else _HEADER
+        above = owner.details.get("above", "") if owner else details.get("data above", "")
+        public = " PUBLIC" if owner is not None and owner.details["list"] == "PUBLIC" else ""
+        head = [details.get("data head", f"DEFDAT {name}{public}")]
+        if "data rows" in details:
+            head.append(details["data rows"])
         try:
-            public = owner is not None and owner.details["list"] == "PUBLIC"
-            return above + _text(write_data.list_text(self.words, name, rows, public))
+            return (above + "\n" if above else "" if self.own else _HEADER) + _text(
+                [*head, *write_data.rows(self.words, rows), "ENDDAT"]
+            )
         except CannotSayError as problem:
             self.lose(problem, 0)
             return ""
@@ -353,11 +359,12 @@ def _scope_of(program: Program) -> Scope:
     for one in _all_data(program):
         native = one.native.removesuffix(CONFIG_MARK) if program.vendor == "krl" else ""
         scope.declare(one.name, native or _TYPES.get(one.type, one.type.upper()), bool(one.sizes))
-        if one.value is not None and one.line == 0:
-            scope.values[one.name.upper()] = one.value
         if one.native == "STRUC":
             members = getattr(one.value, "members", ())
             scope.structures[one.name.upper()] = {name.upper(): it.type for name, it in members}
+    for one in (*program.data, *(one for routine in program.routines for one in routine.data)):
+        if one.value is not None:
+            scope.values[one.name.upper()] = one.value
     for routine in program.routines:
         for given in routine.parameters:
             word = given.native.removesuffix("[]") if program.vendor == "krl" else ""

@@ -1,0 +1,116 @@
+"""Reads the lists that belong to a program: the .dat of its name, and what it needs of $config.dat."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import PurePath, PureWindowsPath
+from typing import Final, NamedTuple
+
+from olp.diagnostic import Diagnostic, Span
+from olp.program import Declare
+from olp.source import Source
+from olp.vendors.inform.findings import Findings
+from olp.vendors.krl import checks, companions, lines
+from olp.vendors.krl.lists import ListReader
+from olp.vendors.krl.parsing import LineReader
+from olp.vendors.krl.scope import Scope
+
+CONFIG_MARK: Final = (
+    " of $config.dat"  # at the end of `Declare.native`: it stands in the controller's own list
+)
+HEAD: Final = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
+TAIL: Final = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
+NAME: Final = re.compile(r"[$A-Za-z_][\w$]*")
+_BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
+
+
+class Neighbours(NamedTuple):
+    """`data`: rows of the .dat; `config`: rows of $config.dat that the program names.
+
+    `details`: the other lines of the .dat, for KRL's own writer.
+    """
+
+    files: tuple[Source, ...]
+    data: tuple[Declare, ...]
+    config: tuple[Declare, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    details: dict[str, str]
+
+
+def stem(path: str) -> str:
+    """A file's name without its folder and suffix, in capitals."""
+    return PurePath(PureWindowsPath(path).name).stem.upper()
+
+
+def read_neighbours(
+    source: Source, scope: Scope, findings: Findings, given: tuple[Source, ...] | None
+) -> Neighbours:
+    """The lists of `given`, else those on the disk, with what is wrong with them."""
+    beside, config = companions.find(source.path) if given is None else _sorted(given)
+    files = tuple(one for one in (beside, config) if one is not None)
+    rows = () if config is None else _config(config, scope, findings, _used(source, beside))
+    if beside is None:
+        return Neighbours(files, (), rows, (), {})
+    told = Findings(beside)
+    if not checks.check_readable(told):
+        return Neighbours(files, (), rows, told.result(), {})
+    data = tuple(replace(one, line=0) for one in _list(told, scope, None))
+    return Neighbours(files, data, rows, told.result(), _details(beside))
+
+
+def _sorted(given: tuple[Source, ...]) -> tuple[Source | None, Source | None]:
+    config = next((one for one in given if "CONFIG" in stem(one.path)), None)
+    return next((one for one in given if one is not config), None), config
+
+
+def _used(source: Source, beside: Source | None) -> frozenset[str]:
+    used: set[str] = set()
+    for one in (source, beside):
+        for line in one.lines if one is not None else ():
+            used.update(NAME.findall(lines.split(line)[0].upper()))
+    return frozenset(used | {"TOOL_DATA", "BASE_DATA"} if used & _BY_NUMBER else used)
+
+
+def _config(config: Source, scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:
+    told = Findings(config)
+    if not checks.check_readable(told):
+        return ()
+    rows = _list(told, scope, used)
+    broken = [one for one in told.result() if one.is_error]
+    if broken:
+        message = (
+            f"{len(broken)} lines of {config.path} were not understood, the first is line {broken[0].line}"
+        )
+        findings.warning("P419", message, Span(1, 1, 2), "olp takes what it needs from the others")
+    return tuple(replace(one, line=0, native=one.native + CONFIG_MARK, comment="") for one in rows)
+
+
+def _codes(source: Source) -> Iterator[tuple[int, str, str | None]]:
+    for number, line in enumerate(source.lines, 1):
+        yield number, *lines.split(line)
+
+
+def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
+    reader = ListReader(findings, scope, LineReader(findings, scope), only)
+    for number, code, comment in _codes(findings.source):
+        if code and code[0] != "&" and not HEAD.match(code) and not TAIL.fullmatch(code):
+            reader.row(code, number, comment or "")
+    return reader.finish()
+
+
+def _details(source: Source) -> dict[str, str]:
+    """The lines above DEFDAT, that line itself, and comments and kept lines below it."""
+    above: list[str] = []
+    rows: list[str] = []
+    head = ""
+    for _, code, comment in _codes(source):
+        if HEAD.match(code):
+            head = code
+        elif (not code and comment is not None) or (
+            code and (code[0] == "&" or lines.kept(code) is not None)
+        ):
+            (rows if head else above).append(code or f";{comment}")
+    found = {"data above": "\n".join(above), "data head": head, "data rows": "\n".join(rows)}
+    return {key: text for key, text in found.items() if text}
