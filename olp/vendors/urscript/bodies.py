@@ -8,7 +8,6 @@ from olp.diagnostic import Severity
 from olp.expression import (
     Binary,
     CallValue,
-    Compare,
     Expression,
     Function,
     Named,
@@ -17,7 +16,6 @@ from olp.expression import (
     RecordLiteral,
     State,
     Text,
-    Unary,
     Unknown,
 )
 from olp.points import PointTable
@@ -42,13 +40,12 @@ from olp.program import (
     SetTool,
     StartTask,
     Statement,
-    Wait,
     WaitTask,
     While,
 )
 from olp.vendors.inform.findings import Findings
-from olp.vendors.urscript import builtins
-from olp.vendors.urscript.calls import CallRules, is_step
+from olp.vendors.urscript import builtins, helpers
+from olp.vendors.urscript.calls import CallRules
 from olp.vendors.urscript.expressions import Expressions, fold, scaled
 from olp.vendors.urscript.lines import Broken, Line, Mark
 from olp.vendors.urscript.moves import MoveRules
@@ -67,6 +64,7 @@ from olp.vendors.urscript.syntax import (
     Simple,
     Word,
 )
+from olp.vendors.urscript.waits import Waits
 
 _SEVERITIES: Final = {
     "P555": Severity.INFO,
@@ -76,7 +74,6 @@ _SEVERITIES: Final = {
 }
 # What may stand before data that holds from the beginning on: it neither moves nor asks for a value.
 _BEFORE_DATA: Final = (Comment, Process, SetTool, SetOutput, StartTask, Declare)
-_INVERTED: Final = {"=": "<>", "<>": "=", "<": ">=", ">": "<=", "<=": ">", ">=": "<"}
 
 
 class Bodies:
@@ -131,6 +128,7 @@ class _Body:
         self._expressions = Expressions(names, part, self._tell)
         self._moves = MoveRules(self._expressions, self._tell)
         self._calls = CallRules(self._expressions, self._tell)
+        self._waits = Waits(part, self._expressions)
         self._open: list[str] = []
         self._number = 0
         self._comment = ""
@@ -174,12 +172,11 @@ class _Body:
                         self._preamble = False
                     index += 1
                     continue
-            waited = self._wait(index) if type(content) is Opening and content.word == "while" else 0
-            if waited:
-                assert type(content) is Opening
-                body.append(self._waiting(content.condition, index))
+            waited = self._waits.at(index, line)
+            if waited is not None:
+                body.append(waited[0])
                 self._preamble = False
-                index += waited
+                index += waited[1]
                 continue
             found = self._lowered(line)
             self._preamble = self._preamble and all(isinstance(one, _BEFORE_DATA) for one in found)
@@ -192,6 +189,8 @@ class _Body:
         found: list[Statement] = []
         parameters = {name for name, _ in self._part.parameters}
         for name, index in self._facts.first.items():
+            if name == helpers.COUNTER:
+                continue
             inside = self._part.lines[index][1] > 0 or type(self._part.lines[index][0].content) is Opening
             if inside and name not in parameters and not self._names.is_shared(self._part, name):
                 type_ = _plain(self._names.type_of(self._part, name))
@@ -326,7 +325,9 @@ class _Body:
         sizes = sizes if type_ not in ("joints", "list", "") or names.holds_joint_lists(part, name) else ()
         if names.is_shared(part, name):
             value_ = fold(value)
-            if self._preamble and first and name not in self._data and _is_constant(value_):
+            # What is set once cannot be read before: it holds from the beginning on.
+            early = self._is_main and first and (self._preamble or names.is_set_once(name))
+            if early and name not in self._data and _is_constant(value_):
                 declared = Declare(
                     self._number, name, type_, value_, sizes, shared=True, comment=self._comment
                 )
@@ -357,64 +358,6 @@ class _Body:
             return node.text
         text = self._findings.source.line(self._number).strip().removeprefix("join ")
         return text.split("= run")[0].split("=run")[0].strip()
-
-    # --- waits ------------------------------------------------------------------------------------------
-
-    def _wait(self, index: int) -> int:
-        """How many lines, from this one on, only wait until a condition holds; 0 when they do more."""
-        lines = self._part.lines
-        opening = lines[index][0].content
-        assert type(opening) is Opening
-        if opening.condition is None or type(self._expressions.lower(opening.condition)) is State:
-            return 0
-        if opening.closed:
-            return 1 if opening.rest is not None and _is_idle(opening.rest) else 0
-        if opening.rest is not None or index + 2 >= len(lines):
-            return 0
-        (idle, inside), (closing, outside) = lines[index + 1], lines[index + 2]
-        if type(closing.content) is not Closing or outside != self._depth or inside != self._depth + 1:
-            return 0
-        if idle.comment or closing.comment or not isinstance(idle.content, Evaluation):
-            return 0
-        return 3 if _is_idle(idle.content) else 0
-
-    def _waiting(self, condition: Node | None, index: int) -> Wait:
-        assert condition is not None  # `_wait` has seen it
-        spelling = ""
-        following = self._part.lines[min(index + 1, len(self._part.lines) - 1)][0].content
-        if (
-            type(following) is Evaluation
-            and type(following.value) is Invocation
-            and following.value.arguments
-        ):
-            spelling = "sleep"
-        return Wait(
-            self._number,
-            inverted(self._expressions.lower(condition)),
-            comment=self._comment,
-            spelling=spelling,
-        )
-
-
-def inverted(condition: Expression) -> Expression:
-    """What holds when the condition does not; twice inverted it is what it was."""
-    if type(condition) is Compare:
-        if type(condition.right) is State and condition.operator in ("=", "<>"):
-            return Compare(condition.operator, condition.left, State(not condition.right.on))
-        return Compare(_INVERTED[condition.operator], condition.left, condition.right)
-    if type(condition) is Unary and condition.operator == "not":
-        return condition.operand
-    return Unary("not", condition)
-
-
-def _is_idle(simple: Simple) -> bool:
-    """sync() or sleep(get_steptime())."""
-    if type(simple) is not Evaluation or type(simple.value) is not Invocation:
-        return False
-    call = simple.value
-    if call.function == Name("sync") and not call.arguments:
-        return True
-    return call.function == Name("sleep") and len(call.arguments) == 1 and is_step(call.arguments[0].value)
 
 
 def _is_constant(e: Expression) -> bool:

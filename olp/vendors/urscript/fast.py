@@ -37,6 +37,7 @@ _WORDS: Final = frozenset((
     "and", "or", "xor", "not", "if", "elif", "else", "while", "end", "def", "thread", "sec", "return",
     "break", "continue", "global", "local", "join", "kill", "run", "True", "False", "true", "false",
 ))  # fmt: skip
+_LONGEST = 26  # characters of a number; longer ones are examined by the reader of lines
 _arguments: dict[str, tuple[Given, ...] | None] = {"": ()}
 _MOST_CACHED = 20_000
 
@@ -78,11 +79,11 @@ def _place(text: str) -> Node | None:
     if text[-1] != "]":
         return None if text in _WORDS else Name(text)
     pose = text[0] == "p"
+    numbers = text[2 if pose else 1 : -1].split(",")
+    if max(map(len, numbers)) > _LONGEST:
+        return None
     try:
-        numbers = text[2 if pose else 1 : -1].split(",")
-        items = tuple(
-            Literal(float(one) if not one.strip().lstrip("-+").isdigit() else int(one)) for one in numbers
-        )
+        items = tuple([Literal(_number(one)) for one in numbers])
     except ValueError:
         return None
     if pose:
@@ -109,7 +110,11 @@ def _read_arguments(tail: str) -> tuple[Given, ...] | None:
 
 def _given(match: re.Match[str]) -> Given | None:
     name, number, value = match.groups()
-    if number is not None:
-        plain = number.lstrip("+-").isdigit()
-        return Given(name or "", Literal(int(number) if plain else float(number)))
-    return None if value in _WORDS or name in _WORDS else Given(name or "", Name(value))
+    if name in _WORDS or value in _WORDS or len(number or "") > _LONGEST:
+        return None
+    return Given(name or "", Literal(_number(number)) if number is not None else Name(value))
+
+
+def _number(text: str) -> int | float:
+    text = text.strip(" ")
+    return int(text) if text.lstrip("+-").isdigit() else float(text)

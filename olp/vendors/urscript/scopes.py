@@ -6,6 +6,8 @@ sets it and another part uses it; any other belongs to the part that sets it.
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from olp.vendors.urscript.builtins import JOINT_ARGUMENTS, RESULTS
@@ -62,7 +64,15 @@ class Names:
         self.facts = {id(part): _gather(part) for part in parts}
         self.shared = self._find_shared()
         self.waypoints = self._find_waypoints()
+        self._times = Counter(
+            name
+            for facts in self.facts.values()
+            for name, _ in facts.given
+            if self.is_shared(facts.part, name)
+        )
         self.types: dict[str, str] = {}
+        for _ in range(_ROUNDS):
+            self._mark()
         for _ in range(_ROUNDS):
             self._infer()
 
@@ -79,6 +89,10 @@ class Names:
         if self.is_shared(part, name):
             return self.types.get(name, "")
         return self.of(part).types.get(name, "")
+
+    def is_set_once(self, name: str) -> bool:
+        """Whether a shared name gets its value in one place of the file only."""
+        return self._times[name] == 1
 
     def constant(self, part: Part, name: str) -> int | float | None:
         """The number that a name holds all the time, None where it may change or is not known."""
@@ -120,45 +134,47 @@ class Names:
 
     # --- types ------------------------------------------------------------------------------------------
 
+    def _mark(self) -> None:
+        """Names that are passed to a parameter that holds positions of the axes hold them, too."""
+        for facts in self.facts.values():
+            for called, arguments in facts.calls:
+                target = self.of(called)
+                for name, value in _bound(called, arguments):
+                    if name not in target.joints:
+                        continue
+                    if type(value) is Name:
+                        facts.joints.add(value.text)
+                    elif type(value) is Subscript and type(value.base) is Name:
+                        facts.tables.add(value.base.text)
+
     def _infer(self) -> None:
         for facts in self.facts.values():
+            part = facts.part
             for name, value in facts.given:
-                self._note(facts, name, self.infer(facts.part, value, name))
-            for name, default in facts.part.parameters:
+                wanted, tables = self.holds_joints(part, name), self.holds_joint_lists(part, name)
+                self._note(facts, name, self.infer(part, value, wanted, tables))
+            for name, default in part.parameters:
                 if default is not None:
-                    _widen(facts.types, name, self.infer(facts.part, default, name))
+                    _widen(facts.types, name, self.infer(part, default, name in facts.joints))
             for value in facts.results:
-                facts.result = facts.result or self.infer(facts.part, value)
+                facts.result = facts.result or self.infer(part, value)
             for called, arguments in facts.calls:
-                self._pass(facts.part, called, arguments)
+                target = self.of(called)
+                for name, value in _bound(called, arguments):
+                    _widen(target.types, name, self.infer(part, value, name in target.joints))
 
     def _note(self, facts: Facts, name: str, type_: str) -> None:
         _widen(self.types if self.is_shared(facts.part, name) else facts.types, name, type_)
 
-    def _pass(self, part: Part, called: Part, arguments: tuple[Given, ...]) -> None:
-        """What a call says about the parameters of the function, and the function about what is passed."""
-        target = self.of(called)
-        places = iter(called.parameters)
-        for argument in arguments:
-            name = argument.name or next((name for name, _ in places), "")
-            if not name:
-                continue
-            value = argument.value
-            if name in target.joints and type(value) is Name:
-                self.of(part).joints.add(value.text)
-            if name in target.joints and type(value) is Subscript and type(value.base) is Name:
-                self.of(part).tables.add(value.base.text)
-            _widen(target.types, name, self.infer(part, value, name if name in target.joints else ""))
-
-    def infer(self, part: Part, node: Node, name: str = "") -> str:
-        """The type of a value that goes to `name`."""
+    def infer(self, part: Part, node: Node, joints: bool = False, tables: bool = False) -> str:
+        """The type of a value; `joints`, `tables`: of a name that holds positions of the axes, or lists of them."""
         match node:
             case Literal(value):
                 return _LITERALS[type(value)]
             case PoseOf():
                 return "position"
             case ListOf(items):
-                return self._list(part, items, name)
+                return self._list(part, items, joints, tables)
             case Name(text):
                 return self.type_of(part, text)
             case Subscript(base, indices):
@@ -175,15 +191,10 @@ class Names:
             case _:
                 return ""
 
-    def _list(self, part: Part, items: tuple[Node, ...], name: str) -> str:
-        if len(items) == 6 and name and self.holds_joints(part, name) and not any(map(_is_structure, items)):
+    def _list(self, part: Part, items: tuple[Node, ...], joints: bool, tables: bool) -> str:
+        if joints and len(items) == 6 and not any(map(_is_structure, items)):
             return "joints"
-        if (
-            name
-            and items
-            and self.holds_joint_lists(part, name)
-            and all(type(one) is ListOf for one in items)
-        ):
+        if tables and items and all(type(one) is ListOf for one in items):
             return "list:joints"
         kinds = {self.infer(part, item) for item in items[:50]}
         if kinds == {"integer", "real"}:
@@ -200,6 +211,15 @@ class Names:
         if kinds == ("integer", "integer") and operator != "/":
             return "integer"
         return "real"
+
+
+def _bound(called: Part, arguments: tuple[Given, ...]) -> Iterator[tuple[str, Node]]:
+    """(parameter, value) of each argument of a call."""
+    places = iter(called.parameters)
+    for argument in arguments:
+        name = argument.name or next((name for name, _ in places), "")
+        if name:
+            yield name, argument.value
 
 
 _LITERALS = {bool: "boolean", int: "integer", float: "real", str: "string"}

@@ -51,8 +51,8 @@ from olp.program import (
 )
 from olp.units import deg, mm
 from olp.vendors.urscript import builtins, helpers
-from olp.vendors.urscript.bodies import inverted
 from olp.vendors.urscript.expressions import scaled
+from olp.vendors.urscript.waits import inverted
 from olp.vendors.urscript.write_values import CannotSayError, Words
 
 _DEFAULTS: Final = {
@@ -174,7 +174,7 @@ def _wait(words: Words, s: Wait) -> Lines:
         return [f"while ({condition}):", f"  {idle}", "end"]
     left = helpers.COUNTER
     return [
-        f"local {left} = {words.quantity(s.timeout)}",
+        f"{left} = {words.quantity(s.timeout)}",
         f"while ({left} > 0 and {condition}):",
         f"  {idle}",
         f"  {left} = {left} - get_steptime()",

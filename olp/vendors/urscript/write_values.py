@@ -236,8 +236,7 @@ class Words:
             return None
         factor, operand = e.right.value, e.left
         if abs(factor / mm - 1.0) < _SAME:
-            length = type(operand) is Member and _PLACES.get(operand.name, 9) < 3
-            if length and self.kind(operand.base) in ("", "position"):
+            if isinstance(operand, Member) and self._is_length(operand):
                 return f"{self.at_least(operand.base, _WHOLE)}[{_PLACES[operand.name]}]", _WHOLE
             if type(operand) is Function and operand.name == "pose-distance":
                 return f"point_dist({', '.join(map(self.value, operand.arguments))})", _WHOLE
@@ -246,6 +245,9 @@ class Words:
         if abs(factor * deg - 1.0) < _SAME:
             return f"r2d({self.value(operand)})", _WHOLE
         return None
+
+    def _is_length(self, e: Member) -> bool:
+        return _PLACES.get(e.name, 9) < 3 and self.kind(e.base) in ("", "position")
 
     def radians(self, degrees: Expression) -> str:
         """An angle of olp [deg] in radians."""
