@@ -62,8 +62,10 @@ def export(
     """
     refuse_unwritable(vendor)
     raise_errors([found.at(program.path) for found in program.diagnostics])
-    text = _text(program, vendor, template, date or _now())
-    data = _encoded(text, program, vendor, encoding or _encoding(program))
+    if program.vendor != vendor:
+        program = _translated(program, vendor)
+    text = _text(program, vendor, template, date or now())
+    data = encoded(text, program, vendor, encoding or encoding_of(program, vendor))
     if output is not None:
         from olp.files import write_output
 
@@ -71,12 +73,32 @@ def export(
     return data
 
 
-def _text(program: Program, vendor: str, template: str | os.PathLike[str] | None, date: str) -> str:
-    from olp.templating import Limits, given, shipped
+def _translated(program: Program, vendor: str) -> Program:
+    """A program of another language in the form that the writer takes; `olp convert` says what changed."""
+    from olp.translate import canonical
+    from olp.translate.convert import refusals
 
+    translated = canonical(program, vendor)
+    raise_errors([*translated.problems, *refusals(program, vendor, translated)])
+    return translated.program
+
+
+def _text(program: Program, vendor: str, template: str | os.PathLike[str] | None, date: str) -> str:
     writer = cast(Writer, import_module(f"olp.vendors.{vendor}.writer"))
     values, problems = writer.write(program, date)
     raise_errors(problems)
+    return rendered(values, vendor, program, template)
+
+
+def rendered(
+    values: dict[str, object],
+    vendor: str,
+    program: Program,
+    template: str | os.PathLike[str] | None = None,
+) -> str:
+    """What the vendor's template, or another one, makes of a writer's values. Raises OlpError (J…)."""
+    from olp.templating import Limits, given, shipped
+
     renderer = shipped(vendor) if template is None else given(template)
     size = len(program.source.raw) + sum(
         len(routine.body) + len(routine.points) for routine in program.routines
@@ -85,13 +107,14 @@ def _text(program: Program, vendor: str, template: str | os.PathLike[str] | None
     return renderer.render(values, limits)
 
 
-def _now() -> str:
+def now() -> str:
+    """YYYY/MM/DD HH:MM."""
     from datetime import datetime
 
     return datetime.now().strftime("%Y/%m/%d %H:%M")
 
 
-def _encoding(program: Program) -> str:
+def encoding_of(program: Program, vendor: str) -> str:
     """What the program was read in; a mark of the byte order, which controllers refuse, is left out."""
     encoding = program.source.encoding
     if encoding == "ascii" or encoding.startswith(("utf-16", "utf-32")):
@@ -99,7 +122,8 @@ def _encoding(program: Program) -> str:
     return "utf-8" if encoding == "utf-8-sig" else encoding
 
 
-def _encoded(text: str, program: Program, vendor: str, encoding: str) -> bytes:
+def encoded(text: str, program: Program, vendor: str, encoding: str) -> bytes:
+    """The text with the vendor's line ends. Raises OlpError (X003)."""
     from olp.vendors.vendor import find_vendor
 
     newline = find_vendor(vendor).newline

@@ -2,41 +2,98 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass
 
+from olp.diagnostic import Diagnostic
 from olp.program import Program
-from olp.translate.work import Context, Loss, Work, work_for
+from olp.translate.accelerations import accelerations
+from olp.translate.arcs import arcs
+from olp.translate.blends import blends
+from olp.translate.flow import flow
+from olp.translate.frames import frames
+from olp.translate.globals import fold_constants, share_variables
+from olp.translate.hoist import hoist
+from olp.translate.known import known_systems
+from olp.translate.lift import lift
+from olp.translate.modal import modal
+from olp.translate.names import names
+from olp.translate.numbers import number
+from olp.translate.records import records
+from olp.translate.relative import relative
+from olp.translate.signals import signals
+from olp.translate.speeds import speeds
+from olp.translate.words import comment_out, foreign_words
+from olp.translate.work import Context, Fate, Loss, Work, work_for
 
 Pass = Callable[[Program, Work], Program]
+_ROUNDS = 12  # of commenting out what the passes refuse
 
 
 @dataclass(frozen=True, slots=True)
 class Translated:
     """`mapping`: (kind, name in the source) -> name in the target.
 
-    Kinds: point, variable, tool, frame, routine, signal, label.
+    Kinds: point, variable, tool, frame, routine, signal, label. `problems`: what no comment can stand for (X012).
     """
 
     program: Program
     losses: tuple[Loss, ...]
     mapping: dict[tuple[str, str], str]
     notes: tuple[str, ...] = ()
+    problems: tuple[Diagnostic, ...] = ()
 
 
-def passes() -> tuple[Pass, ...]:
-    """All passes between two languages, in order."""
-    return ()
+def passes(work: Work) -> tuple[Pass, ...]:
+    """All passes towards the target, in order."""
+    first: tuple[Pass, ...] = (
+        foreign_words,
+        records,
+        lift,
+        known_systems,
+        modal,
+        relative,
+        frames,
+        speeds,
+        blends,
+        accelerations,
+        arcs,
+    )
+    if work.limits.numbered:
+        return (*first, signals, share_variables, fold_constants, hoist, share_variables, flow, names, number)
+    return (*first, flow, signals, names)
 
 
-def canonical(program: Program, target: str, context: Context | None = None) -> Translated:
+def canonical(
+    program: Program, target: str, context: Context | None = None, left_out: Set[int] = frozenset()
+) -> Translated:
     """`program` as the writer of the language `target` takes it. Raises OlpError (X010) for one that cannot be written.
 
-    A program of the same language stays as it is.
+    A program of the same language stays as it is. `left_out`: lines of the source that become comments. With
+    `on_loss` "comment" so does every line that a pass refuses.
     """
-    work = work_for(program, target, context or Context())
-    result = program
-    if program.vendor != target:
-        for step in passes():
-            result = step(result, work)
-    return Translated(result, tuple(work.losses), work.names, tuple(work.notes))
+    context = context or Context()
+    if program.vendor == target:
+        return Translated(program, (), {})
+    lines = set(left_out)
+    for _ in range(_ROUNDS):
+        result, work = _translated(program, target, context, lines)
+        refused = {loss.line for loss in work.losses if loss.fate is Fate.REFUSED and loss.line}
+        if context.on_loss != "comment" or refused <= lines:
+            break
+        lines |= refused
+    return Translated(
+        result,
+        tuple(dict.fromkeys(work.losses)),
+        work.names,
+        tuple(dict.fromkeys(work.notes)),
+        tuple(work.problems),
+    )
+
+
+def _translated(program: Program, target: str, context: Context, lines: Set[int]) -> tuple[Program, Work]:
+    work = work_for(program, target, context)
+    result = comment_out(program, lines, work)
+    for step in passes(work):
+        result = step(result, work)
+    return result, work

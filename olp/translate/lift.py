@@ -81,6 +81,7 @@ def lift(program: Program, work: Work) -> Program:
     lifted = _Lift(program, work)
     routines = tuple(lifted.routine(routine) for routine in program.routines)
     data = (*program.data, *lifted.points.declared, *lifted.global_data())
+    work.states = {name: state.frame for name, state in lifted.points.states.items()}
     return replace(program, routines=routines, data=data)
 
 
@@ -140,6 +141,8 @@ class _Lift:
         if name is None:
             stem = v.name or f"{'L' if scope else ''}{LETTERS[v.store]}{key[2]}"
             name = self.names[key] = Named(self.work.fresh(stem))
+            if not scope:
+                self.work.registers.add(name.name)
             self.work.names[("variable", f"{scope + '.' if scope else ''}{LETTERS[v.store]}{key[2]}")] = (
                 name.name
             )
@@ -365,6 +368,10 @@ class _Lift:
         inner: Any = e.variable
         base = inner if isinstance(inner, (Named, Item)) else self.value(inner)
         return Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
+
+
+def _is_count(e: Expression | None) -> bool:
+    return isinstance(e, Variable) and TYPES.get(e.store) == "integer"
 
 
 def _is_position(e: Expression | None) -> bool:

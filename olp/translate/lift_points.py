@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +13,6 @@ from olp.points import Point, PointKind, PointState
 from olp.program import Declare, Routine
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm
-
-if TYPE_CHECKING:
-    from olp.cell import Cell
 
 _POSE = 6
 
@@ -30,7 +25,6 @@ class Points:
     names: dict[tuple[str, Store, bool, int], str] = field(default_factory=dict)
     states: dict[str, PointState] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
-    _cell: list[Cell] = field(default_factory=list)
 
     def taught(self, routine: Routine, store: Store, number: int) -> Named | None:
         """The name of a taught point, None where the routine does not teach it or its place is not known."""
@@ -91,30 +85,11 @@ class Points:
         point = routine.points.find(store, True, number)
         if point is None or self.work.robot is None:
             return None
-        pose = self.cell().pose(0, point.state, point.values)
+        pose = self.work.cell().pose(0, point.state, point.values)
         if pose is None:
             return None
         state = PointState(PointKind.POSE, "base", tool=point.state.tool)
         return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles())), state
-
-    def cell(self) -> Cell:
-        """Tools and frames beside the program, as its interpreter sees them."""
-        if not self._cell:
-            self._cell.append(cell_of(self.work))
-        return self._cell[0]
-
-
-def cell_of(work: Work) -> Cell:
-    """The robot with the tools and frames of the controller files beside the program."""
-    from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
-    from olp.interpreter.world import build_world
-
-    folder = Path(work.source.path).parent if work.source.path and Path(work.source.path).is_file() else None
-    path = nearest_assumptions(folder) if folder is not None else None
-    assumptions = load_assumptions(path) if path is not None else Assumptions()
-    world = build_world(work.robot, assumptions, folder)
-    world.mechanism("RB1")
-    return world.cell
 
 
 def frame_of(state: PointState) -> Expression | None:

@@ -9,11 +9,12 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from olp.diagnostic import Diagnostic, error
-from olp.expression import Expression
+from olp.expression import Expression, PositionLiteral
 from olp.program import Program, Routine, Statement
 from olp.translate.limits import Limits, limits_of
 
 if TYPE_CHECKING:
+    from olp.cell import Cell
     from olp.plan import Plan
     from olp.robot import Robot
 
@@ -84,8 +85,14 @@ class Work:
     context: Context
     losses: list[Loss] = field(default_factory=list)
     names: dict[tuple[str, str], str] = field(default_factory=dict)
+    registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
+    systems: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)  # tools and frames set once
+    states: dict[str, str] = field(
+        default_factory=dict
+    )  # the kind of frame that a named position was written in
     problems: list[Diagnostic] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    _cell: list[Cell] = field(default_factory=list)
     _plan: list[Plan | None] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
 
@@ -132,6 +139,12 @@ class Work:
             name = f"{stem}{count}"
         self._made.add(name.lower())
         return name
+
+    def cell(self) -> Cell:
+        """The robot with the tools and frames of the controller files beside the program."""
+        if not self._cell:
+            self._cell.append(_cell_of(self.source, self.robot))
+        return self._cell[0]
 
     def plan(self) -> Plan | None:
         """What the source program does, None where it cannot be run."""
@@ -180,3 +193,17 @@ def _run(program: Program, robot: Robot | None) -> Plan | None:
         return run(program, robot=robot, max_steps=200_000)
     except OlpError:
         return None
+
+
+def _cell_of(program: Program, robot: Robot | None) -> Cell:
+    from pathlib import Path
+
+    from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
+    from olp.interpreter.world import build_world
+
+    folder = Path(program.path).parent if program.path and Path(program.path).is_file() else None
+    path = nearest_assumptions(folder) if folder is not None else None
+    assumptions = load_assumptions(path) if path is not None else Assumptions()
+    world = build_world(robot, assumptions, folder)
+    world.mechanism("RB1")
+    return world.cell

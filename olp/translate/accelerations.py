@@ -1,0 +1,94 @@
+"""Programmed accelerations in the target's units: shares of the rated one, or values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from olp.expression import Number, Quantity
+from olp.program import Acceleration, AccelerationUnit, Move, Path, Program, Statement
+from olp.translate.work import Fate, Work
+from olp.units import percent
+
+
+def accelerations(program: Program, work: Work) -> Program:
+    """Every move's accelerations as the target says them; what it cannot say is left out, with a loss."""
+    routines = tuple(
+        replace(r, body=tuple([_move(s, work) if type(s) is Move else s for s in r.body]))
+        for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+def _move(s: Statement, work: Work) -> Statement:
+    assert isinstance(s, Move)
+    if s.acceleration is None and s.deceleration is None and s.rate is None:
+        return s
+    allowed = work.limits.accelerations
+    rated = _rated(s, work)
+    if s.rate is not None and s.rate.unit not in allowed:
+        value = s.rate.value.literal
+        s = replace(s, rate=None)
+        if AccelerationUnit.FRACTION in allowed and rated and value is not None:
+            return _bounded(
+                replace(s, acceleration=Quantity(Number(_clean(100 * value / rated)), percent)), work
+            )
+        says = "the acceleration is left out: what share of the rated one it is, is not known"
+        work.lose(s, Fate.APPROXIMATED, "acceleration", says)
+        return s
+    if AccelerationUnit.FRACTION in allowed:
+        return _one_share(s, work)
+    return _as_rate(s, work, rated)
+
+
+def _one_share(s: Move, work: Work) -> Move:
+    """Braking and speeding up are one share in all languages but INFORM."""
+    if s.deceleration is None or work.target == "inform":
+        return s
+    if s.acceleration is not None and s.acceleration.literal != s.deceleration.literal:
+        work.lose(
+            s,
+            Fate.APPROXIMATED,
+            "acceleration",
+            "one share for speeding up and braking: the first is written",
+        )
+    return replace(s, acceleration=s.acceleration or s.deceleration, deceleration=None)
+
+
+def _as_rate(s: Move, work: Work, rated: float | None) -> Move:
+    share = s.acceleration or s.deceleration
+    s = replace(s, acceleration=None, deceleration=None)
+    unit = AccelerationUnit.AXIS if s.path is Path.JOINT else AccelerationUnit.TRAVEL
+    if share is None or s.rate is not None:
+        return s
+    value = share.literal
+    if value is None or rated is None or unit not in work.limits.accelerations:
+        work.lose(s, Fate.APPROXIMATED, "acceleration", "the share of the rated acceleration is left out")
+        return s
+    return replace(s, rate=Acceleration(unit, Quantity(Number(_clean(value * rated)), 1.0)))
+
+
+def _bounded(s: Move, work: Work) -> Move:
+    assert s.acceleration is not None
+    value = s.acceleration.literal
+    if value is not None and value > 1.0:
+        says = "more than the rated acceleration: 100 % is written"
+        work.lose(s, Fate.APPROXIMATED, "acceleration", says, 100 * (value - 1.0), "%")
+        return replace(s, acceleration=Quantity(Number(100), percent))
+    return s
+
+
+def _rated(s: Move, work: Work) -> float | None:
+    """[m/s²] or, of a joint move, [rad/s²]: the rated acceleration; None where no robot says it."""
+    robot = work.target_robot
+    if robot is None:
+        return None
+    if s.path is not Path.JOINT:
+        return robot.linear_acceleration
+    known = robot.accelerations[~np.isnan(robot.accelerations)]
+    return float(known.min()) if len(known) else None
+
+
+def _clean(value: float) -> float:
+    return float(f"{value:.9g}")

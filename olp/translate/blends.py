@@ -1,0 +1,168 @@
+"""How the ends of moves are passed, in the target's kinds: levels, radii, shares of the way, shares of the speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.expression import Number, Quantity
+from olp.interpreter.world import DEFAULT_ZONES
+from olp.program import Blend, BlendKind, Move, Path, Program, Statement
+from olp.translate.rows import Row, Rows, moves_at_all
+from olp.translate.work import Fate, Work
+from olp.units import mm, percent
+
+STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
+_LEVEL_STOP: Final = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))
+_ORDER: Final = (BlendKind.RADIUS, BlendKind.LEVEL, BlendKind.SHARE, BlendKind.SPEED)
+_NOTHING: Final = 1e-6  # [m] below this two blends are one
+_ACCELERATION: Final = 5.0  # [m/s²] where no robot says; only to bring shares of speed and lengths together
+_LEAST_TIME: Final = 0.1  # [s] of braking, as olp.blending.fanuc assumes it
+
+
+def blends(program: Program, work: Work) -> Program:
+    """Every move's blend in a kind that the target has; what differs is in the losses, in mm."""
+    own = _Blends(work)
+    routines = tuple(
+        replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
+        for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+@dataclass(slots=True)
+class _Blends:
+    work: Work
+    rows: Rows = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.rows = Rows(self.work)
+
+    def move(self, s: Statement) -> Statement:
+        assert isinstance(s, Move)
+        new = self._blend(s)
+        return s if new is s.blend else replace(s, blend=new)
+
+    def _blend(self, s: Move) -> Blend | None:
+        blend, limits = s.blend, self.work.limits
+        allowed = (
+            limits.joint_blends if s.path is Path.JOINT and limits.joint_blends is not None else limits.blends
+        )
+        stop = _LEVEL_STOP if self.work.target == "inform" else STOP
+        if blend is None or blend.kind is BlendKind.CONTINUOUS:
+            return self._unsized(s, allowed)
+        size = None if blend.value is None else blend.value.literal
+        if (
+            size is not None
+            and size <= 0.0
+            and not (blend.kind is BlendKind.SPEED and BlendKind.SPEED in allowed)
+        ):
+            return stop
+        if blend.kind in allowed and blend.kind is not BlendKind.LEVEL:
+            return blend._replace(native="")
+        if size is None:
+            says = (
+                "the size of a blend is in a variable, in a kind that the target does not have: an exact stop"
+            )
+            self.work.lose(s, Fate.APPROXIMATED, "blend", says)
+            return stop
+        return self._converted(s, blend.kind, size, allowed) or stop
+
+    def _unsized(self, s: Move, allowed: frozenset[BlendKind]) -> Blend | None:
+        """Passed without a stop, however near: the smallest zone is the nearest that can be said."""
+        if self.work.target == "inform":
+            return None
+        zone = self._zones()[0]
+        says = "passed without a stop and without a size: the smallest zone of the source is written"
+        self.work.lose(s, Fate.APPROXIMATED, "blend", says, zone / mm, "mm")
+        return self._of_size(s, zone, allowed)[0]
+
+    def _converted(
+        self, s: Move, kind: BlendKind, value: float, allowed: frozenset[BlendKind]
+    ) -> Blend | None:
+        size = self._size(s, kind, value)
+        if size is None:
+            says = "how far from its corner this blend begins depends on a move that this run does not show"
+            self.work.lose(s, Fate.APPROXIMATED, "blend", says)
+            size = self._zones()[0]
+        blend, off = self._of_size(s, size, allowed)
+        if blend is None:
+            self.work.lose(
+                s, Fate.APPROXIMATED, "blend", "no blend that the target has: an exact stop", size / mm, "mm"
+            )
+        elif not off <= _NOTHING:
+            says = f"{kind.value} as {blend.kind.value}"
+            self.work.lose(s, Fate.APPROXIMATED, "blend", says, off / mm, "mm")
+        return blend
+
+    # --- sizes ------------------------------------------------------------------------------------------
+
+    def _zones(self) -> tuple[float, ...]:
+        robot = self.work.robot if self.work.source.vendor == "inform" else self.work.target_robot
+        return robot.blend_zones if robot is not None and robot.blend_zones else DEFAULT_ZONES
+
+    def _size(self, s: Move, kind: BlendKind, value: float) -> float | None:
+        """[m] from the corner, None where the plan does not show the move."""
+        if kind is BlendKind.RADIUS:
+            return value
+        if kind is BlendKind.LEVEL:
+            zones = self._zones()
+            return zones[min(round(value), len(zones)) - 1]
+        found = [row for row in self.rows.of(s) if row.length == row.length and moves_at_all(row)]
+        if not found:
+            return None
+        row = found[0]
+        if kind is BlendKind.SHARE:
+            return 0.5 * value * row.length
+        if kind is BlendKind.SPEED:
+            return value**2 * self._braking(s, row)
+        return row.length * min(value / row.angle, 1.0) if row.angle > 0 else 0.5 * row.length
+
+    def _of_size(self, s: Move, size: float, allowed: frozenset[BlendKind]) -> tuple[Blend | None, float]:
+        """A blend of the target that begins `size` [m] from the corner, and how far off it is [m]."""
+        kind = next((kind for kind in _ORDER if kind in allowed), None)
+        if kind is None:
+            return None, size
+        if kind is BlendKind.RADIUS:
+            largest = self.work.limits.largest_radius
+            radius = min(size, largest) if largest else size
+            return Blend(kind, Quantity(Number(_clean(radius / mm)), mm)), size - radius
+        if kind is BlendKind.LEVEL:
+            zones = self._zones()
+            level = min(range(len(zones)), key=lambda at: abs(zones[at] - size))
+            return Blend(kind, Quantity(Number(level + 1), 1.0)), abs(zones[level] - size)
+        found = [row for row in self.rows.of(s) if row.length == row.length and row.length > 0]
+        most = (
+            0.5 * found[0].length
+            if found and kind is BlendKind.SHARE
+            else self._braking(s, found[0])
+            if found
+            else 0.0
+        )
+        if not most:
+            return Blend(kind, Quantity(Number(50), percent)), math.nan
+        share = size / most if kind is BlendKind.SHARE else math.sqrt(size / most)
+        written = max(1, min(100, round(100 * share)))
+        back = most * (written / 100 if kind is BlendKind.SHARE else (written / 100) ** 2)
+        return Blend(kind, Quantity(Number(written), percent)), abs(back - size)
+
+    def _braking(self, s: Move, row: Row) -> float:
+        """[m] that braking from the programmed speed takes: where a passage at full speed (CNT100) begins."""
+        speed = row.travel
+        if math.isnan(speed):
+            robot = self.work.robot
+            known = (
+                [a / w for a, w in zip(row.axes, robot.speeds.tolist(), strict=False)]
+                if robot is not None
+                else []
+            )
+            time = max(known, default=math.nan) / (row.fraction if row.fraction == row.fraction else 1.0)
+            speed = row.length / time if time > 0 else 1.0
+        robot = self.work.robot
+        push = robot.linear_acceleration if robot is not None and robot.linear_acceleration else _ACCELERATION
+        return speed * max(speed / push, _LEAST_TIME) / 2
+
+
+def _clean(value: float) -> float:
+    return float(f"{value:.9g}")

@@ -1,0 +1,148 @@
+"""A program of one language as the files of another: the passes, the writer, one file per routine where it takes that.
+
+Codes: X011 something that the target cannot say.
+"""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
+from olp.export import refuse_unwritable
+from olp.program import Program, Routine
+from olp.translate.canonical import Translated, canonical
+from olp.translate.limits import limits_of
+from olp.translate.split import split
+from olp.translate.work import Context, Fate
+
+_ROUNDS = 20  # of commenting out what the writer refuses
+
+
+@dataclass(frozen=True, slots=True)
+class Converted:
+    """`files`: name -> bytes; `main`: the one that runs. `translated`: the passes' losses and mapping."""
+
+    files: dict[str, bytes]
+    main: str
+    translated: Translated
+    problems: tuple[Diagnostic, ...] = field(default=())
+
+
+def convert(
+    program: Program,
+    vendor: str,
+    context: Context | None = None,
+    *,
+    encoding: str | None = None,
+    date: str | None = None,
+) -> Converted:
+    """`program` as files of the language `vendor`.
+
+    Raises OlpError with the program's own errors, with what the target cannot say (X002, X011), and where the
+    question needs a robot (X012). With `on_loss` "comment" statements that cannot be said become comments.
+    """
+    refuse_unwritable(vendor)
+    context = context or Context()
+    raise_errors([found.at(program.path) for found in program.diagnostics])
+    left_out: set[int] = set()
+    for _ in range(_ROUNDS):
+        translated = canonical(program, vendor, context, left_out)
+        raise_errors(translated.problems)
+        files, main, problems = _written(translated.program, vendor, encoding, date)
+        lines = {found.line for found in problems if found.line}
+        if not problems or context.on_loss != "comment" or lines <= left_out:
+            break
+        left_out |= lines
+    told = [*refusals(program, vendor, translated), *problems]
+    if told:
+        raise OlpError(*dict.fromkeys(told))
+    return Converted(files, main, translated)
+
+
+def refusals(program: Program, vendor: str, translated: Translated) -> list[Diagnostic]:
+    """An error (X011) for every statement that the passes refuse."""
+    found = []
+    for loss in translated.losses:
+        if loss.fate is Fate.REFUSED:
+            text = program.source.line(loss.line)
+            span = (
+                Span(loss.line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+                if loss.line
+                else None
+            )
+            message = f"{vendor} cannot say this: {loss.says}"
+            help = "--on-loss comment writes it as a comment"
+            found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
+    return found
+
+
+def _written(
+    program: Program, vendor: str, encoding: str | None, date: str | None
+) -> tuple[dict[str, bytes], str, list[Diagnostic]]:
+    """The files, which of them runs, and what the writer cannot say."""
+    from olp.vendors.vendor import find_vendor
+
+    limits = limits_of(vendor)
+    suffix = find_vendor(vendor).suffixes[0]
+    if vendor == "inform":
+        suffix = suffix.upper()
+    files: dict[str, bytes] = {}
+    problems: list[Diagnostic] = []
+    main = ""
+    for part in split(program, limits):
+        routine = _main_of(part)
+        stem = routine.name if routine is not None else "PROGRAM"
+        texts, found = _texts(part, vendor, date)
+        problems += found
+        for ending, text in texts.items():
+            name = f"{stem}{ending or suffix}"
+            if not found:
+                files[name] = _encoded(text, part, vendor, encoding)
+            if not main and not ending:
+                main = name
+    return files, main, problems
+
+
+def _main_of(program: Program) -> Routine | None:
+    return next(
+        (r for r in program.routines if r.name == program.main),
+        program.routines[0] if program.routines else None,
+    )
+
+
+def _texts(program: Program, vendor: str, date: str | None) -> tuple[dict[str, str], list[Diagnostic]]:
+    """The text of the file ("") and of those beside it, by suffix."""
+    from olp.export import now, rendered
+
+    writer: Any = import_module(f"olp.vendors.{vendor}.writer")
+    pair = {"pair": True} if "pair" in inspect.signature(writer.write).parameters else {}
+    values, problems = writer.write(program, date or now(), **pair)
+    companions: dict[str, str] = values.pop("companions", {})
+    if problems:
+        return {"": ""}, list(problems)
+    return {"": rendered(values, vendor, program), **companions}, []
+
+
+def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> bytes:
+    from olp.export import encoded, encoding_of
+
+    return encoded(text, program, vendor, encoding or encoding_of(program, vendor))
+
+
+def run_converted(converted: Converted, vendor: str, robot: Any) -> Any:
+    """The plan of the files, read again and run beside each other."""
+    import tempfile
+    from pathlib import Path
+
+    from olp.interpreter import run
+    from olp.reading import read
+
+    with tempfile.TemporaryDirectory() as folder:
+        for name, data in converted.files.items():
+            Path(folder, name).write_bytes(data)
+        program = read(Path(folder, converted.main), vendor=vendor)
+        raise_errors(program.diagnostics)
+        return run(program, robot=robot, folder=folder, max_steps=200_000)

@@ -1,0 +1,182 @@
+"""For languages whose routines share all variables: unique names, arguments and results in variables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from olp.expression import CallValue, Expression, Item, Member, Named, NamedArgument, Number, State, Text
+from olp.program import Assign, Call, Declare, Parameter, Program, Return, Routine, Statement
+from olp.translate.rewrite import expressions_of, mapped, statements_mapped
+from olp.translate.symbols import symbols_of
+from olp.translate.work import Fate, Work
+
+
+def share_variables(program: Program, work: Work) -> Program:
+    """No local variable, no parameter and no returned value is left; routines hand over by variables."""
+    own = _Shared(program, work)
+    routines = tuple(own.routine(routine) for routine in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+@dataclass(slots=True)
+class _Shared:
+    """`names`: (routine, local name) -> its name in the whole program. `results`: of each routine that returns."""
+
+    program: Program
+    work: Work
+    names: dict[tuple[str, str], str] = field(default_factory=dict)
+    results: dict[str, Named] = field(default_factory=dict)
+    declared: list[Declare] = field(default_factory=list)
+    parameters: dict[str, tuple[Parameter, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        taken: set[str] = {d.name.casefold() for d in self.program.data}
+        for routine in self.program.routines:
+            self.parameters[routine.name.casefold()] = routine.parameters
+            for name, kind, declare in _locals(routine):
+                unique = name if name.casefold() not in taken else self.work.fresh(f"{routine.name}_{name}")
+                taken.add(unique.casefold())
+                self.names[(routine.name, name)] = unique
+                if declare is None:
+                    self.declared.append(Declare(0, unique, kind or "real", None, shared=True))
+            if routine.returns or any(isinstance(s, Return) and s.value is not None for s in routine.body):
+                returned = Named(self.work.fresh(f"{routine.name}_result"))
+                self.results[routine.name.casefold()] = returned
+                self.declared.append(Declare(0, returned.name, routine.returns or "real", None, shared=True))
+        self._refuse_recursion()
+
+    def _refuse_recursion(self) -> None:
+        calls = {
+            r.name.casefold(): {c.casefold() for s in r.body for c in called_in(s)}
+            for r in self.program.routines
+        }
+        for name in calls:
+            seen: set[str] = set()
+            todo = [name]
+            while todo:
+                for other in calls.get(todo.pop(), ()):
+                    if other == name:
+                        routine = next(r for r in self.program.routines if r.name.casefold() == name)
+                        if _locals(routine):
+                            says = f"{routine.name} calls itself and has variables of its own"
+                            self.work.lose(routine.line, Fate.REFUSED, "recursion", says)
+                        todo, seen = [], seen | {other}
+                        break
+                    if other not in seen:
+                        seen.add(other)
+                        todo.append(other)
+
+    def routine(self, routine: Routine) -> Routine:
+        def change(e: Expression) -> Expression:
+            if type(e) is Named:
+                name = self.names.get((routine.name, e.name))
+                return e if name is None or name == e.name else Named(name)
+            return e
+
+        rows: list[Statement] = []
+        for s in routine.body:
+            if isinstance(s, Declare):
+                rows += self._local(routine, s, change)
+            else:
+                rows += self._statement(routine, mapped(s, change))
+        # Data of a file beside the routine keep their values between runs: they are the program's.
+        for declare in routine.data:
+            name = self.names.get((routine.name, declare.name), declare.name)
+            self.declared.append(replace(mapped(declare, change), name=name, shared=True))
+        return replace(routine, body=tuple(rows), parameters=(), returns="", data=())
+
+    def _local(self, routine: Routine, s: Declare, change: Any) -> Iterator[Statement]:
+        name = self.names.get((routine.name, s.name), s.name)
+        value = mapped(s.value, change)
+        again = s.storage == "variable" and not s.shared and value is not None and not s.sizes
+        kept = None if again and s.type not in ("tool", "frame", "position", "joints") else value
+        self.declared.append(replace(s, line=0, name=name, value=kept, shared=True, comment=""))
+        if again and kept is None:
+            assert value is not None
+            yield Assign(s.line, Named(name), value, s.comment)
+
+    # --- calls ------------------------------------------------------------------------------------------
+
+    def _statement(self, routine: Routine, s: Statement) -> list[Statement]:
+        if isinstance(s, Return) and s.value is not None:
+            own = self.results[routine.name.casefold()]
+            return [Assign(s.line, own, s.value), replace(s, value=None)]
+        if not isinstance(s, Call) or s.routine.casefold() not in self.parameters:
+            return [s]
+        before, after = self.handed_over(s.routine, s.arguments, s.line)
+        result = self.results.get(s.routine.casefold())
+        if s.result is not None and result is not None:
+            after = [Assign(s.line, s.result, result), *after]
+        return [*before, replace(s, arguments=(), result=None), *after]
+
+    def handed_over(
+        self, called: str, arguments: tuple[Expression, ...], line: int
+    ) -> tuple[list[Statement], list[Statement]]:
+        """What sets the variables of a routine's parameters, and what takes back those passed by reference."""
+        parameters = self.parameters[called.casefold()]
+        routine = next(r.name for r in self.program.routines if r.name.casefold() == called.casefold())
+        before: list[Statement] = []
+        after: list[Statement] = []
+        given = dict(paired(parameters, arguments))
+        for parameter in parameters:
+            target = Named(self.names[(routine, parameter.name)])
+            value = given.get(parameter.name, parameter.default)
+            if parameter.switch:
+                value = State(parameter.name in given)
+            if value is None:
+                continue
+            before.append(Assign(line, target, value))
+            if parameter.by_reference and isinstance(value, (Named, Item, Member)):
+                after.append(Assign(line, value, target))
+        return before, after
+
+
+def paired(
+    parameters: tuple[Parameter, ...], arguments: tuple[Expression, ...]
+) -> Iterator[tuple[str, Expression | None]]:
+    """Each argument with the name of its parameter."""
+    positional = iter(
+        [p for p in parameters if not p.optional and not p.switch] + [p for p in parameters if p.optional]
+    )
+    for argument in arguments:
+        if isinstance(argument, NamedArgument):
+            yield argument.name, argument.value
+        else:
+            parameter = next(positional, None)
+            if parameter is not None:
+                yield parameter.name, argument
+
+
+def called_in(s: Statement) -> list[str]:
+    """The routines that a statement calls."""
+    found = [s.routine] if isinstance(s, Call) else []
+    return found + [e.routine for e in expressions_of(s) if type(e) is CallValue]
+
+
+def _locals(routine: Routine) -> list[tuple[str, str, Declare | None]]:
+    """(name, type, declaration) of what is local to a routine; parameters have no declaration."""
+    found: list[tuple[str, str, Declare | None]] = [(p.name, p.type, None) for p in routine.parameters]
+    found += [(d.name, d.type, d) for d in routine.data if not d.shared]
+    known = {name for name, _, _ in found}
+    for s in routine.body:
+        if isinstance(s, Declare) and not s.shared and s.name not in known:
+            known.add(s.name)
+            found.append((s.name, s.type, s))
+    return found
+
+
+def fold_constants(program: Program, work: Work) -> Program:
+    """Names that always hold the same number, text or state are written as it."""
+    symbols = symbols_of(program)
+
+    def change(e: Expression) -> Expression:
+        if type(e) is Named and e.name not in work.registers:
+            value = symbols.fixed_value("", e)
+            if isinstance(value, (Number, Text, State)):
+                return value
+        return e
+
+    routines = tuple(replace(r, body=statements_mapped(r.body, change)) for r in program.routines)
+    return replace(program, routines=routines)

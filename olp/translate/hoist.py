@@ -1,0 +1,536 @@
+"""What a language cannot compute within a statement is computed before it: calls, functions, parts of conditions.
+
+A loop whose condition needs such a computation becomes one that is left from within.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from olp.expression import (
+    Binary,
+    CallValue,
+    Compare,
+    Expression,
+    Function,
+    Item,
+    Logic,
+    Member,
+    Named,
+    Number,
+    Quantity,
+    Signal,
+    State,
+    SystemValue,
+    Text,
+    Unary,
+)
+from olp.program import (
+    Assign,
+    Break,
+    Call,
+    Declare,
+    Dwell,
+    Else,
+    ElseIf,
+    EndIf,
+    EndWhile,
+    For,
+    If,
+    Jump,
+    Message,
+    Move,
+    Program,
+    Routine,
+    SetOutput,
+    Statement,
+    Switch,
+    Until,
+    Wait,
+    While,
+)
+from olp.translate.rewrite import expressions_of, mapped
+from olp.translate.symbols import Symbols, kind_of_value, symbols_of
+from olp.translate.tree import Block, Node, flat, negated, parse
+from olp.translate.work import Work
+
+_ARITHMETIC: Final = ("+", "-", "*", "/")
+_FLAG_WORDS: Final = ("group", "analog", "register")
+
+
+def hoist(program: Program, work: Work) -> Program:
+    """For INFORM and FANUC: expressions that they can write, all else computed into variables beforehand."""
+    own = _Hoist(work, symbols_of(program))
+    routines = tuple(own.routine_of(routine) for routine in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+@dataclass(slots=True)
+class _Hoist:
+    work: Work
+    symbols: Symbols
+    declared: list[Declare] = field(default_factory=list)
+    routine: str = ""
+    spare: dict[str, list[Named]] = field(
+        default_factory=dict
+    )  # temporaries by type, used anew by each statement
+    used: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def simple(self) -> bool:
+        """Whether the target (INFORM) takes only comparisons joined from left to right."""
+        return self.work.target == "inform"
+
+    def routine_of(self, routine: Routine) -> Routine:
+        self.routine = routine.name
+        nodes = parse(routine.body)
+        if nodes is None:
+            return routine
+        return replace(routine, body=tuple(flat(self.nodes(nodes))))
+
+    def temporary(self, kind: str) -> Named:
+        """A variable for one value within one statement."""
+        at = self.used.get(kind, 0)
+        self.used[kind] = at + 1
+        pool = self.spare.setdefault(kind, [])
+        if at == len(pool):
+            pool.append(Named(self.work.fresh(f"temp_{kind}")))
+            declare = Declare(0, pool[-1].name, kind, None, shared=True)
+            self.declared.append(declare)
+            from olp.translate.symbols import Symbol
+
+            self.symbols.table[("", pool[-1].name)] = Symbol(pool[-1].name, kind, assigned=1)
+        return pool[at]
+
+    # --- statements -------------------------------------------------------------------------------------
+
+    def nodes(self, nodes: list[Node]) -> list[Node]:
+        result: list[Node] = []
+        for node in nodes:
+            self.used.clear()
+            result += self._block(node) if isinstance(node, Block) else self._statement(node)
+        return result
+
+    def _block(self, block: Block) -> list[Node]:
+        head = block.opener
+        if isinstance(head, If):
+            return self._if(block)
+        inside = [(marker, self.nodes(rows)) for marker, rows in block.branches]
+        self.used.clear()
+        before: list[Statement] = []
+        if isinstance(head, While):
+            condition = self.condition(head.condition, before)
+            if not before:
+                return [Block([(replace(head, condition=condition), inside[0][1])], block.closer)]
+            leave = Block([(If(head.line, negated(condition)), [Break(head.line)])], EndIf(head.line))
+            endless = While(head.line, State(True), head.comment)
+            return [Block([(endless, [*before, leave, *inside[0][1]])], EndWhile(block.closer.line))]
+        if isinstance(block.closer, Until):
+            condition = self.condition(block.closer.condition, before)
+            return [Block([(head, [*inside[0][1], *before])], replace(block.closer, condition=condition))]
+        if isinstance(head, Switch):
+            value = self.value(head.value, before, alone=True)
+            return [*before, Block([(replace(head, value=value), []), *inside[1:]], block.closer)]
+        if isinstance(head, For):
+            head = replace(
+                head,
+                start=self.value(head.start, before, alone=True),
+                stop=self.value(head.stop, before, alone=True),
+                step=None if head.step is None else self.value(head.step, before, alone=True),
+            )
+            return [*before, Block([(head, inside[0][1])], block.closer)]
+        return [Block(inside, block.closer)]
+
+    def _if(self, block: Block) -> list[Node]:
+        head = block.opener
+        assert isinstance(head, If)
+        before: list[Statement] = []
+        condition = self.condition(head.condition, before)
+        branches: list[tuple[Statement, list[Node]]] = [
+            (replace(head, condition=condition), self.nodes(block.branches[0][1]))
+        ]
+        for at, (marker, rows) in enumerate(block.branches[1:], 1):
+            if isinstance(marker, ElseIf):
+                self.used.clear()
+                needed: list[Statement] = []
+                condition = self.condition(marker.condition, needed)
+                if needed:
+                    # What the condition needs is computed only where the ones before did not hold.
+                    inner = Block(
+                        [(If(marker.line, marker.condition), rows), *block.branches[at + 1 :]],
+                        EndIf(marker.line),
+                    )
+                    branches.append((Else(marker.line, marker.comment), self.nodes([inner])))
+                    return [*before, Block(branches, block.closer)]
+                branches.append((replace(marker, condition=condition), self.nodes(rows)))
+            else:
+                branches.append((marker, self.nodes(rows)))
+        return [*before, Block(branches, block.closer)]
+
+    def _statement(self, s: Statement) -> list[Node]:
+        before: list[Statement] = []
+        match s:
+            case Assign():
+                return [*before, *self._assign(s)]
+            case SetOutput():
+                return self._output(s)
+            case Wait() | Jump() if s.condition is not None:
+                condition = self.condition(s.condition, before)
+                if before and isinstance(s, Wait):
+                    return self._polled(s)
+                return [*before, replace(s, condition=condition)]
+            case Dwell() | Move():
+                new = self._quantities(s, before)
+                if isinstance(new, Move):
+                    new = self._move(new, before)
+                return [*before, new]
+            case Call():
+                arguments = tuple(self.value(a, before, alone=True) for a in s.arguments)
+                return [*before, replace(s, arguments=arguments)]
+            case Message():
+                return [*before, replace(s, text=self.value(s.text, before, alone=True))]
+            case _:
+                return [s]
+
+    def _move(self, s: Move, before: list[Statement]) -> Move:
+        targets = tuple(self._position(t, before) for t in s.targets)
+        via = None if s.via is None else self._position(s.via, before)
+        if targets == s.targets and via == s.via:
+            return s
+        return replace(s, targets=targets, via=via)
+
+    def _position(self, e: Expression, before: list[Statement]) -> Expression:
+        """A computed position whose numbers the target can write."""
+        if isinstance(e, CallValue):
+            return self._called(e, before)
+        if not isinstance(e, (Function, Item)):
+            return e
+        if isinstance(e, Item):
+            return self._index(e, before)
+        arguments = tuple(
+            self._position(a, before) if self._is_position(a) else self.value(a, before) for a in e.arguments
+        )
+        return replace(e, arguments=arguments)
+
+    def _polled(self, s: Wait) -> list[Node]:
+        """A wait whose condition has to be computed anew each time."""
+        before: list[Statement] = []
+        self.used.clear()
+        condition = self.condition(s.condition, before)
+        leave = Block([(If(s.line, condition), [Break(s.line)])], EndIf(s.line))
+        head = While(s.line, State(True), s.comment)
+        return [Block([(head, [*before, leave])], EndWhile(s.line))]
+
+    def _assign(self, s: Assign) -> list[Node]:
+        before: list[Statement] = []
+        target = (
+            mapped(s.target, lambda e: self._index(e, before))
+            if isinstance(s.target, (Item, Member))
+            else s.target
+        )
+        kind = kind_of_value(self.symbols, self.routine, target)
+        value = s.value
+        if _is_condition(value) and not (isinstance(value, Signal) and not self.simple):
+            if isinstance(value, Named):
+                return [*before, replace(s, target=target)]
+            return [*before, *self._as_flag(s.line, target, value, s.comment)]
+        if isinstance(value, Function) and not self._is_position(value):
+            value = self._function(value, before)
+        elif self._is_position(value):
+            value = self._position(value, before)
+        else:
+            value = self.value(value, before, whole=kind == "integer")
+        return [*before, replace(s, target=target, value=value)]
+
+    def _as_flag(self, line: int, target: Expression, value: Expression, comment: str = "") -> list[Node]:
+        """A condition's value in a variable: 1 where it holds, else 0."""
+        if isinstance(value, State):
+            return [Assign(line, target, Number(int(value.on)), comment)]
+        before: list[Statement] = []
+        condition = self.condition(value, before)
+        block = Block(
+            [
+                (If(line, condition, comment), [Assign(line, target, Number(1))]),
+                (Else(line), [Assign(line, target, Number(0))]),
+            ],
+            EndIf(line),
+        )
+        return [*before, block]
+
+    def _output(self, s: SetOutput) -> list[Node]:
+        before: list[Statement] = []
+        if (
+            _is_condition(s.value)
+            and not isinstance(s.value, (State, Named))
+            and not _is_number(s.signal.bus)
+        ):
+            if not self.simple:
+                return [s]
+            condition = self.condition(s.value, before)
+            on: list[Node] = [replace(s, value=State(True))]
+            off: list[Node] = [replace(s, value=State(False), comment="")]
+            return [*before, Block([(If(s.line, condition), on), (Else(s.line), off)], EndIf(s.line))]
+        return [*before, replace(s, value=self.value(s.value, before, alone=True))]
+
+    def _quantities(self, s: Any, before: list[Statement]) -> Any:
+        """Computed speeds, times and blends in variables, in the unit that a number of the target has there."""
+
+        def change(node: Any) -> Any:
+            if type(node) is not Quantity or isinstance(node.written, Number):
+                return node
+            kind = "integer" if self.simple else "real"
+            scale = _INFORM_SCALES.get(round(node.scale, 12), node.scale) if self.simple else node.scale
+            if not self.simple and isinstance(node.written, Named):
+                return node
+            factor = node.scale / scale
+            value = node.written if abs(factor - 1) < 1e-12 else Binary("*", node.written, Number(factor))
+            target = self.temporary(kind)
+            before.extend(flat(self._assign(Assign(s.line, target, value))))
+            return Quantity(target, scale)
+
+        changes: dict[str, Any] = {}
+        for name in ("duration", "acceleration", "deceleration", "turn"):
+            old = getattr(s, name, None)
+            if old is not None and (new := change(old)) is not old:
+                changes[name] = new
+        for name in ("speed", "blend", "rate"):
+            old = getattr(s, name, None)
+            if old is not None and old.value is not None and (new := change(old.value)) is not old.value:
+                changes[name] = old._replace(value=new)
+        return replace(s, **changes) if changes else s
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def _is_position(self, e: Expression) -> bool:
+        return kind_of_value(self.symbols, self.routine, e) in ("position", "joints", "tool", "frame")
+
+    def _index(self, e: Expression, before: list[Statement]) -> Expression:
+        if isinstance(e, Item):
+            return replace(e, indices=tuple(self.value(i, before, alone=True) for i in e.indices))
+        return e
+
+    def value(
+        self, e: Expression, before: list[Statement], alone: bool = False, whole: bool = False
+    ) -> Expression:
+        """An expression that the target can write; `alone`: a single value, as most instructions take it."""
+        match e:
+            case Number() | Text() | State() | Named():
+                return e
+            case CallValue():
+                return self._called(e, before)
+            case Function() if not self._is_position(e):
+                function = self._function(e, before)
+                if not self.simple and not alone:
+                    return function
+                return self._kept(
+                    function,
+                    "real" if kind_of_value(self.symbols, self.routine, e) == "real" else "integer",
+                    before,
+                )
+            case Binary("div" | "mod" as word, left, right) if self.simple:
+                return self._divided(word, left, right, before)
+            case Binary(operator, left, right):
+                new: Expression = Binary(operator, self.value(left, before), self.value(right, before))
+            case Unary("-", operand):
+                inner = self.value(operand, before)
+                new = (
+                    Binary("-", Number(0), inner)
+                    if self.simple and not isinstance(inner, Number)
+                    else Unary("-", inner)
+                )
+            case Item(indices=indices):
+                return replace(e, indices=tuple(self.value(i, before, alone=True) for i in indices))
+            case Member(name=name) if self.simple:
+                # The controller counts elements in 0.001 mm and 0.0001 deg.
+                count = 1000 if name in "xyz" else 10_000
+                target = self.temporary("integer")
+                before.append(Assign(0, target, Binary("*", e, Number(count))))
+                return Binary("/", target, Number(count))
+            case SystemValue() | Signal() | Member():
+                return (
+                    e
+                    if not alone
+                    else self._kept(e, kind_of_value(self.symbols, self.routine, e) or "integer", before)
+                )
+            case _ if _is_condition(e):
+                target = self.temporary("integer")
+                line = before[-1].line if before else 0
+                before.extend(flat(self._as_flag(line, target, e)))
+                return target
+            case _:
+                return e
+        kind = kind_of_value(self.symbols, self.routine, e)
+        return self._kept(new, "integer" if kind == "integer" or whole else "real", before) if alone else new
+
+    def _kept(self, e: Expression, kind: str, before: list[Statement]) -> Named:
+        target = self.temporary(kind if kind in ("integer", "real", "string") else "integer")
+        before.append(Assign(before[-1].line if before else 0, target, e))
+        return target
+
+    def _divided(self, word: str, left: Expression, right: Expression, before: list[Statement]) -> Expression:
+        from olp.program import Update
+
+        first, second = self.value(left, before, alone=True), self.value(right, before, alone=True)
+        quotient = self.temporary("integer")
+        before += [Assign(0, quotient, first), Update(0, "/", quotient, second)]
+        if word == "div":
+            return quotient
+        return Binary("-", first, Binary("*", quotient, second))
+
+    def _function(self, e: Function, before: list[Statement]) -> Expression:
+        if self.simple and e.name == "round" and len(e.arguments) == 1:
+            target = self.temporary("integer")
+            before.append(Assign(0, target, self.value(e.arguments[0], before)))
+            return target
+        if self.simple and e.name == "tan":
+            sine = self.value(Function("sin", e.arguments), before, alone=True)
+            cosine = self.value(Function("cos", e.arguments), before, alone=True)
+            return Binary("/", sine, cosine)
+        if self.simple and e.name == "abs" and len(e.arguments) == 1:
+            return self._absolute(e.arguments[0], before)
+        return replace(e, arguments=tuple(self.value(a, before, alone=True) for a in e.arguments))
+
+    def _absolute(self, e: Expression, before: list[Statement]) -> Expression:
+        kind = "integer" if kind_of_value(self.symbols, self.routine, e) == "integer" else "real"
+        target = self.temporary(kind)
+        turned = Assign(0, target, Binary("-", Number(0), target))
+        negative: list[Statement] = [If(0, Compare("<", target, Number(0))), turned, EndIf(0)]
+        before += [Assign(0, target, self.value(e, before)), *negative]
+        return target
+
+    def _called(self, e: CallValue, before: list[Statement]) -> Expression:
+        """A routine's value: called before the statement."""
+        kind = kind_of_value(self.symbols, self.routine, e) or "real"
+        target = self.temporary(kind)
+        arguments = tuple(self.value(a, before) for a in e.arguments)
+        before.append(Call(0, e.routine, arguments, result=target))
+        return target
+
+    # --- conditions -------------------------------------------------------------------------------------
+
+    def condition(self, e: Expression, before: list[Statement]) -> Expression:
+        """A condition that the target can write."""
+        if not self.simple:
+            return mapped(self._with_values(e, before), self._plain_flag)
+        plain = self._comparison(e, before)
+        if isinstance(plain, Compare):
+            return plain
+        assert isinstance(plain, Logic)
+        parts = self._left_to_right(plain)
+        if parts is not None:
+            return parts
+        # No order of writing says it: each part that stands in parentheses becomes a flag.
+        rest = tuple((word, self._flag(part, before)) for word, part in plain.rest)
+        return Logic(self._flag(plain.first, before), rest)
+
+    def _with_values(self, e: Expression, before: list[Statement]) -> Expression:
+        if any(type(x) is CallValue for x in expressions_of(e)):
+            return mapped(e, lambda x: self._called(x, before) if isinstance(x, CallValue) else x)
+        return e
+
+    def _plain_flag(self, e: Expression) -> Expression:
+        """FANUC: a variable that holds 0 or 1, where a condition stands."""
+        if isinstance(e, Logic):
+            rest = tuple((word, self._as_comparison(part)) for word, part in e.rest)
+            return Logic(self._as_comparison(e.first), rest)
+        if isinstance(e, Unary) and e.operator == "not":
+            return Unary("not", self._as_comparison(e.operand))
+        if isinstance(e, Compare) and isinstance(e.right, State) and isinstance(e.left, Named):
+            return Compare(e.operator, e.left, Number(int(e.right.on)))
+        return e
+
+    def _as_comparison(self, e: Expression) -> Expression:
+        return Compare("<>", e, Number(0)) if isinstance(e, (Named, Item)) else e
+
+    def _comparison(self, e: Expression, before: list[Statement]) -> Expression:
+        match e:
+            case State(on):
+                return Compare("=", Number(1), Number(1 if on else 0))
+            case Signal():
+                return Compare("=", e, State(True))
+            case Unary("not", operand):
+                turned = negated(operand)
+                if isinstance(turned, Unary):
+                    inner = self._comparison(operand, before)
+                    return self._comparison(negated(inner), before)
+                return self._comparison(turned, before)
+            case Compare(operator, left, right):
+                return self._compare(operator, left, right, before)
+            case Logic(first, rest):
+                return Logic(
+                    self._comparison(first, before),
+                    tuple((word, self._comparison(part, before)) for word, part in rest),
+                )
+            case _:
+                return Compare("<>", self.value(e, before, alone=True), Number(0))
+
+    def _compare(
+        self, operator: str, left: Expression, right: Expression, before: list[Statement]
+    ) -> Expression:
+        if isinstance(right, State) and not isinstance(left, Signal):
+            if isinstance(left, (Named, Item)):
+                return Compare(operator, left, Number(int(right.on)))
+            inner = left if right.on == (operator == "=") else negated(left)
+            return self._comparison(inner, before)
+        if _is_condition(left) and not isinstance(left, (Signal, Named)):
+            left = self._flag_variable(left, before)
+            right = self._flag_variable(right, before) if _is_condition(right) else right
+        return Compare(operator, self._side(left, before), self._side(right, before))
+
+    def _side(self, e: Expression, before: list[Statement]) -> Expression:
+        if isinstance(e, (Signal, State)):
+            return e
+        new = self.value(e, before)
+        # Signals and numbers alone, or sums of them: IFTHENEXP.
+        return new if not isinstance(new, (Member, SystemValue)) else self._kept(new, "real", before)
+
+    def _flag_variable(self, e: Expression, before: list[Statement]) -> Expression:
+        target = self.temporary("integer")
+        before.extend(flat(self._as_flag(0, target, e)))
+        return target
+
+    def _flag(self, e: Expression, before: list[Statement]) -> Expression:
+        return e if isinstance(e, Compare) else Compare("=", self._flag_variable(e, before), Number(1))
+
+    def _left_to_right(self, e: Logic) -> Expression | None:
+        """The condition without parentheses: only its first part may be joined itself, and parts may change places."""
+        first, rest = e.first, list(e.rest)
+        if isinstance(first, Logic):
+            inner = self._left_to_right(first)
+            if not isinstance(inner, Logic):
+                return None
+            first, rest = inner.first, [*inner.rest, *rest]
+        joined = [part for _, part in rest if isinstance(part, Logic)]
+        if not joined:
+            return Logic(first, tuple(rest)) if not isinstance(first, Logic) else None
+        if len(rest) == 1 and isinstance(first, Compare):
+            word, part = rest[0]
+            assert isinstance(part, Logic)
+            inner = self._left_to_right(part)
+            if isinstance(inner, Logic):
+                return Logic(inner.first, (*inner.rest, (word, first)))
+        return None
+
+
+# INFORM counts a variable in finer units than a literal: 0.1 mm/s, 0.01 %, 0.1 deg/s, 0.01 s.
+_INFORM_SCALES: Final[dict[float, float]] = {
+    0.001: 0.0001,
+    0.01: 0.0001,
+    round(3.141592653589793 / 180, 12): 3.141592653589793 / 1800,
+    1.0: 0.01,
+}
+
+
+def _is_number(bus: str) -> bool:
+    return any(word in bus for word in _FLAG_WORDS)
+
+
+def _is_condition(e: Expression) -> bool:
+    match e:
+        case State() | Compare() | Logic() | Unary("not", _):
+            return True
+        case Signal(bus):
+            return not _is_number(bus)
+        case _:
+            return False

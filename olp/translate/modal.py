@@ -1,0 +1,299 @@
+"""What held for all following moves is written into each of them.
+
+Where it depends on the way there, a variable holds it, which is set where the modal statement stood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from olp.expression import Binary, Expression, FrameRef, Named, Number, Quantity
+from olp.program import (
+    Acceleration,
+    AccelerationUnit,
+    Assign,
+    BlendKind,
+    Comment,
+    Declare,
+    Move,
+    Path,
+    Program,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOverride,
+    SetSpeed,
+    SetTool,
+    Speed,
+    SpeedUnit,
+    Statement,
+)
+from olp.translate.reaching import UNSET, Key, Reaching, Values, reaching
+from olp.translate.rewrite import expressions_of
+from olp.translate.symbols import LITERALS, Symbols, symbols_of
+from olp.translate.work import Fate, Work
+from olp.units import deg, mm, percent
+
+_MODAL: Final = (SetSpeed, SetAcceleration, SetBlend, SetTool, SetFrame, SetOverride)
+# What a variable that holds a modal value counts in, SI per unit.
+_SCALES: Final[Mapping[object, float]] = {
+    SpeedUnit.FRACTION: percent,
+    SpeedUnit.TRAVEL: mm,
+    SpeedUnit.TURN: deg,
+    SpeedUnit.AXIS: deg,
+    SpeedUnit.TIME: 1.0,
+    AccelerationUnit.FRACTION: percent,
+    AccelerationUnit.TRAVEL: 1.0,
+    AccelerationUnit.AXIS: deg,
+    BlendKind.RADIUS: mm,
+    BlendKind.SHARE: percent,
+    BlendKind.SPEED: percent,
+    BlendKind.TURN: deg,
+}
+# What holds where a program sets nothing, as the interpreter takes it.
+_BLENDS: Final[Mapping[object, float]] = {
+    BlendKind.SHARE: 50.0,
+    BlendKind.RADIUS: 3.0,
+    BlendKind.SPEED: 100.0,
+    BlendKind.TURN: 5.0,
+}
+_SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
+_TOOL: Final[Key] = ("tool",)
+_FRAME: Final[Key] = ("frame",)
+_OVERRIDE: Final[Key] = ("override",)
+
+
+@dataclass(slots=True)
+class _Modal:
+    """`definitions`: what each definition sets its key to, in order of finding."""
+
+    program: Program
+    work: Work
+    symbols: Symbols
+    definitions: list[object] = field(default_factory=list)
+    numbers: dict[tuple[int, Key], int] = field(default_factory=dict)
+    variables: dict[Key, Named] = field(default_factory=dict)
+    declared: list[Declare] = field(default_factory=list)
+    assigned: dict[int, tuple[Key, Named]] = field(default_factory=dict)  # definition -> its variable
+    routine: str = ""
+    flow: Reaching = field(default_factory=Reaching)
+
+    # --- definitions ------------------------------------------------------------------------------------
+
+    def of(self, s: Statement) -> Mapping[Key, int]:
+        """The keys that a statement sets."""
+        if isinstance(s, Move):
+            if s.speed is None or self.program.vendor != "inform":
+                return {}
+            return {(_LAST, s.speed.unit): self._number(s, (_LAST, s.speed.unit), s.speed.value)}
+        if not isinstance(s, _MODAL):
+            return {}
+        return {key: self._number(s, key, value) for key, value in _settings(s).items()}
+
+    def _number(self, s: Statement, key: Key, value: object) -> int:
+        number = self.numbers.get((id(s), key))
+        if number is None:
+            number = self.numbers[(id(s), key)] = len(self.definitions)
+            self.definitions.append(value)
+        return number
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def value(self, index: int, key: Key, unset: object = None) -> object:
+        """What holds at a statement: a value, a variable where it depends on the way there, or `unset`."""
+        found = self.flow.at(self.routine, index, key)
+        if found == {UNSET}:
+            return unset
+        values = [unset if number == UNSET else self.definitions[number] for number in found]
+        first = values[0]
+        if all(value == first for value in values) and self._is_fixed(first):
+            return first
+        if unset is None and UNSET in found and len(found) == 2:
+            known = next(value for value in values if value is not None)
+            if self._is_fixed(known):
+                self.work.notes.append(
+                    f"{key[0]}: taken as set, although one way leads past every statement that sets it"
+                )
+                return known
+        return self._variable(key, found, unset)
+
+    def _is_fixed(self, value: object) -> bool:
+        """Whether a value is the same whenever it is looked at."""
+        return all(
+            not isinstance(e, Named) or self.symbols.fixed_value(self.routine, e) is not None
+            for e in expressions_of(value)
+        ) and not any(
+            type(e).__name__ in ("Item", "Member", "Signal", "Function", "CallValue", "SystemValue")
+            for e in expressions_of(value)
+        )
+
+    def _variable(self, key: Key, found: Values, unset: object) -> object:
+        name = self.variables.get(key)
+        if name is None:
+            name = self.variables[key] = Named(self.work.fresh("_".join(str(part) for part in key)))
+            frame = key in (_TOOL, _FRAME)
+            value: Any = unset if frame else Number(0.0)
+            self.declared.append(Declare(0, name.name, str(key[0]) if frame else "real", value, shared=True))
+        for number in found:
+            if number != UNSET:
+                self.assigned[number] = (key, name)
+        if key in (_TOOL, _FRAME):
+            return name
+        return Quantity(name, _scale(key))
+
+    # --- statements -------------------------------------------------------------------------------------
+
+    def move(self, index: int, s: Move) -> Move:
+        changes: dict[str, Any] = {}
+        joint = s.path is Path.JOINT
+        if s.speed is None:
+            changes["speed"] = self._speed(index, s, joint)
+        if s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS:
+            usual = Quantity(Number(_BLENDS.get(s.blend.kind, 0.0)), _SCALES.get(s.blend.kind, 1.0))
+            size: Any = self.value(index, (_BLEND, s.blend.kind), usual)
+            changes["blend"] = s.blend._replace(value=size)
+        if s.acceleration is None and s.rate is None:
+            share = self.value(index, (_RATE, joint, True))
+            rate = self.value(index, (_RATE, joint, False))
+            if share is not None:
+                changes["acceleration"] = share
+            if rate is not None:
+                unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
+                changes["rate"] = Acceleration(unit, rate)  # type: ignore[arg-type]
+        if s.turn is None and (turn := self.value(index, (_TURN,))) is not None:
+            changes["turn"] = turn
+        if s.tool is None:
+            changes["tool"] = self.value(index, _TOOL, FrameRef("tool", Number(0)))
+        if s.frame is None:
+            changes["frame"] = self.value(index, _FRAME, FrameRef("base"))
+        if not self.work.limits.has_override:
+            self._fold_override(index, s, changes)
+        return replace(s, **changes) if changes else s
+
+    def _speed(self, index: int, s: Move, joint: bool) -> Speed | None:
+        units = (SpeedUnit.FRACTION, SpeedUnit.AXIS) if joint else (SpeedUnit.TRAVEL,)
+        found = [(unit, self.value(index, (_SPEED, unit))) for unit in units]
+        found += [(unit, self.value(index, (_LAST, unit))) for unit in units]
+        for unit, value in found:
+            if value is not None:
+                return Speed(unit, value)  # type: ignore[arg-type]
+        self.work.lose(
+            s, Fate.APPROXIMATED, "speed", "no speed was set before this move: the target's default holds"
+        )
+        return None
+
+    def _fold_override(self, index: int, s: Move, changes: dict[str, Any]) -> None:
+        share = self.value(index, _OVERRIDE)
+        speed: Speed | None = changes.get("speed", s.speed)
+        if share is None or speed is None or speed.unit is SpeedUnit.TIME:
+            return
+        assert isinstance(share, Quantity)
+        known, written = share.literal, speed.value.literal
+        if known is not None and written is not None:
+            changes["speed"] = Speed(
+                speed.unit, Quantity(Number(written * known / speed.value.scale), speed.value.scale)
+            )
+            return
+        product = Binary("*", speed.value.written, share.written)
+        changes["speed"] = Speed(speed.unit, Quantity(product, speed.value.scale * share.scale))
+
+    def kept(self, s: Statement) -> list[Statement]:
+        """What a modal statement becomes: assignments to the variables that need it, and its comment."""
+        rows: list[Statement] = []
+        for key, value in _settings(s).items():
+            wanted = self.assigned.get(self.numbers.get((id(s), key), UNSET))
+            if wanted is not None:
+                rows.append(Assign(s.line, wanted[1], _counted(value, key)))
+        comment = getattr(s, "comment", "")
+        if isinstance(s, SetOverride) and self.work.limits.has_override:
+            return [s]
+        if comment:
+            rows.insert(0, Comment(s.line, comment))
+        return rows
+
+
+def _settings(s: Statement) -> dict[Key, object]:
+    """The keys that a modal statement sets, and to what."""
+    match s:
+        case SetSpeed(speeds=speeds, turn=turn):
+            found: dict[Key, object] = {(_SPEED, speed.unit): speed.value for speed in speeds}
+            if turn is not None:
+                found[(_TURN,)] = turn
+            return found
+        case SetBlend(blends=blends):
+            return {(_BLEND, blend.kind): blend.value for blend in blends if blend.value is not None}
+        case SetAcceleration(rates=rates, path=path):
+            found = {}
+            for rate in rates:
+                if rate.unit is AccelerationUnit.FRACTION:
+                    paths = (True, False) if path is None else (path is Path.JOINT,)
+                    found |= {(_RATE, joint, True): rate.value for joint in paths}
+                else:
+                    found[(_RATE, rate.unit is AccelerationUnit.AXIS, False)] = rate.value
+            return found
+        case SetTool(tool=tool):
+            return {_TOOL: tool}
+        case SetFrame(frame=frame):
+            return {_FRAME: frame}
+        case SetOverride(share=share):
+            return {_OVERRIDE: share}
+        case _:
+            return {}
+
+
+def _scale(key: Key) -> float:
+    if key[0] == _RATE:
+        return percent if key[2] else deg if key[1] else 1.0
+    if key[0] == _TURN:
+        return deg
+    return percent if key == _OVERRIDE else _SCALES[key[1]]
+
+
+def _counted(value: object, key: Key) -> Expression:
+    """A value in the unit that its variable counts in."""
+    if not isinstance(value, Quantity):
+        assert isinstance(value, (*LITERALS, Named, FrameRef)) or value is not None
+        return value  # type: ignore[return-value]
+    scale = _scale(key)
+    if isinstance(value.written, Number):
+        return Number(float(f"{value.written.value * value.scale / scale:.12g}"))
+    factor = value.scale / scale
+    return value.written if abs(factor - 1.0) < 1e-12 else Binary("*", value.written, Number(factor))
+
+
+def modal(program: Program, work: Work) -> Program:
+    """Every move with its speed, blend, accelerations, tool and frame; no modal statement is left."""
+    if not _needs(program):
+        return program
+    own = _Modal(program, work, symbols_of(program))
+    own.flow = reaching(program, own.of)
+    bodies = []
+    for routine in program.routines:
+        own.routine = routine.name
+        bodies.append(
+            [own.move(index, s) if isinstance(s, Move) else s for index, s in enumerate(routine.body)]
+        )
+    routines = []
+    for routine, body in zip(program.routines, bodies, strict=True):
+        own.routine = routine.name
+        rows: list[Statement] = []
+        for original, s in zip(routine.body, body, strict=True):
+            rows += own.kept(original) if isinstance(original, _MODAL) else [s]
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines), data=(*program.data, *own.declared))
+
+
+def _needs(program: Program) -> bool:
+    for s in program.statements():
+        if isinstance(s, _MODAL):
+            return True
+        if isinstance(s, Move) and (
+            s.speed is None
+            or s.tool is None
+            or s.frame is None
+            or (s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS)
+        ):
+            return True
+    return False

@@ -1,0 +1,139 @@
+"""Names that the target takes: letters, length, its own words, and no two that it reads as one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.expression import CallValue, Expression, Named, NamedArgument
+from olp.program import Call, Declare, Jump, Label, Program, Routine, StartTask, Statement
+from olp.translate.rewrite import mapped
+from olp.translate.work import Work
+
+_LETTERS: Final = str.maketrans(
+    {
+        "ä": "ae",
+        "ö": "oe",
+        "ü": "ue",
+        "Ä": "Ae",
+        "Ö": "Oe",
+        "Ü": "Ue",
+        "ß": "ss",
+        "é": "e",
+        "è": "e",
+        "à": "a",
+    }
+)
+
+
+def names(program: Program, work: Work) -> Program:
+    """Every routine, variable and label with a name that the target takes; what changed is in the mapping."""
+    own = _Names(work)
+    for routine in program.routines:
+        own.name("routine", routine.name)
+    if not work.limits.numbered:
+        _note_all(program, own)
+    routines = tuple(own.routine(routine) for routine in program.routines)
+    data = tuple(own.declare(declare) for declare in program.data)
+    main = own.name("routine", program.main) if program.main else ""
+    return replace(program, routines=routines, data=data, main=main)
+
+
+def _note_all(program: Program, own: _Names) -> None:
+    for declare in program.data:
+        own.name("variable", declare.name)
+    for routine in program.routines:
+        for parameter in routine.parameters:
+            own.name("variable", parameter.name)
+
+
+@dataclass(slots=True)
+class _Names:
+    work: Work
+    known: dict[tuple[str, str], str] = field(default_factory=dict)
+    taken: dict[str, set[str]] = field(default_factory=dict)
+
+    def name(self, kind: str, name: str, scope: str = "") -> str:
+        """What `name` is called in the target."""
+        key = (f"{kind} {scope}" if scope else kind, name)
+        found = self.known.get(key)
+        if found is None:
+            found = self.known[key] = self._legal(kind, name, scope)
+            if found != name:
+                self.work.names.setdefault((kind, name), found)
+        return found
+
+    def _legal(self, kind: str, name: str, scope: str) -> str:
+        limits = self.work.limits
+        wanted = self._wanted(kind).get(name)
+        text = wanted or name.translate(_LETTERS)
+        if wanted is None and not re.fullmatch(limits.names, text):
+            text = re.sub(r"[^A-Za-z0-9_]", "_", text) or "n"
+            if not re.fullmatch(limits.names, text):
+                text = f"n_{text}" if re.fullmatch(limits.names, f"n_{text}") else f"n{text.strip('_')}"
+        if text.upper() in limits.reserved:
+            text = f"{text}_1"
+        longest = {
+            "routine": limits.routine_name,
+            "variable": limits.variable_name,
+            "label": limits.label_name,
+        }[kind]
+        # Routines and variables share one room in most languages.
+        room = self.taken.setdefault(f"label {scope}" if kind == "label" else "name", set())
+        return self._unique(text[:longest] if longest else text, longest, room)
+
+    def _unique(self, text: str, longest: int, room: set[str]) -> str:
+        count, name = 1, text
+        while (name if self.work.limits.case_sensitive else name.casefold()) in room:
+            count += 1
+            tail = f"_{count}"
+            name = (text[: longest - len(tail)] if longest else text) + tail
+        room.add(name if self.work.limits.case_sensitive else name.casefold())
+        return name
+
+    def _wanted(self, kind: str) -> Mapping[str, str]:
+        mapping = self.work.context.mapping
+        return {"routine": mapping.routines, "variable": mapping.variables}.get(kind, {})
+
+    # --- the program ------------------------------------------------------------------------------------
+
+    def routine(self, routine: Routine) -> Routine:
+        body = tuple([self._statement(s, routine.name) for s in routine.body])
+        parameters = tuple(replace(p, name=self.name("variable", p.name)) for p in routine.parameters)
+        data = tuple(self.declare(declare) for declare in routine.data)
+        return replace(
+            routine, name=self.name("routine", routine.name), body=body, parameters=parameters, data=data
+        )
+
+    def declare(self, s: Declare) -> Declare:
+        return replace(mapped(s, self._change), name=self.name("variable", s.name))
+
+    def _statement(self, s: Statement, scope: str) -> Statement:
+        kind = type(s)
+        if kind is Label or kind is Jump:
+            return self._jump(s, scope)
+        if isinstance(s, Declare):
+            return self.declare(s)
+        s = mapped(s, self._change)
+        if isinstance(s, (Call, StartTask)) and s.routine:
+            return replace(s, routine=self.name("routine", s.routine))
+        return s
+
+    def _jump(self, s: Statement, scope: str) -> Statement:
+        if isinstance(s, Label):
+            return replace(s, name=self.name("label", s.name, scope))
+        assert isinstance(s, Jump)
+        s = mapped(s, self._change)
+        return replace(s, target=self.name("label", s.target, scope)) if isinstance(s.target, str) else s
+
+    def _change(self, e: Expression) -> Expression:
+        if type(e) is Named:
+            new = self.name("variable", e.name)
+            return e if new == e.name else Named(new)
+        if type(e) is CallValue:
+            return replace(e, routine=self.name("routine", e.routine))
+        if type(e) is NamedArgument:
+            return replace(e, name=self.name("variable", e.name))
+        return e

@@ -1,0 +1,505 @@
+"""Names become numbers: variables and registers by their kind, points by the moves that go there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from olp.expression import (
+    Binary,
+    Element,
+    Expression,
+    FrameRef,
+    Function,
+    Item,
+    Member,
+    Named,
+    Number,
+    PositionLiteral,
+    State,
+    Store,
+    SystemValue,
+    Taught,
+    Text,
+    Variable,
+)
+from olp.points import PointBlock, PointKind, PointState, PointTable
+from olp.program import (
+    Assign,
+    Begin,
+    Comment,
+    ControlGroup,
+    Declare,
+    DefineFrame,
+    End,
+    Move,
+    Program,
+    Routine,
+    Statement,
+)
+from olp.translate.rewrite import mapped
+from olp.translate.symbols import Symbol, Symbols, kind_of_value, symbols_of
+from olp.translate.work import Fate, Work
+
+_STORES: Final[dict[str, dict[str, Store]]] = {
+    "inform": {
+        "integer": Store.DOUBLE,
+        "real": Store.REAL,
+        "boolean": Store.BYTE,
+        "string": Store.STRING,
+        "position": Store.ROBOT,
+        "joints": Store.ROBOT,
+    },
+    "tp": {
+        "integer": Store.REAL,
+        "real": Store.REAL,
+        "boolean": Store.REAL,
+        "string": Store.STRING,
+        "position": Store.ROBOT,
+        "joints": Store.ROBOT,
+    },
+}
+_LETTERS: Final = {
+    "inform": {
+        Store.DOUBLE: "D",
+        Store.REAL: "R",
+        Store.BYTE: "B",
+        Store.STRING: "S",
+        Store.ROBOT: "P",
+        Store.INTEGER: "I",
+    },
+    "tp": {Store.REAL: "R", Store.STRING: "SR", Store.ROBOT: "PR"},
+}
+_MEMBERS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
+_FIRST: Final = {"inform": 0, "tp": 1}
+Place = tuple[int, int | None]
+
+
+def number(program: Program, work: Work) -> Program:
+    """For INFORM and FANUC: no name of a variable or point is left."""
+    own = _Numbers(work, symbols_of(program))
+    main = program.main or (program.routines[0].name if program.routines else "")
+    own.note_places(program)
+    bodies = [(routine, own.body(routine)) for routine in program.routines]
+    routines = []
+    for routine, body in bodies:
+        if own.inform and not (body and isinstance(body[0], Begin)):
+            body.insert(0, Begin(0))
+        if own.inform and not isinstance(body[-1], End):
+            body.append(End(0))
+        if routine.name == main:
+            at = 1 if body and isinstance(body[0], Begin) else 0
+            body[at:at] = own.prologue(program)
+        routines.append(own.routine(routine, tuple(body), routine.name == main))
+    return replace(program, routines=tuple(routines), data=())
+
+
+@dataclass(slots=True)
+class _Numbers:
+    """`points`: taught points of each routine; `constants`: positions that the program sets when it is loaded."""
+
+    work: Work
+    symbols: Symbols
+    numbers: dict[str, int] = field(default_factory=dict)
+    taken: dict[Store, set[int]] = field(default_factory=dict)
+    points: dict[str, dict[tuple[PositionLiteral, Place], int]] = field(default_factory=dict)
+    names: dict[tuple[str, int], str] = field(
+        default_factory=dict
+    )  # of taught points, for languages that show them
+    constants: dict[tuple[PositionLiteral, Place], int] = field(default_factory=dict)
+    places: dict[str, Place] = field(
+        default_factory=dict
+    )  # of position variables: where moves take them to be
+    initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
+    routine_name: str = ""
+
+    @property
+    def inform(self) -> bool:
+        return self.work.target == "inform"
+
+    # --- variables --------------------------------------------------------------------------------------
+
+    def _store(self, symbol: Symbol) -> Store:
+        stores = _STORES[self.work.target]
+        return stores.get(symbol.type or "real", Store.REAL if symbol.type != "position" else Store.ROBOT)
+
+    def variable(self, e: Named) -> Variable:
+        """The numbered variable that a name becomes."""
+        symbol = self.symbols.find("", e.name) or Symbol(e.name, "real")
+        store = self._store(symbol)
+        known = self.numbers.get(e.name)
+        if known is None:
+            known = self.numbers[e.name] = self._allocate(e.name, store, _size(symbol))
+        return Variable(store, Number(known), name=e.name)
+
+    def _allocate(self, name: str, store: Store, size: int) -> int:
+        taken = self.taken.setdefault(store, set())
+        wanted = (
+            self.work.context.mapping.variables.get(name, "")
+            .lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ[")
+            .rstrip("]")
+        )
+        first = _FIRST[self.work.target]
+        start = int(wanted) if wanted.isdecimal() else first
+        while not wanted.isdecimal() and any(at in taken for at in range(start, start + size)):
+            start += 1
+        taken.update(range(start, start + size))
+        largest = self.work.limits.numbered.get(store, 0)
+        if start + size - 1 >= largest + first:
+            self.work.lose(
+                0, Fate.REFUSED, "variable", f"more than {largest} variables of the kind {store.value}"
+            )
+        letter = _LETTERS[self.work.target].get(store, "")
+        shown = f"{letter}{start:03d}" if self.inform else f"{letter}[{start}]"
+        self.work.names[("variable", name)] = shown
+        return start
+
+    def _change(self, e: Expression) -> Expression:
+        if type(e) is Named:
+            symbol = self.symbols.find("", e.name)
+            if symbol is not None and self._store(symbol) is Store.ROBOT and symbol.is_fixed:
+                return e  # where it stands decides what becomes of it
+            return self.variable(e)
+        if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
+            base = e.base
+            assert isinstance(base.index, Number)
+            index = e.indices[0]
+            if isinstance(index, Number):
+                return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
+            shift = int(base.index.value) - 1
+            return replace(base, index=index if not shift else Binary("+", index, Number(shift)), name="")
+        return e
+
+    # --- positions --------------------------------------------------------------------------------------
+
+    def note_places(self, program: Program) -> None:
+        """In which frame and with which tool each position variable is used."""
+        for routine in program.routines:
+            for s in routine.body:
+                if isinstance(s, Move):
+                    place = _place(s)
+                    for target in (*s.targets, *(() if s.via is None else (s.via,))):
+                        self._note(target, place, s)
+        for _ in range(4):
+            for routine in program.routines:
+                for s in routine.body:
+                    if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name in self.places:
+                        for name in _leading(s.value):
+                            self.places.setdefault(name, self.places[s.target.name])
+
+    def _note(self, target: Expression, place: Place, s: Move) -> None:
+        for name in _leading(target):
+            symbol = self.symbols.find("", name)
+            if symbol is None or symbol.is_fixed:
+                continue
+            if self.places.setdefault(name, place) != place and self.inform:
+                says = "a position variable that is used in several frames or with several tools"
+                self.work.lose(s, Fate.REFUSED, "target", says)
+
+    def constant(self, literal: PositionLiteral, place: Place, name: str = "") -> Variable:
+        """A position variable that has this value when the program is loaded."""
+        key = (literal, place)
+        at = self.constants.get(key)
+        if at is None:
+            at = self.constants[key] = self._allocate(name or self.work.fresh("position"), Store.ROBOT, 1)
+            self.initial[at] = key
+        return Variable(Store.ROBOT, Number(at))
+
+    def taught(self, literal: PositionLiteral, place: Place, name: str) -> Taught:
+        points = self.points.setdefault(self.routine_name, {})
+        at = points.get((literal, place))
+        if at is None:
+            at = points[(literal, place)] = len(points) + _FIRST[self.work.target]
+            self.names[(self.routine_name, at)] = name
+            shown = f"C{at:05d}" if self.inform else f"P[{at}]"
+            if name:
+                self.work.names[("point", name)] = shown
+        return Taught(Store.ROBOT, at)
+
+    def _fixed(self, e: Expression) -> PositionLiteral | None:
+        value = self.symbols.fixed_value("", e)
+        return value if isinstance(value, PositionLiteral) else None
+
+    def position(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+        """A position as the target computes it: statements before the one that needs it, and a variable."""
+        fixed = self._fixed(e)
+        if fixed is not None:
+            if not self.inform:
+                return fixed
+            return self.constant(fixed, place, e.name if isinstance(e, Named) else "")
+        if self.inform and e == SystemValue("current-pose"):
+            at = Number(self._allocate(self.work.fresh("position"), Store.ROBOT, 1))
+            before.append(Assign(line, Variable(Store.SYSTEM, at), SystemValue("position-pose")))
+            return Variable(Store.ROBOT, at)
+        if not isinstance(e, Function):
+            return mapped(e, self._change)
+        if not self.inform:
+            return mapped(replace(e, arguments=tuple(self._fixed(a) or a for a in e.arguments)), self._change)
+        return self._computed(e, place, before, line)
+
+    def _computed(self, e: Function, place: Place, before: list[Statement], line: int) -> Expression:
+        """INFORM: position functions one by one, offsets element by element in 0.001 mm."""
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.fresh("position"), Store.ROBOT, 1)))
+        start = self.position(e.arguments[0], place, before, line)
+        if e.name == "pose-offset":
+            before.append(Assign(line, result, start))
+            self._add(result, e.arguments[1:4], before, line)
+        elif e.name == "pose-product":
+            second = self.position(e.arguments[1], place, before, line)
+            before.append(Assign(line, result, Function("pose-product", (start, second))))
+        elif e.name == "pose-inverse":
+            before.append(Assign(line, result, Function("pose-inverse", (start,))))
+        elif e.name == "pose-relative-tool":
+            by = self._relative(e.arguments[1:], place, before, line)
+            before.append(Assign(line, result, Function("pose-product", (start, by))))
+        else:
+            self.work.lose(line, Fate.REFUSED, "target", f"the position function {e.name}")
+        return result
+
+    def _relative(
+        self, by: tuple[Expression, ...], place: Place, before: list[Statement], line: int
+    ) -> Expression:
+        values = [*by, *[Number(0)] * (6 - len(by))]
+        scales = [0.001] * 3 + [math.pi / 180] * 3
+        literal = [v.value for v in values if isinstance(v, Number)]
+        if len(literal) == len(values):
+            from olp.geometry import Pose, rotation_from_angles
+            from olp.translate.records import literal_of
+
+            si = [v * scale for v, scale in zip(literal, scales, strict=True)]
+            # RelTool turns about x, then the new y, then the new z.
+            turn = np.eye(3)
+            for axis in range(3):
+                angles = np.zeros(3)
+                angles[axis] = si[3 + axis]
+                turn = turn @ rotation_from_angles(angles)
+            return self.constant(literal_of(Pose(np.array(si[:3]), turn)), place)
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.fresh("position"), Store.ROBOT, 1)))
+        before.append(Assign(line, result, self.constant(PositionLiteral("pose", (0.0,) * 6), place)))
+        self._add(result, values[:3], before, line)
+        if any(v != Number(0) and v != Number(0.0) for v in values[3:]):
+            self.work.lose(line, Fate.REFUSED, "target", "a turn that is computed")
+        return result
+
+    def _add(self, target: Variable, by: Iterable[Expression], before: list[Statement], line: int) -> None:
+        for at, offset in enumerate(by, 1):
+            if isinstance(offset, Number) and not offset.value:
+                continue
+            count = self.variable(Named(self._counter()))
+            counts = _counts(mapped(offset, self._change), 1000)
+            element = Element(target, Number(at))
+            before.append(Assign(line, count, element))
+            before.append(Assign(line, count, Binary("+", count, counts)))
+            before.append(Assign(line, element, count))
+
+    def _counter(self) -> str:
+        if "element_count" not in self.numbers:
+            self.symbols.table[("", "element_count")] = Symbol("element_count", "integer", assigned=1)
+        return "element_count"
+
+    # --- statements -------------------------------------------------------------------------------------
+
+    def body(self, routine: Routine) -> list[Statement]:
+        self.routine_name = routine.name
+        rows: list[Statement] = []
+        for s in routine.body:
+            before: list[Statement] = []
+            new = self._statement(s, before)
+            rows += before
+            rows += new
+        return rows
+
+    def _statement(self, s: Statement, before: list[Statement]) -> list[Statement]:
+        match s:
+            case Declare():
+                return []
+            case Move():
+                return [self._move(s, before)]
+            case Assign():
+                return self._assign(s, before)
+            case DefineFrame(points=points):
+                return [replace(s, points=tuple(self.position(p, (0, None), before, s.line) for p in points))]  # type: ignore[misc]
+            case _:
+                return [mapped(s, self._change)]
+
+    def _move(self, s: Move, before: list[Statement]) -> Move:
+        place = _place(s)
+        changes: dict[str, Any] = {"targets": tuple(self._target(t, place, before, s) for t in s.targets)}
+        if s.via is not None:
+            changes["via"] = self._target(s.via, place, before, s)
+        for name in (
+            "speed",
+            "blend",
+            "acceleration",
+            "deceleration",
+            "rate",
+            "turn",
+            "offset",
+            "tool_offset",
+            "until",
+        ):
+            old = getattr(s, name)
+            if old is not None and (new := mapped(old, self._change)) is not old:
+                changes[name] = new
+        if self.inform:
+            changes |= {"tool": None, "frame": None}
+        return replace(s, **changes)
+
+    def _target(self, e: Expression, place: Place, before: list[Statement], s: Move) -> Expression:
+        fixed = self._fixed(e)
+        if fixed is not None:
+            if s.relative is not None:
+                return self.constant(fixed, place) if self.inform else fixed
+            return self.taught(fixed, place, e.name if isinstance(e, Named) else "")
+        return self.position(e, place, before, s.line)
+
+    def _assign(self, s: Assign, before: list[Statement]) -> list[Statement]:
+        kind = kind_of_value(self.symbols, "", s.value)
+        if kind in ("position", "joints", "tool", "frame"):
+            place = self.places.get(s.target.name, (0, None)) if isinstance(s.target, Named) else (0, None)
+            value = self.position(s.value, place, before, s.line)
+            return [replace(s, target=mapped(s.target, self._change), value=value)]
+        if self.inform and isinstance(s.target, Member):
+            return self._set_element(s)
+        value = mapped(s.value, self._change)
+        match value:
+            case Binary("*", Member(base, name), Number(factor)) if self.inform and factor in (1000, 10_000):
+                value = Element(base, Number(_MEMBERS.index(name) + 1))  # type: ignore[arg-type]
+        return [replace(s, target=mapped(s.target, self._change), value=value)]
+
+    def _set_element(self, s: Assign) -> list[Statement]:
+        assert isinstance(s.target, Member)
+        at = _MEMBERS.index(s.target.name) + 1
+        base: Any = mapped(s.target.base, self._change)
+        scale = 1000 if at <= 3 else 10_000
+        value = mapped(s.value, self._change)
+        count = self.variable(Named(self._counter()))
+        counts = _counts(value, scale)
+        return [Assign(s.line, count, counts), Assign(s.line, Element(base, Number(at)), count, s.comment)]
+
+    # --- the whole program ------------------------------------------------------------------------------
+
+    def prologue(self, program: Program) -> list[Statement]:
+        """Initial values, and which name is which number."""
+        rows: list[Statement] = []
+        comments: list[Statement] = []
+        for declare in (d for d in program.data if d.name in self.numbers):
+            symbol = self.symbols.find("", declare.name)
+            if self.inform:
+                comments.append(Comment(0, f"{self.work.names[('variable', declare.name)]} {declare.name}"))
+            if declare.value is None or declare.name in self.work.registers or symbol is None:
+                continue
+            target = self.variable(Named(declare.name))
+            if isinstance(declare.value, PositionLiteral):
+                if self.inform:
+                    assert isinstance(target.index, Number)
+                    self.initial[int(target.index.value)] = (
+                        declare.value,
+                        self.places.get(declare.name, (0, None)),
+                    )
+                else:
+                    rows.append(Assign(0, target, declare.value))
+            elif isinstance(declare.value, (Number, Text)):
+                rows.append(Assign(0, target, declare.value))
+            elif isinstance(declare.value, State):
+                rows.append(Assign(0, target, Number(int(declare.value.on))))
+        return [*comments, *rows]
+
+    def routine(self, routine: Routine, body: tuple[Statement, ...], main: bool) -> Routine:
+        rows = [
+            (True, at, literal, place) for (literal, place), at in self.points.get(routine.name, {}).items()
+        ]
+        if main:
+            rows += [(False, at, literal, place) for at, (literal, place) in sorted(self.initial.items())]
+        details = dict(routine.details) if self.work.source.vendor == self.work.target else {}
+        if not self.inform:
+            details |= {
+                f"P[{at}]": name for (name_, at), name in self.names.items() if name_ == routine.name and name
+            }
+        groups = (ControlGroup(("RB1",)),) if rows or main else ()
+        return replace(
+            routine, body=body, points=table(rows), details=details, groups=groups if self.inform else ()
+        )
+
+
+def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
+    """A point table of (taught, number, value, place)."""
+    states: list[PointState] = []
+    blocks: dict[tuple[Store, bool], PointBlock] = {}
+    for taught in (True, False):
+        own = [row for row in rows if row[0] is taught]
+        if not own:
+            continue
+        width = max(6, *(len(_values(literal)) for _, _, literal, _ in own))
+        values = np.full((len(own), width), np.nan)
+        kinds = []
+        for at, (_, _, literal, place) in enumerate(own):
+            row_values = _values(literal)
+            values[at, : len(row_values)] = row_values
+            state = _state(literal, place)
+            if state not in states:
+                states.append(state)
+            kinds.append(states.index(state))
+        found = np.array([number for _, number, _, _ in own], dtype=np.int64)
+        blocks[(Store.ROBOT, taught)] = PointBlock(
+            Store.ROBOT,
+            taught,
+            found,
+            values,
+            np.array(kinds, dtype=np.int32),
+            np.zeros(len(own), dtype=np.int32),
+            {int(n): at for at, n in enumerate(found)},
+        )
+    return PointTable(tuple(states), blocks)
+
+
+def _values(literal: PositionLiteral) -> list[float]:
+    return [0.0 if v != v else v for v in literal.values]
+
+
+def _state(literal: PositionLiteral, place: Place) -> PointState:
+    tool, user = place
+    if literal.kind == "joint":
+        return PointState(PointKind.JOINT, "joint", None, tool)
+    return PointState(PointKind.POSE, "base" if user is None else "user", user, tool)
+
+
+def _counts(value: Expression, scale: int) -> Expression:
+    """A length or angle in the whole units that INFORM counts elements in."""
+    match value:
+        case Number(number):
+            return Number(round(number * scale))
+        case Binary("/", left, Number(divisor)) if divisor == scale:
+            return left
+        case _:
+            return Binary("*", value, Number(scale))
+
+
+def _place(s: Move) -> Place:
+    tool = s.tool.number.value if isinstance(s.tool, FrameRef) and isinstance(s.tool.number, Number) else 0
+    user = None
+    if isinstance(s.frame, FrameRef) and s.frame.kind == "user" and isinstance(s.frame.number, Number):
+        user = int(s.frame.number.value)
+    return int(tool), user
+
+
+def _leading(e: Expression) -> list[str]:
+    """The position variables whose frame a computed position takes over."""
+    if isinstance(e, Named):
+        return [e.name]
+    if isinstance(e, Item):
+        return _leading(e.base)
+    if isinstance(e, Function) and e.arguments:
+        return _leading(e.arguments[0])
+    return []
+
+
+def _size(symbol: Symbol) -> int:
+    count = 1
+    for size in symbol.sizes:
+        count *= int(size.value) if isinstance(size, Number) else 1
+    return count

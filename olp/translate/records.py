@@ -1,0 +1,86 @@
+"""Tools, frames and positions that are records in their language become plain positions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from olp.expression import Expression, Member, PositionLiteral, RecordLiteral
+from olp.geometry import Pose
+from olp.program import Declare, Program, Routine, Statement
+from olp.translate.rewrite import mapped
+from olp.translate.work import Fate, Work
+
+_FLANGE = ("tframe", "tcp", "trsf")
+_TYPES = {"tooldata": "tool", "wobjdata": "frame"}
+
+
+def records(program: Program, work: Work) -> Program:
+    """Every tool and frame as the pose that it is. Of a record's other members (load, name …) the target knows none."""
+    if program.vendor == "inform":
+        return program
+    routines = tuple(replace(r, body=_rows(r, work), data=_declared(r.data, work)) for r in program.routines)
+    return replace(program, routines=routines, data=_declared(program.data, work))
+
+
+def _rows(routine: Routine, work: Work) -> tuple[Statement, ...]:
+    rows = []
+    for s in routine.body:
+        row: Statement = _plain(s, work) if isinstance(s, Declare) else mapped(s, _change)
+        rows.append(row)
+    return tuple(rows)
+
+
+def _declared(data: tuple[Declare, ...], work: Work) -> tuple[Declare, ...]:
+    return tuple(_plain(declare, work) for declare in data)
+
+
+def _plain(s: Declare, work: Work) -> Declare:
+    if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral):
+        return mapped(s, _change)
+    members = {name.casefold(): value for name, value in s.value.members}
+    held = members.get("robhold")
+    if held is not None and getattr(held, "on", True) is (s.type == "frame"):
+        says = "a tool that stands beside the robot, or work that it holds"
+        work.lose(s, Fate.REFUSED, s.type, says)
+    value = pose_of_record(s.value)
+    if value is None:
+        work.lose(s, Fate.REFUSED, s.type, f"the value of {s.name} is computed")
+        return s
+    return replace(s, value=value, native="")
+
+
+def pose_of_record(record: Expression | None) -> PositionLiteral | None:
+    """The pose that a tool's or frame's record is, None where it is computed."""
+    if isinstance(record, PositionLiteral):
+        return record
+    if not isinstance(record, RecordLiteral):
+        return None
+    members = {name.casefold(): value for name, value in record.members}
+    for name in _FLANGE:
+        if name in members:
+            return pose_of_record(members[name])
+    if "uframe" not in members:
+        return None
+    outer, inner = pose_of_record(members["uframe"]), pose_of_record(members.get("oframe"))
+    if outer is None:
+        return None
+    return outer if inner is None else literal_of(pose_of_literal(outer) @ pose_of_literal(inner))
+
+
+def pose_of_literal(literal: PositionLiteral) -> Pose:
+    """A written pose as one to compute with; components that are not written count as zero."""
+    return Pose.from_xyz_angles([0.0 if v != v else v for v in literal.values[:6]])
+
+
+def literal_of(pose: Pose) -> PositionLiteral:
+    """A pose as it is written."""
+    return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()))
+
+
+def _change(e: Expression) -> Expression:
+    """tGripper.tframe is the tool itself; a record in the place of a tool is its pose."""
+    if isinstance(e, Member) and e.name.casefold() in _FLANGE:
+        return e.base
+    if isinstance(e, RecordLiteral):
+        return pose_of_record(e) or e
+    return e

@@ -1,0 +1,135 @@
+"""Moves by an offset from where the arm stands, and offsets of targets, for languages that have no such word."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from olp.expression import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral, SystemValue
+from olp.program import Assign, Move, Program, ShiftOff, ShiftOn, Statement
+from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.work import Fate, Work
+from olp.units import deg, mm
+
+_NATIVE: Final = {
+    "inform": frozenset({"relative"}),
+    "krl": frozenset({"relative"}),
+    "tp": frozenset({"relative", "offset"}),
+}
+_TURNS: Final = ("rx", "ry", "rz")
+_ZEROS: Final = (Number(0), Number(0.0))
+_HERE: Final = SystemValue("current-pose")
+
+
+def relative(program: Program, work: Work) -> Program:
+    """Offsets as positions that are computed: from where the arm stands, or from the target."""
+    own = _Relative(program, work, symbols_of(program), _NATIVE.get(work.target, frozenset()))
+    routines = []
+    for routine in program.routines:
+        own.name = routine.name
+        rows: list[Statement] = []
+        for s in routine.body:
+            if isinstance(s, Move):
+                rows.append(own.move(s))
+            elif isinstance(s, (ShiftOn, ShiftOff)) and work.target != "inform":
+                work.lose(s, Fate.REFUSED, "shift", "a shift of all following targets")
+                rows.append(s)
+            else:
+                rows.append(s)
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines))
+
+
+@dataclass(slots=True)
+class _Relative:
+    program: Program
+    work: Work
+    symbols: Symbols
+    native: frozenset[str]
+    name: str = ""
+
+    def move(self, s: Move) -> Move:
+        if s.relative is not None and "relative" not in self.native:
+            return self._from_here(s)
+        if (s.offset is not None or s.tool_offset is not None) and "offset" not in self.native:
+            return self._offset(s)
+        return s
+
+    def _from_here(self, s: Move) -> Move:
+        assert s.relative is not None
+        by = self._literal(s.targets[0])
+        if by is None or by.kind == "joint":
+            self.work.lose(
+                s, Fate.REFUSED, "relative", "a move by an offset that is computed or in joint values"
+            )
+            return s
+        values = _written(by)
+        if s.relative.kind == "tool":
+            target = Function("pose-relative-tool", (_HERE, *values))
+            return replace(s, targets=(target,), relative=None)
+        own_frame = s.relative.kind == "own" or s.relative == s.frame
+        if not own_frame and not _is_base(s.relative):
+            self.work.lose(
+                s, Fate.REFUSED, "relative", "a move by an offset in another frame than the move's own"
+            )
+            return s
+        if any(v.value for v in values[3:]):
+            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that turns the tool")
+            return s
+        frame = s.frame if own_frame else FrameRef("base")
+        return replace(
+            s, targets=(Function("pose-offset", (_HERE, *values[:3])),), relative=None, frame=frame
+        )
+
+    def _offset(self, s: Move) -> Move:
+        target = s.targets[0]
+        for offset, name in ((s.offset, "pose-offset"), (s.tool_offset, "pose-relative-tool")):
+            if offset is None:
+                continue
+            by = self._literal(offset)
+            values: list[Expression] = []
+            if by is not None and by.kind != "joint":
+                values += _written(by)
+            elif isinstance(offset, Named) and by is None:
+                values += [Member(offset, name) for name in ("x", "y", "z")]
+                values += [
+                    Number(0) if self._never(offset, name) else Member(offset, name) for name in _TURNS
+                ]
+            if not values or (name == "pose-offset" and any(v not in _ZEROS for v in values[3:])):
+                self.work.lose(
+                    s, Fate.REFUSED, "offset", "an offset that turns the tool, or is in joint values"
+                )
+                return s
+            target = Function(name, (target, *(values[:3] if name == "pose-offset" else values)))
+        return replace(s, targets=(target,), offset=None, tool_offset=None)
+
+    def _never(self, name: Named, member: str) -> bool:
+        """Whether nothing ever sets this component of a position to anything but zero."""
+        for s in self.program.statements():
+            if not isinstance(s, Assign):
+                continue
+            if s.target == Member(name, member) and s.value not in _ZEROS:
+                return False
+            if s.target == name:
+                value = self._literal(s.value)
+                if value is None or any(value.values[3:6]):
+                    return False
+        return True
+
+    def _literal(self, e: Expression) -> PositionLiteral | None:
+        value = self.symbols.fixed_value(self.name, e)
+        return value if isinstance(value, PositionLiteral) else None
+
+
+def _written(by: PositionLiteral) -> list[Number]:
+    """mm and deg; components that are not written do not move."""
+    scales = [mm] * 3 + [deg] * 3
+    return [
+        Number(0 if math.isnan(v) or not v else float(f"{v / scale:.9g}"))
+        for v, scale in zip(by.values[:6], scales, strict=True)
+    ]
+
+
+def _is_base(frame: FrameRef) -> bool:
+    return frame.kind in ("base", "robot")

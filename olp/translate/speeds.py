@@ -1,0 +1,224 @@
+"""Speeds in the target's units: percent of the axes, speed of the tool, of the leading axis, or a time.
+
+A joint move's percent means another tool speed on every segment. The conversion takes each segment's own axis angles
+from the plan and the rated axis speeds of both robots, so that it takes as long as it did.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.expression import Binary, Number, Quantity
+from olp.program import Move, Path, Program, Speed, SpeedUnit, Statement
+from olp.robot import Robot
+from olp.translate.rows import Row, Rows, moves_at_all
+from olp.translate.work import Fate, Work
+from olp.units import deg, mm, percent
+
+_SCALES: Final = {
+    SpeedUnit.FRACTION: percent,
+    SpeedUnit.TRAVEL: mm,
+    SpeedUnit.TURN: deg,
+    SpeedUnit.AXIS: 1.0,
+    SpeedUnit.TIME: 1.0,
+}
+_SAME: Final = 1e-6  # relative: below this two speeds are one
+_ORDER: Final = (SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.AXIS, SpeedUnit.TIME, SpeedUnit.TURN)
+_USUAL: Final = (
+    1.0  # [m/s] at full joint speed, where no move of the program tells; only for moves that never run
+)
+_LEAST, _MOST = 0.01, 1.0
+
+
+def speeds(program: Program, work: Work) -> Program:
+    """Every move's speed in a unit that the target has."""
+    own = _Speeds(work)
+    routines = tuple(
+        replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
+        for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+@dataclass(slots=True)
+class _Speeds:
+    work: Work
+    rows: Rows = field(init=False)
+    scaled: bool = False  # the robots differ, so that a percent of one is not a percent of the other
+
+    def __post_init__(self) -> None:
+        self.rows = Rows(self.work)
+        target = self.work.context.target_robot
+        self.scaled = (
+            target is not None and self.work.robot is not None and target.name != self.work.robot.name
+        )
+
+    def move(self, s: Statement) -> Statement:
+        assert isinstance(s, Move)
+        speed = s.speed
+        if s.turn is not None and not self.work.limits.bounds_turning:
+            s = self._without_turn(s)
+        if speed is None:
+            return s
+        allowed = self.work.limits.joint_speeds if s.path is Path.JOINT else self.work.limits.path_speeds
+        if speed.unit in allowed and not (self.scaled and speed.unit is SpeedUnit.FRACTION):
+            changed = self._rounded(s, speed)
+            return s if changed is speed else replace(s, speed=changed)
+        # A linear move with a share of the axes' speed means what it means; its time is what can be said.
+        return replace(s, speed=self._rounded(s, self._converted(s, speed, allowed)))
+
+    def _rounded(self, s: Move, speed: Speed) -> Speed:
+        """Whole percents where the target writes no others."""
+        if speed.unit is not SpeedUnit.FRACTION or not self.work.limits.whole_percent:
+            return speed
+        value = speed.value.literal
+        if value is None:
+            return speed
+        whole = max(1, round(value / percent))
+        if abs(whole * percent - value) <= _SAME * value:
+            return (
+                speed if speed.value.scale == percent else Speed(speed.unit, Quantity(Number(whole), percent))
+            )
+        self.work.lose(
+            s, Fate.APPROXIMATED, "speed", "rounded to whole percent", abs(whole - value / percent), "%"
+        )
+        return Speed(speed.unit, Quantity(Number(whole), percent))
+
+    def _without_turn(self, s: Move) -> Move:
+        assert s.turn is not None
+        bound, speed = s.turn.literal, None if s.speed is None else s.speed.value.literal
+        worst = 0.0
+        for row in self.rows.of(s):
+            if (
+                bound
+                and speed
+                and s.speed is not None
+                and s.speed.unit is SpeedUnit.TRAVEL
+                and row.length > 0
+            ):
+                worst = max(worst, row.angle / bound / (row.length / speed) - 1.0)
+        if worst > _SAME:
+            says = "the bound on the tool's turning is left out, and would have slowed this move"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * worst, "%")
+        return replace(s, turn=None)
+
+    # --- other units ------------------------------------------------------------------------------------
+
+    def _converted(self, s: Move, speed: Speed, allowed: frozenset[SpeedUnit]) -> Speed:
+        unit = next(unit for unit in _ORDER if unit in allowed)
+        value = speed.value.literal
+        found = [row for row in self.rows.of(s) if moves_at_all(row)]
+        if value is None:
+            return self._by_variable(s, speed, unit, found)
+        times = [self._time(speed.unit, value, row) for row in found]
+        if found and any(t is None for t in times):
+            self.work.need_robot("the speed of a joint move depends on its axes")
+            return speed
+        wanted = [self._value(unit, t, row) for t, row in zip(times, found, strict=True) if t is not None]
+        known = [w for w in wanted if w is not None and math.isfinite(w) and w > 0.0]
+        if not known:
+            return self._guessed(s, speed, value, unit)
+        slowest = max(known) if unit is SpeedUnit.TIME else min(known)
+        spread = max(abs(w - slowest) / slowest for w in known)
+        if spread > _SAME:
+            says = "the move runs with several lengths: the slowest value is written"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
+        if unit is SpeedUnit.FRACTION and slowest > _MOST * (1 + _SAME):
+            says = "faster than the target's robot can"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * (slowest - _MOST), "%")
+            slowest = _MOST
+        return Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
+
+    def _time(self, unit: SpeedUnit, value: float, row: Row) -> float | None:
+        """[s] that the segment takes at this speed, None where the robot has to be known for it."""
+        if unit is SpeedUnit.TIME:
+            return value
+        if unit is SpeedUnit.TRAVEL:
+            return row.length / value if row.length == row.length else None
+        if unit is SpeedUnit.TURN:
+            return row.angle / value
+        robot = self.work.robot
+        axes = row.axes[: len(robot.axes)] if robot is not None else row.axes[:6]
+        if any(a != a for a in axes):
+            return None
+        if unit is SpeedUnit.AXIS:
+            return max(axes) / value
+        if robot is None:
+            return None
+        return max(a / (w * value) for a, w in zip(axes, _rated(robot), strict=False))
+
+    def _value(self, unit: SpeedUnit, time: float, row: Row) -> float | None:
+        """The speed at which the segment takes `time` [s]."""
+        if unit is SpeedUnit.TIME:
+            return time
+        if time <= 0.0:
+            return None
+        if unit is SpeedUnit.TRAVEL:
+            return row.length / time
+        if unit is SpeedUnit.TURN:
+            return row.angle / time
+        if unit is SpeedUnit.AXIS:
+            return max(a for a in row.axes if a == a) / time if any(a == a for a in row.axes) else None
+        robot = self.work.target_robot
+        if robot is None or any(a != a for a in row.axes[: len(robot.axes)]):
+            self.work.need_robot("a share of the axes' speed means nothing without the robot")
+            return None
+        return max(a / w for a, w in zip(row.axes, _rated(robot), strict=False)) / time
+
+    def _guessed(self, s: Move, speed: Speed, value: float, unit: SpeedUnit) -> Speed:
+        """For a move that the plan does not show, or that goes nowhere."""
+        factor = self._factor(speed.unit, unit)
+        if factor is None:
+            self.work.need_robot("the speed of a joint move depends on its axes")
+            return speed
+        guess = value * factor
+        if unit is SpeedUnit.FRACTION:
+            guess = min(max(guess, _LEAST), _MOST)
+        if any(True for _ in self.rows.of(s)):
+            says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
+        else:
+            says = "the move is not reached in this run: its speed is the share of full speed that it was"
+        self.work.notes.append(f"line {s.line}: {says}")
+        return Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
+
+    def _factor(self, unit: SpeedUnit, other: SpeedUnit) -> float | None:
+        """SI value in `other` per SI value in `unit`, for a move of which nothing is known."""
+        full = {SpeedUnit.TRAVEL: _USUAL, SpeedUnit.FRACTION: 1.0, SpeedUnit.TIME: 1.0, SpeedUnit.TURN: 1.0}
+        if SpeedUnit.AXIS in (unit, other):
+            robot = self.work.target_robot
+            if robot is None:
+                return None
+            full[SpeedUnit.AXIS] = float(robot.speeds.min())
+        return full[other] / full[unit]
+
+    def _by_variable(self, s: Move, speed: Speed, unit: SpeedUnit, found: list[Row]) -> Speed:
+        """A speed that a variable holds: times a factor that holds for this segment."""
+        factors = []
+        for row in found:
+            time = self._time(speed.unit, 1.0, row)
+            value = None if time is None else self._value(unit, time, row)
+            if value is not None and unit is not SpeedUnit.TIME and speed.unit is not SpeedUnit.TIME:
+                factors.append(value)
+        factor = factors[0] if factors else self._factor(speed.unit, unit)
+        if factor is None or SpeedUnit.TIME in (unit, speed.unit):
+            self.work.lose(
+                s, Fate.REFUSED, "speed", "a speed in a variable, in a unit that the target does not have"
+            )
+            return speed
+        spread = max((abs(f - factor) / factor for f in factors), default=math.nan)
+        if not spread <= _SAME:
+            says = "a speed in a variable is multiplied by what holds for one segment"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
+        scaled = speed.value.scale * factor / _SCALES[unit]
+        return Speed(unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit]))
+
+
+def _rated(robot: Robot) -> list[float]:
+    return [axis.speed for axis in robot.axes]
+
+
+def _clean(value: float) -> float:
+    """Without the noise of the conversion."""
+    return float(f"{value:.9g}")

@@ -1,0 +1,94 @@
+"""What belongs to the source's language alone, and what the target was found not to say, as comments."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from dataclasses import replace
+
+from olp.program import (
+    Begin,
+    Comment,
+    Declare,
+    Disabled,
+    End,
+    Opaque,
+    Process,
+    Program,
+    Reference,
+    Routine,
+    Statement,
+)
+from olp.translate.tree import Block, Node, flat, parse
+from olp.translate.work import Fate, Work
+
+_FOREIGN = (Opaque, Process, Reference)
+
+
+def foreign_words(program: Program, work: Work) -> Program:
+    """Process instructions and statements that olp keeps without understanding: comments, or refused."""
+    comments = work.context.on_loss == "comment"
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            if isinstance(s, Disabled):
+                rows.append(Comment(s.line, s.text.strip()))
+            elif isinstance(s, _FOREIGN):
+                fate = Fate.COMMENTED if comments else Fate.REFUSED
+                says = f"words of {program.vendor} that mean nothing in {work.target}"
+                work.lose(s, fate, "statement", says)
+                rows.append(Comment(s.line, _text(program, s)))
+            else:
+                rows.append(s)
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines))
+
+
+def comment_out(program: Program, lines: Set[int], work: Work) -> Program:
+    """The statements of these lines as comments; a block of which a part is among them, as a whole."""
+    if not lines:
+        return program
+    return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
+
+
+def _commented(program: Program, routine: Routine, lines: Set[int], work: Work) -> Routine:
+    nodes = parse(routine.body)
+    if nodes is None:
+        return routine
+    return replace(routine, body=tuple(flat(_nodes(program, nodes, lines, work))))
+
+
+def _nodes(program: Program, nodes: list[Node], lines: Set[int], work: Work) -> list[Node]:
+    result: list[Node] = []
+    for node in nodes:
+        if isinstance(node, Block):
+            markers = [*(m for m, _ in node.branches), node.closer]
+            if any(m.line in lines for m in markers):
+                result += _all(program, list(flat([node])), work)
+            else:
+                branches = [(m, _nodes(program, inside, lines, work)) for m, inside in node.branches]
+                result.append(Block(branches, node.closer))
+        elif node.line in lines and not isinstance(node, (Begin, End, Declare, Comment)):
+            result += _all(program, [node], work)
+        else:
+            result.append(node)
+    return result
+
+
+def _all(program: Program, statements: list[Statement], work: Work) -> list[Node]:
+    rows: list[Node] = []
+    last = 0
+    for s in statements:
+        if isinstance(s, Comment):
+            rows.append(s)
+            continue
+        work.lose(s, Fate.COMMENTED, "statement", "the target cannot say it")
+        if s.line != last:
+            rows.append(Comment(s.line, _text(program, s)))
+        last = s.line
+    return rows
+
+
+def _text(program: Program, s: Statement) -> str:
+    text = program.source.line(s.line).strip() if s.line else ""
+    return f"not translated: {text or type(s).__name__}"
