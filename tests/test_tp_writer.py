@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from tp_listings import HEAD, POSITION, listing, read
 
 from olp.diagnostic import OlpError
@@ -19,6 +20,7 @@ from olp.expression import (
     FrameRef,
     Function,
     Logic,
+    Member,
     Named,
     Number,
     PositionLiteral,
@@ -68,6 +70,8 @@ from olp.program import (
 from olp.reading import read as read_file
 from olp.reading import read_source
 from olp.source import decode
+from olp.templating import Limits, shipped
+from olp.vendors.tp.writer import write
 
 SAMPLES = sorted((Path(__file__).parent.parent / "samples" / "tp").glob("*.ls"))
 DATE = "2025/03/04 10:11"
@@ -275,16 +279,24 @@ def made(*statements: object, points: PointTable | None = None, name: str = "MAD
     return Program("krl", decode(b"", "made.src"), (routine,))
 
 
+def written(program: Program) -> str:
+    """What the writer itself makes of a program, which is already in the form that it takes. Raises OlpError."""
+    values, problems = write(program, DATE)
+    if problems:
+        raise OlpError(*problems)
+    return shipped("tp").render(values, Limits(steps=1_000_000, characters=1_000_000, seconds=10.0))
+
+
 def instructions(program: Program) -> list[str]:
     """The instructions as written, without numbers and the blanks before semicolons."""
-    text = export(program, "tp", date=DATE).decode("cp1252").replace("\r\n    :", "")
-    lines = text[text.index("/MN") : text.index("/POS")].split("\r\n")[1:-1]
+    text = written(program).replace("\n    :", "")
+    lines = text[text.index("/MN") : text.index("/POS")].split("\n")[1:-1]
     return [" ".join(line.split(":", 1)[1].rstrip(" ;").split()) for line in lines]
 
 
 def positions(program: Program) -> str:
-    text = export(program, "tp", date=DATE).decode("cp1252")
-    return text[text.index("/POS") : text.index("/END")].replace("\r\n", "\n")
+    text = written(program)
+    return text[text.index("/POS") : text.index("/END")]
 
 
 def r(number: int, name: str = "") -> Variable:
@@ -387,6 +399,69 @@ def test_a_frame_is_built_component_by_component() -> None:
         "UFRAME[1]=PR[100]",
         "R[100]=1",
     ]
+
+
+def test_an_offset_of_the_frame_or_the_tool_is_built_in_a_register() -> None:
+    built = Function("pose-angles", (Number(0), r(1), Number(-12.5), Number(0), Number(0), Number(90)))
+    point = Taught(Store.ROBOT, 3)
+    move = Move(1, Shape.LINEAR, (Function("pose-product", (built, point)),), SLOW, FINE)
+    by_tool = replace(move, targets=(Function("pose-product", (point, built)),))
+    lines = ["PR[99,1]=0", "PR[99,2]=R[1]", "PR[99,3]=(-12.5)", "PR[99,4]=0", "PR[99,5]=0", "PR[99,6]=90"]
+    assert instructions(made(move, by_tool)) == [
+        *lines,
+        "L P[3] 250mm/sec FINE Offset,PR[99]",
+        *lines,
+        "L P[3] 250mm/sec FINE Tool_Offset,PR[99]",
+    ]
+
+
+def test_a_turn_about_the_tool_is_an_offset_and_two_are_refused() -> None:
+    def move(*turns: int) -> Move:
+        by = tuple(Number(value) for value in (1, 2, 3, *turns))
+        return Move(
+            1, Shape.LINEAR, (Function("pose-relative-tool", (Taught(Store.ROBOT, 3), *by)),), SLOW, FINE
+        )
+
+    assert instructions(made(move(0, 0, 45)))[5:] == [
+        "PR[99,6]=45",
+        "L P[3] 250mm/sec FINE Tool_Offset,PR[99]",
+    ]
+    with pytest.raises(OlpError, match="computed position"):
+        written(made(move(10, 0, 45)))
+
+
+def test_a_pose_in_metres_and_a_rotation_vector_becomes_millimetres_and_w_p_r() -> None:
+    vector = Rotation.from_euler("xyz", [10, -20, 30], degrees=True).as_rotvec()
+    lengths = (Binary("*", Number(0.04), r(1)), Number(0.25), r(2))
+    pose = Function("pose-vector", (*lengths, *(Number(float(value)) for value in vector)))
+    assert instructions(made(Assign(1, Variable(Store.ROBOT, Number(7)), pose))) == [
+        "PR[7,1]=40*R[1]",
+        "PR[7,2]=250",
+        "PR[7,3]=R[2]*1000",
+        "PR[7,4]=10",
+        "PR[7,5]=(-20)",
+        "PR[7,6]=30",
+    ]
+
+
+def test_a_component_of_a_taught_position_is_its_number() -> None:
+    block = PointBlock(
+        Store.ROBOT,
+        True,
+        np.array([4]),
+        np.array([POSE.values]),
+        np.zeros(1, np.int32),
+        np.ones(1, np.int32),
+        {4: 0},
+    )
+    table = PointTable((PointState(PointKind.POSE, "user", 1, 2),), {(Store.ROBOT, True): block})
+    taught = Taught(Store.ROBOT, 4)
+    program = made(
+        Assign(1, r(1), Member(taught, "z")),
+        Assign(1, r(2), Binary("+", Member(taught, "ry"), r(3))),
+        points=table,
+    )
+    assert instructions(program) == ["R[1]=300", "R[2]=(-20)+R[3]"]
 
 
 def test_a_register_that_the_program_uses_is_not_taken_for_a_frame() -> None:
@@ -534,15 +609,14 @@ RADIUS = Blend(BlendKind.RADIUS, Quantity(Number(0.025), 1.0))
 )
 def test_what_tp_cannot_say_is_refused_with_its_line(statement: object, word: str) -> None:
     with pytest.raises(OlpError) as refusal:
-        export(made(statement), "tp")
+        written(made(statement))
     (found,) = refusal.value.diagnostics
     assert (found.code, found.line) == ("X002", 1)
     assert word in found.message
 
 
 def test_the_header_of_a_foreign_program_is_complete() -> None:
-    text = export(made(), "tp", date=DATE).decode("ascii")
+    text = written(made()).replace("\n", "\r\n")
     assert text.startswith('/PROG  MADE\r\n/ATTR\r\nOWNER\t\t= MNEDITOR;\r\nCOMMENT\t\t= "";\r\n')
     assert "CREATE\t\t= DATE 25-03-04  TIME 10:11:00;" in text
     assert text.endswith("/APPL\r\n/MN\r\n/POS\r\n/END\r\n")
-    assert text.count("\n") == text.count("\r\n")

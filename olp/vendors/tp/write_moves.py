@@ -21,8 +21,9 @@ from olp.expression import (
 from olp.program import Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.units import mm
 from olp.vendors.tp import values
+from olp.vendors.tp.write_poses import Scratch, added_lines, component_lines, components, offset_of, shift_of
 from olp.vendors.tp.write_positions import PositionWriter
-from olp.vendors.tp.write_values import CannotSayError, Words, decimal
+from olp.vendors.tp.write_values import CannotSayError, Words
 
 _LETTERS: Final = {Path.JOINT: "J", Path.LINEAR: "L", Path.SPLINE: "S"}
 # The unit that a value is written in when it was not written in one of TP's.
@@ -32,25 +33,6 @@ _USUAL: Final = {
     SpeedUnit.TURN: "deg/sec",
     SpeedUnit.TIME: "sec",
 }
-_POSE_AXES = 6
-
-
-class Scratch:
-    """A position register that nobody else uses, for values that TP can only build component by component."""
-
-    def __init__(self, used: set[int], largest: int) -> None:
-        self._used = used
-        self._largest = largest
-        self._number = 0
-
-    def register(self) -> str:
-        """The highest free one. Raises CannotSayError when all are taken."""
-        if not self._number:
-            free = (number for number in range(self._largest, 0, -1) if number not in self._used)
-            self._number = next(free, 0)
-            if not self._number:
-                raise CannotSayError("a position that needs a register of its own: all PR are in use")
-        return str(self._number)
 
 
 class MoveWriter:
@@ -87,12 +69,14 @@ class MoveWriter:
         ):
             raise CannotSayError("a bound on the tool's turning that a variable holds")
         lines = self._select(s)
-        target = self._position(s.targets[0], s, lines)
-        tail = f" {self._speed(s)} {self._blend(s)}{self._options(s, lines)}   "
+        target, offsets = self._target(s.targets[0], s, lines)
+        tail = f" {self._speed(s)} {self._blend(s)}{self._options(s, offsets, lines)}   "
         if s.path is not Path.CIRCULAR:
             return [*lines, f"{_LETTERS[s.path]} {target}{tail}"]
         if s.via is None:
             return [*lines, f"A {target}{tail}"]
+        if offsets:
+            raise CannotSayError("an arc whose end is computed", "compute it into a position register first")
         return [*lines, f"C {self._position(s.via, s, lines)}    \n{target}{tail}"]
 
     # --- frames -----------------------------------------------------------------------------------------
@@ -137,36 +121,41 @@ class MoveWriter:
             return self.words.variable(it)
         if isinstance(it, Function) and it.name == "taught":
             return f"P[{self.words.index(it.arguments[0])}]"
-        if isinstance(it, Function) and it.name == "pose-offset" and len(it.arguments) == 4:
-            return self._shifted(it, s, lines)
+        if isinstance(it, Function):
+            shift = shift_of(it)
+            if shift is not None:
+                return self._shifted(*shift, s, lines)
         raise CannotSayError("a computed position", "compute it into a position register first")
 
     def _point(self, number: int) -> str:
         name = self.positions.details.get(f"P[{number}]")
         return f'P[{number}:"{name}"]' if name else f"P[{number}]"
 
-    def _shifted(self, it: Function, s: Move, lines: list[str]) -> str:
+    def _shifted(self, start: Expression, by: tuple[Expression, ...], s: Move, lines: list[str]) -> str:
         """A position moved along the axes of its frame: copied into a register, whose x, y and z are added to."""
         register = self.scratch.register()
-        start = it.arguments[0]
         lines.append(f"PR[{register}]={self._position(start, s, lines)}")
-        for place, offset in enumerate(it.arguments[1:], 1):
-            if offset not in (Number(0), Number(0.0)):
-                lines.append(
-                    f"PR[{register},{place}]=(PR[{register},{place}]+{self.words.expression(offset, 5)})"
-                )
+        lines.extend(added_lines(self.words, register, by))
         return f"PR[{register}]"
+
+    def _target(self, it: Expression, s: Move, lines: list[str]) -> tuple[str, list[str]]:
+        """The position of a move, and the offsets that a product of poses becomes."""
+        words: list[str] = []
+        while isinstance(it, Function) and (found := offset_of(it)) is not None:
+            word, it, offset = found
+            if any(one.startswith(word) for one in words):
+                raise CannotSayError(
+                    "a product of several poses", "compute it into a position register first"
+                )
+            words.append(f"{word},{self._offset(offset, lines, 1 + len(words))}")
+        return self._position(it, s, lines), words
 
     def literal_lines(self, register: str, literal: PositionLiteral) -> list[str]:
         """A pose written into a position register component by component."""
-        if literal.kind != "pose" or len(literal.values) != _POSE_AXES:
+        parts = components(literal)
+        if parts is None:
             raise CannotSayError("joint values in this place", "a frame or tool is a pose")
-        scales = [mm] * 3 + [math.pi / 180] * 3
-        lines = []
-        for place, (value, scale) in enumerate(zip(literal.values, scales, strict=True), 1):
-            text = decimal(round(value / scale, 5) + 0.0)
-            lines.append(f"PR[{register},{place}]={f'({text})' if text[0] == '-' else text}")
-        return lines
+        return component_lines(self.words, register, parts)
 
     # --- how --------------------------------------------------------------------------------------------
 
@@ -234,33 +223,41 @@ class MoveWriter:
         text = self.words.quantity(value, scale)
         return text if isinstance(value.written, Number) else f" {text}"
 
-    def _options(self, s: Move, lines: list[str]) -> str:
-        if s.acceleration is None and not s.other and s.offset is s.tool_offset is s.relative is None:
+    def _options(self, s: Move, offsets: list[str], lines: list[str]) -> str:
+        plain = s.acceleration is None and not s.other and s.offset is s.tool_offset is s.relative is None
+        if plain and not offsets:
             return ""
         words = []
         if s.acceleration is not None:
-            words.append(f"ACC{self._argument(s.acceleration, values.PERCENT)}")
+            literal = s.acceleration.literal
+            share = round(literal / values.PERCENT) if literal is not None else None
+            words.append(f"ACC{self._argument(s.acceleration, values.PERCENT) if share is None else share}")
         if s.relative is not None:
             if s.relative.kind != "own":
                 raise CannotSayError(f"a move relative to the {s.relative.kind} frame")
             words.append("INC")
+        words += offsets
         for word, offset in (("Offset", s.offset), ("Tool_Offset", s.tool_offset)):
             if offset is not None:
-                words.append(f"{word},{self._offset(offset, lines)}")
+                if any(one.startswith(word) for one in offsets):
+                    raise CannotSayError(f"a move with two values for {word}")
+                words.append(f"{word},{self._offset(offset, lines, 1 + len(words))}")
         for name, rest in s.other:
             if not isinstance(rest, Text):
                 raise CannotSayError(f"the option {name}")
             words.append(f"{name}{rest.value}")
         return "".join(f" {word}" for word in words)
 
-    def _offset(self, offset: Expression, lines: list[str]) -> str:
+    def _offset(self, offset: Expression, lines: list[str], place: int) -> str:
+        """A register that holds the offset; `place` tells those of one move apart."""
         if isinstance(offset, Variable):
             return self.words.variable(offset)
-        if isinstance(offset, PositionLiteral):
-            register = self.scratch.register()
-            lines.extend(self.literal_lines(register, offset))
-            return f"PR[{register}]"
-        raise CannotSayError("a computed offset", "compute it into a position register first")
+        parts = components(offset)
+        if parts is None:
+            raise CannotSayError("a computed offset", "compute it into a position register first")
+        register = self.scratch.register(place)
+        lines.extend(component_lines(self.words, register, parts))
+        return f"PR[{register}]"
 
 
 def _number(frame: Expression | None) -> int | None:

@@ -13,6 +13,7 @@ from olp.expression import (
     Compare,
     Expression,
     FrameRef,
+    Function,
     Logic,
     Named,
     Number,
@@ -57,6 +58,7 @@ from olp.program import (
 from olp.vendors.tp import values
 from olp.vendors.tp.limits import COMMENT_LENGTH
 from olp.vendors.tp.write_moves import MoveWriter
+from olp.vendors.tp.write_poses import added_lines, component_lines, components, is_position, shift_of
 from olp.vendors.tp.write_values import CannotSayError, Words
 
 _BOOLEAN = (Compare, Logic, Unary)
@@ -94,6 +96,8 @@ class StatementWriter:
             and isinstance(value, PositionLiteral)
         ):
             return self._position(target, value)
+        if isinstance(target, Variable) and target.store is Store.ROBOT and isinstance(value, Function):
+            return self._computed(target, value)
         text = self.words.value(target)
         if isinstance(target, Variable) and target.store is Store.REAL:
             if isinstance(value, State):
@@ -125,6 +129,19 @@ class StatementWriter:
             return self.moves.literal_lines(self.words.index(target.index), value)
         number = self.moves.positions.literal(value, None, None)
         return [f"{self.words.variable(target)}=P[{number}]"]
+
+    def _computed(self, target: Variable, value: Function) -> list[str]:
+        """A position register that is computed: component by component."""
+        index = self.words.index(target.index)
+        parts = components(value)
+        if parts is not None:
+            return component_lines(self.words, index, parts)
+        shift = shift_of(value)
+        if shift is None or not is_position(shift[0]):
+            raise CannotSayError(f"the function '{value.name}'")
+        start, by = shift
+        first = self.assign(Assign(0, target, start)) if start != target else []
+        return [*first, *added_lines(self.words, index, by)]
 
     def update(self, s: Update) -> list[str]:
         if s.operator not in ("+", "-", "*", "/") or s.operand is None:
@@ -179,7 +196,8 @@ class StatementWriter:
                 "a macro by its number" if s.macro is not None else "the value that a routine returns"
             )
         arguments = ",".join(self._call_argument(one) for one in s.arguments)
-        word = s.routine if s.spelling == "macro" else f"CALL {s.routine}"
+        routine = s.routine if self.own else s.routine.upper()
+        word = routine if s.spelling == "macro" and self.own else f"CALL {routine}"
         call = f"{word}({arguments})" if s.arguments else word
         if not s.jump:
             return self._under(s.condition, call)
@@ -215,7 +233,7 @@ class StatementWriter:
         return self._under(s.condition, "PAUSE")
 
     def start_task(self, s: StartTask) -> list[str]:
-        return self._under(s.condition, f"RUN {s.routine}")
+        return self._under(s.condition, f"RUN {s.routine if self.own else s.routine.upper()}")
 
     def _under(self, condition: Expression | None, text: str) -> list[str]:
         return [text] if condition is None else [f"IF {self.words.condition(condition)},{text}"]

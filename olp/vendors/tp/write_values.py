@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final
 
@@ -30,6 +30,8 @@ from olp.expression import (
     Unary,
     Variable,
 )
+from olp.points import PointKind, PointTable
+from olp.units import deg, mm
 from olp.vendors.tp import values
 
 SIGNALS: Final = {bus: word for word, bus in values.BUSES.items()}
@@ -85,9 +87,10 @@ def number(literal: Number) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """How one program spells. `names`: comments of signals, DO[3] -> gripper."""
+    """How one program spells. `names`: comments of signals, DO[3] -> gripper. `points`: what it teaches."""
 
     names: Mapping[str, str]
+    points: PointTable = field(default_factory=PointTable)
 
     # --- registers --------------------------------------------------------------------------------------
 
@@ -107,6 +110,8 @@ class Words:
 
     def element(self, it: Member | Item) -> str:
         base = it.base
+        if isinstance(base, Taught) and isinstance(it, Member):
+            return self._taught_component(base, it.name)
         if not isinstance(base, Variable) or base.store not in _GROUPS:
             raise CannotSayError(
                 "a component of something that is no position register", "copy it into a PR first"
@@ -122,6 +127,15 @@ class Words:
         else:
             raise CannotSayError("an array of several dimensions")
         return f"{self._position_register(base)},{place}{f':{base.name}' if base.name else ''}]"
+
+    def _taught_component(self, base: Taught, name: str) -> str:
+        """A component of a taught position, which no program changes: its number."""
+        point = self.points.find(base.store, True, base.number)
+        place = values.ELEMENTS.index(name) if name in values.ELEMENTS[:6] else -1
+        if point is None or point.state.kind is not PointKind.POSE or place < 0:
+            raise CannotSayError(f"the component '{name}' of a taught position", "copy it into a PR first")
+        value = round(point.values[place] / (mm if place < 3 else deg), 6)
+        return self.value(Number(int(value) if value == int(value) else value))
 
     def index(self, it: Expression) -> str:
         """A number, or one register."""

@@ -38,7 +38,8 @@ from olp.program import (
 from olp.vendors.tp import values
 from olp.vendors.tp.instructions import BLOCK
 from olp.vendors.tp.limits import LARGEST_LABEL, LIMITS, NAME_LENGTH
-from olp.vendors.tp.write_moves import MoveWriter, Scratch
+from olp.vendors.tp.write_moves import MoveWriter
+from olp.vendors.tp.write_poses import Scratch
 from olp.vendors.tp.write_positions import PositionWriter
 from olp.vendors.tp.write_statements import StatementWriter, comment_lines
 from olp.vendors.tp.write_values import CannotSayError, Words
@@ -98,7 +99,7 @@ class _ListingWriter:
         self.own = program.vendor == "tp"
         self.details = routine.details if self.own else {}
         self.positions = PositionWriter(routine.points, self.details, self.own)
-        words = Words(self.details)
+        words = Words(self.details, routine.points)
         self.moves = MoveWriter(words, self.positions, Scratch(_used(program), LIMITS.numbered[Store.ROBOT]))
         self.labels = _labels(routine)
         self.words = words
@@ -117,7 +118,7 @@ class _ListingWriter:
         get = self._attribute
         made = _dated(self.date)
         return Listing(
-            name=self.routine.name,
+            name=self.routine.name if self.own else self.routine.name.upper(),
             kind=self.details.get("/PROG", ""),
             owner=get("OWNER", "MNEDITOR"),
             comment=f'"{self.routine.comment}"',
