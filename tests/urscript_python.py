@@ -81,12 +81,18 @@ def to_python(text: str) -> str:
             parameters = set(re.findall(r"(\w+)\s*[=,)]", line.split("(", 1)[1]))
             used = sorted(shared - parameters)
             body.append(f"  global {', '.join(used)}" if used else "  pass")
+            # Arguments are passed by their values, those of lists too.
+            body += [
+                f"  {name} = own({name})"
+                for name in re.findall(r"(\w+)\s*(?:=[^,)]*)?[,)]", line.split("(", 1)[1])
+            ]
             stack.append("def")
             open_functions.append((body, len(stack)))
             continue
         body, base = open_functions[-1]
         depth = len(stack) - base + 1 - (bool(word) and word[1] in ("elif", "else"))
         line = re.sub(r"^(?:global|local)\s+", "", line)
+        line = re.sub(r"^(\w+)\s*=\s*(?!=)(.*)$", r"\1 = own(\2)", line)
         body.append(f"{'  ' * depth}{_poses(line)}")
         if word and word[1] in ("if", "while"):
             stack.append(word[1])
@@ -170,6 +176,7 @@ def _stand_ins(robot: Robot) -> dict[str, Any]:
 
     return {
         "Pose": Pose,
+        "own": lambda value: type(value)(value) if isinstance(value, list) else value,
         "movej": move("movej", True),
         "movel": move("movel", False),
         "movep": move("movep", False),
