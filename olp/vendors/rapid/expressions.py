@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from lark import Token, Transformer
 
@@ -22,44 +21,19 @@ from olp.expression import (
     Number,
     Signal,
     State,
-    SystemValue,
     Text,
     Unary,
     Unknown,
 )
 from olp.vendors.rapid import literals
+from olp.vendors.rapid.functions import SPECIAL
 from olp.vendors.rapid.literals import Aggregate, ShapeError, coerced
 from olp.vendors.rapid.names import Names
+from olp.vendors.rapid.syntax import BrokenError, Given, Option
 from olp.vendors.rapid.texts import unquoted
 from olp.vendors.rapid.words import FUNCTIONS, SIGNAL_USERS
 
 _CONSTANTS: Final = {"pi": Number(math.pi), "high": Number(1), "low": Number(0)}
-_EULER: Final = {"x": "rx", "y": "ry", "z": "rz"}
-_ZEROS: Final = (Number(0),) * 3
-
-
-class BrokenError(Exception):
-    """A clause that is grammatical but makes no sense. `word`: what in it is wrong; `wanted`: what would be right."""
-
-    def __init__(self, message: str, word: str = "", wanted: str = "") -> None:
-        super().__init__(message)
-        self.message = message
-        self.word = word
-        self.wanted = wanted
-
-
-class Option(NamedTuple):
-    """`\\Name:=value`; a switch has no value."""
-
-    name: str
-    value: Expression | Aggregate | None
-
-
-class Given(NamedTuple):
-    """One argument. `value` None: options alone, in front of the others."""
-
-    value: Expression | Aggregate | None
-    options: tuple[Option, ...]
 
 
 class ExpressionRules(Transformer[Token, Any]):
@@ -194,8 +168,8 @@ class ExpressionRules(Transformer[Token, Any]):
                 return literals.place_of(base), place
             if key == "rot":
                 return literals.turn_of(base), place
-        elif kind == "robjoint" and key[:4] == "rax_" and key[4:].isdigit():
-            return Item(base, (Number(int(key[4:])),)), place
+            if key in ("robax", "extax"):
+                return literals.axes_of(base, key), place
         elif kind == "tooldata" and key in ("cog", "aom"):
             return Member(base, name), place
         return Member(base, self._member_name(kind, name)), place
@@ -235,8 +209,8 @@ class ExpressionRules(Transformer[Token, Any]):
         key = name.lower()
         if key in self.names.routines:
             return CallValue(self.names.spelled(name), self.passed(name, given))
-        if key in _SPECIAL:
-            found = _SPECIAL[key](self, given)
+        if key in SPECIAL:
+            found = SPECIAL[key](self, given)
             if found is not None:
                 return found
         if key.endswith("dnum") and key[:-4] in FUNCTIONS:
@@ -313,116 +287,3 @@ def _component(base: Expression, group: str, name: str) -> Expression:
     if group == "extax" and name[:4] == "eax_" and name[4:] in "abcdef" and name[4:]:
         return Member(base, f"e{'abcdef'.index(name[4:]) + 1}")
     return Member(base, name)
-
-
-# --- functions with options or members of their own --------------------------------------------------------------
-
-
-def _value(rules: ExpressionRules, given: list[Given], place: int, kind: str = "") -> Expression:
-    values = [one.value for one in given if one.value is not None]
-    if place >= len(values) or values[place] is None:
-        raise BrokenError(f"argument {place + 1} of a function is missing", "(")
-    return rules.coerce(values[place], kind)
-
-
-def _options(rules: ExpressionRules, given: list[Given]) -> dict[str, Expression]:
-    found = {}
-    for one in given:
-        for option in one.options:
-            found[option.name.lower()] = (
-                State(True) if option.value is None else rules.coerce(option.value, "")
-            )
-    return found
-
-
-def _rel_tool(rules: ExpressionRules, given: list[Given]) -> Expression:
-    options = _options(rules, given)
-    angles = tuple(options.get(name, Number(0)) for name in ("rx", "ry", "rz"))
-    return Function(
-        "pose-relative-tool",
-        (
-            _value(rules, given, 0, "robtarget"),
-            *(_value(rules, given, n) for n in (1, 2, 3)),
-            *angles,
-        ),
-    )
-
-
-def _euler(rules: ExpressionRules, given: list[Given]) -> Expression | None:
-    letter = next((name for name in _options(rules, given) if name in _EULER), None)
-    if letter is None:
-        return None
-    return literals.turn_parts(_value(rules, given, 0, "orient"))["xyz".index(letter)]
-
-
-def _orient(rules: ExpressionRules, given: list[Given]) -> Expression:
-    z, y, x = (_value(rules, given, n) for n in range(3))
-    return Function("pose-angles", (*_ZEROS, x, y, z))
-
-
-def _distance(rules: ExpressionRules, given: list[Given]) -> Expression:
-    return Function("pose-distance", (_value(rules, given, 0, "pos"), _value(rules, given, 1, "pos")))
-
-
-def _place_now(rules: ExpressionRules, given: list[Given]) -> Expression:
-    """CRobT and its like; in which frame and with which tool is kept where it is written."""
-    options = _options(rules, given)
-    if not options:
-        return SystemValue("current-pose")
-    return Function("current-pose", tuple(NamedArgument(name, value) for name, value in _kept(rules, given)))
-
-
-def _joints_now(rules: ExpressionRules, given: list[Given]) -> Expression:
-    options = tuple(NamedArgument(name, value) for name, value in _kept(rules, given))
-    return Function("current-joints", options) if options else SystemValue("current-joints")
-
-
-def _kept(rules: ExpressionRules, given: list[Given]) -> list[tuple[str, Expression | None]]:
-    return [
-        (option.name, None if option.value is None else rules.coerce(option.value, ""))
-        for one in given
-        for option in one.options
-    ]
-
-
-def _solved(name: str, kind: str) -> Callable[[ExpressionRules, list[Given]], Expression]:
-    """CalcRobT, CalcJointT: the tool and the work object behind the position."""
-
-    def lowered(rules: ExpressionRules, given: list[Given]) -> Expression:
-        values = rules.plain_arguments(given, (kind,))
-        return Function(name, values)
-
-    return lowered
-
-
-def _text(rules: ExpressionRules, given: list[Given]) -> Expression:
-    return Function("text-of-value", rules.plain_arguments(given))
-
-
-def _timer(rules: ExpressionRules, given: list[Given]) -> Expression | None:
-    value = given[0].value if given else None
-    number = rules.names.clocks.get(value.name.lower()) if isinstance(value, Named) else None
-    return None if number is None else SystemValue("timer", number)
-
-
-def _present(rules: ExpressionRules, given: list[Given]) -> Expression:
-    return Function("given", (_value(rules, given, 0),))
-
-
-_SPECIAL: Final[dict[str, Callable[[ExpressionRules, list[Given]], Expression | None]]] = {
-    "reltool": _rel_tool,
-    "eulerzyx": _euler,
-    "orientzyx": _orient,
-    "distance": _distance,
-    "crobt": _place_now,
-    "cjointt": _joints_now,
-    "cpos": lambda rules, given: (
-        None if _options(rules, given) else literals.place_of(SystemValue("current-pose"))
-    ),
-    "calcrobt": _solved("forward", "jointtarget"),
-    "calcjointt": _solved("inverse", "robtarget"),
-    "numtostr": _text,
-    "valtostr": _text,
-    "clkread": _timer,
-    "present": _present,
-}

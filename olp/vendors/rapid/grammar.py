@@ -11,9 +11,9 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from olp.program import Statement
 from olp.resources import read_text
-from olp.vendors.rapid.expressions import BrokenError
 from olp.vendors.rapid.names import Names
 from olp.vendors.rapid.statements import ClauseRules, Frame
+from olp.vendors.rapid.syntax import BrokenError
 
 _WORDS: Final = {
     "NAME": "a name",

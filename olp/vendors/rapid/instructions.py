@@ -37,7 +37,8 @@ from olp.program import (
     Wait,
 )
 from olp.units import percent
-from olp.vendors.rapid.expressions import BrokenError, ExpressionRules, Given, as_state
+from olp.vendors.rapid.expressions import ExpressionRules, as_state
+from olp.vendors.rapid.syntax import BrokenError, Given
 from olp.vendors.rapid.words import FASTEST, SIGNAL_USERS
 
 Lowered = list[Statement]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from olp.expression import (
@@ -170,8 +171,13 @@ def with_axes(
     """The literal with what a robtarget holds besides: arm configuration and external axes [mm or deg]."""
     native = pose.native
     if any(configuration):
-        native = (*native, ("confdata", ",".join(map(number_text, configuration))))
+        native = (*native, _arm(configuration))
     return PositionLiteral("pose", pose.values, _external(external), (), native)
+
+
+@lru_cache(maxsize=1000)
+def _arm(configuration: tuple[float, ...]) -> tuple[str, str]:
+    return "confdata", ",".join(map(number_text, configuration))
 
 
 def _external(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -273,17 +279,34 @@ def turn_of(base: Expression) -> Function:
     return Function("pose-angles", (*_NO_ANGLES, *(Member(base, name) for name in _ANGLES)))
 
 
+def axes_of(base: Expression, group: str) -> RecordLiteral:
+    """`j.robax` or `p.extax`: its values one by one."""
+    if group == "robax":
+        return RecordLiteral(
+            "robjoint", tuple((f"rax_{n}", Item(base, (Number(n),))) for n in range(1, _RAX + 1))
+        )
+    return RecordLiteral(
+        "extjoint", tuple((f"eax_{c}", Member(base, f"e{n}")) for n, c in enumerate("abcdef", 1))
+    )
+
+
+def joint_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
+    """The six values of a robjoint [deg]. Raises ShapeError."""
+    if isinstance(value, Aggregate):
+        _expect(value, _RAX, "a robjoint")
+        return plain_items(value)
+    if isinstance(value, RecordLiteral):
+        return tuple(item for _, item in value.members)
+    return tuple(Member(value, f"rax_{n}") for n in range(1, _RAX + 1))
+
+
 def _jointtarget(value: Aggregate, names: Names) -> Expression:
     _expect(value, 2, "a jointtarget")
     axes, external = numbers(value.items[0], _RAX), numbers(value.items[1], _RAX)
     if axes is not None and external is not None:
         return joint_literal(axes, external)
     first, second = value.items
-    if isinstance(first, Aggregate):
-        _expect(first, _RAX, "a robjoint")
-        parts = plain_items(first)
-    else:
-        parts = tuple(Item(first, (Number(n),)) for n in range(1, _RAX + 1))
+    parts = joint_parts(first)
     rest = () if external == (NOT_CONNECTED,) * 6 else (_named("axes", second, "extjoint", names),)
     return (
         RecordLiteral("jointtarget", (("joints", Function("joints", parts)), ("axes", rest[0])))

@@ -88,14 +88,14 @@ class ModuleReader:
             self._kind(clause, LineKind.RECORD)
             self._flush(*(f"H {line}" for line in clause.text.split("\n")))
             return
-        if self._parsing.too_much(clause):
-            return
         if self._record and clause.word not in ("ENDRECORD", "ENDMODULE", "PROC", "FUNC", "TRAP"):
             self._parsing.read(clause, component=True)
             self._kind(clause, LineKind.RECORD)
-            self._flush(f"T     {clause.text}")
+            self._flush(f"T     {' '.join(clause.text.split())}")
             return
         declared = self._plain.point(clause.text, clause.line, clause.comment or "")
+        if declared is None and self._parsing.too_much(clause):
+            return
         if declared is not None:
             found: Frame | list[Statement] | None = [declared]
         else:
@@ -179,12 +179,12 @@ class ModuleReader:
                 self._flush("E", *self._trailing(clause))
             case "RECORD":
                 self._record = True
-                self._flush(f"T {clause.text}", *self._trailing(clause))
+                self._flush(f"T {' '.join(clause.text.split())}", *self._trailing(clause))
             case "ENDRECORD":
                 self._record = False
                 self._flush("T ENDRECORD", *self._trailing(clause))
             case "ALIAS":
-                self._flush(f"T {clause.text}", *self._trailing(clause))
+                self._flush(f"T {' '.join(clause.text.split())}", *self._trailing(clause))
             case "HANDLER":
                 self._handle(clause)
             case "PROC" | "FUNC" | "TRAP":

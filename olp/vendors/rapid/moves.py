@@ -7,9 +7,10 @@ from typing import Final, NamedTuple
 from olp.expression import Expression, FrameRef, Member, Named, NamedArgument, Number, Quantity, Signal, State
 from olp.program import Blend, BlendKind, Move, Path, Search, Speed, SpeedUnit
 from olp.units import deg, mm
-from olp.vendors.rapid.expressions import BrokenError, ExpressionRules, Given, Option
+from olp.vendors.rapid.expressions import ExpressionRules
 from olp.vendors.rapid.literals import Aggregate, number_text, numbers
 from olp.vendors.rapid.names import Names
+from olp.vendors.rapid.syntax import BrokenError, Given, Option
 from olp.vendors.rapid.words import SPEEDS, ZONES
 
 OWN: Final = "\\"  # marks an option in `Move.other`: the letter of its argument, this, its name

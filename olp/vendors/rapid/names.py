@@ -11,24 +11,25 @@ from olp.vendors.rapid.clauses import Clause
 from olp.vendors.rapid.words import RECORDS, SIGNAL_TYPES, SIGNAL_USERS, SPEEDS, ZONES
 
 _DATA: Final = re.compile(
-    r"(?:(?:LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(\w+)\s+(\w+)\s*(\{[^}]*\})?\s*(?::=\s*(.*?)\s*)?;?\Z",
+    r"(?:(?:LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(\w+)\s+(\w+)\s*(\{[^}]{0,500}\}\s*)?(?::=(.*))?;?\Z",
     re.IGNORECASE | re.DOTALL,
 )
 _HEAD: Final = re.compile(
     r"(?:LOCAL\s+)?(PROC|FUNC|TRAP)\s+(?:(\w+)\s+)??(\w+)\s*(?:\((.*)\)\s*)?\Z", re.IGNORECASE | re.DOTALL
 )
 _PARAMETER: Final = re.compile(
-    r"(\\)?\s*(?:(INOUT|VAR|PERS|REF)\s+)?(\w+)\s+(\w+)\s*(\{[^}]*\})?\s*(?=[,|\\]|\Z)", re.IGNORECASE
+    r"(\\)?\s*(?:(INOUT|VAR|PERS|REF)\s+)?(\w+)\s+(\w+)\s*(\{[^}]{0,200}\})?\s*(?=[,|\\]|\Z)", re.IGNORECASE
 )
-_ASSIGNED: Final = re.compile(r"(?<!\\)\b(\w+)\s*(?:\{[^}]*\}\s*)?(?:\.\s*\w+\s*)*:=")
+_ASSIGNED: Final = re.compile(r"(?<!\\)\b(\w+)\s*(?:\{[^}{]{0,200}\}\s*)?(?:\.\s*\w+\s*)*:=")
 _USED: Final = re.compile(
     rf"\b({'|'.join(sorted(SIGNAL_USERS, key=len, reverse=True))})\b"
-    r"\s*\(?\s*(?:\\\w+\s*(?::=\s*[\w.]+)?\s*,?\s*)*(\w+)",
+    r"\s*(?:\(\s*)?(?:\\\w+\s*(?::=\s*[\w.]+\s*)?(?:,\s*)?)*(\w+)",
     re.IGNORECASE,
 )
 _NUMBERS: Final = re.compile(r"\[\s*([^\[\]\"]*)\]\Z")
 _COMPONENT: Final = re.compile(r"(\w+)\s+(\w+)\s*;?\Z")
 _SIGNAL_LIKE: Final = re.compile(r"(di|do|gi|go|ai|ao)(?=[_0-9]|[A-Z])")
+_LONG: Final = 120
 _BUSES: Final = {
     "di": "in", "do": "out", "gi": "in-group", "go": "out-group", "ai": "analog-in", "ao": "analog-out",
 }  # fmt: skip
@@ -119,6 +120,8 @@ def gather(clauses: Sequence[object]) -> Names:
         if not isinstance(clause, Clause) or clause.word == "MOVE":
             continue
         word, text = clause.word, clause.text
+        if len(text) > _LONG:
+            text = " ".join(text.split())  # long runs of blanks take a regular expression long
         if record is not None:
             record = _component(names, record, clause)
         elif word in ("PROC", "FUNC", "TRAP"):
@@ -160,6 +163,7 @@ def _data(names: Names, match: re.Match[str], inside: dict[str, str] | None) -> 
     if kind == "clock":
         names.clocks.setdefault(key, len(names.clocks) + 1)
     if kind in ("speeddata", "zonedata") and value and not sizes:
+        value = value.rstrip("; \t\n").lstrip()
         numbers = _NUMBERS.match(value)
         if numbers is not None:
             names.constants.setdefault(key, (kind, tuple(n.strip() for n in numbers[1].split(","))))

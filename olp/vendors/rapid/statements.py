@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from lark import Token
 
-from olp.expression import Expression, Function, Named, Text
+from olp.expression import Expression, Function, Member, Named, Text
 from olp.program import (
     Assign,
     Call,
@@ -36,10 +36,11 @@ from olp.program import (
     While,
 )
 from olp.vendors.rapid import literals
-from olp.vendors.rapid.expressions import BrokenError, ExpressionRules
+from olp.vendors.rapid.expressions import ExpressionRules
 from olp.vendors.rapid.instructions import BESIDE, RULES
 from olp.vendors.rapid.literals import Aggregate
 from olp.vendors.rapid.moves import LAYOUTS, lower_move
+from olp.vendors.rapid.syntax import BrokenError
 from olp.vendors.rapid.words import INTERRUPTS, PROCESS, TYPES
 
 
@@ -234,12 +235,27 @@ class ClauseRules(ExpressionRules):
             place = self.parts(base, postfixes[:-1])
             if literals.type_of(place, self.names) in ("robtarget", "pose", ""):
                 return Assign(0, place, self._partly(place, last, value))
+        if last == "robax":
+            whole = self.parts(base, postfixes[:-1])
+            if literals.type_of(whole, self.names) == "jointtarget":
+                return Assign(0, whole, self._axes(value))
+        if last == "extax":
+            return Assign(
+                0, Member(self.parts(base, postfixes[:-1]), postfixes[-1]), self.coerce(value, "extjoint")
+            )
         target = self.parts(base, postfixes)
         kind = literals.type_of(target, self.names)
         sizes = (
             1 if isinstance(value, Aggregate) and isinstance(target, Named) and self._is_array(name) else 0
         )
         return Assign(0, target, self.coerce(value, "" if sizes else kind, sizes))
+
+    def _axes(self, value: Expression | Aggregate) -> Function:
+        """`j.robax := …` as whole new joint values."""
+        try:
+            return Function("joints", literals.joint_parts(value))
+        except literals.ShapeError as wrong:
+            raise BrokenError(str(wrong), "[") from None
 
     def _is_array(self, name: str) -> bool:
         return False if self.names.members(self.names.type_of(name)) else self.names.type_of(name) in (

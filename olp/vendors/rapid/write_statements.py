@@ -63,13 +63,9 @@ from olp.units import percent
 from olp.vendors.rapid.literals import zero
 from olp.vendors.rapid.texts import quoted
 from olp.vendors.rapid.words import TYPES
+from olp.vendors.rapid.write_functions import place_text, robjoint_text, turn_text
 from olp.vendors.rapid.write_positions import CannotSayError
-from olp.vendors.rapid.write_values import (
-    TIMED_OUT,
-    Words,
-    place_text,
-    turn_text,
-)
+from olp.vendors.rapid.write_values import TIMED_OUT, Words
 
 _NATIVE: Final = {
     "real": "num", "integer": "num", "boolean": "bool", "string": "string", "character": "string",
@@ -150,6 +146,8 @@ class StatementWriter:
 
     def _partly(self, target: Expression, value: Expression, kind: str) -> str | None:
         """A pose that keeps its place or its turn is assigned in part."""
+        if kind == "jointtarget" and isinstance(value, Function) and value.name == "joints":
+            return f"{self.words.value(target)}.robax:={robjoint_text(self.words, value.arguments)};"
         if not isinstance(value, Function) or kind not in ("robtarget", "pose", ""):
             return None
         place = tuple(Member(target, name) for name in _RADII)

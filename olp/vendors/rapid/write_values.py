@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from olp.expression import (
@@ -32,6 +32,7 @@ from olp.vendors.rapid.names import Names, signal_like
 from olp.vendors.rapid.predefined import PREDEFINED_NAMES
 from olp.vendors.rapid.texts import quoted
 from olp.vendors.rapid.words import RECORDS
+from olp.vendors.rapid.write_functions import FUNCTIONS, NO_AXES, NO_CONFIGURATION, common_base, robjoint_text
 from olp.vendors.rapid.write_positions import CannotSayError, literal, number
 
 PREFIXES: Final = {
@@ -54,12 +55,8 @@ _WORDS: Final = {
     "atan": "ATan", "atan2": "ATan2", "exp": "Exp", "power": "Pow", "trunc": "Trunc", "max": "Max", "min": "Min",
     "length-of-text": "StrLen", "part-of-text": "StrPart",
 }  # fmt: skip
-_POSES: Final = {"pose-product": "PoseMult", "pose-inverse": "PoseInv"}
-_XYZ: Final = ("x", "y", "z")
+_POSES: Final = ("pose-product", "pose-inverse")
 _ANGLES: Final = ("rx", "ry", "rz")
-_ZEROS: Final = (Number(0), Number(0), Number(0))
-_NO_AXES: Final = "[9E9,9E9,9E9,9E9,9E9,9E9]"
-_ARM: Final = "[0,0,0,0]"
 _BEFORE: Final = {
     "x": "trans",
     "y": "trans",
@@ -144,7 +141,7 @@ class Words:
         self.temporary[name] = kind
         return name
 
-    def _stored(self, it: Expression, kind: str) -> Named:
+    def stored(self, it: Expression, kind: str) -> Named:
         """The value in a variable, which an instruction before this one sets."""
         if isinstance(it, Named) and self.type_of(it) in (kind, ""):
             return it
@@ -249,17 +246,15 @@ class Words:
     def _item(self, base: Expression, indices: tuple[Expression, ...]) -> str:
         if self.type_of(base) == "jointtarget" and len(indices) == 1 and isinstance(indices[0], Number):
             if isinstance(base, (SystemValue, Function)):
-                base = self._stored(base, "jointtarget")
+                base = self.stored(base, "jointtarget")
             return f"{self.value(base)}.robax.rax_{indices[0].value}"
-        if self.type_of(base) == "robjoint" and isinstance(indices[0], Number):
-            return f"{self.value(base)}.rax_{indices[0].value}"
         return f"{self.value(base)}{{{','.join(self.value(index) for index in indices)}}}"
 
     def _member(self, base: Expression, name: str) -> str:
         if name in _ANGLES:
-            return f"EulerZYX(\\{name[1].upper()},{self._turn(base)})"
+            return f"EulerZYX(\\{name[1].upper()},{self.turn(base)})"
         if isinstance(base, (SystemValue, Function, CallValue)):
-            base = self._stored(base, self.type_of(base) or "robtarget")
+            base = self.stored(base, self.type_of(base) or "robtarget")
         text, kind = self.value(base), self.type_of(base)
         if name in _BEFORE and kind not in ("pos", "orient") and not self._is_record(kind):
             return f"{text}.{_BEFORE[name]}.{name}"
@@ -270,19 +265,19 @@ class Words:
     def _is_record(self, kind: str) -> bool:
         return bool(kind) and kind not in ("robtarget", "pose", "jointtarget", "num")
 
-    def _turn(self, base: Expression) -> str:
+    def turn(self, base: Expression) -> str:
         """An orient: `base.rot`, or the orient itself."""
         if isinstance(base, (SystemValue, Function, CallValue)):
-            base = self._stored(base, self.type_of(base) or "robtarget")
+            base = self.stored(base, self.type_of(base) or "robtarget")
         text = self.value(base)
         return text if self.type_of(base) == "orient" else f"{text}.rot"
 
-    def _place(self, base: Expression) -> str:
+    def place(self, base: Expression) -> str:
         """A pos: `base.trans`, or the pos itself."""
         if base == SystemValue("current-pose"):
             return "CPos()"
         if isinstance(base, (SystemValue, Function, CallValue)):
-            base = self._stored(base, self.type_of(base) or "robtarget")
+            base = self.stored(base, self.type_of(base) or "robtarget")
         text = self.value(base)
         return text if self.type_of(base) == "pos" else f"{text}.trans"
 
@@ -291,19 +286,27 @@ class Words:
         if predefined is not None and predefined not in self.types:
             return predefined
         if of == "jointtarget":
-            return f"[[{self._joints(dict(members)['joints'])}],{self._extra(members[1][1])}]"
+            joints = dict(members)["joints"]
+            values = joints.arguments if isinstance(joints, Function) else ()
+            return f"[{robjoint_text(self, values)},{self._extra(members[1][1])}]"
+        if of == "robjoint" and all(isinstance(value, Item) for _, value in members):
+            return robjoint_text(self, tuple(value for _, value in members))
+        if of == "extjoint":
+            base = common_base(tuple(value for _, value in members), tuple(f"e{n}" for n in range(1, 7)))
+            if base is not None:
+                return f"{self.value(base)}.extax"
         known = dict(RECORDS.get(of, ()))
         texts = [self.value(value, known.get(name, kind if not name else "")) for name, value in members]
         return f"[{','.join(texts)}]"
 
-    def _joints(self, it: Expression) -> str:
+    def joints(self, it: Expression) -> str:
         arguments = it.arguments if isinstance(it, Function) else ()
         if len(arguments) > 6:
             raise CannotSayError("a position of more than six axes")
         return ",".join([*(self.value(one) for one in arguments), *["0"] * (6 - len(arguments))])
 
     def _extra(self, it: Expression) -> str:
-        return self.value(it.value) if isinstance(it, NamedArgument) and it.value is not None else _NO_AXES
+        return self.value(it.value) if isinstance(it, NamedArgument) and it.value is not None else NO_AXES
 
     def _system(self, name: str, index: int) -> str:
         if name == "current-pose":
@@ -349,7 +352,7 @@ class Words:
             return f"{self.value(first, '', 5)} + {self.value(second, '', 6)}", 5
         if name in _WORDS:
             return f"{_WORDS[name]}({','.join(map(self.value, arguments))})", _ATOM
-        special = _SPECIAL.get(name)
+        special = FUNCTIONS.get(name)
         if special is None:
             raise CannotSayError(f"the function '{name}'")
         return special(self, arguments, kind), _ATOM
@@ -357,17 +360,15 @@ class Words:
     def as_pose(self, it: Expression) -> str:
         """A value of type pose."""
         if isinstance(it, (PositionLiteral, Function)) and not (
-            isinstance(it, Function) and it.name not in _SPECIAL
+            isinstance(it, Function) and it.name not in FUNCTIONS
         ):
             if self.type_of(it) == "robtarget" and isinstance(it, Function):
-                it = self._stored(it, "robtarget")
+                it = self.stored(it, "robtarget")
                 return f"[{it.name}.trans,{it.name}.rot]"
             return self.value(it, "pose")
         if self.type_of(it) in ("robtarget", "") and not self.own:
             text = (
-                self.value(it)
-                if isinstance(it, (Named, Item, Member))
-                else self._stored(it, "robtarget").name
+                self.value(it) if isinstance(it, (Named, Item, Member)) else self.stored(it, "robtarget").name
             )
             return f"[{text}.trans,{text}.rot]"
         return self.value(it, "pose")
@@ -375,8 +376,8 @@ class Words:
     def as_robtarget(self, it: Expression) -> str:
         """A value of type robtarget."""
         if self.type_of(it) == "pose" and not (self.own and isinstance(it, Named)):
-            name = self._stored(it, "pose").name
-            return f"[{name}.trans,{name}.rot,{_ARM},{_NO_AXES}]"
+            name = self.stored(it, "pose").name
+            return f"[{name}.trans,{name}.rot,{NO_CONFIGURATION},{NO_AXES}]"
         return self.value(it, "robtarget")
 
     def scaled(self, quantity: Quantity, unit: float) -> str:
@@ -387,144 +388,3 @@ class Words:
         if isinstance(quantity.written, Number):
             return number(round(quantity.written.value * ratio, 9))
         return f"{self.value(quantity.written, '', 6)} * {number(round(ratio, 12))}"
-
-
-def _pose_call(word: str) -> Callable[[Words, tuple[Expression, ...], str], str]:
-    def spelled(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-        text = f"{word}({','.join(map(words.as_pose, arguments))})"
-        if kind != "robtarget":
-            return text
-        name = words.temporary_name("pose")
-        words.before.append(f"{name}:={text};")
-        return f"[{name}.trans,{name}.rot,{_ARM},{_NO_AXES}]"
-
-    return spelled
-
-
-def _offset(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    return f"Offs({words.as_robtarget(arguments[0])},{','.join(map(words.value, arguments[1:4]))})"
-
-
-def _relative(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    angles = "".join(
-        f"\\{name}:={words.value(value)}"
-        for name, value in zip(("Rx", "Ry", "Rz"), arguments[4:7], strict=False)
-        if value != Number(0)
-    )
-    moved = ",".join(map(words.value, arguments[1:4]))
-    return f"RelTool({words.as_robtarget(arguments[0])},{moved}{angles})"
-
-
-def _common_base(values: tuple[Expression, ...], names: tuple[str, ...]) -> Expression | None:
-    """The position whose members these are, None when they are not all of one."""
-    bases = [
-        one.base
-        for one, name in zip(values, names, strict=True)
-        if isinstance(one, Member) and one.name == name
-    ]
-    return bases[0] if len(bases) == len(names) and all(base == bases[0] for base in bases) else None
-
-
-def place_text(words: Words, values: tuple[Expression, ...]) -> str:
-    """`p.trans`, or `[x,y,z]`."""
-    base = _common_base(values, _XYZ)
-    return words._place(base) if base is not None else f"[{','.join(map(words.value, values))}]"
-
-
-def turn_text(words: Words, values: tuple[Expression, ...]) -> str:
-    """`p.rot`, or `OrientZYX(z,y,x)`."""
-    base = _common_base(values, _ANGLES)
-    if base is not None:
-        return words._turn(base)
-    return f"OrientZYX({','.join(words.value(value) for value in reversed(values))})"
-
-
-def _of_angles(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    place, turn, rest = arguments[:3], arguments[3:6], arguments[6:]
-    if kind == "pos" or (not kind and turn == _ZEROS and place != _ZEROS):
-        return place_text(words, place)
-    if kind == "orient" or (not kind and place == _ZEROS):
-        return turn_text(words, turn)
-    turned = "[1,0,0,0]" if turn == _ZEROS else turn_text(words, turn)
-    return _assembled(words, place_text(words, place), turned, rest, kind)
-
-
-def _of_quaternion(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    turn = f"[{','.join(map(words.value, arguments[3:7]))}]"
-    if kind == "orient" or (not kind and arguments[:3] == _ZEROS):
-        return turn
-    return _assembled(words, place_text(words, arguments[:3]), turn, arguments[7:], kind)
-
-
-def _assembled(words: Words, place: str, turn: str, rest: tuple[Expression, ...], kind: str) -> str:
-    if kind == "pose":
-        return f"[{place},{turn}]"
-    given = {one.name: one.value for one in rest if isinstance(one, NamedArgument) and one.value is not None}
-    arm = words.value(given["conf"]) if "conf" in given else _ARM
-    axes = words.value(given["axes"]) if "axes" in given else _NO_AXES
-    return f"[{place},{turn},{arm},{axes}]"
-
-
-def _added(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    first, second = (words._stored(one, "robtarget").name for one in arguments)
-    name = words.temporary_name("pose")
-    words.before.append(f"{name}:=PoseMult([[0,0,0],{first}.rot],[[0,0,0],{second}.rot]);")
-    place = ",".join(f"{first}.trans.{c}+{second}.trans.{c}" for c in _XYZ)
-    return _assembled(words, f"[{place}]", f"{name}.rot", (), kind)
-
-
-def _joints(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    bases = [one.base for one in arguments if isinstance(one, Item)]
-    if bases and len(bases) == len(arguments) == 6 and all(base == bases[0] for base in bases):
-        indices = tuple(one.indices for one in arguments if isinstance(one, Item))
-        if indices == tuple((Number(n),) for n in range(1, 7)):
-            base = words.value(bases[0])
-            inner = base if words.type_of(bases[0]) == "robjoint" else f"{base}.robax"
-            return f"[{inner},{_NO_AXES}]"
-    return f"[[{words._joints(Function('joints', arguments))}],{_NO_AXES}]"
-
-
-def _solved(word: str, inner: str) -> Callable[[Words, tuple[Expression, ...], str], str]:
-    def spelled(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-        first = words.as_robtarget(arguments[0]) if inner == "robtarget" else words.value(arguments[0], inner)
-        tool = words.value(arguments[1]) if len(arguments) > 1 and words.own else "tool0"
-        frame = f"\\WObj:={words.value(arguments[2])}" if len(arguments) > 2 and words.own else ""
-        return f"{word}({first},{tool}{frame})"
-
-    return spelled
-
-
-def _distance(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    def pos(it: Expression) -> str:
-        return words.value(it, "pos") if isinstance(it, (Function, PositionLiteral)) else words._place(it)
-
-    return f"Distance({pos(arguments[0])},{pos(arguments[1])})"
-
-
-def _text(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    word = "NumToStr" if len(arguments) > 1 else "ValToStr"
-    return f"{word}({','.join(map(words.value, arguments))})"
-
-
-def _round(words: Words, arguments: tuple[Expression, ...], kind: str) -> str:
-    digits = f"\\Dec:={words.value(arguments[1])}" if len(arguments) > 1 else ""
-    return f"Round({words.value(arguments[0])}{digits})"
-
-
-_SPECIAL: Final[dict[str, Callable[[Words, tuple[Expression, ...], str], str]]] = {
-    **{name: _pose_call(word) for name, word in _POSES.items()},
-    "pose-offset": _offset,
-    "pose-relative-tool": _relative,
-    "pose-angles": _of_angles,
-    "pose-quaternion": _of_quaternion,
-    "pose-add": _added,
-    "joints": _joints,
-    "forward": _solved("CalcRobT", "jointtarget"),
-    "inverse": _solved("CalcJointT", "robtarget"),
-    "pose-distance": _distance,
-    "text-of-value": _text,
-    "round": _round,
-    "given": lambda words, arguments, kind: f"Present({words.value(arguments[0])})",
-    "current-pose": lambda words, arguments, kind: f"CRobT({words.arguments(arguments)})",
-    "current-joints": lambda words, arguments, kind: f"CJointT({words.arguments(arguments)})",
-}

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final
@@ -72,17 +73,17 @@ class _ProgramWriter:
         self.moves = MoveWriter(self.words)
         self.statements = StatementWriter(self.words)
         self.bodies = BodyWriter(program, self.moves, self.statements, problems)
-        self._data: dict[str, list[Declare]] = {}
+        self._data: dict[str, deque[Declare]] = {}
         for one in program.data:
-            self._data.setdefault(one.name, []).append(one)
+            self._data.setdefault(one.name, deque()).append(one)
         self._made: list[ModuleText] = []
-        self._pending = ""  # lines that wait for the routine or module they stand before
+        self._pending: list[str] = []  # lines that wait for the routine or module they stand before
 
     def modules(self) -> tuple[list[ModuleText], str]:
         """All modules in order, and what stands behind the last one."""
         if not self._has_layout():
             self._made.append(ModuleText("", self._module_name(), "", closed=True))
-            self._pending = "".join(map(self._declaration, self._take_all()))
+            self._pending = list(map(self._declaration, self._take_all()))
         for routine in self.program.routines:
             self._layout(routine.details.get("before", "") if self.own else "")
             self._routine(routine)
@@ -90,11 +91,10 @@ class _ProgramWriter:
         if self._made:
             last = next(one for one in reversed(self._made) if one is self._made[-1])
             if not last.closed or not self._has_layout():
-                last.after += self._pending
-                self._pending = ""
+                last.after += self._taken()
             first = self._made[0]
             first.data = "".join(map(self._declaration, self._take_all())) + self._added()
-        return self._made, self._pending
+        return self._made, self._taken()
 
     def _has_layout(self) -> bool:
         texts = (routine.details.get("before", "") for routine in self.program.routines)
@@ -116,20 +116,24 @@ class _ProgramWriter:
             mark, rest = item[:1], item[2:]
             if mark == "M":
                 name, _, attributes = rest.partition("(")
-                self._made.append(ModuleText(self._pending, name, f"({attributes}" if attributes else ""))
-                self._pending = ""
+                self._made.append(ModuleText(self._taken(), name, f"({attributes}" if attributes else ""))
             elif mark == "E":
                 if self._made:
-                    self._made[-1].after += self._pending
+                    self._made[-1].after += self._taken()
                     self._made[-1].closed = True
-                    self._pending = ""
             elif mark == "D":
                 found = self._data.get(rest)
-                self._pending += self._declaration(found.pop(0)) if found else ""
+                if found:
+                    self._pending.append(self._declaration(found.popleft()))
             elif mark == "H":
-                self._pending += f"{rest}\n"
+                self._pending.append(f"{rest}\n")
             else:
-                self._pending += f"{_STEP}{'!' if mark == '!' else ''}{rest}\n"
+                self._pending.append(f"{_STEP}{'!' if mark == '!' else ''}{rest}\n")
+
+    def _taken(self) -> str:
+        text = "".join(self._pending)
+        self._pending.clear()
+        return text
 
     def _take_all(self) -> list[Declare]:
         found = [one for same in self._data.values() for one in same]
@@ -171,16 +175,16 @@ class _ProgramWriter:
         kind = routine.details.get("kind", "") if self.own else ""
         kind = kind or ("FUNC" if routine.returns else "PROC")
         behind = f" !{routine.comment}" if routine.comment else ""
+        gap = "\n" if self._pending or self._made[-1].routines else ""
         end = routine.details.get("end", "") if self.own else ""
         self._made[-1].routines.append(
             RoutineText(
-                self._pending + before,
+                f"{self._taken()}{gap}{before}",
                 f"{_STEP}{self._head(routine, kind)}{behind}".rstrip(),
                 "".join(f"{row}\n" for row in rows),
                 f"{_STEP}{_END[kind]}{' !' + end if end else ''}",
             )
         )
-        self._pending = ""
 
     def _safety(self, routine: Routine) -> list[str]:
         """Poses of another language have no configuration of an ABB arm: the nearest one is taken."""
