@@ -22,6 +22,7 @@ _PLACEHOLDER: Final = re.compile(r"\{\{.*?\}\}|\{%.*?%\}")
 _STARTS: Final = re.compile(r"(?:def|thread|sec|if|elif|while|return|global|local|end|else)(?![A-Za-z0-9_])")
 _HEAD: Final = re.compile(r"(def|thread|sec|if|elif|else|while|end)(?![A-Za-z0-9_])")
 _DEEP: Final = re.compile(r"[-+*/%!]|[=<>]=?|\b(?:and|or|xor|not|run)\b")
+_CHAIN: Final = re.compile(r"[\])]\s*[\[(]|\.[A-Za-z_]")
 _LONG_NUMBER: Final = re.compile(r"(?<![\w.])\d{19,}(?![\d.eE])")
 _GOES_ON: Final = re.compile(r".*(?:[-+*/%=<>,]|(?<![A-Za-z0-9_])(?:and|or|xor|not))", re.DOTALL)
 _MOST_JOINED = 300
@@ -167,7 +168,7 @@ class LineReader:
             depth += 1 if bracket in "([" else -1
             deepest = max(deepest, depth)
         # Each bracket may hold one chain of operators that nests to the left.
-        nested = (deepest + 1) * (_most_operators(plain) + 1)
+        nested = (deepest + 1) * (_most_operators(plain) + 1) + len(_CHAIN.findall(plain))
         if len(code) <= _MOST_CHARACTERS and nested <= _MOST_NESTED and not _LONG_NUMBER.search(plain):
             return False
         help = (

@@ -19,12 +19,12 @@ WORDS: Final = {
     "COLON": "':'",
     "EQUAL": "'='",
     "DOT": "'.'",
-    "COMPARE": "a comparison such as == or <",
+    "COMPARE": "an operator",
     "SUM": "an operator",
     "PRODUCT": "an operator",
-    "AND": "and, or",
-    "OR": "and, or",
-    "XOR": "and, or",
+    "AND": "an operator",
+    "OR": "an operator",
+    "XOR": "an operator",
     "END": "end",
     "DEFINE": "def or thread",
     "$END": "the end of the line",
@@ -61,7 +61,7 @@ def explain(refused: UnexpectedInput, text: str) -> Problem:
             offset = len(text)
     elif isinstance(refused, UnexpectedCharacters):
         expected = set(refused.allowed or ())
-    help = _foreign(text) or _sentence(expected)
+    help = _foreign(text, offset) or _sentence(expected)
     if not 0 <= offset < len(text):
         return Problem("the line ends too early", len(text), 1, help)
     if text[offset] == '"':
@@ -73,8 +73,10 @@ def explain(refused: UnexpectedInput, text: str) -> Problem:
     return Problem(f"'{found[:40]}' does not fit here", offset, len(found), help)
 
 
-def _foreign(text: str) -> str:
+def _foreign(text: str, offset: int) -> str:
     """What a word of another language is called here, or nothing."""
+    if text[offset : offset + 1] == "=" and text.startswith(("if", "elif", "while")):
+        return "compare with =="
     first = _WORD.match(text)
     for word, help in _FOREIGN.items():
         if (word.isalpha() and first is not None and first[0] == word) or (
@@ -85,6 +87,8 @@ def _foreign(text: str) -> str:
 
 
 def _sentence(expected: set[str]) -> str:
+    if "SUM" in expected and "COMPARE" in expected:
+        expected = expected - {"LPAR", "LSQB", "DOT"}  # what goes on behind any value helps nobody
     words = {WORDS.get(name, "") for name in expected - _VALUE} - {""}
     if expected >= {"NAME", "NUMBER"}:
         words.add("a value")
