@@ -15,7 +15,7 @@ from olp.interpreter.evaluate import evaluate
 from olp.interpreter.functions import as_position
 from olp.interpreter.memory import ACTIVE, PositionValue
 from olp.interpreter.modal import frame_place, position_in, tool_number
-from olp.interpreter.poses import here, moved_by, pose_of, raw_pose
+from olp.interpreter.poses import current_frames, here, moved_by, pose_of, raw_pose
 from olp.interpreter.scope import position_of
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
@@ -32,6 +32,9 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     place = m.active_frame if s.frame is None else frame_place(m, s.frame)
     own_tool = value.state.frame not in (ACTIVE, "joint") and s.tool is None
     value = position_in(value, place, value.state.tool if own_tool else tool)
+    if value.state.frame == "user" or own_tool:
+        # A taught point names its frame and tool by number; the program may have given them other values since.
+        value = value._replace(state=current_frames(m, value.state))
     if s.frame is not None and value.state.kind is PointKind.POSE:
         value = value._replace(state=replace(value.state, frame=place[0], user=place[1]))
     if s.relative is not None:
