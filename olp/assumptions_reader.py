@@ -36,6 +36,8 @@ _SECTIONS: Final = (
     "process",
     "start",
     "motion",
+    "budget",  # read by olp check
+    "lint",  # read by olp lint
 )
 _MOST_FRAMES: Final = 255  # that a controller numbers
 _WAIT_KEYS: Final = ("default_s", "pause_s")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from olp.colour import RED, YELLOW, paint, wanted
 from olp.commands.command import expand_paths
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from olp.batch import Job
     from olp.diagnostic import Diagnostic
-    from olp.report import Part
     from olp.timing import Timing
 
+Result = TypeVar("Result")
 SUMMARY = "say how long every line of a program takes, and why"
 
 
@@ -124,18 +124,25 @@ def run(args: Namespace) -> int:
 
 def job_of(args: Namespace, count: int) -> Job:
     """The settings of one run over `count` files. Raises OlpError for a robot, model or olp.toml that is none."""
-    from olp.batch import Job, check_job
+    from dataclasses import replace
+
     from olp.report import Options
 
     report = getattr(args, "format", "text")
     segments = not getattr(args, "summary", False) and (count == 1 or args.segments or report != "text")
-    job = Job(
+    wide = terminal(args) if report == "text" else (0, False)
+    return replace(
+        settings_of(args),
         format=report,
-        options=Options(
-            segments,
-            *(terminal(args) if report == "text" else (0, False)),
-            interval=args.signature is not None,
-        ),
+        options=Options(segments, *wide, interval=args.signature is not None),
+    )
+
+
+def settings_of(args: Namespace) -> Job:
+    """What `add_timing_arguments` took. Raises OlpError for a robot, model or olp.toml that is none."""
+    from olp.batch import Job, check_job
+
+    job = Job(
         robot=args.robot,
         model=args.model,
         acceleration=None if args.accel is None else args.accel * 1e-3,
@@ -161,7 +168,7 @@ def terminal(args: Namespace) -> tuple[int, bool]:
     return shutil.get_terminal_size().columns, wanted(sys.stdout)
 
 
-def with_progress(count: int, work: Callable[[Callable[[int], None] | None], list[Part]]) -> list[Part]:
+def with_progress(count: int, work: Callable[[Callable[[int], None] | None], list[Result]]) -> list[Result]:
     """Does the work, with a progress bar when it is long and somebody is watching."""
     import sys
 

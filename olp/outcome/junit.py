@@ -50,10 +50,10 @@ def _case(outcome: Outcome, item: Item) -> str:
     group = item.group or f"olp.{outcome.command}"
     head = f"<testcase classname={_quoted(group)} name={_quoted(_name(item))}{time}"
     text = _clean(item.message)
-    if item.status is Status.FAILED:
-        return f"{head}><failure message={_quoted(text)}>{escape(_where(item.file, item.line) + text)}</failure></testcase>"
-    if item.status is Status.UNKNOWN:
-        return f"{head}><error message={_quoted(text)}>{escape(_where(item.file, item.line) + text)}</error></testcase>"
+    words = {Status.FAILED: "failure", Status.UNKNOWN: "error"}
+    if item.status in words:
+        word, body = words[item.status], escape(_where(item.file, item.line) + text)
+        return f"{head}><{word} message={_quoted(text)}>{body}</{word}></testcase>"
     note = f"<system-out>{escape(text)}</system-out>" if text else ""
     return f"{head}>{note}</testcase>" if note else f"{head}/>"
 

@@ -47,7 +47,8 @@ def _tables(data: Mapping[str, object]) -> Sequence[Mapping[str, object]]:
 
 def _table(table: Mapping[str, object]) -> str:
     head, rows = table.get("head", ()), table.get("rows", ())
-    assert isinstance(head, Sequence) and isinstance(rows, Sequence)
+    assert isinstance(head, Sequence)
+    assert isinstance(rows, Sequence)
     return _rows(
         tuple(map(str, head)), [tuple("" if c is None else _text(str(c)) for c in row) for row in rows]
     )

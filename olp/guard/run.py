@@ -1,0 +1,90 @@
+"""Many files against their budgets: what did not change comes from the cache, the rest runs on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from itertools import starmap
+from pathlib import Path
+from typing import NamedTuple
+
+from olp.batch import Job
+from olp.diagnostic import Diagnostic
+from olp.guard.budget import Budget, Budgets, budgets_for
+from olp.guard.judge import Judged, judge
+
+_WORTH_WORKERS = 24  # files below which starting processes costs more than it saves
+_CHUNK = 32
+
+
+class Task(NamedTuple):
+    path: str
+    budgets: tuple[Budget, ...]
+
+
+class Settings(NamedTuple):
+    """How a run goes. `cache`: its file, None for none. `scheduler`: address of a Dask cluster, "" for this machine."""
+
+    job: Job
+    workers: int = 0
+    cache: Path | None = None
+    scheduler: str = ""
+    budgets: str | None = None  # an olp.toml that holds for all files
+
+
+def tasks(paths: Sequence[str], given: str | None = None) -> tuple[list[Task], list[Diagnostic]]:
+    """Each file with its budgets, and what is wrong with the budgets themselves, once."""
+    found: list[Task] = []
+    files: dict[str, Budgets] = {}
+    for path in paths:
+        known = budgets_for(path, given)
+        files.update((budgets.path, budgets) for budgets in known)
+        found.append(Task(path, tuple(b for budgets in known for b in budgets.budgets if b.covers(path))))
+    return found, [d for budgets in files.values() for d in budgets.diagnostics]
+
+
+def run(work: Sequence[Task], settings: Settings, done: Callable[[int], None] | None = None) -> list[Judged]:
+    """One result per task, in their order. `done(n)` after each n files."""
+    from olp.guard.cache import Cache
+
+    cache = Cache.open(settings.cache, settings.job) if settings.cache is not None else None
+    results: dict[int, Judged] = {}
+    if cache is not None:
+        for index, task in enumerate(work):
+            known = cache.find(task.path, task.budgets)
+            if known is not None:
+                results[index] = known
+    if done is not None:
+        done(len(results))
+    open_tasks = [(index, task) for index, task in enumerate(work) if index not in results]
+    fresh: list[tuple[Judged, Sequence[Budget]]] = []
+    for (index, task), judged in zip(open_tasks, _judged([t for _, t in open_tasks], settings), strict=True):
+        results[index] = judged
+        fresh.append((judged, task.budgets))
+        if done is not None:
+            done(1)
+    if cache is not None and fresh:
+        cache.keep(fresh)
+    return [results[index] for index in range(len(work))]
+
+
+def _judged(work: Sequence[Task], settings: Settings) -> Iterator[Judged]:
+    arguments = [(task.path, task.budgets, settings.job) for task in work]
+    if settings.scheduler:
+        from olp.guard.cluster import judge_on
+
+        yield from judge_on(settings.scheduler, arguments)
+        return
+    workers = min(settings.workers or os.cpu_count() or 1, 1 + len(work) // _WORTH_WORKERS)
+    if workers <= 1:
+        yield from starmap(judge, arguments)
+        return
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(judge_one, arguments, chunksize=_CHUNK)
+
+
+def judge_one(argument: tuple[str, tuple[Budget, ...], Job]) -> Judged:
+    """`judge` with one argument, for pools and clusters."""
+    return judge(*argument)
