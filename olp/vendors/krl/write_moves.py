@@ -58,6 +58,7 @@ class MoveWriter:
     def __init__(self, words: Words) -> None:
         self.words = words
         self.in_block = False
+        self._last: Blend | None = None
         self._known: dict[str, str] = {}
         self._told: dict[str, object] = {}
 
@@ -75,8 +76,9 @@ class MoveWriter:
             raise CannotSayError("a move of several groups, or one that ends early")
         if s.offset is not None or s.tool_offset is not None or s.no_wait:
             raise CannotSayError("a move with an offset, or one that is not waited for")
-        blend = s.blend
-        native = blend.native if blend is not None else ""
+        blend, native = s.blend, self._native(s.blend)
+        if s.other and not self.words.own:
+            raise CannotSayError(f"'{s.other[0][0]}' of a move")
         if native[:1] == "S" or native == "C_SPL" or self.in_block or s.other:
             return [self._spline_form(s)]
         lines = self._modal(s)
@@ -84,6 +86,18 @@ class MoveWriter:
         passed = "" if blend is None else self._blend_words(blend, s.path)
         lines.append(f"{self._word(s)} {target}{passed}")
         return lines
+
+    def _native(self, blend: Blend | None) -> str:
+        """The words that KRL's own program wrote; other languages' names mean nothing here."""
+        return blend.native if blend is not None and self.words.own else ""
+
+    def end_block(self) -> str:
+        """ENDSPLINE, with the blend of the block's last move."""
+        self.in_block = False
+        last = self._last
+        return (
+            f"ENDSPLINE{self._blend_words(last, Path.LINEAR).replace(' S ', ' ') if last is not None else ''}"
+        )
 
     def _word(self, s: Move) -> str:
         word = _WORDS[s.path]
@@ -114,7 +128,7 @@ class MoveWriter:
     def _blend_words(self, blend: Blend, path: Path) -> str:
         if _is_stop(blend):
             return ""
-        if blend.native:
+        if self._native(blend):
             return f" {blend.native}"
         if blend.kind is BlendKind.CONTINUOUS:
             return " C_PTP" if path is Path.JOINT else " C_DIS"
@@ -129,7 +143,8 @@ class MoveWriter:
 
     def _spline_form(self, s: Move) -> str:
         """SPTP, SLIN, SCIRC or SPL with all that the move carries in its WITH list."""
-        word, native = self._word(s), s.blend.native if s.blend is not None else ""
+        word, native = self._word(s), self._native(s.blend)
+        self._last = s.blend
         if word[0] != "S" and native not in ("C_DIS", "C_PTP"):
             word = f"S{word}"
         settings = list(self._settings(s))

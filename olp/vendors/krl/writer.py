@@ -294,8 +294,10 @@ class _RoutineWriter:
             return lines
         if isinstance(one, EndWhile):
             return [self.ends.pop() if self.ends else "ENDWHILE"]
-        if isinstance(one, Process):
-            self._block(one)
+        if isinstance(one, Process) and one.name == "ENDSPLINE":
+            return [self.moves.end_block()]
+        if isinstance(one, Process) and one.name in ("SPLINE", "PTP_SPLINE"):
+            self.moves.in_block = True
         if type(one) not in SPELLINGS:
             raise CannotSayError(f"a statement of the kind {type(one).__name__}")
         before, one = computed_first(one, self.words, self.temporaries)
@@ -309,12 +311,6 @@ class _RoutineWriter:
         if self.nested:
             self.nested[-1] += 1
         return ["ELSE", f"IF {condition} THEN"]
-
-    def _block(self, one: Process) -> None:
-        if one.name in ("SPLINE", "PTP_SPLINE"):
-            self.moves.in_block = True
-        elif one.name == "ENDSPLINE":
-            self.moves.in_block = False
 
     def _modal(self, one: Statement) -> list[str] | None:
         moves = self.moves
