@@ -12,6 +12,7 @@ from olp.translate.arcs import arcs
 from olp.translate.blends import blends
 from olp.translate.flow import flow
 from olp.translate.frames import frames
+from olp.translate.functions import functions
 from olp.translate.globals import fold_constants, share_variables
 from olp.translate.hoist import hoist
 from olp.translate.known import known_systems
@@ -19,6 +20,7 @@ from olp.translate.lift import lift
 from olp.translate.modal import modal
 from olp.translate.names import names
 from olp.translate.numbers import number
+from olp.translate.prune import prune
 from olp.translate.records import records
 from olp.translate.relative import relative
 from olp.translate.signals import signals
@@ -52,12 +54,14 @@ def passes(work: Work) -> tuple[Pass, ...]:
         lift,
         known_systems,
         modal,
+        functions,
         relative,
         frames,
         speeds,
         blends,
         accelerations,
         arcs,
+        prune,
     )
     if work.limits.numbered:
         return (*first, signals, share_variables, fold_constants, hoist, share_variables, flow, names, number)

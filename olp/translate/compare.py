@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.plan import PATHS, Plan, StepKind
+from olp.plan import PATHS, BlendCode, Plan, StepKind
 from olp.program import Path
 from olp.units import deg, mm
 
@@ -64,9 +65,13 @@ def compare_plans(
     blends: bool = True,
     position: float = _POSITION,
     angle: float = _ANGLE,
+    without: Set[int] = frozenset(),
 ) -> Comparison:
-    """The differences of two plans. `position` [m], `angle` [rad]: what may differ; speeds and waits may not."""
-    first, second = steps_of(one), steps_of(other)
+    """The differences of two plans. `position` [m], `angle` [rad]: what may differ; speeds and waits may not.
+
+    `without`: lines of `one` that are known to have no counterpart.
+    """
+    first, second = steps_of(one, without), steps_of(other)
     result = Comparison(min(len(first), len(second)))
     for at, (a, b) in enumerate(zip(first, second, strict=False)):
         where = f"step {at + 1} (line {a.line}, {b.line})"
@@ -121,7 +126,7 @@ def _compare_speeds(a: Step, b: Step, where: str, result: Comparison) -> None:
 
 def _compare_blends(a: Step, b: Step, where: str, result: Comparison) -> None:
     x, y = (0.0 if s.exact else s.blend for s in (a, b))
-    if math.isnan(x) and math.isnan(y):
+    if a.exact is b.exact and (math.isnan(x) or math.isnan(y)):
         return
     off = abs((0.0 if math.isnan(x) else x) - (0.0 if math.isnan(y) else y))
     result.worst_blend = max(result.worst_blend, off)
@@ -147,8 +152,11 @@ def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 # --- steps ----------------------------------------------------------------------------------------------
 
 
-def steps_of(plan: Plan) -> list[Step]:
-    """What happens, in order: moves that go nowhere left out, the two halves of an arc put together."""
+def steps_of(plan: Plan, without: Set[int] = frozenset()) -> list[Step]:
+    """What happens, in order: moves that go nowhere left out, the two halves of an arc put together.
+
+    `without`: lines of the program's own file whose steps are left out.
+    """
     found: list[Step] = []
     circular = PATHS.index(Path.CIRCULAR)
     joint = PATHS.index(Path.JOINT)
@@ -157,6 +165,9 @@ def steps_of(plan: Plan) -> list[Step]:
     first_move = True
     while at < len(plan):
         kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
+        if without and line in without and plan.source[at] == 0:
+            at += 1
+            continue
         if kind is not StepKind.MOVE:
             found.append(Step(kind, line, duration=float(plan.durations[int(plan.row[at])])))
             at += 1
@@ -228,6 +239,8 @@ def _move(plan: Plan, row: int, line: int, joint: int) -> Step:
     if path is Path.CIRCULAR and int(moves.via[row]) < 0:
         path = Path.LINEAR
     code = int(moves.blend_code[row])
+    # FANUC's CNT is a share of the braking, no length.
+    size = math.nan if plan.zone_law == "fanuc" and code == BlendCode.ZONE else float(moves.blend[row])
     return Step(
         StepKind.MOVE,
         line,
@@ -238,7 +251,7 @@ def _move(plan: Plan, row: int, line: int, joint: int) -> Step:
         float(moves.travel[row]) if path is not Path.JOINT else math.nan,
         float(moves.turn[row]),
         _asked(plan, row) if moves.path[row] == joint else float(moves.duration[row]),
-        0.0 if code == 0 else float(moves.blend[row]),
+        0.0 if code == 0 else size,
         code == 0,
     )
 

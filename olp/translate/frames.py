@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from olp.expression import Expression, FrameRef, Function, Named, Number, PositionLiteral, SystemValue
+from olp.expression import Expression, FrameRef, Function, Item, Named, Number, PositionLiteral, SystemValue
 from olp.geometry import Pose
 from olp.program import (
     Assign,
@@ -86,7 +86,7 @@ class _Systems:
             return FrameRef(kind, Number(0))
         if kind == "user" and not any(value.values):
             return _BASE
-        return FrameRef(kind, Number(self._number(kind, e if isinstance(e, Named) else value, value)))
+        return FrameRef(kind, Number(self._number(kind, e if isinstance(e, (Named, Item)) else value, value)))
 
     def _mapped_number(self, kind: str, e: FrameRef) -> FrameRef:
         wanted = self._map(kind).get(_shown(e))
@@ -110,11 +110,9 @@ class _Systems:
         if number is None:
             shown = _shown(key)
             wanted = self._map(kind).get(shown, "")
-            number = (
-                int(wanted)
-                if wanted.isdecimal()
-                else next(n for n in range(1, 1000) if n not in self.taken[kind])
-            )
+            number = int(wanted) if wanted.isdecimal() else _own_number(key)
+            if number in self.taken[kind] and not wanted.isdecimal():
+                number = next(n for n in range(1, 1000) if n not in self.taken[kind])
             largest = _NUMBERED.get(self.work.target, _NUMBERS)[kind]
             if number > largest:
                 self.work.lose(0, Fate.REFUSED, _words(kind), f"more than {largest} {_words(kind)}s")
@@ -145,6 +143,10 @@ class _Systems:
             if kind == "user" and not any(e.values):
                 return _BASE
             return self._made(kind, e, "tool" if kind == "tool" else "frame", e)
+        if isinstance(e, Item):
+            literal = self.symbols.fixed_value(self.routine, e)
+            if isinstance(literal, PositionLiteral):
+                return self._made(kind, e, f"{_words(kind)}_{_own_number(e)}", literal)
         if not isinstance(e, FrameRef) or e.kind != kind or e.number is None:
             return e
         if not isinstance(e.number, Number):
@@ -318,6 +320,12 @@ def _place(rows: list[Statement]) -> int:
     return next((at for at, s in enumerate(rows) if not isinstance(s, (Begin, Declare))), len(rows))
 
 
+def _own_number(e: Expression) -> int:
+    """The number that an element of an array of tools or frames has; 0 for all else, which nothing may have."""
+    index = e.indices[0] if isinstance(e, Item) and len(e.indices) == 1 else None
+    return int(index.value) if isinstance(index, Number) else 0
+
+
 def _words(kind: str) -> str:
     return {"user": "frame"}.get(kind, kind)
 
@@ -327,6 +335,8 @@ def _shown(e: Expression) -> str:
         return e.name
     if isinstance(e, FrameRef) and isinstance(e.number, Number):
         return str(int(e.number.value))
+    if isinstance(e, Item):
+        return f"{_shown(e.base)}[{_own_number(e)}]"
     if isinstance(e, PositionLiteral):
         return " ".join(f"{v:g}" for v in e.values)
     return str(e)

@@ -6,11 +6,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from olp.expression import CallValue, Expression, Item, Member, Named, NamedArgument, Number, State, Text
+from olp.expression import (
+    CallValue,
+    Expression,
+    Item,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    State,
+    Text,
+)
 from olp.program import Assign, Call, Declare, Parameter, Program, Return, Routine, Statement
 from olp.translate.rewrite import expressions_of, mapped, statements_mapped
 from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Work
+from olp.units import deg, mm
 
 
 def share_variables(program: Program, work: Work) -> Program:
@@ -167,6 +179,9 @@ def _locals(routine: Routine) -> list[tuple[str, str, Declare | None]]:
     return found
 
 
+_MEMBERS = ("x", "y", "z", "rx", "ry", "rz")
+
+
 def fold_constants(program: Program, work: Work) -> Program:
     """Names that always hold the same number, text or state are written as it."""
     symbols = symbols_of(program)
@@ -176,6 +191,12 @@ def fold_constants(program: Program, work: Work) -> Program:
             value = symbols.fixed_value("", e)
             if isinstance(value, (Number, Text, State)):
                 return value
+        if type(e) is Member and isinstance(e.base, Named) and e.name in _MEMBERS:
+            literal = symbols.fixed_value("", e.base)
+            if isinstance(literal, PositionLiteral) and literal.kind == "pose":
+                at = _MEMBERS.index(e.name)
+                written = literal.values[at] / (mm if at < 3 else deg)
+                return Number(float(f"{written:.10g}"))
         return e
 
     routines = tuple(replace(r, body=statements_mapped(r.body, change)) for r in program.routines)

@@ -109,7 +109,10 @@ class _Hoist:
         result: list[Node] = []
         for node in nodes:
             self.used.clear()
-            result += self._block(node) if isinstance(node, Block) else self._statement(node)
+            if isinstance(node, Block):
+                result += _stamped(self._block(node), node.opener.line)
+            else:
+                result += _stamped(self._statement(node), node.line)
         return result
 
     def _block(self, block: Block) -> list[Node]:
@@ -520,6 +523,26 @@ _INFORM_SCALES: Final[dict[float, float]] = {
     round(3.141592653589793 / 180, 12): 3.141592653589793 / 1800,
     1.0: 0.01,
 }
+
+
+def _stamped(nodes: list[Node], line: int) -> list[Node]:
+    """Statements that stand for a part of another one, with its line."""
+    result: list[Node] = []
+    for node in nodes:
+        if isinstance(node, Block):
+            result.append(
+                Block(
+                    [(_at(m, line), _stamped(inside, line)) for m, inside in node.branches],
+                    _at(node.closer, line),
+                )
+            )
+        else:
+            result.append(_at(node, line))
+    return result
+
+
+def _at(s: Any, line: int) -> Any:
+    return s if s.line or not line else replace(s, line=line)
 
 
 def _is_number(bus: str) -> bool:

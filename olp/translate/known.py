@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from olp.expression import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral, Unary
 from olp.program import Assign, DefineFrame, Program, Statement
@@ -117,9 +118,10 @@ class _Preface:
 
         if len(s.points) < 3 or s.master_tool:
             return None
-        corners = [self._value(point) for point in s.points[:3]]
+        points: list[Any] = list(s.points[:3])
+        corners = [self._value(point) for point in points]
         places = [
-            self.work.states.get(point.name, "") if isinstance(point, Named) else "" for point in s.points[:3]
+            self.work.states.get(point.name, "") if isinstance(point, Named) else "" for point in points
         ]
         if any(corner is None for corner in corners) or any(place != "base" for place in places):
             return None

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from olp.expression import Binary, Expression, FrameRef, Named, Number, Quantity
+from olp.expression import Binary, Expression, FrameRef, Item, Named, Number, Quantity
 from olp.program import (
     Acceleration,
     AccelerationUnit,
@@ -59,6 +59,9 @@ _BLENDS: Final[Mapping[object, float]] = {
     BlendKind.SPEED: 100.0,
     BlendKind.TURN: 5.0,
 }
+_CHANGING: Final = frozenset(
+    {"Named", "Item", "Member", "Signal", "Function", "CallValue", "SystemValue", "Variable"}
+)
 _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
@@ -121,11 +124,10 @@ class _Modal:
 
     def _is_fixed(self, value: object) -> bool:
         """Whether a value is the same whenever it is looked at."""
-        return all(
-            not isinstance(e, Named) or self.symbols.fixed_value(self.routine, e) is not None
-            for e in expressions_of(value)
-        ) and not any(
-            type(e).__name__ in ("Item", "Member", "Signal", "Function", "CallValue", "SystemValue")
+        if isinstance(value, (Named, Item)):
+            return self.symbols.fixed_value(self.routine, value) is not None
+        return not any(
+            type(e).__name__ in _CHANGING and self.symbols.fixed_value(self.routine, e) is None
             for e in expressions_of(value)
         )
 

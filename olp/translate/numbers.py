@@ -220,6 +220,14 @@ class _Numbers:
                 self.work.names[("point", name)] = shown
         return Taught(Store.ROBOT, at)
 
+    def _configured(self, literal: PositionLiteral) -> PositionLiteral:
+        """FANUC writes an arm configuration with every pose; where the source has none, it is that of the plan."""
+        if self.inform or literal.kind != "pose" or literal.configuration or self.work.robot is None:
+            return literal
+        says = "the source names no arm configuration: the one that its plan takes is written, check it"
+        self.work.notes.append(says)
+        return replace(literal, configuration=(0,) * 6)
+
     def _fixed(self, e: Expression) -> PositionLiteral | None:
         value = self.symbols.fixed_value("", e)
         return value if isinstance(value, PositionLiteral) else None
@@ -229,7 +237,7 @@ class _Numbers:
         fixed = self._fixed(e)
         if fixed is not None:
             if not self.inform:
-                return fixed
+                return self._configured(fixed)
             return self.constant(fixed, place, e.name if isinstance(e, Named) else "")
         if self.inform and e == SystemValue("current-pose"):
             at = Number(self._allocate(self.work.fresh("position"), Store.ROBOT, 1))
@@ -352,6 +360,7 @@ class _Numbers:
     def _target(self, e: Expression, place: Place, before: list[Statement], s: Move) -> Expression:
         fixed = self._fixed(e)
         if fixed is not None:
+            fixed = self._configured(fixed)
             if s.relative is not None:
                 return self.constant(fixed, place) if self.inform else fixed
             return self.taught(fixed, place, e.name if isinstance(e, Named) else "")
@@ -440,7 +449,7 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
         for at, (_, _, literal, place) in enumerate(own):
             row_values = _values(literal)
             values[at, : len(row_values)] = row_values
-            state = _state(literal, place)
+            state = _state(literal, place, any(literal.configuration for _, _, literal, _ in rows))
             if state not in states:
                 states.append(state)
             kinds.append(states.index(state))
@@ -461,11 +470,13 @@ def _values(literal: PositionLiteral) -> list[float]:
     return [0.0 if v != v else v for v in literal.values]
 
 
-def _state(literal: PositionLiteral, place: Place) -> PointState:
+def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointState:
     tool, user = place
     if literal.kind == "joint":
         return PointState(PointKind.JOINT, "joint", None, tool)
-    return PointState(PointKind.POSE, "base" if user is None else "user", user, tool)
+    # INFORM's arm flags hold until others are written: with one configuration in a job all have one.
+    flags = literal.configuration or ((0,) * 6 if configured else ())
+    return PointState(PointKind.POSE, "base" if user is None else "user", user, tool, flags)
 
 
 def _counts(value: Expression, scale: int) -> Expression:

@@ -35,7 +35,7 @@ def _declared(data: tuple[Declare, ...], work: Work) -> tuple[Declare, ...]:
 
 
 def _plain(s: Declare, work: Work) -> Declare:
-    if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral):
+    if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
         return mapped(s, _change)
     members = {name.casefold(): value for name, value in s.value.members}
     held = members.get("robhold")

@@ -74,6 +74,8 @@ class Symbols:
     def fixed_value(self, routine: str, expression: Expression | None) -> Expression | None:
         """The literal that an expression always has: its own, or that of a name that nothing changes."""
         for _ in range(20):  # a name may stand for a name
+            if type(expression) is Item:
+                return self._element(routine, expression)
             if type(expression) is not Named:
                 break
             symbol = self.find(routine, expression.name)
@@ -81,6 +83,17 @@ class Symbols:
                 return None
             expression = symbol.value
         return expression if isinstance(expression, LITERALS) else None
+
+    def _element(self, routine: str, e: Item) -> Expression | None:
+        """The literal that an element of a constant array has."""
+        array = self.fixed_value(routine, e.base)
+        index = e.indices[0] if len(e.indices) == 1 else None
+        if not isinstance(array, RecordLiteral) or not isinstance(index, Number):
+            return None
+        at = int(index.value) - 1
+        if not 0 <= at < len(array.members) or array.members[at][0]:
+            return None
+        return self.fixed_value(routine, array.members[at][1])
 
     def __iter__(self) -> Iterator[Symbol]:
         return iter(self.table.values())

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Set
 from dataclasses import replace
 
+from olp.expression import Named, Text
 from olp.program import (
+    Assign,
     Begin,
     Comment,
     Declare,
     Disabled,
     End,
+    Move,
     Opaque,
     Process,
     Program,
@@ -21,6 +24,10 @@ from olp.program import (
 from olp.translate.tree import Block, Node, flat, parse
 from olp.translate.work import Fate, Work
 
+# What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
+_RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT"})
+# Options that change nothing where they are left out: offsets of external axes, and names of the data set.
+_HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
 _FOREIGN = (Opaque, Process, Reference)
 
 
@@ -31,8 +38,12 @@ def foreign_words(program: Program, work: Work) -> Program:
     for routine in program.routines:
         rows: list[Statement] = []
         for s in routine.body:
+            if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.upper() in _RESOLVED:
+                continue
             if isinstance(s, Disabled):
                 rows.append(Comment(s.line, s.text.strip()))
+            elif isinstance(s, Move) and s.other:
+                rows.append(_without_options(s, work))
             elif isinstance(s, _FOREIGN):
                 fate = Fate.COMMENTED if comments else Fate.REFUSED
                 says = f"words of {program.vendor} that mean nothing in {work.target}"
@@ -42,6 +53,22 @@ def foreign_words(program: Program, work: Work) -> Program:
                 rows.append(s)
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
+
+
+def _without_options(s: Move, work: Work) -> Move:
+    """Options of a move that olp keeps without understanding stand in its comment."""
+    said = [name for name, _ in s.other if name.rpartition("\\")[2].casefold() not in _HARMLESS]
+    if not said:
+        return replace(s, other=())
+    texts = [
+        f"{name} {value.value}" if isinstance(value, Text) else name
+        for name, value in s.other
+        if name in said
+    ]
+    work.lose(s, Fate.COMMENTED, "option", f"the option {', '.join(said)} means nothing in {work.target}")
+    return replace(
+        s, other=(), comment=" ".join([*([s.comment] if s.comment else []), f"[{' '.join(texts)}]"])
+    )
 
 
 def comment_out(program: Program, lines: Set[int], work: Work) -> Program:

@@ -44,6 +44,11 @@ class Loss:
     size: float = float("nan")
     unit: str = ""
 
+    @property
+    def leaves_out(self) -> bool:
+        """Whether nothing of the statement is left in the target but a comment."""
+        return self.fate in (Fate.COMMENTED, Fate.REFUSED) and self.part == "statement"
+
 
 @dataclass(frozen=True, slots=True)
 class Mapping:

@@ -1,0 +1,134 @@
+"""Positions that are computed, in the few functions that most languages have: products, offsets, turns by literals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from olp.expression import Binary, Expression, Function, Number, PositionLiteral
+from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
+from olp.program import Move, Path, Program, Statement
+from olp.translate.records import literal_of
+from olp.translate.rewrite import mapped
+from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.work import Work
+from olp.units import deg
+
+_ZEROS = (Number(0), Number(0.0))
+
+
+def functions(program: Program, work: Work) -> Program:
+    """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
+    symbols = symbols_of(program)
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            if isinstance(s, Move) and s.path is Path.JOINT and work.target != "urscript":
+                s = replace(s, targets=tuple(_joints(t, symbols, routine.name) for t in s.targets))
+            rows.append(s if work.target == "urscript" else mapped(s, _plain))
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines))
+
+
+def _joints(e: Expression, symbols: Symbols, routine: str) -> Expression:
+    """inverse(pose, near): where the joints are written out, they are where the move goes."""
+    if not isinstance(e, Function) or e.name != "inverse":
+        return e
+    if len(e.arguments) > 1:
+        near = symbols.fixed_value(routine, e.arguments[1])
+        if isinstance(near, PositionLiteral) and near.kind == "joint":
+            return e.arguments[1]
+    return e.arguments[0]
+
+
+def _plain(e: Expression) -> Expression:
+    if not isinstance(e, Function):
+        return e
+    arguments = e.arguments
+    match e.name:
+        case "pose-add":
+            return _sum(e)
+        case "pose-product":
+            inner = arguments[1]
+            if (
+                isinstance(inner, Function)
+                and inner.name == "pose-offset"
+                and _is_identity(inner.arguments[0])
+            ):
+                return Function("pose-relative-tool", (arguments[0], *inner.arguments[1:], *[Number(0)] * 3))
+            return e
+        case "pose-vector":
+            turn = _numbers(arguments[3:6])
+            return (
+                e
+                if turn is None
+                else _offset(_turned(_from_vector(turn)), [_times(a, 1000) for a in arguments[:3]])
+            )
+        case "pose-angles":
+            angles = _numbers(arguments[3:6])
+            return (
+                e
+                if angles is None
+                else _offset(_turned(rotation_from_angles(angles * deg)), list(arguments[:3]))
+            )
+        case "pose-quaternion":
+            parts = _numbers(arguments[3:7])
+            if parts is None or not np.linalg.norm(parts) > 0:
+                return e
+            return _offset(_turned(rotation_from_quaternion(parts)), list(arguments[:3]))
+        case _:
+            return e
+
+
+def _sum(e: Function) -> Expression:
+    """Positions add; a second pose that does not turn is an offset."""
+    first, second = e.arguments[:2]
+    if isinstance(second, Function) and second.name == "pose-offset" and _is_identity(second.arguments[0]):
+        return _offset(first, list(second.arguments[1:]))
+    if isinstance(second, PositionLiteral) and second.kind == "pose" and not any(second.values[3:6]):
+        return _offset(first, [Number(float(f"{v * 1000:.9g}")) for v in second.values[:3]])
+    return e
+
+
+def _offset(start: Expression, by: list[Expression]) -> Expression:
+    if isinstance(start, PositionLiteral) and all(isinstance(a, Number) for a in by):
+        shift = [a.value / 1000 for a in by if isinstance(a, Number)]
+        values = tuple(v + d for v, d in zip(start.values[:3], shift, strict=True))
+        return replace(start, values=(*values, *start.values[3:]))
+    return Function("pose-offset", (start, *by))
+
+
+def _is_identity(e: Expression) -> bool:
+    return isinstance(e, PositionLiteral) and e.kind == "pose" and not any(e.values[:6])
+
+
+def _turned(rotation: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> PositionLiteral:
+    literal = literal_of(Pose(np.zeros(3), rotation))
+    return replace(literal, values=tuple(v + 0.0 for v in literal.values))
+
+
+def _from_vector(
+    vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """A rotation vector [rad] as a matrix, by way of its quaternion."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0.0:
+        return np.eye(3)
+    axis = vector / angle
+    return rotation_from_quaternion(np.array([math.cos(angle / 2), *(math.sin(angle / 2) * axis)]))
+
+
+def _numbers(
+    arguments: tuple[Expression, ...],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
+    values = [float(a.value) for a in arguments if isinstance(a, Number)]
+    return np.array(values) if len(values) == len(arguments) else None
+
+
+def _times(e: Expression, factor: int) -> Expression:
+    if isinstance(e, Number):
+        return Number(float(f"{e.value * factor:.12g}"))
+    return Binary("*", e, Number(factor))

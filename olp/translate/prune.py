@@ -1,0 +1,49 @@
+"""Data that no statement uses any more and that mean nothing elsewhere: records of speeds, frames, approximations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from olp.expression import Named, RecordLiteral
+from olp.program import Declare, Program
+from olp.translate.rewrite import expressions_of
+from olp.translate.work import Work
+
+_PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
+
+
+def prune(program: Program, work: Work) -> Program:
+    """Without the records and arrays that nothing names; plain values and points stay, used or not."""
+    used = {
+        e.name
+        for s in program.statements()
+        if not isinstance(s, Declare)
+        for e in expressions_of(s)
+        if type(e) is Named
+    }
+    everything = [*program.data, *(d for r in program.routines for d in r.data)]
+    everything += [s for s in program.statements() if isinstance(s, Declare)]
+    by_name = {d.name: d for d in everything}
+    todo = list(used)
+    while todo:
+        declare = by_name.get(todo.pop())
+        inner = [e.name for e in expressions_of(declare) if type(e) is Named] if declare is not None else []
+        todo += [name for name in inner if name not in used]
+        used.update(inner)
+
+    def kept(d: Declare) -> bool:
+        plain = d.type in _PLAIN and not isinstance(d.value, RecordLiteral)
+        return d.name in used or (plain and work.source.vendor != work.target)
+
+    return replace(
+        program,
+        data=tuple(d for d in program.data if kept(d)),
+        routines=tuple(
+            replace(
+                r,
+                data=tuple(d for d in r.data if kept(d)),
+                body=tuple(s for s in r.body if not isinstance(s, Declare) or kept(s)),
+            )
+            for r in program.routines
+        ),
+    )
