@@ -21,6 +21,7 @@ from olp.vendors.rapid.words import TYPES
 
 _HANDLER: Final = re.compile(r"\b(?:ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
 _ENDS: Final = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
+_SILENT: Final = (Disabled, Opaque)  # have no room for a comment but their text
 _POSITIONS: Final = frozenset({"position", "joints"})
 
 
@@ -91,7 +92,7 @@ class ModuleReader:
         if self._record and clause.word not in ("ENDRECORD", "ENDMODULE", "PROC", "FUNC", "TRAP"):
             self._parsing.read(clause, component=True)
             self._kind(clause, LineKind.RECORD)
-            self._flush(f"T     {' '.join(clause.text.split())}")
+            self._flush(f"T   {_one_line(clause)}")
             return
         declared = self._plain.point(clause.text, clause.line, clause.comment or "")
         if declared is None and self._parsing.too_much(clause):
@@ -129,7 +130,10 @@ class ModuleReader:
     def _statements(self, found: list[Statement], clause: Clause) -> None:
         statements = found if found and found[0].line == clause.line else at_line(found, clause.line)
         if clause.comment is not None and statements:
-            statements = [*statements[:-1], _commented(statements[-1], clause.comment.rstrip())]
+            last = len(statements) - 1
+            place = next((n for n in range(last, -1, -1) if not isinstance(statements[n], _SILENT)), last)
+            statements = list(statements)
+            statements[place] = _commented(statements[place], clause.comment.rstrip())
         first = statements[0]
         if isinstance(first, Declare):
             self._kind(clause, LineKind.POINT if first.type in _POSITIONS else LineKind.STATEMENT)
@@ -179,12 +183,12 @@ class ModuleReader:
                 self._flush("E", *self._trailing(clause))
             case "RECORD":
                 self._record = True
-                self._flush(f"T {' '.join(clause.text.split())}", *self._trailing(clause))
+                self._flush(f"T {_one_line(clause)}")
             case "ENDRECORD":
                 self._record = False
-                self._flush("T ENDRECORD", *self._trailing(clause))
+                self._flush(f"T {_one_line(clause)}")
             case "ALIAS":
-                self._flush(f"T {' '.join(clause.text.split())}", *self._trailing(clause))
+                self._flush(f"T {_one_line(clause)}")
             case "HANDLER":
                 self._handle(clause)
             case "PROC" | "FUNC" | "TRAP":
@@ -308,7 +312,13 @@ class ModuleReader:
         self._close_routine(last, ended=False)
 
 
+def _one_line(clause: Clause) -> str:
+    """The clause with its comment."""
+    text = " ".join(clause.text.split())
+    return text if clause.comment is None else f"{text} !{clause.comment.rstrip()}"
+
+
 def _commented(statement: Statement, comment: str) -> Statement:
     if isinstance(statement, (Comment, Disabled, Opaque)):
-        return statement
+        return replace(statement, text=f"{statement.text} !{comment}")
     return replace(statement, comment=comment)

@@ -301,7 +301,7 @@ class ClauseRules(ExpressionRules):
 
     def _exact(self, statement: Statement, name: str, raw: str) -> Statement:
         if isinstance(statement, Process) and statement.name == BESIDE:
-            return self._process(name, raw)
+            return Disabled(0, f"{name} {raw};")
         return statement
 
     def _behind(self, token: Token) -> str:

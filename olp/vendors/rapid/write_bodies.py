@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -16,6 +17,7 @@ from olp.program import (
     Comment,
     Declare,
     Default,
+    Disabled,
     Else,
     ElseIf,
     End,
@@ -27,7 +29,6 @@ from olp.program import (
     Label,
     Move,
     Next,
-    Process,
     Program,
     Routine,
     SetAcceleration,
@@ -47,7 +48,12 @@ from olp.vendors.rapid.write_statements import StatementWriter
 _OPENERS: Final = (If, While, For)
 _CLOSERS: Final = (EndIf, EndWhile, Next)
 _MIDDLE: Final = (Else, ElseIf)
-_EXACT: Final = {SetAcceleration: "accset", SetOverride: "velset", ShiftOn: "pdispon"}
+_LESS_EXACT: Final = (SetAcceleration, SetOverride, ShiftOn)  # a Disabled beside them says all
+_HANDLER: Final = re.compile(r"(ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
+_HANDLER_OPENS: Final = re.compile(
+    r"(?:(?:ELSE)?IF\b.*\bTHEN|ELSE|(?:FOR|WHILE)\b.*\bDO|TEST\b.*)\s*(?:!.*)?", re.IGNORECASE
+)
+_HANDLER_CLOSES: Final = re.compile(r"(?:ELSE(?:IF)?|END(?:IF|FOR|WHILE|TEST))\b", re.IGNORECASE)
 _FORGETS: Final = (If, ElseIf, Else, EndIf, While, EndWhile, For, Next, Case, Default, EndSwitch, Label, Call)
 _STEP: Final = "  "
 _FULL: Final = 1.0  # the acceleration of moves that name none
@@ -126,10 +132,9 @@ class BodyWriter:
             return [*self._accelerated(one), self.moves.move(one)], place
         if not self.words.own and isinstance(one, _FORGETS):
             self._rate = None
-        if self.words.own and following is not None and following.line == one.line:
-            wanted = _EXACT.get(type(one))
-            if wanted and isinstance(following, Process) and following.name.lower() == wanted:
-                return self.statements.lines(following), place + 1
+        together = self.words.own and following is not None and following.line == one.line
+        if together and isinstance(one, _LESS_EXACT) and isinstance(following, Disabled):
+            return self.statements.lines(following), place + 1
         if isinstance(one, Wait) and isinstance(following, Assign) and following.line == one.line:
             timed = following.value == SystemValue("timed-out")
             if timed:
@@ -171,22 +176,36 @@ class BodyWriter:
 
     def _write(self, one: Statement, rows: list[str], comment: str) -> None:
         kind = type(one)
+        if isinstance(one, Disabled) and self.words.own:
+            self._kept(one)
+            return
         compact = isinstance(one, If) and (rows[-1].endswith(";") or rows[-1] == "ENDIF")
-        if kind in _CLOSERS or kind in _MIDDLE:
-            self._depth -= 1
-        elif kind is EndSwitch:
-            self._depth -= 2
-        elif kind is Case or kind is Default:
+        if kind in _CLOSERS or kind in _MIDDLE or kind is EndSwitch or kind is Case or kind is Default:
             self._depth -= 1
         indent = _STEP * max(self._depth - (kind is Label), 1)
         last = len(rows) - 1
         for number, row in enumerate(rows):
             behind = f" !{comment}" if comment and number == last else ""
             self._rows.append(f"{indent}{row}{behind}".rstrip())
-        if (kind in _OPENERS and not compact) or kind in _MIDDLE or kind is Case or kind is Default:
+        if (
+            (kind in _OPENERS and not compact)
+            or kind in _MIDDLE
+            or kind is Case
+            or kind is Default
+            or kind is Switch
+        ):
             self._depth += 1
-        elif kind is Switch:
-            self._depth += 2
+
+    def _kept(self, one: Disabled) -> None:
+        """A line of a handler, or an instruction without effect."""
+        handler = _HANDLER.match(one.text)
+        if handler is not None:
+            self._depth = 2
+        if _HANDLER_CLOSES.match(one.text):
+            self._depth -= 1
+        self._rows.append(f"{_STEP * max(self._depth - (handler is not None), 1)}{one.text}")
+        if _HANDLER_OPENS.fullmatch(one.text):
+            self._depth += 1
 
     def _lose(self, problem: CannotSayError, line: int) -> None:
         text = self.program.source.line(line)

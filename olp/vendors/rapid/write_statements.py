@@ -62,7 +62,6 @@ from olp.program import (
 from olp.units import percent
 from olp.vendors.rapid.literals import zero
 from olp.vendors.rapid.texts import quoted
-from olp.vendors.rapid.words import TYPES
 from olp.vendors.rapid.write_functions import place_text, robjoint_text, turn_text
 from olp.vendors.rapid.write_positions import CannotSayError
 from olp.vendors.rapid.write_values import TIMED_OUT, Words
@@ -82,10 +81,10 @@ _RADII: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
 
 
-def native_type(s: Declare) -> str:
-    """RAPID's type of a declaration, lower case."""
+def native_type(s: Declare, own: bool) -> str:
+    """RAPID's type of a declaration, lower case; of another language's (`own` False) the one that fits."""
     word = (s.native.split() or [""])[-1].lower()
-    return word if word and TYPES.get(word, word) == s.type else _NATIVE.get(s.type, s.type)
+    return word if own and word else _NATIVE.get(s.type, s.type)
 
 
 class StatementWriter:
@@ -107,15 +106,16 @@ class StatementWriter:
 
     def declare(self, s: Declare, *, module: bool = False) -> str:
         """`CONST robtarget p:=…;`"""
-        kind = native_type(s)
+        written = native_type(s, self.own)
+        kind = self.words.names.resolved(written)
         storage = _STORAGE.get(s.storage, "VAR")
         if kind in ("tooldata", "wobjdata") and not self.own:
             storage = "PERS"
         if s.value is None and storage == "CONST":
             storage = "VAR"
-        task = s.native.upper().startswith("TASK ")
+        task = self.own and s.native.upper().startswith("TASK ")
         scope = "TASK " if task else "LOCAL " if module and not s.shared else ""
-        word = s.native.split()[-1] if s.native and s.native.split()[-1].lower() == kind else kind
+        word = s.native.split()[-1] if self.own and s.native else written
         sizes = f"{{{','.join(map(self.words.value, s.sizes))}}}" if s.sizes else ""
         unset = storage == "VAR" and self.own and s.value == zero(kind, self.words.names, s.sizes)
         value = "" if s.value is None or unset else f":={self._initial(s.value, kind)}"

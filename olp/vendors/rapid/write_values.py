@@ -31,7 +31,6 @@ from olp.expression import (
 from olp.vendors.rapid.names import Names, signal_like
 from olp.vendors.rapid.predefined import PREDEFINED_NAMES
 from olp.vendors.rapid.texts import quoted
-from olp.vendors.rapid.words import RECORDS
 from olp.vendors.rapid.write_functions import FUNCTIONS, NO_AXES, NO_CONFIGURATION, common_base, robjoint_text
 from olp.vendors.rapid.write_positions import CannotSayError, literal, number
 
@@ -94,8 +93,8 @@ class Words:
             case Item(base, _):
                 return self.type_of(base)
             case Member(base, name):
-                members = RECORDS.get(self.type_of(base), ())
-                return next((of for member, of in members if member == name), "num")
+                members = self.names.members(self.type_of(base)) or ()
+                return next((self.names.resolved(of) for member, of in members if member == name), "num")
             case PositionLiteral(kind, _):
                 return "jointtarget" if kind == "joint" else "robtarget"
             case Function(name, _) if name in _POSES:
@@ -295,7 +294,7 @@ class Words:
             base = common_base(tuple(value for _, value in members), tuple(f"e{n}" for n in range(1, 7)))
             if base is not None:
                 return f"{self.value(base)}.extax"
-        known = dict(RECORDS.get(of, ()))
+        known = dict(self.names.members(of) or ())
         texts = [self.value(value, known.get(name, kind if not name else "")) for name, value in members]
         return f"[{','.join(texts)}]"
 

@@ -64,12 +64,14 @@ class _ProgramWriter:
         self.program = program
         self.problems = problems
         self.own = program.vendor == "rapid"
-        self.globals = {one.name.lower(): native_type(one) for one in program.data}
-        clocks = [one.name for one in program.data if native_type(one) == "clock"]
+        structures = _structures(program)
+        self._structures = structures
+        self.globals = {one.name.lower(): self._type(one) for one in program.data}
+        clocks = [one.name for one in program.data if self._type(one) == "clock"]
         for statement in program.statements():
-            if isinstance(statement, Declare) and native_type(statement) == "clock":
+            if isinstance(statement, Declare) and self._type(statement) == "clock":
                 clocks.append(statement.name)
-        self.words = Words(self.globals, tuple(clocks), self.own, _structures(program))
+        self.words = Words(self.globals, tuple(clocks), self.own, structures)
         self.moves = MoveWriter(self.words)
         self.statements = StatementWriter(self.words)
         self.bodies = BodyWriter(program, self.moves, self.statements, problems)
@@ -95,6 +97,10 @@ class _ProgramWriter:
             first = self._made[0]
             first.data = "".join(map(self._declaration, self._take_all())) + self._added()
         return self._made, self._taken()
+
+    def _type(self, one: Declare) -> str:
+        """RAPID's type, lower case, aliases resolved."""
+        return self._structures.resolved(native_type(one, self.own))
 
     def _has_layout(self) -> bool:
         texts = (routine.details.get("before", "") for routine in self.program.routines)
@@ -165,8 +171,8 @@ class _ProgramWriter:
     def _routine(self, routine: Routine) -> None:
         if not self._made:
             self._made.append(ModuleText("", self._module_name(), "", closed=True))
-        local = {one.name.lower(): native_type(one) for one in routine.body if isinstance(one, Declare)}
-        local.update({one.name.lower(): _parameter_type(one) for one in routine.parameters})
+        local = {one.name.lower(): self._type(one) for one in routine.body if isinstance(one, Declare)}
+        local.update({one.name.lower(): self._parameter_type(one) for one in routine.parameters})
         self.words.types = {**self.globals, **local}
         lead = [one for one in routine.body if isinstance(one, Comment) and one.line < routine.line]
         rest = routine.body[len(lead) :] if self.own else routine.body
@@ -202,7 +208,7 @@ class _ProgramWriter:
         if kind == "FUNC":
             written = routine.details.get("returns", "") if self.own else ""
             probe = Declare(0, "", routine.returns)
-            returned = f"{written or native_type(probe)} "
+            returned = f"{written or native_type(probe, False)} "
         parameters = "" if kind == "TRAP" else f"({self._parameters(routine.parameters)})"
         return f"{scope}{kind} {returned}{routine.name}{parameters}"
 
@@ -214,11 +220,16 @@ class _ProgramWriter:
             word, _, stars = native.partition("{")
             if not word:
                 passing = "INOUT " if one.by_reference else ""
-                word = passing + ("switch" if one.switch else _parameter_type(one))
+                word = passing + ("switch" if one.switch else self._parameter_type(one))
             mark = "\\" if one.optional and not instead else ""
             separator = " | " if instead else "," if text else ""
             text += f"{separator}{mark}{word} {one.name}{'{' + stars if stars else ''}"
         return text
+
+    def _parameter_type(self, one: Parameter) -> str:
+        """RAPID's type of a parameter, lower case."""
+        native = one.native.removeprefix("| ").partition("{")[0].split()
+        return self._type(Declare(0, one.name, one.type, native=native[-1] if native else ""))
 
     def _lose(self, problem: CannotSayError, line: int) -> None:
         text = self.program.source.line(line)
@@ -236,7 +247,7 @@ def _structures(program: Program) -> Names:
     kind = ""
     for routine in program.routines:
         for item in f"{routine.details.get('before', '')}\n{routine.details.get('after', '')}".split("\n"):
-            words = item[1:].rstrip("; ").split() if item[:1] == "T" else []
+            words = item[1:].partition("!")[0].rstrip("; ").split() if item[:1] == "T" else []
             if "RECORD" in map(str.upper, words[:2]):
                 kind, fields = words[-1].lower(), []
             elif words and words[0].upper() == "ENDRECORD":
@@ -246,14 +257,6 @@ def _structures(program: Program) -> Names:
             elif len(words) == 2:
                 fields.append((words[1], words[0].lower()))
     return names
-
-
-def _parameter_type(one: Parameter) -> str:
-    """RAPID's type of a parameter, lower case."""
-    native = one.native.removeprefix("| ").partition("{")[0].split()
-    if native and one.native:
-        return native_type(Declare(0, one.name, one.type, native=native[-1]))
-    return native_type(Declare(0, one.name, one.type))
 
 
 def _is_joints(move: Move) -> bool:
