@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Final
@@ -60,6 +61,7 @@ _MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
     "ENDSWITCH": EndSwitch,
 }
 _MODAL = (Assign, Call)
+_WORD = re.compile(r"\w+")
 _MOST_CACHED = 50_000
 
 # Class and all values but the line, and whether the lines before decide what it means.
@@ -116,9 +118,9 @@ class BodyReader:
         kept = lines.kept(code)
         result = self._reader.parse(code, number) if kept is None else kept
         if result is None:
-            marker = _MARKERS.get(code.split("(")[0].split()[0].upper() if code.strip("(") else "")
-            if marker is not None:
-                self.markers.append(marker(number))
+            word = _WORD.match(code)
+            if word is not None and word[0].upper() in _MARKERS:
+                self.markers.append(_MARKERS[word[0].upper()](number))
             return None
         if isinstance(result, (Head, Tail)):
             return result

@@ -88,7 +88,7 @@ def check_body(findings: Findings, body: Sequence[Statement], markers: Sequence[
                 )
         elif kind is Break and not any(type(block) in _LOOPS for block in open_):
             _tell(findings, "P405", "EXIT outside a loop", one, "it leaves LOOP, WHILE, FOR or REPEAT")
-    for one in open_:
+    for one in open_[:_MOST_TOLD]:
         _, word, end = _OPENS[type(one)]
         _tell(findings, "P405", f"{word} is never closed", one, f"add {end}")
     _check_labels(findings, body)
@@ -103,7 +103,7 @@ def _close(findings: Findings, open_: list[Statement], one: Statement) -> None:
     if depth is None:
         _tell(findings, "P405", f"{end} without {word}", one, f"remove it, or open the block with {word}")
         return
-    for left in open_[depth + 1 :]:
+    for left in open_[depth + 1 : depth + 1 + _MOST_TOLD]:
         _, other, other_end = _OPENS[type(left)]
         _tell(findings, "P405", f"{other} is never closed", left, f"add {other_end} before line {one.line}")
     del open_[depth:]

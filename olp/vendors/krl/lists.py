@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 from dataclasses import replace
+from math import prod
 from typing import Final
 
 from olp.expression import Expression, Item, Member, Named, Number, RecordLiteral, Unknown
@@ -17,7 +18,8 @@ from olp.vendors.krl.scope import NEUTRAL_TYPES, Scope
 
 _NAME = re.compile(r"[$A-Za-z_][\w$]*")
 _MODIFIERS = frozenset({"DECL", "GLOBAL", "CONST"})
-_MOST_ELEMENTS = 20_000
+_MOST_ELEMENTS = 20_000  # of one array that have a value
+_MOST_PLACES = 200_000
 
 
 class ListReader:
@@ -155,7 +157,10 @@ class ListReader:
         place = tuple(int(one.value) for one in target.indices if type(one) is Number)
         known = sum(type(one) is not Unknown for one in target.indices)
         found = self._elements.setdefault(declared.name.upper(), {})
-        if len(place) != known or not place or min(place) < 1 or max(place) > _MOST_ELEMENTS:
+        fits = (
+            0 < len(place) <= max(len(declared.sizes), 1) and min(place) > 0 and prod(place) <= _MOST_PLACES
+        )
+        if len(place) != known or not fits:
             self._refuse(number)
         elif len(found) < _MOST_ELEMENTS:
             found[place] = it.value
@@ -182,6 +187,8 @@ class ListReader:
     def finish(self) -> tuple[Declare, ...]:
         """All declarations; arrays have the values of their elements."""
         for key, elements in self._elements.items():
+            if not elements:
+                continue
             declared = self.declared[key]
             self._set(declared, _array(declared.native, elements))
         only = self._only
@@ -190,7 +197,7 @@ class ListReader:
 
 def _array(kind: str, elements: dict[tuple[int, ...], Expression]) -> Expression:
     """Nested literals, `Unknown("")` where no value was given."""
-    if set(map(len, elements)) != {1}:
+    if max(map(len, elements)) > 1:
         rows: dict[tuple[int, ...], dict[tuple[int, ...], Expression]] = {}
         for place, value in elements.items():
             rows.setdefault(place[:1], {})[place[1:]] = value

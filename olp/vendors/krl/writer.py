@@ -52,6 +52,7 @@ _OPENS: Final = (If, While, For, Repeat, Switch)
 _CLOSES: Final = (EndIf, EndWhile, Next, Until, EndSwitch)
 _MIDDLE: Final = (Else, ElseIf, Case, Default)
 _FORGETS: Final = (*_CLOSES, *_MIDDLE, While, For, Repeat, Label, Call)
+_DEEPEST: Final = 20  # levels of blanks before a line
 _HEADER: Final = "&ACCESS RVP\n&REL 1\n"
 _TYPES: Final = {neutral: word for word, neutral in NEUTRAL_TYPES.items() if word not in ("POS", "AXIS")}
 
@@ -327,7 +328,7 @@ class _RoutineWriter:
         return moves.set_override(one) if isinstance(one, SetOverride) else None
 
     def _add(self, lines: Iterable[str], comment: str, place: int = -1) -> None:
-        indent = "  " * self.depth
+        indent = "  " * min(self.depth, _DEEPEST)
         rows = [f"{indent}{line}" for line in lines]
         if comment and rows:
             rows[place] += _behind(comment)

@@ -1,0 +1,178 @@
+"""KRL programs run: conventions against independent mathematics, modal variables, the common sample."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from krl_programs import again, read
+from scipy.spatial.transform import Rotation
+
+import olp
+from olp.plan import Plan
+from olp.program import Program
+
+SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
+ROBOT = "yaskawa/gp25"
+DAT = [
+    "DECL E6POS XP1={X 110.5,Y 45.25,Z 160.0,A -21.5,B 3.25,C 178.5}",
+    "DECL E6POS XP2={X 130.25,Y 61.75,Z 120.5,A 18.0,B -4.0,C 170.5}",
+    "DECL FRAME TBL={X 850.5,Y -210.25,Z 305.75,A 33.0,B -2.25,C 1.5}",
+    "DECL FRAME GRP={X 12.5,Y -8.25,Z 187.4,A 30.0,B 15.0,C 0.0}",
+]
+
+
+def run(*lines: str) -> Plan:
+    program = read(*lines, dat=DAT)
+    assert not [d.render() for d in program.diagnostics if d.is_error]
+    return plan_of(program)
+
+
+def plan_of(program: Program) -> Plan:
+    plan = program.plan(robot=ROBOT)
+    assert not [d.render() for d in plan.diagnostics if d.is_error]
+    return plan
+
+
+def frame(x: float, y: float, z: float, a: float, b: float, c: float) -> np.ndarray:
+    """KUKA's manuals: A turns about z, then B about the new y, then C about the new x; [m]."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler("ZYX", [a, b, c], degrees=True).as_matrix()
+    matrix[:3, 3] = np.array([x, y, z]) / 1000
+    return matrix
+
+
+TABLE = frame(850.5, -210.25, 305.75, 33.0, -2.25, 1.5)
+P1 = frame(110.5, 45.25, 160.0, -21.5, 3.25, 178.5)
+P2 = frame(130.25, 61.75, 120.5, 18.0, -4.0, 170.5)
+
+
+def poses(plan: Plan) -> list[np.ndarray]:
+    """The target of each move as a matrix in the base."""
+    found = []
+    for row in plan.moves.target:
+        matrix = np.eye(4)
+        matrix[:3, :3] = Rotation.from_quat(_scalar_last(plan.positions.quaternion[row])).as_matrix()
+        matrix[:3, 3] = plan.positions.position[row]
+        found.append(matrix)
+    return found
+
+
+def _scalar_last(quaternion: np.ndarray) -> np.ndarray:
+    w, x, y, z = quaternion
+    return np.array([x, y, z, w])
+
+
+def test_a_pose_stands_in_the_base_that_holds() -> None:
+    plan = run("$TOOL=GRP", "$BASE=TBL", "PTP XP1", "LIN XP2", "$BASE=$NULLFRAME", "LIN TBL:XP1")
+    for found, wanted in zip(poses(plan), [TABLE @ P1, TABLE @ P2, TABLE @ P1], strict=True):
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_frames_are_composed_from_left_to_right() -> None:
+    shift = "{X 10.5,Y -20.25,Z 30.125,A 12.0,B 25.0,C 38.0}"
+    plan = run("$BASE=TBL", f"$TOOL={shift}:GRP", "PTP XP1", f"LIN XP1:{shift}", f"LIN INV_POS({shift}):XP1")
+    step = frame(10.5, -20.25, 30.125, 12.0, 25.0, 38.0)
+    wanted = [TABLE @ P1, TABLE @ P1 @ step, TABLE @ np.linalg.inv(step) @ P1]
+    for found, expected in zip(poses(plan), wanted, strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_a_missing_component_keeps_its_value() -> None:
+    plan = run("$TOOL=GRP", "$BASE=TBL", "PTP XP1", "LIN {Z 60.5,A 5.5}")
+    expected = TABLE @ frame(110.5, 45.25, 60.5, 5.5, 3.25, 178.5)
+    np.testing.assert_allclose(poses(plan)[1], expected, atol=1e-6)
+
+
+def test_components_of_positions_are_numbers_in_mm_and_deg() -> None:
+    plan = run(
+        "$TOOL=GRP", "$BASE=TBL", "XP2=XP1", "XP2.Z=XP1.Z-40", "XP2.A=XP2.A+10", "XP2.C=170", "PTP XP2"
+    )
+    expected = TABLE @ frame(110.5, 45.25, 120.0, -11.5, 3.25, 170.0)
+    np.testing.assert_allclose(poses(plan)[0], expected, atol=1e-9)
+
+
+def test_a_relative_move_is_added_in_the_base_or_in_the_tool() -> None:
+    plan = run("$TOOL=GRP", "$BASE=TBL", "PTP XP1", "LIN_REL {X 10,Z -20}", "LIN_REL {Z -15} #TOOL")
+    base, tool = TABLE[:3, :3] @ [0.010, 0, -0.020], (TABLE @ P1)[:3, :3] @ [0, 0, -0.015]
+    start, first, second = (pose[:3, 3] for pose in poses(plan))
+    np.testing.assert_allclose(first - start, base, atol=1e-9)
+    np.testing.assert_allclose(second - first, tool, atol=1e-9)
+
+
+def test_axes_are_degrees() -> None:
+    plan = run("PTP {A1 5.5,A2 -12.25,A3 18.75,A4 3.5,A5 -47.25,A6 21}")
+    axes = plan.positions.axes[plan.moves.target[0], :6]
+    np.testing.assert_allclose(np.degrees(axes), [5.5, -12.25, 18.75, 3.5, -47.25, 21], atol=1e-12)
+
+
+def test_speeds_are_percent_and_metres_per_second() -> None:
+    plan = run(
+        "$TOOL=GRP",
+        "$BASE=TBL",
+        "BAS(#VEL_PTP,55)",
+        "PTP XP1",
+        "$VEL.CP=0.25",
+        "LIN XP2",
+        "$VEL.CP=0.1205",
+        "LIN XP1",
+    )
+    assert plan.moves.fraction[0] == pytest.approx(0.55)
+    assert list(plan.moves.travel[1:]) == pytest.approx([0.25, 0.1205])
+
+
+def test_blends_have_the_sizes_that_hold() -> None:
+    plan = run(
+        "$TOOL=GRP",
+        "$BASE=TBL",
+        "PTP XP1",
+        "$APO.CDIS=12.5",
+        "LIN XP2 C_DIS",
+        "$APO.CDIS=7",
+        "LIN XP1 C_DIS",
+        "LIN XP2",
+    )
+    assert list(plan.moves.blend)[1:3] == pytest.approx([0.0125, 0.007])
+    assert [int(code) for code in plan.moves.blend_code][0::3] == [0, 0]
+
+
+def test_loops_and_waits_run() -> None:
+    plan = run("$TOOL=GRP", "$BASE=TBL", "PTP XP1", "n=2", "WHILE n>0", "n=n-1", "WAIT SEC 0.25", "ENDWHILE")
+    waits = [step for step in plan.steps() if type(step).__name__ == "WaitStep"]
+    assert [w.duration for w in waits] == pytest.approx([0.25, 0.25])  # type: ignore[union-attr]
+
+
+# --- the common sample -----------------------------------------------------------------------------------
+
+
+def test_the_sample_goes_where_its_numbers_say() -> None:
+    plan = plan_of(olp.read(SAMPLES / "handling.src"))
+    rack = frame(420.0, 640.5, 512.0, 90.5, 0.0, 0.0)
+    lifted = [TABLE @ frame(110.5, 45.25, 20.125 + 40 * n, -21.5, 3.25, 178.5) for n in (0, 1, 2, 3)]
+    wanted = [
+        TABLE @ P1,
+        *lifted,
+        TABLE @ frame(260.25, 60.0, 40.5, 18.0, -4.0, 170.5),
+        rack @ frame(55.5, -20.25, 88.0, -75.0, 12.5, 160.0),
+    ]
+    found = poses(plan)
+    home = [5.5, -12.25, 18.75, 3.5, -47.25, 21.0]
+    for move in (0, -1):
+        axes = plan.positions.axes[plan.moves.target[move], :6]
+        np.testing.assert_allclose(np.degrees(axes), home, atol=1e-9)
+    for pose, expected in zip(found[1:-1], wanted, strict=True):
+        np.testing.assert_allclose(pose, expected, atol=1e-9)
+    assert list(plan.moves.fraction[[0, 1, -1]]) == pytest.approx([0.4, 0.55, 0.4])
+    assert list(plan.moves.travel[2:8]) == pytest.approx([0.25, 0.1205, 0.1205, 0.1205, 0.15, 0.3])
+    assert list(plan.moves.blend[[1, 3, 4, 5, 6]]) == pytest.approx([0.025, 0.005, 0.005, 0.005, 0.010])
+    waits = [step.duration for step in plan.steps() if type(step).__name__ == "WaitStep"]  # type: ignore[union-attr]
+    assert waits == pytest.approx([0.35, 0.0, 0.1])
+
+
+def test_the_sample_written_again_does_the_same() -> None:
+    program = olp.read(SAMPLES / "handling.src")
+    first, second = plan_of(program), plan_of(again(program))
+    for one, other in zip(poses(first), poses(second), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+    assert [type(s).__name__ for s in first.steps()] == [type(s).__name__ for s in second.steps()]
