@@ -1,0 +1,203 @@
+"""Where two versions come from: two files, two folders, or two states of a git repository.
+
+Codes: U001 no such file, folder or revision; U002 git refused; U003 nothing to compare.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import tarfile
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+from olp.batch import Job
+from olp.diagnostic import OlpError, error
+from olp.difference.compare import compare
+from olp.difference.model import Difference
+from olp.guard.budget import budgets_for
+from olp.guard.judge import judge
+from olp.outcome.model import Item, Status
+from olp.program import Program
+from olp.timing import Timing
+
+_WORKING_COPY = "."
+_PATIENCE = 120  # [s] for git
+
+
+class Pair(NamedTuple):
+    """One program in both versions; None where it is missing."""
+
+    name: str
+    old: Path | None
+    new: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class Versions:
+    """The programs to compare. `folders`: where each version's called routines and settings are."""
+
+    pairs: tuple[Pair, ...]
+    folders: tuple[Path | None, Path | None] = (None, None)
+
+    def compare(self, pair: Pair, job: Job) -> Difference:
+        """The difference of one program, with what its budgets say of both versions."""
+        old, new = (_timed(path, job, folder) for path, folder in zip(pair[1:], self.folders, strict=True))
+        why = "; ".join(t for t in (old, new) if isinstance(t, str))
+        if why or old is None or new is None or isinstance(old, str) or isinstance(new, str):
+            before, after = (t[0].total_s if isinstance(t, tuple) else None for t in (old, new))
+            return Difference(pair.name, before, after, why=why)
+        found = compare(pair.name, old[0], new[0], (old[1], new[1]))
+        return replace(found, budgets=_budgets(pair, job))
+
+
+def _timed(path: Path | None, job: Job, folder: Path | None) -> tuple[Timing, Program] | str | None:
+    """The timing of one version, None where it is missing, and the reason where it cannot be read."""
+    from olp.interpreter import run
+    from olp.reading import read
+    from olp.signature import read_signature
+    from olp.timing import time_plan
+
+    if path is None:
+        return None
+    try:
+        program = read(path, encoding=job.encoding)
+        plan = run(program, robot=job.robot, folder=folder, cycles=job.cycles, max_steps=job.max_steps)
+        signature = None if job.signature is None else read_signature(job.signature)
+        laws = job.acceleration, job.override, job.acceleration_law
+        return time_plan(plan, job.model, *laws, signature), program
+    except OlpError as problem:
+        return problem.diagnostics[0].message
+
+
+def _budgets(pair: Pair, job: Job) -> tuple[Item, ...]:
+    """What the budgets of the new version say of it."""
+    if pair.new is None:
+        return ()
+    own = tuple(b for known in budgets_for(str(pair.new)) for b in known.budgets if b.covers(str(pair.new)))
+    if not own:
+        return ()
+    items = judge(str(pair.new), own, job).items
+    return tuple(replace(item, file=pair.name) for item in items if item.status is not Status.HELD)
+
+
+@contextmanager
+def open_versions(old: str, new: str, paths: Sequence[str] = ()) -> Iterator[Versions]:
+    """The versions that two words name; revisions are laid out in a folder that goes away again.
+
+    Raises OlpError (U001, U002, U003).
+    """
+    a, b = Path(old), Path(new)
+    with tempfile.TemporaryDirectory(prefix="olp-diff-") as folder:
+        if a.exists() and b.exists() and not (_is_revision(old) and not a.is_file() and old != _WORKING_COPY):
+            yield _of_paths(a, b)
+            return
+        first = _laid_out(old, Path(folder) / "old", paths)
+        second = Path.cwd() if new == _WORKING_COPY else _laid_out(new, Path(folder) / "new", paths)
+        yield _of_folders(first, second, paths)
+
+
+def _of_paths(a: Path, b: Path) -> Versions:
+    if a.is_dir() != b.is_dir():
+        raise OlpError(
+            error("U003", "a file and a folder cannot be compared", file=str(b), help="name two of a kind")
+        )
+    if a.is_dir():
+        return _of_folders(a, b, ())
+    # git difftool hands over two copies in a temporary folder, and says in MERGED whose they are.
+    merged = os.environ.get("MERGED", "")
+    home = Path(merged).parent if merged and Path(merged).is_file() else None
+    name = merged or str(b)
+    return Versions((Pair(name, a, b),), (_home(a, home), _home(b, home)))
+
+
+def _home(path: Path, home: Path | None) -> Path | None:
+    return (
+        home if home is not None and path.resolve().parent == Path(tempfile.gettempdir()).resolve() else None
+    )
+
+
+def _of_folders(a: Path, b: Path, paths: Sequence[str]) -> Versions:
+    from olp.vendors.vendor import vendor_suffixes
+
+    suffixes = vendor_suffixes()
+    names = sorted(_programs(a, suffixes, paths) | _programs(b, suffixes, paths))
+    if not names:
+        raise OlpError(
+            error("U003", "no program in either version", file=str(b), help=f"olp reads {' '.join(suffixes)}")
+        )
+    pairs = [Pair(name, _there(a / name), _there(b / name)) for name in names]
+    return Versions(tuple(pair for pair in pairs if not _same(pair)) or tuple(pairs))
+
+
+def _programs(root: Path, suffixes: tuple[str, ...], paths: Sequence[str]) -> set[str]:
+    found = set()
+    wanted = [PurePosixPath(path.replace("\\", "/")) for path in paths]
+    for folder, inner, files in os.walk(root):
+        inner[:] = [name for name in inner if not name.startswith(".")]
+        for name in files:
+            if name.lower().endswith(suffixes):
+                relative = PurePosixPath(Path(folder, name).relative_to(root).as_posix())
+                if not wanted or any(relative.is_relative_to(path) for path in wanted):
+                    found.add(str(relative))
+    return found
+
+
+def _there(path: Path) -> Path | None:
+    return path if path.is_file() else None
+
+
+def _same(pair: Pair) -> bool:
+    """Whether nothing can have changed: the same bytes, and the same files around them."""
+    if pair.old is None or pair.new is None or pair.old.read_bytes() != pair.new.read_bytes():
+        return False
+    return _around(pair.old.parent) == _around(pair.new.parent)
+
+
+def _around(folder: Path) -> dict[str, bytes]:
+    """What stands beside a program, small files only: called routines, tools, settings."""
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file() and p.stat().st_size < 1_000_000}
+
+
+def _is_revision(word: str) -> bool:
+    asked = _git("rev-parse", "--verify", "--quiet", f"{word}^{{commit}}")
+    return asked.returncode == 0
+
+
+def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
+    """The files of a revision in `folder`. Raises OlpError (U001, U002)."""
+    if revision.startswith("-") or not _is_revision(revision):
+        says = f"{revision[:60]!r} is no file, no folder and no git revision"
+        raise OlpError(
+            error("U001", says, help="name two programs, two folders, or revisions such as HEAD~1 HEAD")
+        )
+    folder.mkdir(parents=True)
+    prefix = _git("rev-parse", "--show-prefix").stdout.decode().strip()
+    asked = _git(
+        "archive", "--format=tar", f"{revision}:{prefix}" if prefix else revision, *_folders_of(paths)
+    )
+    if asked.returncode:
+        raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
+    with tarfile.open(fileobj=io.BytesIO(asked.stdout)) as archive:
+        archive.extractall(folder, filter="data")
+    return folder
+
+
+def _folders_of(paths: Sequence[str]) -> list[str]:
+    """Whole folders: what a program calls stands beside it."""
+    folders = {str(PurePosixPath(path.replace("\\", "/")).parent) for path in paths}
+    return [] if not paths or "." in folders else ["--", *sorted(folders)]
+
+
+def _git(*arguments: str) -> subprocess.CompletedProcess[bytes]:
+    try:
+        return subprocess.run(["git", *arguments], capture_output=True, timeout=_PATIENCE, check=False)
+    except (OSError, subprocess.SubprocessError) as problem:
+        raise OlpError(
+            error("U002", f"git cannot be run: {problem}", help="install git, or name two folders")
+        ) from None
