@@ -109,17 +109,17 @@ def _of_paths(a: Path, b: Path) -> Versions:
         )
     if a.is_dir():
         return _of_folders(a, b, ())
-    # git difftool hands over two copies in a temporary folder, and says in MERGED whose they are.
-    merged = os.environ.get("MERGED", "")
-    home = Path(merged).parent if merged and Path(merged).is_file() else None
-    name = merged or str(b)
+    # git difftool hands over copies in a temporary folder, and says in BASE whose they are.
+    original = next((os.environ[word] for word in ("MERGED", "BASE") if os.environ.get(word)), "")
+    home = Path(original).parent if original and Path(original).name == b.name else None
+    name = original if home is not None else str(b)
     return Versions((Pair(name, a, b),), (_home(a, home), _home(b, home)))
 
 
 def _home(path: Path, home: Path | None) -> Path | None:
-    return (
-        home if home is not None and path.resolve().parent == Path(tempfile.gettempdir()).resolve() else None
-    )
+    """Where the routines are that a copy calls: beside the original."""
+    temporary = path.resolve().is_relative_to(Path(tempfile.gettempdir()).resolve())
+    return home if home is not None and temporary else None
 
 
 def _of_folders(a: Path, b: Path, paths: Sequence[str]) -> Versions:
