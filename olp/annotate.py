@@ -143,6 +143,15 @@ def _refuse_wide(source: Source) -> None:
                 help="no controller reads it; save it as cp1252, Shift-JIS or UTF-8",
             )
         )
+    if source.raw.startswith(b"\x1f\x8b"):
+        raise OlpError(
+            error(
+                "A003",
+                "a compressed file cannot be annotated",
+                file=source.path,
+                help="export it as text (PolyScope: .script)",
+            )
+        )
 
 
 def _places(program: Program) -> dict[int, int]:

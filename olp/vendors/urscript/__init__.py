@@ -29,6 +29,8 @@ class UrScript(Vendor):
     def sniff(self, source: Source) -> bool:
         if source.raw.startswith(_GZIP):
             return _is_polyscope(source.raw)
+        if source.raw.startswith(b"<URProgram"):
+            return True
         lines = source.lines[:2000]
         defines = any(_DEFINITION.match(line) for line in lines)
         ends = any(line.strip() == "end" for line in lines)

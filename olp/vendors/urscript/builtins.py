@@ -167,8 +167,9 @@ OTHERS: Final = frozenset((
     "set_euromap_runstate_dependent_choice", "set_external_ft_sensor", "set_flag",
     "set_friction_compensation", "set_gravity", "set_gripper_force", "set_input_actions_to_default",
     "set_joint_limits", "set_max_joint_speed", "set_payload", "set_payload_cog", "set_payload_mass",
-    "set_runstate_configurable_digital_output_to_value", "set_runstate_gp_boolean_output_to_value",
-    "set_runstate_standard_analog_output_to_value", "set_runstate_standard_digital_output_to_value",
+    "set_runstate_configurable_digital_output_to_value", "set_runstate_configurable_digital_outputs",
+    "set_runstate_gp_boolean_output_to_value", "set_runstate_standard_analog_output_to_value",
+    "set_runstate_standard_digital_output_to_value", "set_runstate_standard_digital_outputs",
     "set_runstate_tool_digital_output_to_value", "set_safety_mode_transition_hardness",
     "set_servo_setpoint_filter", "set_standard_analog_input_domain", "set_standard_digital_input_action",
     "set_target_payload", "set_tcp", "set_tool_analog_input_domain", "set_tool_communication",
@@ -179,9 +180,10 @@ OTHERS: Final = frozenset((
     "socket_send_string", "socket_set_var", "speedj", "speedl", "splice", "start_teach_mode",
     "stop_conveyor_tracking", "stopj", "stopl", "str_at", "str_cat", "str_empty", "str_find", "str_len",
     "str_sub", "struct", "sync", "teach_mode", "textmsg", "time", "to_num", "to_str", "tool_contact",
-    "trace", "track_conveyor_circular", "track_conveyor_linear", "transpose", "unlock_protective_stop",
-    "wrench_trans", "write_output_boolean_register", "write_output_float_register",
-    "write_output_integer_register", "write_port_bit", "write_port_register", "zero_ftsensor",
+    "torque_command", "trace", "track_conveyor_circular", "track_conveyor_linear", "transpose",
+    "unlock_protective_stop", "wrench_trans", "write_output_boolean_register",
+    "write_output_float_register", "write_output_integer_register", "write_port_bit",
+    "write_port_register", "zero_ftsensor",
 ))  # fmt: skip
 KNOWN: Final = (
     frozenset(MOVES) | frozenset(INPUTS) | frozenset(OUTPUTS) | frozenset(FUNCTIONS) | frozenset(FROM_ANGLE)

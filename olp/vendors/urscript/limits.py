@@ -36,4 +36,6 @@ LIMITS: Final = Limits(
         }
     ),
     external_axes=0,
+    has_override=False,
+    has_configuration=False,
 )  # fmt: skip

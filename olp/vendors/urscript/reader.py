@@ -24,10 +24,15 @@ _GZIP = b"\x1f\x8b"
 
 def read_program(source: Source) -> Program:
     """The program in a text. Never raises on bad text."""
-    if source.raw.startswith(_GZIP):
+    if source.raw.startswith((_GZIP, b"<URProgram")):
         from olp.vendors.urscript.polyscope import read_polyscope
 
         return read_polyscope(source)
+    return read_lines(source)
+
+
+def read_lines(source: Source) -> Program:
+    """The program in the lines of a text."""
     findings = Findings(source)
     if not _is_readable(findings):
         return Program("urscript", source, (), findings.result(), bytes(findings.kinds))
@@ -72,12 +77,12 @@ def _without(main: Routine, data: list[Declare]) -> Routine:
 
 def _is_readable(findings: Findings) -> bool:
     source = findings.source
-    if source.encoding.startswith("utf-16") or b"\0" in source.raw:
+    if source.encoding.startswith("utf-16") or any("\0" in line for line in source.lines):
         findings.error(
             "P001", "this is no program text but binary or UTF-16", Span(0), "save it as plain text"
         )
         return _refused(findings)
-    if not source.raw.strip():
+    if not any(line.strip() for line in source.lines):
         findings.error("P564", "the file is empty", Span(0), "")
         return False
     return True
