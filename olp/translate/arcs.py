@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from olp.expression import Expression, FrameRef, Named, Number, PositionLiteral, SystemValue
 from olp.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion, slerp
-from olp.program import Comment, Declare, Move, Path, Program, Routine, Statement
+from olp.program import Assign, Comment, Declare, Move, Path, Program, Routine, Statement
 from olp.translate.records import literal_of, pose_of_literal
 from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Fate, Work
@@ -172,14 +172,17 @@ class _Arcs:
         first = moves[0]
         assert isinstance(first, Move)
         entered = rows[chain[0]] is not body[chain[0]]  # the end of the chain before
-        if not entered:
+        whole = len(chain) >= 3 and self._pairs(body, chain)
+        asked = _asked_for(body, chain[0], points[0])
+        if asked is not None and whole and len(chain) == 3:
+            rows[asked] = rows[chain[0]] = None  # the chain's first point is where the arm stands anyway
+        elif not entered:
             rows[chain[0]] = replace(first, path=Path.LINEAR, end_of_arc=False)
         if len(chain) == 2:
             second: Any = moves[1]
             rows[chain[1]] = replace(second, path=Path.LINEAR, end_of_arc=False)
         if len(chain) < 3:
             return
-        whole = self._pairs(body, chain)
         last = len(chain) - 1
         for k in range(1, last - 1 if whole else last + 1):
             third = points[k + 1] if k < last else points[k - 2]
@@ -210,6 +213,17 @@ class _Arcs:
         where = half_way(a.position, b.position, c.position)
         turn = slerp(quaternion_from_rotation(a.rotation), quaternion_from_rotation(b.rotation), 0.5)
         return self._declared("arc_point", literal_of(Pose(where, rotation_from_quaternion(turn))))
+
+
+def _asked_for(body: list[Statement], at: int, point: Expression) -> int | None:
+    """The statement just before that reads where the arm stands into this position, if there is one."""
+    for index in range(at - 1, -1, -1):
+        s = body[index]
+        if isinstance(s, Assign) and s.target == point:
+            return index if s.value == SystemValue("current-pose") else None
+        if not isinstance(s, Comment):
+            return None
+    return None
 
 
 def half_way(start: Floats, end: Floats, third: Floats) -> Floats:

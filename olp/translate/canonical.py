@@ -10,6 +10,7 @@ from olp.program import Program
 from olp.translate.accelerations import accelerations
 from olp.translate.arcs import arcs
 from olp.translate.blends import blends
+from olp.translate.configurations import configurations
 from olp.translate.flow import flow
 from olp.translate.frames import frames
 from olp.translate.functions import functions
@@ -25,7 +26,7 @@ from olp.translate.records import records
 from olp.translate.relative import relative
 from olp.translate.signals import signals
 from olp.translate.speeds import speeds
-from olp.translate.words import comment_out, foreign_words
+from olp.translate.words import comment_lengths, comment_out, foreign_words
 from olp.translate.work import Context, Fate, Loss, Work, work_for
 
 Pass = Callable[[Program, Work], Program]
@@ -54,6 +55,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         lift,
         known_systems,
         modal,
+        configurations,
         functions,
         relative,
         frames,
@@ -64,8 +66,19 @@ def passes(work: Work) -> tuple[Pass, ...]:
         prune,
     )
     if work.limits.numbered:
-        return (*first, signals, share_variables, fold_constants, hoist, share_variables, flow, names, number)
-    return (*first, flow, signals, names)
+        return (
+            *first,
+            signals,
+            share_variables,
+            fold_constants,
+            hoist,
+            share_variables,
+            flow,
+            names,
+            number,
+            comment_lengths,
+        )
+    return (*first, flow, signals, names, comment_lengths)
 
 
 def canonical(

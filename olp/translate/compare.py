@@ -257,18 +257,20 @@ def _move(plan: Plan, row: int, line: int, joint: int) -> Step:
 
 
 def _asked(plan: Plan, row: int) -> float:
-    """[s] that a joint move's programmed speed asks for, nan without a robot."""
+    """[s] that a joint move's programmed speed asks for, no less than its axes need; nan without a robot."""
     moves, robot = plan.moves, plan.robot
-    if not math.isnan(moves.duration[row]):
-        return float(moves.duration[row])
     start, target = int(moves.start[row]), int(moves.target[row])
     turned = np.abs(plan.positions.axes[target] - plan.positions.axes[start])
+    least = 0.0
+    if robot is not None and not np.isnan(turned[: len(robot.axes)]).any():
+        least = float((turned[: len(robot.axes)] / robot.speeds).max())
+    if not math.isnan(moves.duration[row]):
+        return max(float(moves.duration[row]), least)
     if not math.isnan(moves.axis_speed[row]):
         known = turned[~np.isnan(turned)]
-        return float(known.max() / moves.axis_speed[row]) if len(known) else math.nan
+        return max(float(known.max() / moves.axis_speed[row]), least) if len(known) else math.nan
     if not math.isnan(moves.travel[row]):
-        return float(moves.length[row] / moves.travel[row])
-    if robot is None or math.isnan(moves.fraction[row]):
+        return max(float(moves.length[row] / moves.travel[row]), least)
+    if robot is None or math.isnan(moves.fraction[row]) or np.isnan(turned[: len(robot.axes)]).any():
         return math.nan
-    turned = turned[: len(robot.axes)]
-    return math.nan if np.isnan(turned).any() else float((turned / robot.speeds).max() / moves.fraction[row])
+    return least / float(moves.fraction[row])

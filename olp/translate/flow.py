@@ -252,7 +252,12 @@ class _Target:
     def _for(self, block: Block) -> list[Node]:
         limits, head, closer = self.work.limits, block.opener, block.closer
         assert isinstance(head, For)
-        if limits.has_for and not (limits.for_variable_is_local and self._is_used_outside(head)):
+        step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
+        if (
+            limits.has_for
+            and step_fits
+            and not (limits.for_variable_is_local and self._is_used_outside(head))
+        ):
             loop, inside = self._inside(block)
             return [Block([(head, inside)], closer), *self._end(loop, closer)]
         before: list[Node] = [Assign(head.line, head.variable, head.start, head.comment)]

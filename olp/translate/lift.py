@@ -122,6 +122,8 @@ class _Lift:
 
     def variable(self, v: Variable) -> Expression:
         """The name of a numbered variable; an element of an array where the program computes a number of its kind."""
+        if v.store is Store.SYSTEM:
+            v = replace(v, store=Store.ROBOT)  # its robot is all that a program of one arm uses of it
         scope = self.scope if v.local else ""
         array = self.arrays.get((scope, v.store))
         if array is not None:

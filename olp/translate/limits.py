@@ -59,6 +59,8 @@ class Limits:
     for_variable_is_local: bool = False  # FOR declares its variable, which ends with the loop
     has_relative: bool = True  # a move by an offset from where the arm stands
     nested_logic: bool = True  # AND and OR in parentheses
+    for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
+    has_configuration: bool = True  # a pose can say how the arm stands
     whole_percent: bool = False  # joint speeds are whole percents
     bounds_turning: bool = False  # a move can bound how fast the tool turns
     largest_radius: float = 0.0  # of a blend [m]; 0: no bound

@@ -25,7 +25,7 @@ _SCALES: Final = {
     SpeedUnit.TIME: 1.0,
 }
 _SAME: Final = 1e-6  # relative: below this two speeds are one
-_ORDER: Final = (SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.AXIS, SpeedUnit.TIME, SpeedUnit.TURN)
+_ORDER: Final = (SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.TIME, SpeedUnit.TURN)
 _USUAL: Final = (
     1.0  # [m/s] at full joint speed, where no move of the program tells; only for moves that never run
 )
@@ -63,6 +63,9 @@ class _Speeds:
         if speed is None:
             return s
         allowed = self.work.limits.joint_speeds if s.path is Path.JOINT else self.work.limits.path_speeds
+        if SpeedUnit.AXIS in allowed:
+            # URScript's moves by shares of all limits (optimovej) exist on few controllers.
+            allowed = allowed - {SpeedUnit.FRACTION}
         if speed.unit in allowed and not (self.scaled and speed.unit is SpeedUnit.FRACTION):
             changed = self._rounded(s, speed)
             return s if changed is speed else replace(s, speed=changed)
@@ -126,9 +129,10 @@ class _Speeds:
             says = "the move runs with several lengths: the slowest value is written"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
         if unit is SpeedUnit.FRACTION and slowest > _MOST * (1 + _SAME):
-            says = "faster than the target's robot can"
-            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * (slowest - _MOST), "%")
-            slowest = _MOST
+            if self.scaled:
+                says = "faster than the target's robot can"
+                self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * (slowest - _MOST), "%")
+            slowest = _MOST  # its axes bound the source's move as well
         return Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
 
     def _time(self, unit: SpeedUnit, value: float, row: Row) -> float | None:

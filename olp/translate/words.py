@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Set
 from dataclasses import replace
+from typing import Any
 
 from olp.expression import Named, Text
 from olp.program import (
     Assign,
     Begin,
+    Case,
     Comment,
     Declare,
     Disabled,
@@ -25,7 +27,7 @@ from olp.translate.tree import Block, Node, flat, parse
 from olp.translate.work import Fate, Work
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
-_RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT"})
+_RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
 # Options that change nothing where they are left out: offsets of external axes, and names of the data set.
 _HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
 _FOREIGN = (Opaque, Process, Reference)
@@ -40,7 +42,9 @@ def foreign_words(program: Program, work: Work) -> Program:
         for s in routine.body:
             if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.upper() in _RESOLVED:
                 continue
-            if isinstance(s, Disabled):
+            if isinstance(s, Comment) and program.vendor == "krl":
+                rows += _unfolded(s)
+            elif isinstance(s, Disabled):
                 rows.append(Comment(s.line, s.text.strip()))
             elif isinstance(s, Move) and s.other:
                 rows.append(_without_options(s, work))
@@ -51,6 +55,41 @@ def foreign_words(program: Program, work: Work) -> Program:
                 rows.append(Comment(s.line, _text(program, s)))
             else:
                 rows.append(s)
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines))
+
+
+def _unfolded(s: Comment) -> list[Statement]:
+    """The marks of KUKA's editor: the name of a fold is a comment, its parameters and its end are nothing."""
+    text = s.text.strip()
+    if text.upper().startswith("ENDFOLD"):
+        return []
+    if text.upper().startswith("FOLD"):
+        name = text[4:].partition(";%{")[0].strip()
+        return [replace(s, text=name)] if name else []
+    return [s]
+
+
+def comment_lengths(program: Program, work: Work) -> Program:
+    """Comments in lines that the target keeps whole."""
+    room = work.limits.comment
+    if not room:
+        return program
+    from textwrap import wrap
+
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            if isinstance(s, Comment) and len(s.text) > room:
+                rows += [Comment(s.line, part) for part in wrap(s.text, room)]
+                continue
+            said: Any = s
+            comment = getattr(s, "comment", "")
+            if len(comment) > room and not isinstance(s, Case):
+                rows += [Comment(s.line, part) for part in wrap(comment, room)]
+                said = replace(said, comment="")
+            rows.append(said)
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
 

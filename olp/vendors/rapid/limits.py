@@ -38,5 +38,8 @@ LIMITS = Limits(
     has_repeat=False,
     has_break=False,
     has_continue=False,
+    for_variable_is_local=True,
+    bounds_turning=True,
+    has_configuration=False,
     reserved=RESERVED,
 )

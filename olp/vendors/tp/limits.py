@@ -44,7 +44,9 @@ LIMITS: Final = Limits(
     one_routine_per_file=True,
     reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
     external_axes=3,
-    joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
     has_elseif=False,
+    for_step_is_one=True,
+    whole_percent=True,
+    joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
     largest_radius=1.0,
 )
