@@ -97,6 +97,7 @@ def test_joints_are_axis_values_in_radians():
 def test_further_axes_have_their_own_units():
     table, program = points(pose(more=",\n\tE1=   412.500  mm,\tE2=    30.000 deg"))
     values = table.find(Store.ROBOT, True, 1).values
+    assert values[:6] == point(pose()).values
     assert values[6] == pytest.approx(0.4125)
     assert values[7] == pytest.approx(math.radians(30))
     assert program.routines[0].details["unit GP1 E1"] == "mm"

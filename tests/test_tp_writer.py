@@ -464,6 +464,14 @@ def test_a_component_of_a_taught_position_is_its_number() -> None:
     assert instructions(program) == ["R[1]=300", "R[2]=(-20)+R[3]"]
 
 
+def test_a_frame_keeps_its_decimals() -> None:
+    odd = PositionLiteral("pose", (0.01234567, 0.0, -0.0000012, radians(10.12345), 0.0, radians(-0.00002)))
+    lines = instructions(made(Assign(1, TOOL, odd)))
+    assert lines[0] == "PR[100,1]=12.34567"
+    assert lines[2:4] == ["PR[100,3]=(-0.0012)", "PR[100,4]=10.12345"]
+    assert lines[5] == "PR[100,6]=(-0.00002)"
+
+
 def test_a_register_that_the_program_uses_is_not_taken_for_a_frame() -> None:
     used = Assign(1, Variable(Store.ROBOT, Number(100)), SystemValue("current-pose"))
     assert "UTOOL[2]=PR[99]" in instructions(made(used, Assign(1, TOOL, POSE)))
