@@ -11,8 +11,10 @@ from scipy.spatial.transform import Rotation
 from tp_listings import listing, read
 
 from olp.assumptions import Assumptions
+from olp.kinematics import forward
 from olp.plan import Plan
 from olp.reading import read as read_file
+from olp.robots.library import load_robot
 
 ROBOT = "yaskawa/gp25"  # any arm: what is asked here are poses
 FRAME = (850.5, -210.25, 305.75, 1.5, -2.25, 33.0)
@@ -202,3 +204,47 @@ def test_the_sample_runs_all_its_steps() -> None:
     arc = next(step for step in plan.steps() if "C P[1" in step.statement)
     assert arc.path == "circular"
     assert arc.length > 0.16
+
+
+# What samples/tp says in words: the frames and tools that the program gives itself, and where it goes in them.
+TABLE, RACK = (850.5, -210.25, 305.75, 1.5, -2.25, 33.0), (420.0, 640.5, 512.0, 0.0, 0.0, 90.5)
+GRIPPER, PROBE = (12.5, -8.25, 187.4, 0.0, 15.0, 30.0), (-31.0, 4.5, 220.75, 10.0, -5.0, 62.0)
+HOME = (5.5, -12.25, 18.75, 3.5, -47.25, 21.0)
+ABOVE, PICK = (110.5, 45.25, 160.0, 178.5, 3.25, -21.5), (110.5, 45.25, 20.125, 178.5, 3.25, -21.5)
+BEHIND, SHELF = (260.25, 60.0, 40.5, 170.5, -4.0, 18.0), (55.5, -20.25, 88.0, 160.0, 12.5, -75.0)
+
+
+def test_the_sample_goes_where_it_says() -> None:
+    plan = read_file(SAMPLE).plan(robot=ROBOT)
+    lifted = [(*PICK[:2], PICK[2] + 40 * step, *PICK[3:]) for step in (1, 2, 3)]
+    on_table = [matrix(TABLE) @ matrix(pose) for pose in (ABOVE, PICK, *lifted, BEHIND)]
+    found = reached(plan)
+    np.testing.assert_allclose(found[1:7], on_table, atol=1e-9)
+    np.testing.assert_allclose(found[7], matrix(RACK) @ matrix(SHELF), atol=1e-9)
+    axes = plan.positions.axes[plan.moves.target]
+    np.testing.assert_allclose(np.degrees(axes[[0, 8]]), [HOME, HOME], atol=1e-9)
+
+
+def test_the_sample_goes_there_with_its_tools() -> None:
+    """The flange of each pose, by the axes that reach it, is target * inverse(tool)."""
+    plan = read_file(SAMPLE).plan(robot=ROBOT)
+    axes = plan.positions.axes[plan.moves.target]
+    positions, rotations = forward(load_robot(ROBOT), axes[[1, 7]])
+    wanted = (
+        matrix(TABLE) @ matrix(ABOVE) @ np.linalg.inv(matrix(GRIPPER)),
+        matrix(RACK) @ matrix(SHELF) @ np.linalg.inv(matrix(PROBE)),
+    )
+    for position, rotation, flange in zip(positions, rotations, wanted, strict=True):
+        np.testing.assert_allclose(position, flange[:3, 3], atol=1e-6)
+        np.testing.assert_allclose(rotation, flange[:3, :3], atol=1e-6)
+
+
+def test_the_sample_waits_and_switches_as_it_says() -> None:
+    plan = read_file(SAMPLE).plan(robot=ROBOT)
+    assert waits(plan) == pytest.approx([0.35, 0.0, 0.1])
+    switched = [
+        step.statement.split("  ", 1)[1] for step in plan.steps() if type(step).__name__ == "SignalStep"
+    ]
+    assert switched == ["DO[3:gripper]=OFF ;", "DO[3:gripper]=ON ;", "DO[3:gripper]=OFF ;"]
+    assert plan.moves.travel[[2, 3, 6, 7]] == pytest.approx([0.25, 0.1205, 0.15, 0.3])
+    assert plan.moves.fraction[[0, 1, 8]] == pytest.approx([0.4, 0.55, 0.4])
