@@ -32,7 +32,8 @@ JOINTS = "-0.31, -1.25, 1.42, -1.73, -1.56, 0.37"
 
 
 def waypoint(name: str = "Above", more: str = "<motionParameters/>") -> str:
-    return f'<Waypoint type="Fixed" name="{name}">{more}<position><JointAngles angles="{JOINTS}"/></position></Waypoint>'
+    place = f'<position><JointAngles angles="{JOINTS}"/></position>'
+    return f'<Waypoint type="Fixed" name="{name}">{more}{place}</Waypoint>'
 
 
 def move(children: str, kind: str = "MoveJ", more: str = "") -> str:

@@ -73,8 +73,13 @@ class Names:
         self.types: dict[str, str] = {}
         for _ in range(_ROUNDS):
             self._mark()
+        self._every = {
+            which: {name for facts in self.facts.values() for name in getattr(facts, which)}
+            for which in ("joints", "tables")
+        }
         for _ in range(_ROUNDS):
-            self._infer()
+            if not self._infer():
+                break
 
     def of(self, part: Part) -> Facts:
         return self.facts[id(part)]
@@ -114,8 +119,7 @@ class Names:
     def _is_among(self, part: Part, name: str, which: str) -> bool:
         if name in getattr(self.of(part), which):
             return True
-        shared = self.is_shared(part, name)
-        return shared and any(name in getattr(facts, which) for facts in self.facts.values())
+        return name in self._every[which] and self.is_shared(part, name)
 
     def _find_shared(self) -> set[str]:
         shared: set[str] = set()
@@ -147,24 +151,27 @@ class Names:
                     elif type(value) is Subscript and type(value.base) is Name:
                         facts.tables.add(value.base.text)
 
-    def _infer(self) -> None:
+    def _infer(self) -> bool:
+        """One more round; whether a type became known or wider in it."""
+        changed = False
         for facts in self.facts.values():
             part = facts.part
             for name, value in facts.given:
                 wanted, tables = self.holds_joints(part, name), self.holds_joint_lists(part, name)
-                self._note(facts, name, self.infer(part, value, wanted, tables))
+                types = self.types if self.is_shared(part, name) else facts.types
+                changed |= _widen(types, name, self.infer(part, value, wanted, tables))
             for name, default in part.parameters:
                 if default is not None:
-                    _widen(facts.types, name, self.infer(part, default, name in facts.joints))
+                    changed |= _widen(facts.types, name, self.infer(part, default, name in facts.joints))
             for value in facts.results:
-                facts.result = facts.result or self.infer(part, value)
+                if not facts.result:
+                    facts.result = self.infer(part, value)
+                    changed |= bool(facts.result)
             for called, arguments in facts.calls:
                 target = self.of(called)
                 for name, value in _bound(called, arguments):
-                    _widen(target.types, name, self.infer(part, value, name in target.joints))
-
-    def _note(self, facts: Facts, name: str, type_: str) -> None:
-        _widen(self.types if self.is_shared(facts.part, name) else facts.types, name, type_)
+                    changed |= _widen(target.types, name, self.infer(part, value, name in target.joints))
+        return changed
 
     def infer(self, part: Part, node: Node, joints: bool = False, tables: bool = False) -> str:
         """The type of a value; `joints`, `tables`: of a name that holds positions of the axes, or lists of them."""
@@ -244,17 +251,21 @@ def _element(base: str, indices: int) -> str:
     return base
 
 
-def _widen(types: dict[str, str], name: str, type_: str) -> None:
-    """A name that holds values of two types has the wider one, where one is."""
+def _widen(types: dict[str, str], name: str, type_: str) -> bool:
+    """A name that holds values of two types has the wider one, where one is; whether that is new."""
     known = types.get(name, "")
+    if known == type_:
+        return False
     wider = {
         "": True,
         "integer": type_ == "real",
         "list": type_.startswith("list:"),
         "list:integer": type_ == "list:real",
     }
-    if wider.get(known, False):
-        types[name] = type_
+    if not wider.get(known, False):
+        return False
+    types[name] = type_
+    return True
 
 
 def _gather(part: Part) -> Facts:
@@ -287,11 +298,10 @@ def _assigned(facts: Facts, simple: Assignment, index: int) -> None:
 
 def _use(facts: Facts, expression: Node) -> None:
     for node in walk(expression):
-        kind = type(node)
-        if kind is Name:
-            facts.used.add(node.text)  # type: ignore[union-attr]
-        elif kind is Invocation and type(node.function) is Name:  # type: ignore[union-attr]
-            _called(facts, node.function.text, node.arguments)  # type: ignore[union-attr]
+        if type(node) is Name:
+            facts.used.add(node.text)
+        elif type(node) is Invocation and type(node.function) is Name:
+            _called(facts, node.function.text, node.arguments)
 
 
 def _called(facts: Facts, name: str, arguments: tuple[Given, ...]) -> None:

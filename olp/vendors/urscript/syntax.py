@@ -120,20 +120,23 @@ Instruction = Definition | Opening | Closing | Simple
 
 
 def walk(node: Node) -> Iterator[Node]:
-    """The expression and all expressions in it, but for literals."""
+    """The expression and all expressions in it, but for literals and what holds only literals."""
     pending = [node]
     while pending:
         one = pending.pop()
-        children = _CHILDREN.get(type(one))
-        if children is not None:
-            yield one
-            pending.extend(children(one))
+        kind = type(one)
+        if kind is Literal:
+            continue
+        if kind is PoseOf or kind is ListOf:
+            items = one.items  # type: ignore[union-attr]
+            pending += [item for item in items if type(item) is not Literal]
+            continue
+        yield one
+        pending.extend(_CHILDREN[kind](one))
 
 
 _CHILDREN: Mapping[type, Callable[[Any], Iterable[Node]]] = {
     Name: lambda node: (),
-    ListOf: lambda node: node.items,
-    PoseOf: lambda node: node.items,
     Subscript: lambda node: (node.base, *node.indices),
     Dot: lambda node: (node.base,),
     Invocation: lambda node: (node.function, *(given.value for given in node.arguments)),
