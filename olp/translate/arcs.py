@@ -119,7 +119,7 @@ class _Arcs:
         return None if literal is None else pose_of_literal(literal)
 
     def _declared(self, stem: str, literal: PositionLiteral) -> Named:
-        name = Named(self.work.fresh(stem))
+        name = Named(self.work.helper(stem))
         declare = Declare(0, name.name, "position", literal, storage="constant", shared=True)
         self.declared.append(declare)
         from olp.translate.symbols import Symbol

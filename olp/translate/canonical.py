@@ -11,6 +11,7 @@ from olp.translate.accelerations import accelerations
 from olp.translate.arcs import arcs
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
+from olp.translate.flat import executed
 from olp.translate.flow import flow
 from olp.translate.frames import frames
 from olp.translate.functions import functions
@@ -48,21 +49,22 @@ class Translated:
 
 
 def passes(work: Work) -> tuple[Pass, ...]:
-    """All passes towards the target, in order."""
+    """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
         foreign_words,
         records,
         lift,
         known_systems,
         modal,
+        *((executed,) if work.context.flat else ()),
         configurations,
         functions,
         relative,
+        arcs,
         frames,
         speeds,
         blends,
         accelerations,
-        arcs,
         prune,
     )
     if work.limits.numbered:
@@ -90,7 +92,7 @@ def canonical(
     `on_loss` "comment" so does every line that a pass refuses.
     """
     context = context or Context()
-    if program.vendor == target:
+    if program.vendor == target and not context.flat:
         return Translated(program, (), {})
     lines = set(left_out)
     for _ in range(_ROUNDS):
@@ -102,7 +104,11 @@ def canonical(
     return Translated(
         result,
         tuple(dict.fromkeys(work.losses)),
-        work.names,
+        {
+            key: name
+            for key, name in work.names.items()
+            if key[1] not in work.helpers and key[0] != "position"
+        },
         tuple(dict.fromkeys(work.notes)),
         tuple(work.problems),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -37,6 +37,7 @@ class Step(NamedTuple):
     blend: float = math.nan
     exact: bool = False  # the arm stops at the end
     duration: float = math.nan
+    seconds: float = 0.0  # what the step takes as timed, with those that were put together with it
 
 
 @dataclass(slots=True)
@@ -152,40 +153,42 @@ def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 # --- steps ----------------------------------------------------------------------------------------------
 
 
-def steps_of(plan: Plan, without: Set[int] = frozenset()) -> list[Step]:
+def steps_of(plan: Plan, without: Set[int] = frozenset(), seconds: Sequence[float] = ()) -> list[Step]:
     """What happens, in order: moves that go nowhere left out, the two halves of an arc put together.
 
-    `without`: lines of the program's own file whose steps are left out.
+    `without`: lines of the program's own file whose steps are left out. `seconds`: of each step, as it was timed.
     """
     found: list[Step] = []
-    circular = PATHS.index(Path.CIRCULAR)
-    joint = PATHS.index(Path.JOINT)
-    moves = plan.moves
-    at = 0
-    first_move = True
-    while at < len(plan):
+    waiting = 0.0  # seconds of steps that count with the next one
+    moved = False
+    for at in range(len(plan)):
         kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
         if without and line in without and plan.source[at] == 0:
-            at += 1
-            continue
-        if kind is not StepKind.MOVE:
-            found.append(Step(kind, line, duration=float(plan.durations[int(plan.row[at])])))
-            at += 1
             continue
         row = int(plan.row[at])
-        still = not first_move and _goes_nowhere(plan, row)
-        if still:
+        took = waiting + (float(seconds[at]) if len(seconds) else 0.0)
+        waiting = 0.0
+        if kind is not StepKind.MOVE:
+            found.append(Step(kind, line, duration=float(plan.durations[row]), seconds=took))
+        elif moved and _goes_nowhere(plan, row):
             if found and found[-1].kind is StepKind.MOVE:
-                found[-1] = found[-1]._replace(**_ending(plan, row))
-        elif moves.path[row] == circular and not _is_arc_end(plan, at):
-            following = _next_move(plan, at)
-            if following is None or _between_waits(plan, at, following):
-                found.append(_move(plan, row, line, joint))
+                total = found[-1].seconds + took
+                found[-1] = found[-1]._replace(**_ending(plan, row), seconds=total)
+            else:
+                waiting = took
+        elif _is_half_arc(plan, at, row):
+            waiting = took
         else:
-            found.append(_move(plan, row, line, joint))
-        first_move = False
-        at += 1
+            found.append(_move(plan, row, line)._replace(seconds=took))
+        moved = moved or kind is StepKind.MOVE
     return found
+
+
+def _is_half_arc(plan: Plan, at: int, row: int) -> bool:
+    """Whether a circular step is followed at once by the one that ends its arc."""
+    if plan.moves.path[row] != PATHS.index(Path.CIRCULAR) or _is_arc_end(plan, at):
+        return False
+    return at + 1 < len(plan) and plan.kind[at + 1] == StepKind.MOVE
 
 
 def _is_arc_end(plan: Plan, at: int) -> bool:
@@ -206,14 +209,6 @@ def _is_chain(plan: Plan, row: int) -> bool:
     return bool((moves.target[near] == third).any() or (moves.start[near] == third).any())
 
 
-def _next_move(plan: Plan, at: int) -> int | None:
-    return next((i for i in range(at + 1, len(plan)) if plan.kind[i] == StepKind.MOVE), None)
-
-
-def _between_waits(plan: Plan, at: int, following: int) -> bool:
-    return following != at + 1
-
-
 def _goes_nowhere(plan: Plan, row: int) -> bool:
     moves, positions = plan.moves, plan.positions
     a, b = int(moves.start[row]), int(moves.target[row])
@@ -232,7 +227,7 @@ def _ending(plan: Plan, row: int) -> dict[str, Any]:
     return {"exact": code == 0, "blend": 0.0 if code == 0 else blend}
 
 
-def _move(plan: Plan, row: int, line: int, joint: int) -> Step:
+def _move(plan: Plan, row: int, line: int) -> Step:
     moves, positions = plan.moves, plan.positions
     target = int(moves.target[row])
     path = PATHS[int(moves.path[row])]
@@ -250,7 +245,7 @@ def _move(plan: Plan, row: int, line: int, joint: int) -> Step:
         tuple(positions.axes[target].tolist()),
         float(moves.travel[row]) if path is not Path.JOINT else math.nan,
         float(moves.turn[row]),
-        _asked(plan, row) if moves.path[row] == joint else float(moves.duration[row]),
+        _asked(plan, row) if path is Path.JOINT else float(moves.duration[row]),
         0.0 if code == 0 else size,
         code == 0,
     )

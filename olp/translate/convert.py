@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
 from olp.export import refuse_unwritable
@@ -17,6 +17,10 @@ from olp.translate.canonical import Translated, canonical
 from olp.translate.limits import limits_of
 from olp.translate.split import split
 from olp.translate.work import Context, Fate
+
+if TYPE_CHECKING:
+    from olp.plan import Plan
+    from olp.robot import Robot
 
 _ROUNDS = 20  # of commenting out what the writer refuses
 
@@ -132,7 +136,7 @@ def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> 
     return encoded(text, program, vendor, encoding or encoding_of(program, vendor))
 
 
-def run_converted(converted: Converted, vendor: str, robot: Any) -> Any:
+def run_converted(converted: Converted, vendor: str, robot: Robot | None) -> Plan:
     """The plan of the files, read again and run beside each other."""
     import tempfile
     from pathlib import Path

@@ -122,7 +122,7 @@ class _Target:
         return f"L{count}"
 
     def variable(self, stem: str, kind: str) -> Named:
-        name = Named(self.work.fresh(stem))
+        name = Named(self.work.helper(stem))
         self.declared.append(Declare(0, name.name, kind, Number(0)))
         return name
 

@@ -183,7 +183,9 @@ class _Systems:
     def _made(self, kind: str, key: Expression, stem: str, value: PositionLiteral) -> Named:
         name = self.made.get((kind, key))
         if name is None:
-            name = self.made[(kind, key)] = Named(self.work.fresh(stem))
+            name = self.made[(kind, key)] = Named(
+                self.work.helper(stem) if kind == "position" else self.work.fresh(stem)
+            )
             self.declared.append(
                 Declare(0, name.name, _words(kind), value, storage="persistent", shared=True)
             )

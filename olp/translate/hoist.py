@@ -95,7 +95,7 @@ class _Hoist:
         self.used[kind] = at + 1
         pool = self.spare.setdefault(kind, [])
         if at == len(pool):
-            pool.append(Named(self.work.fresh(f"temp_{kind}")))
+            pool.append(Named(self.work.helper(f"temp_{kind}")))
             declare = Declare(0, pool[-1].name, kind, None, shared=True)
             self.declared.append(declare)
             from olp.translate.symbols import Symbol

@@ -355,7 +355,7 @@ class _Lift:
             assert isinstance(e, SystemValue)
             if e.name == "returned":
                 return self._returned()
-            return replace(e, name=_SYSTEM.get(e.name, e.name))
+            return SystemValue(_SYSTEM[e.name]) if e.name in _SYSTEM else e
         if kind is Taught:
             assert isinstance(e, Taught)
             return self.points.taught(self.work.routine(self.scope), e.store, e.number) or e

@@ -134,7 +134,7 @@ class _Modal:
     def _variable(self, key: Key, found: Values, unset: object) -> object:
         name = self.variables.get(key)
         if name is None:
-            name = self.variables[key] = Named(self.work.fresh("_".join(str(part) for part in key)))
+            name = self.variables[key] = Named(self.work.helper("_".join(str(part) for part in key)))
             frame = key in (_TOOL, _FRAME)
             value: Any = unset if frame else Number(0.0)
             self.declared.append(Declare(0, name.name, str(key[0]) if frame else "real", value, shared=True))

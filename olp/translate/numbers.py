@@ -205,7 +205,7 @@ class _Numbers:
         key = (literal, place)
         at = self.constants.get(key)
         if at is None:
-            at = self.constants[key] = self._allocate(name or self.work.fresh("position"), Store.ROBOT, 1)
+            at = self.constants[key] = self._allocate(name or self.work.helper("position"), Store.ROBOT, 1)
             self.initial[at] = key
         return Variable(Store.ROBOT, Number(at))
 
@@ -240,7 +240,7 @@ class _Numbers:
                 return self._configured(fixed)
             return self.constant(fixed, place, e.name if isinstance(e, Named) else "")
         if self.inform and e == SystemValue("current-pose"):
-            at = Number(self._allocate(self.work.fresh("position"), Store.ROBOT, 1))
+            at = Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1))
             before.append(Assign(line, Variable(Store.SYSTEM, at), SystemValue("position-pose")))
             return Variable(Store.ROBOT, at)
         if not isinstance(e, Function):
@@ -251,7 +251,7 @@ class _Numbers:
 
     def _computed(self, e: Function, place: Place, before: list[Statement], line: int) -> Expression:
         """INFORM: position functions one by one, offsets element by element in 0.001 mm."""
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.fresh("position"), Store.ROBOT, 1)))
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
         start = self.position(e.arguments[0], place, before, line)
         if e.name == "pose-offset":
             before.append(Assign(line, result, start))
@@ -286,7 +286,7 @@ class _Numbers:
                 angles[axis] = si[3 + axis]
                 turn = turn @ rotation_from_angles(angles)
             return self.constant(literal_of(Pose(np.array(si[:3]), turn)), place)
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.fresh("position"), Store.ROBOT, 1)))
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
         before.append(Assign(line, result, self.constant(PositionLiteral("pose", (0.0,) * 6), place)))
         self._add(result, values[:3], before, line)
         if any(v != Number(0) and v != Number(0.0) for v in values[3:]):
@@ -306,6 +306,7 @@ class _Numbers:
 
     def _counter(self) -> str:
         if "element_count" not in self.numbers:
+            self.work.helpers.add("element_count")
             self.symbols.table[("", "element_count")] = Symbol("element_count", "integer", assigned=1)
         return "element_count"
 

@@ -71,13 +71,14 @@ class Context:
     """The question: which robots stand where, what is mapped, and what becomes of what cannot be said.
 
     `robot`: that the program was written for; `target_robot`: that it is written for (None: the same one).
-    `on_loss`: "error" or "comment".
+    `on_loss`: "error" or "comment". `flat`: the executed plan instead of the program.
     """
 
     robot: Robot | None = None
     target_robot: Robot | None = None
     mapping: Mapping = field(default_factory=Mapping)
     on_loss: str = "error"
+    flat: bool = False
 
 
 @dataclass(slots=True)
@@ -90,6 +91,7 @@ class Work:
     context: Context
     losses: list[Loss] = field(default_factory=list)
     names: dict[tuple[str, str], str] = field(default_factory=dict)
+    helpers: set[str] = field(default_factory=set)  # names of what only the translation needs
     registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
     systems: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)  # tools and frames set once
     states: dict[str, str] = field(
@@ -150,6 +152,12 @@ class Work:
         if not self._cell:
             self._cell.append(_cell_of(self.source, self.robot))
         return self._cell[0]
+
+    def helper(self, stem: str) -> str:
+        """A name for something that the translation needs and the source does not have."""
+        name = self.fresh(stem)
+        self.helpers.add(name)
+        return name
 
     def plan(self) -> Plan | None:
         """What the source program does, None where it cannot be run."""

@@ -1,0 +1,171 @@
+"""`olp convert`: a program in another robot's language, with a receipt of what was kept and what was changed."""
+
+from __future__ import annotations
+
+import os
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from olp.commands.command import expand_paths, from_os_error
+from olp.commands.time import print_diagnostics
+from olp.diagnostic import Diagnostic, OlpError, error
+
+if TYPE_CHECKING:
+    from olp.plan import Plan
+    from olp.robot import Robot
+    from olp.translate.receipt import Receipt
+    from olp.translate.work import Context
+
+SUMMARY = "translate a program into another robot's language, with a receipt"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
+    parser.add_argument("--to", required=True, metavar="VENDOR", help="the language to write, such as krl")
+    parser.add_argument(
+        "-o", "--output", required=True, metavar="DIR", help="the folder for the new program's files"
+    )
+    parser.add_argument("--robot", metavar="R", help="the robot that the program was written for")
+    parser.add_argument(
+        "--target-robot", metavar="R", help="the robot that it is written for (default: the same)"
+    )
+    parser.add_argument(
+        "--map", metavar="FILE.toml", help="which tools, frames and signals of the target the source's are"
+    )
+    parser.add_argument("--receipt", metavar="FILE.json", help="write the receipt there, too")
+    parser.add_argument(
+        "--on-loss",
+        choices=("error", "comment"),
+        default="error",
+        help="what becomes of a statement that the target cannot say (default: error)",
+    )
+    parser.add_argument(
+        "--flat",
+        action="store_true",
+        help="write what the program does, move after move, instead of the program",
+    )
+    parser.add_argument("--encoding", metavar="E", help="of the programs that are read (default: guessed)")
+    parser.add_argument("--to-encoding", metavar="E", help="of the new program (default: the old one's)")
+    parser.add_argument("--force", action="store_true", help="write over files of the folder")
+
+
+def run(args: Namespace) -> int:
+    from olp.export import refuse_unwritable
+    from olp.files import write_output
+    from olp.translate.receipt import as_text
+    from olp.vendors.vendor import vendor_suffixes
+
+    refuse_unwritable(args.to)
+    context = _context(args)
+    jobs = expand_paths(args.jobs, vendor_suffixes())
+    told: list[Diagnostic] = []
+    files: dict[str, bytes] = {}
+    receipts: list[Receipt] = []
+    for job in jobs:
+        try:
+            found, receipt, notes = _convert(job, context, args)
+        except OlpError as problem:
+            told += [diagnostic.at(str(job)) for diagnostic in problem.diagnostics]
+            continue
+        told += notes
+        for name, data in found.items():
+            if files.setdefault(name, data) != data:
+                told.append(error("C008", f"two programs make the file {name}", file=str(job)))
+        receipts.append(receipt)
+    if any(diagnostic.is_error for diagnostic in told):
+        print_diagnostics(told)
+        return 2
+    _write_all(Path(args.output), files, jobs, args.force)
+    if args.receipt:
+        write_output(args.receipt, _document(receipts), inputs=jobs)
+    write_output(None, "\n".join(map(as_text, receipts)).encode())
+    print_diagnostics(told)
+    return 0
+
+
+def _context(args: Namespace) -> Context:
+    from olp.robot import load_robot
+    from olp.translate.mapping_reader import read_mapping
+    from olp.translate.work import Context, Mapping
+
+    robot = None if args.robot is None else load_robot(args.robot)
+    target = None if args.target_robot is None else load_robot(args.target_robot)
+    mapping = Mapping() if args.map is None else read_mapping(args.map)
+    return Context(robot, target, mapping, args.on_loss, args.flat)
+
+
+def _convert(
+    job: Path, context: Context, args: Namespace
+) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
+    """The files, the receipt, and what the reader has to say."""
+    from olp.reading import read
+    from olp.translate.convert import convert
+    from olp.translate.link import link
+    from olp.translate.receipt import receipt_of
+
+    program = read(job, encoding=args.encoding)
+    linked = link(program)
+    converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
+    robots = (context.robot, context.target_robot)
+    plans = (
+        _plan(lambda: linked.program.plan(robot=context.robot)),
+        _plan(lambda: _run_again(converted, args.to, robots)),
+    )
+    receipt = receipt_of(linked, converted.translated, args.to, tuple(converted.files), plans, robots)
+    return converted.files, receipt, [d.at(str(job)) for d in program.diagnostics if not d.is_error]
+
+
+def _run_again(converted: object, vendor: str, robots: tuple[Robot | None, Robot | None]) -> Plan:
+    from olp.translate.convert import Converted, run_converted
+
+    assert isinstance(converted, Converted)
+    return run_converted(converted, vendor, robots[1] or robots[0])
+
+
+def _plan(make: object) -> Plan | None:
+    """The plan, None where the program cannot be run."""
+    assert callable(make)
+    try:
+        plan: Plan = make()
+    except OlpError:
+        return None
+    return plan
+
+
+def _write_all(folder: Path, files: dict[str, bytes], inputs: list[Path], force: bool) -> None:
+    """All files or none. Raises OlpError for a file that is there already (C009), or that would replace an input."""
+    from olp.files import refuse_inputs
+
+    problems = []
+    for name in files:
+        target = folder / name
+        refuse_inputs(target, inputs)
+        if target.exists() and not force:
+            problems.append(
+                error("C009", "this file exists already", file=str(target), help="say --force, or another -o")
+            )
+    if problems:
+        raise OlpError(*problems)
+    written: list[tuple[Path, Path]] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            part = folder / f".{name}.{os.getpid()}.part"
+            written.append((part, folder / name))
+            part.write_bytes(data)
+        for part, target in written:
+            os.replace(part, target)
+    except OSError as problem:
+        for part, _ in written:
+            part.unlink(missing_ok=True)
+        raise OlpError(from_os_error(problem)) from None
+
+
+def _document(receipts: list[Receipt]) -> bytes:
+    import json
+
+    from olp.translate.receipt import as_json
+
+    rows = [as_json(receipt) for receipt in receipts]
+    return (json.dumps(rows[0] if len(rows) == 1 else rows, indent=2, ensure_ascii=False) + "\n").encode()
