@@ -63,7 +63,7 @@ def rows_of(timing: Timing, program: Program) -> list[Row]:
     found: dict[tuple[int, int], Row] = {}
     seconds = np.nan_to_num(timing.duration_s).tolist()
     lines, sources, kinds = plan.line.tolist(), plan.source.tolist(), plan.kind.tolist()
-    starts, standing = _line_starts(program), _standing(program)
+    starts, standing = _line_starts(program), standing_of(program)
     for step in range(len(plan)):
         key = sources[step], lines[step]
         row = found.get(key)
@@ -86,7 +86,7 @@ def _line_starts(program: Program) -> list[tuple[int, str]]:
     return sorted((routine.line, routine.name) for routine in program.routines)
 
 
-def _standing(program: Program) -> dict[int, tuple[str, str]]:
+def standing_of(program: Program) -> dict[int, tuple[str, str]]:
     """Line -> tool and frame of the move there."""
     found = {}
     for routine in program.routines:

@@ -1,0 +1,149 @@
+"""`olp lint`: mistakes in the motion that cost time or safety."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from olp.commands.command import expand_paths
+from olp.files import write_output
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from olp.batch import Job
+    from olp.lint.run import Linted
+    from olp.outcome import Finding, Outcome
+
+SUMMARY = "find motion mistakes that cost time or safety"
+_WORTH_WORKERS = 24
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    from olp.commands.time import add_timing_arguments, positive_int
+    from olp.outcome import format_names
+
+    parser.add_argument(
+        "paths", nargs="*", default=["."], metavar="PATH", help="programs, or folders (default: .)"
+    )
+    parser.add_argument(
+        "--format", default="text", metavar="F", help=f"one of {', '.join(format_names())} (default: text)"
+    )
+    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    parser.add_argument(
+        "--select", default="", metavar="CODES", help="only these rules: W001,W01 (default: all)"
+    )
+    parser.add_argument("--ignore", default="", metavar="CODES", help="not these rules")
+    parser.add_argument("--baseline", metavar="FILE", help="findings that are known and excused")
+    parser.add_argument(
+        "--write-baseline", metavar="FILE", help="excuse everything found now, and write it there"
+    )
+    parser.add_argument(
+        "--fail-on",
+        default="warning",
+        choices=("error", "warning", "note"),
+        help="the least level that makes exit status 1 (default: warning)",
+    )
+    parser.add_argument("--rules", action="store_true", help="list the rules")
+    parser.add_argument(
+        "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
+    )
+    add_timing_arguments(parser)
+
+
+def run(args: Namespace) -> int:
+    from olp.commands.time import encode, settings_of, with_progress
+    from olp.lint.baseline import baseline_text, read_baseline
+    from olp.lint.run import without_known
+    from olp.outcome import load_format
+    from olp.vendors.vendor import vendor_suffixes
+
+    if args.rules:
+        write_output(args.output, encode(_rules(), args.output), inputs=[])
+        return 0
+    form, job = load_format(args.format), settings_of(args)
+    known = read_baseline(Path(args.baseline)) if args.baseline else {}
+    paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
+    codes = [
+        tuple(c.strip().upper() for c in text.split(",") if c.strip()) for text in (args.select, args.ignore)
+    ]
+    work = partial(_lint_all, paths, job, codes, args.workers)
+    results = with_progress(len(paths), work)
+    if args.write_baseline:
+        text = baseline_text(f for r in results for f in r.findings)
+        write_output(args.write_baseline, text.encode("utf-8"), inputs=paths)
+        return 0
+    fresh = without_known((f for r in results for f in r.findings), known)
+    outcome = outcome_of(results, fresh)
+    write_output(args.output, encode(form.render(outcome), args.output), inputs=paths)
+    return _status(results, fresh, args.fail_on)
+
+
+def _lint_all(
+    paths: Sequence[str],
+    job: Job,
+    codes: Sequence[tuple[str, ...]],
+    workers: int,
+    done: Callable[[int], None] | None,
+) -> list[Linted]:
+    """One result per path, on all cores when it pays."""
+    import os
+    from concurrent.futures import ProcessPoolExecutor
+
+    from olp.lint.run import lint
+
+    one = partial(lint, job=job, select=codes[0], ignore=codes[1])
+    count = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
+    results: list[Linted] = []
+    if count <= 1:
+        for path in paths:
+            results.append(one(path))
+            if done is not None:
+                done(1)
+        return results
+    with ProcessPoolExecutor(count) as pool:
+        for result in pool.map(one, paths, chunksize=16):
+            results.append(result)
+            if done is not None:
+                done(1)
+    return results
+
+
+def outcome_of(results: Sequence[Linted], findings: Sequence[Finding]) -> Outcome:
+    """The findings that count, and each file as an item."""
+    from collections import Counter
+    from dataclasses import replace
+
+    from olp.outcome import Outcome, Status
+
+    files = Counter(f.file for f in findings)
+    items = []
+    for result in results:
+        item = result.item
+        if item.status is Status.WARNED and not files[result.path]:
+            item = replace(item, status=Status.HELD, message="only known findings")
+        items.append(item)
+    excused = sum(r.excused for r in results)
+    told = sum(len(r.findings) for r in results) - len(findings)
+    more = f", {told} known from the baseline" if told else ""
+    more += f", {excused} excused in the programs" if excused else ""
+    count = len(findings)
+    programs = f"{len(results)} program{'' if len(results) == 1 else 's'}"
+    sentence = f"{programs}: {count} finding{'' if count == 1 else 's'}{more}"
+    return Outcome("lint", tuple(findings), tuple(items), (sentence,))
+
+
+def _status(results: Sequence[Linted], findings: Sequence[Finding], least: str) -> int:
+    if any(result.unreadable for result in results):
+        return 2
+    order = ("note", "warning", "error")
+    return int(any(order.index(found.level) >= order.index(least) for found in findings))
+
+
+def _rules() -> str:
+    from olp.lint import all_rules
+
+    rows = [f"{rule.code}  {rule.level!s:8s} {rule.title}" for rule in all_rules()]
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,108 @@
+"""A program as the rules see it: what is written, what happens, and how long that takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.diagnostic import Diagnostic
+from olp.expression import Named, Taught
+from olp.plan import PATHS, Plan, StepKind
+from olp.program import Path, Program, Routine, Statement
+from olp.timing import Timing
+
+_JOINT = PATHS.index(Path.JOINT)
+
+
+@dataclass(frozen=True)
+class Case:
+    """`timing` is of the whole run; rules look at steps of this file only (`own`), called files are judged alone."""
+
+    program: Program
+    timing: Timing
+
+    @property
+    def plan(self) -> Plan:
+        return self.timing.plan
+
+    @property
+    def path(self) -> str:
+        return self.program.path
+
+    def text(self, line: int) -> str:
+        return self.program.source.line(line)
+
+    @cached_property
+    def steps(self) -> list[int]:
+        """Steps of MOVE kind that stand in this file, in order of execution."""
+        plan = self.plan
+        return np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0)).tolist()
+
+    def row(self, step: int) -> int:
+        """The leading row in `plan.moves` of a step."""
+        return int(self.plan.row[step])
+
+    def on_path(self, step: int) -> bool:
+        """Whether a step is a line, an arc or a spline."""
+        return self.plan.kind[step] == StepKind.MOVE and int(self.plan.moves.path[self.row(step)]) != _JOINT
+
+    @cached_property
+    def lines(self) -> dict[int, list[int]]:
+        """Line of this file -> its steps."""
+        found: dict[int, list[int]] = {}
+        for step in self.steps:
+            found.setdefault(int(self.plan.line[step]), []).append(step)
+        return found
+
+    @cached_property
+    def statements(self) -> dict[int, Statement]:
+        """Line -> the first statement that stands there."""
+        found: dict[int, Statement] = {}
+        for statement in self.program.statements():
+            found.setdefault(statement.line, statement)
+        return found
+
+    def turn(self, before: int, after: int) -> float:
+        """[rad] by which the tool's way turns from one step to the next, nan where one of them does not travel."""
+        first, second = self._way(before), self._way(after)
+        cosine = float(np.dot(first, second))
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0))) if np.isfinite(cosine) else float("nan")
+
+    def _way(self, step: int) -> NDArray[np.float64]:
+        moves, place = self.plan.moves, self.plan.positions.position
+        row = self.row(step)
+        way = place[int(moves.target[row])] - place[int(moves.start[row])]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            unit: NDArray[np.float64] = way / np.linalg.norm(way)
+        return unit
+
+    def told(self, *codes: str) -> Iterator[Diagnostic]:
+        """What reading, running and timing have said of this file under these codes."""
+        for found in self.timing.diagnostics:
+            if found.code in codes and found.file in ("", self.path):
+                yield found
+
+
+def case_of(program: Program, timing: Timing) -> Case:
+    return Case(program, timing)
+
+
+def routines(case: Case) -> tuple[Routine, ...]:
+    return case.program.routines
+
+
+def mentioned(thing: Any) -> Iterator[Taught | Named]:
+    """Every taught point and every name in a statement or expression."""
+    if isinstance(thing, (Taught, Named)):
+        yield thing
+    elif isinstance(thing, tuple):
+        for part in thing:
+            yield from mentioned(part)
+    elif is_dataclass(thing) and not isinstance(thing, type):
+        for field in fields(thing):
+            yield from mentioned(getattr(thing, field.name))

@@ -1,0 +1,71 @@
+"""The base of all rules, and the list of them, which is the listing of `rules/`."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import ClassVar, final
+
+from olp.lint.case import Case
+from olp.outcome.model import Finding, Level
+
+
+class Rule(ABC):
+    """A mistake that a program can hold.
+
+    `code` never changes. `why`: what it costs, in a paragraph; `example` and `better`: lines with and without it.
+    `fixable`: whether findings carry a change that cannot alter where the robot goes.
+    """
+
+    code: ClassVar[str]
+    title: ClassVar[str]
+    level: ClassVar[Level] = Level.WARNING
+    why: ClassVar[str]
+    example: ClassVar[str]
+    better: ClassVar[str]
+    fixable: ClassVar[bool] = False
+
+    @abstractmethod
+    def find(self, case: Case) -> Iterator[Finding]:
+        """The places where the program holds the mistake, in order of lines."""
+
+    @final
+    def finding(
+        self,
+        case: Case,
+        line: int,
+        message: str,
+        help: str = "",
+        *,
+        fixes: tuple[tuple[int, int, str], ...] = (),
+        numbers: dict[str, float | str] | None = None,
+    ) -> Finding:
+        """A finding of this rule at a line of the program."""
+        text = case.text(line) if line else ""
+        return Finding(
+            self.code,
+            self.level,
+            message,
+            case.path,
+            line,
+            len(text) - len(text.lstrip()) + 1,
+            len(text.rstrip()) + 1,
+            self.title,
+            help,
+            text,
+            numbers=numbers or {},
+            fixes=fixes,
+        )
+
+
+def all_rules() -> tuple[Rule, ...]:
+    """One instance of every rule, sorted by code."""
+    package = import_module("olp.lint.rules")
+    found: list[Rule] = []
+    for module in iter_modules(package.__path__):
+        for thing in vars(import_module(f"olp.lint.rules.{module.name}")).values():
+            if isinstance(thing, type) and issubclass(thing, Rule) and thing.__module__.endswith(module.name):
+                found.append(thing())
+    return tuple(sorted(found, key=lambda rule: rule.code))

@@ -1,0 +1,1 @@
+"""All rules, one per file."""

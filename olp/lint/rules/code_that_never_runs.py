@@ -1,0 +1,84 @@
+"""W010 and W014: statements that nothing reaches, labels that nothing jumps to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from olp.lint.case import Case, routines
+from olp.lint.rule import Rule
+from olp.outcome.model import Finding, Level
+from olp.program import (
+    Call,
+    Comment,
+    Default,
+    Else,
+    ElseIf,
+    End,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    Jump,
+    Label,
+    Next,
+    Return,
+    Statement,
+    Until,
+)
+from olp.program import (
+    Case as CaseMarker,
+)
+
+# Control arrives at these from elsewhere.
+_ARRIVALS = (Label, Else, ElseIf, EndIf, EndWhile, EndSwitch, CaseMarker, Default, Next, Until, End)
+
+
+class UnreachableCode(Rule):
+    """Statements behind a jump or return that nothing else leads to."""
+
+    code = "W010"
+    title = "unreachable code"
+    why = "The statements never run. Somebody believes they do: a gripper that opens, a check that is made."
+    example = "JUMP *NEXT\nDOUT OT#(3) ON\n*NEXT"
+    better = "remove them, or the jump before them"
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        for routine in routines(case):
+            dead = False
+            told = False
+            for statement in routine.body:
+                if isinstance(statement, _ARRIVALS):
+                    dead = told = False
+                if dead and not told and not isinstance(statement, Comment):
+                    told = True
+                    yield self.finding(
+                        case, statement.line, "nothing leads here: these statements never run", "remove them"
+                    )
+                if _leaves(statement):
+                    dead = True
+
+
+def _leaves(statement: Statement) -> bool:
+    if isinstance(statement, (Jump, Return)):
+        return statement.condition is None
+    return isinstance(statement, Call) and statement.jump and statement.condition is None
+
+
+class UnusedLabel(Rule):
+    """A label that nothing jumps to."""
+
+    code = "W014"
+    title = "unused label"
+    level = Level.NOTE
+    why = "Nobody jumps to the label. It is left over, or the jump to it was lost."
+    example = "*RETRY   and no JUMP *RETRY"
+    better = "remove the label"
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        for routine in routines(case):
+            if any(isinstance(s, Jump) and not isinstance(s.target, str) for s in routine.body):
+                continue  # a computed jump may lead anywhere
+            wanted = {s.target for s in routine.body if isinstance(s, Jump)}
+            texts = " ".join(case.text(s.line) for s in routine.body if not isinstance(s, Label))
+            for s in routine.body:
+                if isinstance(s, Label) and s.name not in wanted and s.name not in texts:
+                    yield self.finding(case, s.line, f"nothing jumps to {s.name}", "remove the label")

@@ -1,0 +1,38 @@
+"""W004: the turn of the tool rules the time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from olp.lint.case import Case
+from olp.lint.rule import Rule
+from olp.outcome.model import Finding
+from olp.units import mm
+
+_TURN_DEG = 5.0  # less is within what a slow line needs anyway
+_LONG = 5 * mm  # a move that only turns is meant to turn
+
+
+class OrientationRules(Rule):
+    """A line that takes as long as its tool needs to turn, not to travel."""
+
+    code = "W004"
+    title = "orientation rules the time"
+    why = (
+        "The tool turns so far on a short way that the wrist decides: the programmed speed is not kept. Often the turn "
+        "comes from one carelessly taught point and belongs into the longer move before or after."
+    )
+    example = "MOVL C00001 V=500.0   40 mm further and 90 deg turned"
+    better = "turn on the long approach"
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        timing, moves = case.timing, case.plan.moves
+        for line, steps in case.lines.items():
+            step = next((s for s in steps if timing.limited_by[s].startswith("orientation")), None)
+            if step is None or not case.on_path(step) or moves.length[case.row(step)] <= _LONG:
+                continue
+            angle, way = float(timing.angle_deg[step]), float(timing.distance_mm[step])
+            if angle < _TURN_DEG:
+                continue
+            says = f"the tool turns {angle:.0f} deg on {way:.0f} mm: the turn decides"
+            yield self.finding(case, line, says, "turn less here, or spread the turn over the moves around")

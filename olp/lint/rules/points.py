@@ -1,0 +1,86 @@
+"""W008 and W013: points that nothing uses, and points that are taught twice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from olp.expression import Named, Store
+from olp.lint.case import Case, mentioned, routines
+from olp.lint.rule import Rule
+from olp.outcome.model import Finding, Level
+from olp.points import PointKind
+from olp.program import Routine
+
+_SAME = 1e-6  # [m] and [rad]; pulses are whole numbers
+
+
+class UnusedPoint(Rule):
+    """A taught point that no statement names."""
+
+    code = "W008"
+    title = "unused point"
+    level = Level.NOTE
+    why = "Nobody moves to the point. It is left over, or the move to it was lost: a touch-up of it does nothing."
+    example = "C00007=…   and no MOVL C00007"
+    better = "delete the point, or move to it"
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        for routine in routines(case):
+            used = {
+                (p.store, p.number) for s in routine.body for p in mentioned(s) if not isinstance(p, Named)
+            }
+            for (store, taught), block in routine.points.blocks.items():
+                if not taught or store is not Store.ROBOT:
+                    continue
+                for number, row in sorted(block.rows.items()):
+                    if (store, number) not in used:
+                        says = f"point {number} is taught and never used"
+                        yield self.finding(case, int(block.lines[row]), says, "delete it, or move to it")
+            yield from self._named(case, routine)
+
+    def _named(self, case: Case, routine: Routine) -> Iterator[Finding]:
+        """Points of languages that name them, declared in this routine."""
+        from olp.program import Declare
+
+        own = [
+            s
+            for s in routine.body
+            if isinstance(s, Declare) and s.type in ("position", "joints") and not s.shared
+        ]
+        used = {p.name.casefold() for s in routine.body for p in mentioned(s) if isinstance(p, Named)}
+        for s in own:
+            if s.name.casefold() not in used and s.line:
+                yield self.finding(
+                    case, s.line, f"{s.name} is declared and never used", "delete it, or move to it"
+                )
+
+
+class DuplicatedPoint(Rule):
+    """Two points with the same values."""
+
+    code = "W013"
+    title = "duplicated point"
+    level = Level.NOTE
+    why = (
+        "Two points with the same values, in one frame and with one tool, are most often one place that was taught "
+        "twice. A touch-up of one of them leaves the other where it was."
+    )
+    example = "C00003=…  and C00009=… with the same numbers"
+    better = "move to C00003 twice"
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        for routine in routines(case):
+            block = routine.points.blocks.get((Store.ROBOT, True))
+            if block is None or len(block) > 5000:  # a generated path: nobody touches its points up
+                continue
+            seen: dict[tuple[object, ...], int] = {}
+            for number, row in sorted(block.rows.items()):
+                state = routine.points.states[int(block.state[row])]
+                step = 1.0 if state.kind is PointKind.PULSE else _SAME
+                key = (state, *np.round(np.nan_to_num(block.values[row]) / step).tolist())
+                first = seen.setdefault(key, number)
+                if first != number:
+                    says = f"point {number} is the same as point {first}"
+                    yield self.finding(case, int(block.lines[row]), says, f"move to point {first} instead")

@@ -1,0 +1,45 @@
+"""W002: a programmed speed that is never reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from olp.lint.case import Case
+from olp.lint.rule import Rule
+from olp.outcome.model import Finding, Level
+
+_SHARE = 0.5
+_SLOW = 50.0  # [mm/s] below this nobody gains anything
+
+
+class UnreachedSpeed(Rule):
+    """A line on which the tool never comes near its programmed speed."""
+
+    code = "W002"
+    title = "speed never reached"
+    level = Level.NOTE
+    why = (
+        "The move is too short for its speed: the tool brakes before it has reached half of what is programmed. A "
+        "higher speed changes nothing here; the written number misleads whoever estimates the time from it."
+    )
+    example = "MOVL C00001 V=1500.0\nMOVL C00002 V=1500.0   with 12 mm between them"
+    better = "MOVL C00002 V=300.0"
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        timing = case.timing
+        for line, steps in case.lines.items():
+            speed, reached = timing.speed_mm_s[steps], timing.reached_mm_s[steps]
+            if not all(map(case.on_path, steps)) or np.isnan(speed).any() or np.isnan(reached).any():
+                continue
+            if speed.min() > _SLOW and (reached < _SHARE * speed).all() and (reached > 0).all():
+                says = f"V = {speed[0]:g} mm/s is never reached: at most {reached.max():.0f} mm/s"
+                yield self.finding(
+                    case, line, says, f"write what it reaches, about {_round(float(reached.max())):g}",
+                    numbers={"speed_mm_s": float(speed[0]), "reached_mm_s": round(float(reached.max()), 3)},
+                )  # fmt: skip
+
+
+def _round(value: float) -> float:
+    return round(value, -1) if value >= 100 else round(value)

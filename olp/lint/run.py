@@ -1,0 +1,99 @@
+"""The rules over files: what is asked for, less what the baseline and comments in the program excuse."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from olp.batch import Job, time_program
+from olp.diagnostic import OlpError
+from olp.lint.case import Case
+from olp.lint.rule import Rule, all_rules
+from olp.outcome.model import Finding, Item, Status, of_diagnostic
+
+_EXCUSE = re.compile(r"olp:\s*ignore(?:\s+((?:[A-Z]\d{3}[\s,]*)+))?", re.IGNORECASE)
+_CODE = re.compile(r"[A-Z]\d{3}")
+
+
+@dataclass(frozen=True, slots=True)
+class Linted:
+    """One file. `excused`: findings that a comment in the program excuses."""
+
+    path: str
+    findings: tuple[Finding, ...]
+    excused: int = 0
+    unreadable: bool = False
+
+    @property
+    def item(self) -> Item:
+        status = Status.UNKNOWN if self.unreadable else Status.WARNED if self.findings else Status.HELD
+        count = len(self.findings)
+        says = "cannot be read" if self.unreadable else f"{count} finding{'' if count == 1 else 's'}"
+        return Item(self.path, self.path, status, says, group="lint")
+
+
+def chosen(select: Sequence[str], ignore: Sequence[str]) -> tuple[Rule, ...]:
+    """The rules whose code begins with one of `select` (empty: all) and with none of `ignore`."""
+    return tuple(
+        rule
+        for rule in all_rules()
+        if (not select or rule.code.startswith(tuple(select))) and not rule.code.startswith(tuple(ignore))
+    )
+
+
+def lint(path: str, job: Job, select: Sequence[str] = (), ignore: Sequence[str] = ()) -> Linted:
+    """All findings of one file. Never raises for a bad program: what is wrong with it is a finding."""
+    from olp.reading import read
+
+    try:
+        program = read(path, encoding=job.encoding)
+        broken = [of_diagnostic(d, path) for d in program.diagnostics if d.is_error]
+        if not program.routines:
+            return Linted(path, tuple(broken))
+        case = Case(program, time_program(program, job))
+    except OlpError as problem:
+        return Linted(path, tuple(of_diagnostic(d, path) for d in problem.diagnostics), unreadable=True)
+    found = sorted(
+        (f for rule in chosen(select, ignore) for f in rule.find(case)), key=lambda f: (f.line, f.code)
+    )
+    kept = [f for f in found if not _is_excused(case, f)]
+    return Linted(path, (*broken, *kept), len(found) - len(kept))
+
+
+def _is_excused(case: Case, found: Finding) -> bool:
+    """Whether a comment on the line, or alone on the line above, says so."""
+    if not found.line:
+        return False
+    above = case.text(found.line - 1) if found.line > 1 else ""
+    return any(
+        _excuses(text, found.code)
+        for text in (case.text(found.line), above if _is_comment(case, above) else "")
+    )
+
+
+def _is_comment(case: Case, text: str) -> bool:
+    from olp.vendors.vendor import find_vendor, vendor_names
+
+    if case.program.vendor not in vendor_names():
+        return False
+    prefix = find_vendor(case.program.vendor).comment_prefix
+    stripped = re.sub(r"^\s*\d*:?\s*", "", text)
+    return stripped.startswith(prefix.strip())
+
+
+def _excuses(text: str, code: str) -> bool:
+    match = _EXCUSE.search(text)
+    return match is not None and (not match[1] or code in _CODE.findall(match[1].upper()))
+
+
+def without_known(findings: Iterable[Finding], known: dict[str, int]) -> list[Finding]:
+    """The findings that a baseline does not hold; it counts how many of each kind there were."""
+    left = dict(known)
+    fresh = []
+    for found in findings:
+        if left.get(found.fingerprint, 0) > 0:
+            left[found.fingerprint] -= 1
+        else:
+            fresh.append(found)
+    return fresh
