@@ -63,8 +63,12 @@ from olp.program import (
     Wait,
 )
 from olp.reading import read_source
+from olp.robot import load_robot
 from olp.source import decode
 from olp.templating import shipped
+from olp.translate.convert import convert
+from olp.translate.link import link
+from olp.translate.work import Context
 from olp.vendors.urscript.write_values import Words
 from olp.vendors.urscript.writer import write
 
@@ -482,6 +486,36 @@ def test_the_sample_written_anew_does_the_same() -> None:
     assert [one[0] for one in first.done] == [one[0] for one in second.done]
     for one, other in zip(places(first), places(second), strict=True):
         np.testing.assert_allclose(one[1], other[1], atol=1e-12)
+
+
+OTHERS = {
+    "inform": "inform/handling/HANDLING.JBI",
+    "krl": "krl/handling.src",
+    "rapid": "rapid/handling.mod",
+    "tp": "tp/handling.ls",
+}
+
+
+@pytest.mark.parametrize("vendor", OTHERS)
+def test_the_same_task_in_another_language_does_in_python_what_the_script_does(vendor: str) -> None:
+    program = link(olp.read(SAMPLES.parent / OTHERS[vendor])).program
+    converted = convert(program, "urscript", Context(load_robot("yaskawa/gp25"), on_loss="comment"))
+    other = run(converted.files[converted.main].decode())
+    own = run((SAMPLES / "handling.script").read_text())
+    assert [one[0] for one in other.done] == [one[0] for one in own.done]
+    assert [one[1:] for one in other.done if one[0] in ("out", "sleep")] == [
+        one[1:] for one in own.done if one[0] in ("out", "sleep")
+    ]
+    for one, wanted in zip(places(other), places(own), strict=True):
+        np.testing.assert_allclose(one[1], wanted[1], atol=1e-6)
+        if wanted[2] is not None:
+            np.testing.assert_allclose(one[2], wanted[2], atol=2e-6)
+    for (word, _, how, tool), (_, _, wanted_how, wanted_tool) in zip(other.moves(), own.moves(), strict=True):
+        if word != "movej":
+            assert how["v"] == pytest.approx(wanted_how["v"])
+            np.testing.assert_allclose(tool, wanted_tool, atol=1e-6)
+        if vendor != "tp":  # CNT is a share of the speed, whose radius the robot decides
+            assert how["r"] == pytest.approx(wanted_how["r"])
 
 
 def scripts(seed: int) -> str:

@@ -304,7 +304,7 @@ def comment(words: Words, s: Comment) -> Lines:
     text = " ".join(s.text.splitlines())
     if words.own:
         return [text if text.startswith("$") else f"#{text}"]
-    return [f"# {text}".rstrip()]
+    return [f"# {text.strip()}".rstrip()]
 
 
 _SPELL: Final[Mapping[type, Callable[[Words, Any], Lines]]] = {

@@ -276,4 +276,4 @@ def _remark(comment: str) -> str:
 
 
 def _one_line(text: str) -> str:
-    return " ".join(text.splitlines())
+    return " ".join(text.splitlines()).strip()
