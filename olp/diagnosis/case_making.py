@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.axis_rates import rates_of
+from olp.diagnosis.tuned import tuned
 from olp.diagnostic import OlpError, error
 from olp.physics._case import Case
 from olp.physics._motion import LAWS, Motion
@@ -229,6 +230,7 @@ def _base(
 ) -> Motion:
     """The motion behind the simulated durations.
 
+    A simulation that was tuned runs at a share of what is written.
     Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
     acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed by the law that
     comes nearest to the simulation.
@@ -239,6 +241,9 @@ def _base(
     slow = pace.acceleration[rows].copy()
     slow[~moving] = 1.0
     joint = moves.kind[rows] == JOINT
+    faster, stronger = tuned(way, speed, slow, sim, start & end & moving & ~joint)
+    speed = np.where(moving & ~joint, faster * speed, speed)
+    slow = np.where(moving & ~joint, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     missing = ~np.isfinite(slow) | (joint & np.isfinite(moves.sim[rows]))
     missing |= _limited(way, speed, sim, slow, start & end & moving & ~joint)
