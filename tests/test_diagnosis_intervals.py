@@ -119,3 +119,14 @@ def test_smoothing_keeps_the_level_of_a_curve():
     values[0] = 0.5
     smooth = Spectrum(Grid(0.0, 0.004, values)).derivative(0, 0, 0.01)
     assert smooth[100:300] == pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_tuned_simulation_is_told_and_its_motion_is_the_one_that_terms_change(tmp_path):
+    rng = np.random.default_rng(6)
+    made = planted.program(rng, 60)
+    one = np.ones(60)
+    sim = trapezoid(made.length, 0.9 * made.speed, planted.ACCELERATION * one)
+    folder = planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)
+    making = case_of(read_recording(folder))
+    assert making.case.base.speed == pytest.approx(0.9 * made.speed, rel=1e-3)
+    assert any("90.0" in note for note in making.notes)

@@ -80,7 +80,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     blend = _blends(recording, notes)
     blend_start = np.where(before >= 0, blend[before], 0.0)
     stops, blends = (stop_start, stop_end), (blend_start, blend)
-    base = _base(moves, rows, pace, simulated, stops, blends, floor.resolution)
+    base = _base(moves, rows, pace, simulated, stops, blends, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
     return Case(
@@ -227,6 +227,7 @@ def _base(
     stops: tuple[Mask, Mask],
     blends: tuple[Floats, Floats],
     resolution: float,
+    notes: list[str],
 ) -> Motion:
     """The motion behind the simulated durations.
 
@@ -242,6 +243,11 @@ def _base(
     slow[~moving] = 1.0
     joint = moves.kind[rows] == JOINT
     faster, stronger = tuned(way, speed, slow, sim, start & end & moving & ~joint)
+    if (faster, stronger) != (1.0, 1.0):
+        notes.append(
+            f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
+            "written accelerations: what is found is told against that"
+        )
     speed = np.where(moving & ~joint, faster * speed, speed)
     slow = np.where(moving & ~joint, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
