@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.axis_rates import rates_of
+from olp.diagnosis.tuned import tuned
 from olp.diagnostic import OlpError, error
 from olp.physics._case import Case
 from olp.physics._motion import LAWS, Motion
@@ -79,7 +80,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     blend = _blends(recording, notes)
     blend_start = np.where(before >= 0, blend[before], 0.0)
     stops, blends = (stop_start, stop_end), (blend_start, blend)
-    base = _base(moves, rows, pace, simulated, stops, blends, floor.resolution)
+    base = _base(moves, rows, pace, simulated, stops, blends, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
     return Case(
@@ -226,9 +227,11 @@ def _base(
     stops: tuple[Mask, Mask],
     blends: tuple[Floats, Floats],
     resolution: float,
+    notes: list[str],
 ) -> Motion:
     """The motion behind the simulated durations.
 
+    A simulation that was tuned runs at a share of what is written.
     Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
     acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed by the law that
     comes nearest to the simulation.
@@ -239,6 +242,14 @@ def _base(
     slow = pace.acceleration[rows].copy()
     slow[~moving] = 1.0
     joint = moves.kind[rows] == JOINT
+    faster, stronger = tuned(way, speed, slow, sim, start & end & moving & ~joint)
+    if (faster, stronger) != (1.0, 1.0):
+        notes.append(
+            f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
+            "written accelerations: what is found is told against that"
+        )
+    speed = np.where(moving & ~joint, faster * speed, speed)
+    slow = np.where(moving & ~joint, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     missing = ~np.isfinite(slow) | (joint & np.isfinite(moves.sim[rows]))
     missing |= _limited(way, speed, sim, slow, start & end & moving & ~joint)

@@ -22,6 +22,7 @@ from olp.diagnosis.naming import Named, name
 from olp.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
 from olp.diagnosis.search import move_terms, price
 from olp.diagnosis.verdict import floor_of, joined, verdict_of
+from olp.diagnosis.ways import settled
 from olp.physics._case import Case
 
 if TYPE_CHECKING:
@@ -60,7 +61,8 @@ def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Outc
     groups = {name: labels[making.rows] for name, labels in recording.groups().items()}
     floor = recording.noise_floor()
     least = float(np.nan_to_num(floor.resolution)) / math.sqrt(12.0)
-    named = name(case, Noise(max(least, _LEAST)), folds_of(recording, making.rows), groups)
+    named = name(case, Noise(max(least, _LEAST)), folds_of(recording, making.rows, case.residual), groups)
+    named = named._replace(fit=settled(named.fit, named.clean, named.noise))
     return _answer(recording, case, floor, named, log, notes)
 
 
@@ -91,7 +93,8 @@ def _answer(
     log: LogDiagnosis | None,
     notes: tuple[str, ...],
 ) -> Outcome:
-    told = findings_of(named, case)
+    sigma = floor_of(floor, named)
+    told = findings_of(named, case, sigma)
     verdict = verdict_of(named, floor, bool(told.findings))
     if verdict in ("unexplained", "no-mismatch"):
         notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
@@ -100,7 +103,6 @@ def _answer(
     predicted = model.seconds(case)
     if told.findings:
         predicted = np.where(named.late, case.measured, predicted)
-    sigma = floor_of(floor, named)
     findings = _together(told.findings, log)
     raw = named.clean.residual
     held = named.clean.measured - named.selection.predicted if told.findings else raw

@@ -17,12 +17,12 @@ from olp.diagnosis.remains import LEVEL
 from olp.diagnosis.result import Alternative, Evidence, Finding, FittedParameter
 from olp.diagnosis.search import move_terms, swaps
 from olp.diagnosis.waits import spread
+from olp.diagnosis.ways import ALIKE
 from olp.physics import load_term
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
 
-_ALIKE = 6.0  # in BIC: terms that are no worse than that are not told apart
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
 _ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 
@@ -40,21 +40,23 @@ class _Rival(NamedTuple):
     model: Model
 
 
-def findings_of(named: Named, case: Case) -> Told:
-    """A finding per term (axes of one limit together)."""
+def findings_of(named: Named, case: Case, floor: float) -> Told:
+    """A finding per term (axes of one limit together). `floor` [s]: the noise."""
     best = named.fit
-    parameters = parameters_with_intervals(best, named.clean, named.noise)
     shares = best.model.contributions(case)
     by_term: dict[str, list[int]] = {}
     for k, part in enumerate(best.model.parts):
         by_term.setdefault(part.term.name, []).append(k)
+    rivals_of = {name: _rivals(best, parts, named) for name, parts in by_term.items()}
+    as_good = [r.model for rivals in rivals_of.values() for r in rivals if r.alternative.delta_bic < ALIKE]
+    parameters = parameters_with_intervals(best, named.clean, named.noise, as_good, floor)
     told = Told([], [], [])
     for name, parts in by_term.items():
-        rivals = _rivals(best, parts, named)
+        rivals = rivals_of[name]
         told.findings.append(
             _finding(name, parts, named, case, parameters, shares, [r.alternative for r in rivals])
         )
-        alike = [r for r in rivals if r.alternative.delta_bic < _ALIKE]
+        alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
         if alike:
             told.alike.append((name, *(r.alternative.term for r in alike)))
             told.rivals.append([best.model, *(r.model for r in alike)])

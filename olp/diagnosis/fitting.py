@@ -90,8 +90,8 @@ def evaluate(model: Model, case: Case, noise: Noise) -> Fit:
     return _judged(model, case.measured - model.seconds(case), case, noise)
 
 
-def fit(model: Model, case: Case, noise: Noise, steps: int = 10) -> Fit:
-    """The best values near those of `model`."""
+def fit(model: Model, case: Case, noise: Noise, steps: int = 10, held: int = -1) -> Fit:
+    """The best values near those of `model`; the coordinate `held` stays where it is."""
     if not model.parts:
         return evaluate(model, case, noise)
     place, damping = _pack(model), 1e-3
@@ -101,6 +101,8 @@ def fit(model: Model, case: Case, noise: Noise, steps: int = 10) -> Fit:
     low, high = _bounds(model)
     for _ in range(steps):
         slopes = _slopes(model, place, (low, high), smooth, case, noise)
+        if held >= 0:
+            slopes[:, held] = 0.0
         weight = (FREEDOM + 1.0) / (FREEDOM + (residual / best.scale) ** 2)
         normal = slopes.T @ (weight[:, None] * slopes)
         pull = slopes.T @ (weight * residual)
@@ -136,6 +138,18 @@ def _judged(model: Model, residual: Floats, case: Case, noise: Noise) -> Fit:
 def slopes_of(model: Model, case: Case, noise: Noise) -> Floats:
     """(n, p) of the whitened prediction by the search's coordinates, at the model's values."""
     return _slopes(model, _pack(model), _bounds(model), model.smooth(case), case, noise)
+
+
+def place_of(model: Model) -> tuple[Floats, Floats, Floats]:
+    """(p,) each: the values in the search's coordinates, and their bounds."""
+    return _pack(model), *_bounds(model)
+
+
+def moved(model: Model, index: int, coordinate: float) -> Model:
+    """The model with one of the search's coordinates somewhere else."""
+    place = _pack(model)
+    place[index] = coordinate
+    return _unpack(model, place)
 
 
 def parameters_of(model: Model) -> list[tuple[Part, Parameter, float]]:

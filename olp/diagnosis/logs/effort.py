@@ -173,9 +173,11 @@ def judge_axis(
         terms = tuple(t for t in terms if t != worst)
     whole = criterion(data.products, terms)
     raw = data.raw
-    # Where innovations and torques themselves say something else, the columns are not quite those of the robot.
+    # Where innovations and torques themselves say something else, the columns are not quite those of the robot; and
+    # what hangs on how long speeds are smoothed is not known better than that.
     _, other, _ = intervals(raw, terms)
-    widths = np.hypot(widths, sizes - other)
+    _, slower, _ = intervals(data.slower, terms)
+    widths = np.sqrt(widths**2 + (sizes - other) ** 2 + (other - slower) ** 2)
     errors = {t: (_rms(held_out(raw, _without(terms, t))), _rms(held_out(raw, terms))) for t in terms}
     friction = tuple(t for t in terms if t != MASSES)
     named = {columns[i].term: (float(s), float(w)) for i, s, w in zip(members, sizes, widths, strict=True)}

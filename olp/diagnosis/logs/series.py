@@ -89,7 +89,9 @@ class Spectrum:
     def derivative(self, order: int, axis: int, smooth: float = 0.0) -> Floats:
         """(n,) the derivative, behind a Gaussian of `smooth` [s] standard deviation that shifts nothing."""
         transfer = (1j * self.omega) ** order * np.exp(-0.5 * (self.omega * smooth) ** 2)
-        return self.through(np.asarray(transfer, dtype=np.complex128), axis)
+        curve = self.through(np.asarray(transfer, dtype=np.complex128), axis)
+        # The transform is of the curve less its first value.
+        return curve if order else np.asarray(curve + self.middle[axis])
 
 
 def smoothed(grid: Grid, instants: Floats) -> Floats:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.logs.select import Column, Products, products
-from olp.diagnosis.logs.series import Grid, Spectrum, even
+from olp.diagnosis.logs.series import Spectrum, even
 from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
 from olp.physics.coulomb_friction import coulomb
 from olp.physics.viscous_friction import viscous
@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _MOST_RATIO = 25  # samples per column, at least
 _LEAST_WAY = 0.02  # [rad | m]: less is an axis that is held, not moved
+_BESIDE = 2.0  # times the smoothing of speeds: that near to a standstill no sample counts
 _SHRINK = 1e-3  # of the strongest direction
 MASSES = "masses"  # no name of a term: inertia and gravity that the simulation has otherwise
 
@@ -36,12 +37,15 @@ class Motion:
     speed: Floats
     acceleration: Floats
     noise: Floats  # (k,) [rad/s | m/s] of `speed`
+    slower: Floats  # `speed` behind a Gaussian twice as wide: what depends on that is not known better
+    blur: float  # [s] standard deviation of the Gaussian of `speed`
+    curl: Floats  # second derivative of `slower`
 
     def take(self, rows: NDArray[np.intp]) -> Motion:
         """Some of the samples."""
         parts = (self.time, self.q, self.speed, self.acceleration)
         time, q, speed, acceleration = (part[rows] for part in parts)
-        return Motion(time, q, speed, acceleration, self.noise)
+        return Motion(time, q, speed, acceleration, self.noise, self.slower[rows], self.blur, self.curl[rows])
 
 
 def motion(log: Log, smooth: float | None = None) -> Motion:
@@ -52,18 +56,19 @@ def motion(log: Log, smooth: float | None = None) -> Motion:
     spectrum = Spectrum(grid)
     axes = range(log.q.shape[1])
 
-    def derived(order: int) -> Floats:
-        values = np.stack([spectrum.derivative(order, j, width) for j in axes], axis=1)
-        return grid.at(log.time, values)
+    def derived(source: Spectrum, order: int, gauss: float) -> Floats:
+        values = np.stack([source.derivative(order, j, gauss) for j in axes], axis=1)
+        return source.grid.at(log.time, values)
 
-    rough = np.stack([spectrum.derivative(1, j, width / 2) for j in axes], axis=1)
-    speed = derived(1)
-    noise = 1.4826 * np.median(np.abs(grid.at(log.time, rough) - speed), axis=0)
+    speed = derived(spectrum, 1, width)
+    noise = 1.4826 * np.median(np.abs(derived(spectrum, 1, width / 2) - speed), axis=0)
+    source, order = spectrum, 1
     if log.speed is not None and np.isfinite(log.speed).all():
-        measured = Spectrum(even(log.time, log.speed, step))
-        smoothed = np.stack([measured.derivative(0, j, width) for j in axes], axis=1)
-        speed = Grid(grid.start, step, smoothed).at(log.time)
-    return Motion(log.time, log.q, speed, derived(2), noise)
+        source, order = Spectrum(even(log.time, log.speed, step)), 0
+        speed = derived(source, order, width)
+    slower = derived(source, order, 2 * width)
+    curl = derived(source, order + 2, 2 * width)
+    return Motion(log.time, log.q, speed, derived(spectrum, 2, width), noise, slower, width, curl)
 
 
 def rigid_basis(moved: Motion, axis: int, slides: tuple[bool, ...]) -> Floats:
@@ -115,6 +120,7 @@ class AxisTorque:
     filter: Floats  # (8,)
     products: Products
     raw: Products  # not whitened
+    slower: Products  # not whitened, with speeds behind a Gaussian twice as wide
 
 
 def axis_torque(
@@ -124,8 +130,8 @@ def axis_torque(
     speed = moved.speed[:, axis]
     quick = float(np.quantile(np.abs(speed), 0.98))
     soft = max(0.005 * quick, 3 * float(moved.noise[axis]))
-    # At rest the direction of friction is anybody's guess.
-    use = (np.abs(speed) > 2 * soft) & np.isfinite(residual)
+    # At rest the direction of friction is anybody's guess, and beside it smoothed speeds are early or late.
+    use = _away_from(np.abs(speed) <= 2 * soft, moved.time, _BESIDE * moved.blur) & np.isfinite(residual)
     margin = moved.time[0] + 0.1, moved.time[-1] - 0.1
     use &= (moved.time > margin[0]) & (moved.time < margin[1])
     signs = np.sign(speed[use])
@@ -137,13 +143,22 @@ def axis_torque(
     ):
         return None
     named = [("viscous-friction", viscous(speed)), ("coulomb-friction", coulomb(speed, soft / 4)), *extra]
+    # Smoothing, and a servo that yields to friction, change what a torque has of the speed by its second derivative.
+    curl = moved.curl[:, axis] * (quick / max(float(moved.curl[use, axis].std()), 1e-300))
+    base = np.column_stack([base, curl])
     library = np.column_stack([base, *(column for _, column in named)])
+    slow = moved.slower[use, axis]
+    smoother = library[use]
+    smoother[:, base.shape[1] : base.shape[1] + 2] = np.stack(
+        [viscous(slow), coulomb(slow, soft / 4)], axis=1
+    )
     columns = (Column(""),) * base.shape[1] + tuple(
         Column(term, positive=term.endswith("friction")) for term, _ in named
     )
     soft_columns = np.array([c.term in ("", MASSES) for c in columns])
-    soft_columns[0] = False
-    raw = products(library[use], residual[use], columns, shrink(library[use], soft_columns))
+    soft_columns[[0, base.shape[1] - 1]] = False
+    prior = shrink(library[use], soft_columns)
+    raw = products(library[use], residual[use], columns, prior)
     fit = raw.fit(tuple(range(len(columns))))
     run = runs(moved.time, use)
     a = autoregression(np.where(use, residual - library @ fit, 0.0), run)
@@ -153,7 +168,20 @@ def axis_torque(
     white = whiten(library, a, keep)
     target = whiten(np.where(use, residual, 0.0), a, keep)
     table = products(white, target, columns, shrink(white, soft_columns))
-    return AxisTorque(axis, residual, library, use, a, table, raw)
+    slower = products(smoother, residual[use], columns, prior)
+    return AxisTorque(axis, residual, library, use, a, table, raw, slower)
+
+
+def _away_from(bad: Mask, time: Floats, least: float) -> Mask:
+    """(n,) samples farther than `least` [s] from all that are `bad`."""
+    if not bad.any():
+        return np.ones(len(time), dtype=bool)
+    at = time[bad]
+    after = np.searchsorted(at, time)
+    before = time - at[np.maximum(after - 1, 0)]
+    ahead = at[np.minimum(after, len(at) - 1)] - time
+    near = ((after > 0) & (before <= least)) | ((after < len(at)) & (ahead <= least))
+    return np.asarray(~near)
 
 
 def shrink(library: Floats, soft: Mask) -> Floats:

@@ -1,0 +1,132 @@
+"""Intervals, folds, and what a simulation was tuned by."""
+
+import math
+from dataclasses import replace
+
+import diagnosis_cases as planted
+import numpy as np
+import pytest
+
+from olp.diagnosis.case_making import case_of
+from olp.diagnosis.fitting import Noise, fit, moved, place_of
+from olp.diagnosis.folds import _dealt
+from olp.diagnosis.intervals import parameters_with_intervals
+from olp.diagnosis.logs.series import Grid, Spectrum
+from olp.diagnosis.model import Model, Part
+from olp.diagnosis.profile import distance
+from olp.diagnosis.tuned import trapezoid, tuned
+from olp.diagnosis.ways import settled
+from olp.physics import load_term
+from olp.recording import read_recording
+
+NOISE = 0.002
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory):
+    """Sixty moves that do as simulated."""
+    rng = np.random.default_rng(5)
+    made = planted.program(rng, 60)
+    one = np.ones(60)
+    sim = trapezoid(made.length, made.speed, planted.ACCELERATION * one)
+    folder = planted.write(tmp_path_factory.mktemp("case") / "recording", made, sim, sim, NOISE, rng)
+    return case_of(read_recording(folder)).case
+
+
+def part_of(name, case, key, *values):
+    term = load_term(name)
+    form = next(f for f in term.forms(case) if f.key == key)
+    return Part(term, form, np.array(values))
+
+
+def fitted(case, part, seed=0):
+    """The fit of a part to durations that it made itself, with noise."""
+    scatter = NOISE * np.random.default_rng(seed).normal(size=len(case))
+    there = replace(case, measured=Model((part,)).seconds(case) + scatter, derived={})
+    return fit(Model((part,)), there, Noise(1e-4), 30), there
+
+
+def test_an_interval_ends_where_the_likelihood_has_fallen_as_far_as_two_deviations(case):
+    best, there = fitted(case, part_of("speed-clamp", case, "", 0.3))
+    for sign in (-1, 1):
+        far = distance(best, 0, sign, 0.0, 2.0, there, Noise(1e-4))
+        place = float(place_of(best.model)[0][0])
+        end = fit(moved(best.model, 0, place + sign * far), there, Noise(1e-4), 10, held=0)
+        assert math.sqrt(2 * (end.loss - best.loss)) == pytest.approx(2.0, abs=0.5)
+
+
+def test_intervals_hold_the_truth_about_as_often_as_they_say(case):
+    held = []
+    for seed in range(60):
+        best, there = fitted(case, part_of("settling", case, "", 0.03), seed)
+        told = parameters_with_intervals(best, there, Noise(1e-4))[0]["time"]
+        held.append(told.low <= 0.03 <= told.high)
+    assert 53 <= sum(held) <= 60
+
+
+def test_a_clamp_that_no_move_reaches_has_one_end_only(case):
+    free = replace(case, measured=case.simulated, derived={})
+    high = Model((part_of("speed-clamp", case, "", 0.85),))
+    told = parameters_with_intervals(fit(high, free, Noise(NOISE)), free, Noise(NOISE))[0]["clamp"]
+    assert not told.identified
+    assert 0.5 < told.low < 0.85 < told.high
+
+
+def test_what_the_form_leaves_makes_intervals_wider_but_chance_does_not(case):
+    best, there = fitted(case, part_of("settling", case, "", 0.03))
+    plain, same, wide = (
+        parameters_with_intervals(best, there, Noise(1e-4), (), floor)[0]["time"]
+        for floor in (math.inf, best.scale, best.scale / 2)
+    )
+    assert same == plain
+    assert wide.high - wide.low > 2 * (plain.high - plain.low)
+
+
+def test_of_forms_that_do_equally_well_the_plain_law_is_reported(case):
+    two = replace(case, payload=np.where(np.arange(60) % 2, 10.0, 0.0), derived={})
+    best, there = fitted(two, part_of("payload", two, "weight", 0.02))
+    assert settled(best, there, Noise(1e-4)).model.parts[0].form.key == ""
+
+
+@pytest.mark.parametrize(("faster", "stronger"), [(1.0, 1.0), (0.93, 1.0), (1.0, 0.8), (1.1, 0.7)])
+def test_what_a_simulation_was_tuned_by_is_found(faster, stronger):
+    made = planted.program(np.random.default_rng(3), 60)
+    slow = np.full(60, 2.0)
+    sim = np.round(trapezoid(made.length, faster * made.speed, stronger * slow), 5)
+    assert tuned(made.length, made.speed, slow, sim, np.ones(60, bool)) == pytest.approx(
+        (faster, stronger), rel=1e-3
+    )
+
+
+def test_what_no_tuning_explains_is_no_tuning():
+    made = planted.program(np.random.default_rng(3), 60)
+    slow = np.full(60, 2.0)
+    sim = trapezoid(made.length, made.speed, slow) + np.random.default_rng(4).uniform(0.0, 0.05, 60)
+    assert tuned(made.length, made.speed, slow, sim, np.ones(60, bool)) == (1.0, 1.0)
+
+
+def test_groups_are_dealt_so_that_the_difference_is_spread():
+    labels = np.repeat(np.arange(20), 5)
+    weight = np.where(labels % 5 == 0, 1.0, 0.0)  # four groups hold it all
+    folds = _dealt(labels, weight)
+    assert np.bincount(folds, weight).max() == 5
+    assert np.bincount(folds).min() >= 10
+    assert all(len(set(folds[labels == k].tolist())) == 1 for k in range(20))
+
+
+def test_smoothing_keeps_the_level_of_a_curve():
+    values = np.full((400, 1), 0.3)
+    values[0] = 0.5
+    smooth = Spectrum(Grid(0.0, 0.004, values)).derivative(0, 0, 0.01)
+    assert smooth[100:300] == pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_tuned_simulation_is_told_and_its_motion_is_the_one_that_terms_change(tmp_path):
+    rng = np.random.default_rng(6)
+    made = planted.program(rng, 60)
+    one = np.ones(60)
+    sim = trapezoid(made.length, 0.9 * made.speed, planted.ACCELERATION * one)
+    folder = planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)
+    making = case_of(read_recording(folder))
+    assert making.case.base.speed == pytest.approx(0.9 * made.speed, rel=1e-3)
+    assert any("90.0" in note for note in making.notes)
