@@ -74,14 +74,18 @@ class BodyWriter:
         self._depth = 2
         self._rate: float | None = _FULL  # what AccSet has set, None: not known here
 
-    def rows(self, body: Sequence[Statement], routine: Routine) -> list[str]:
-        """The body's lines with their indent."""
+    def rows(self, body: Sequence[Statement], routine: Routine, opening: Sequence[str] = ()) -> list[str]:
+        """The body's lines with their indent; `opening`: instructions that stand behind its declarations."""
         self._rows, self._depth, self._rate = [], 2, _FULL
         self.statements.returns = routine.details.get("returns", "") if self.words.own else ""
         if not self.words.own:
             body = self._declarations_first(body)
+        declared = _declarations(body)
         place = 0
         while place < len(body):
+            if place >= declared and opening:
+                self._rows += [f"{_STEP * self._depth}{row}" for row in opening]
+                opening = ()
             place = self._statement(body, place)
         return self._rows
 
@@ -153,8 +157,7 @@ class BodyWriter:
         ):
             return []
         self._rate = rate
-        share = Quantity(Number(round(rate / percent, 6)), percent)
-        return [f"AccSet {self.words.scaled(share, percent)},100;"]
+        return [f"AccSet {self.words.scaled(Quantity(Number(rate), 1.0), percent)},100;"]
 
     def _uses_rates(self) -> bool:
         """Whether any move of the program names an acceleration."""
@@ -214,6 +217,17 @@ class BodyWriter:
         self.problems.append(
             error("X002", message, span, file=self.program.path, source_line=text, help=problem.help)
         )
+
+
+def _declarations(body: Sequence[Statement]) -> int:
+    """Where the declarations at a body's beginning end."""
+    last = 0
+    for place, one in enumerate(body):
+        if isinstance(one, Declare):
+            last = place + 1
+        elif not isinstance(one, (Comment, Begin)):
+            break
+    return last
 
 
 def _end_of_compact(body: Sequence[Statement], place: int) -> int:

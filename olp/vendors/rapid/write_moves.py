@@ -97,7 +97,7 @@ class MoveWriter:
 
     def _literal_speed(self, travel: float, turn: float | None) -> str:
         """The predefined one of these numbers, else one that is declared. [mm/s], [rad/s]"""
-        travel = round(travel, 6)
+        travel = round(travel, 4)  # finer than any controller keeps it
         degrees = _USUAL_TURN if turn is None else round(turn / deg, 6)
         known = _FULL_NAMES.get((travel, degrees, 5000, 1000))
         if known is not None and known not in self.words.types:
@@ -124,7 +124,7 @@ class MoveWriter:
             if isinstance(value.written, Member) and value.written.name == "pzone_tcp":
                 return self.words.value(value.written.base)
             return f"z10\\Z:={self.words.scaled(value, mm)}"
-        radius = round(value.literal / mm, 6)
+        radius = round(value.literal / mm, 4)
         if radius <= 0.0:
             return "fine"
         known = _ZONE_NAMES.get(radius)

@@ -13,6 +13,8 @@ _NO_AXES: Final = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 _ARM: Final = "[0,0,0,0]"
 _SAME: Final = 1e-9  # how far the cosine of half an angle may be from 1 for two quaternions to be one turn
 _TURN_DIGITS: Final = 9
+_DIGITS: Final = (4, 9)
+_EXACT_DIGITS: Final = (4, 9, 12, 15)
 
 
 class CannotSayError(Exception):
@@ -23,12 +25,15 @@ class CannotSayError(Exception):
         self.help = help
 
 
-def decimal(value: float, scale: float = 1.0) -> str:
-    """The number whose `scale`-fold is `value`, with as few digits as give exactly it, at most fifteen decimals."""
+def decimal(value: float, scale: float = 1.0, exact: bool = True) -> str:
+    """The number whose `scale`-fold is `value`, with as few digits as give exactly it.
+
+    At most fifteen decimals, nine unless `exact`: values that were computed need no more.
+    """
     written = value / scale
     if not math.isfinite(written):
         raise CannotSayError(f"{written} is no number that a program can hold")
-    for digits in (4, 9, 12, 15):
+    for digits in _EXACT_DIGITS if exact else _DIGITS:
         text = f"{written:.{digits}f}".rstrip("0").rstrip(".")
         if float(text) * scale == value:
             break
@@ -75,9 +80,10 @@ def _turn_number(value: float) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def place(values: tuple[float, ...]) -> str:
+def place(values: tuple[float, ...], exact: bool = True) -> str:
     """`[x,y,z]` of metres."""
-    return f"[{decimal(values[0], mm)},{decimal(values[1], mm)},{decimal(values[2], mm)}]"
+    x, y, z = values[:3]
+    return f"[{decimal(x, mm, exact)},{decimal(y, mm, exact)},{decimal(z, mm, exact)}]"
 
 
 def axes(external: tuple[float, ...]) -> str:
@@ -94,17 +100,17 @@ def literal(it: PositionLiteral, kind: str, own: bool) -> str:
         if len(it.values) > 6:
             raise CannotSayError("a position of more than six axes")
         values = [*it.values, *[0.0] * (6 - len(it.values))]
-        return f"[[{','.join(decimal(value, deg) for value in values)}],{axes(it.external)}]"
+        return f"[[{','.join(decimal(value, deg, own) for value in values)}],{axes(it.external)}]"
     values6 = it.values[:6]
     if any(math.isnan(value) for value in values6):
         raise CannotSayError("a position with values left out", "write all six")
     native = dict(it.native) if own else {}
     if kind == "pos":
-        return place(values6)
+        return place(values6, own)
     turned = turn(values6[3], values6[4], values6[5], native.get("orient", ""))
     if kind == "orient":
         return turned
-    pose = f"{place(values6)},{turned}"
+    pose = f"{place(values6, own)},{turned}"
     if kind == "pose":
         return f"[{pose}]"
     if kind == "tooldata":

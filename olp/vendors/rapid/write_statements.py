@@ -17,6 +17,7 @@ from olp.expression import (
     RecordLiteral,
     Signal,
     State,
+    SystemValue,
     Text,
     Unary,
 )
@@ -106,7 +107,7 @@ class StatementWriter:
 
     def declare(self, s: Declare, *, module: bool = False) -> str:
         """`CONST robtarget p:=…;`"""
-        written = native_type(s, self.own)
+        written = native_type(s, self.own) if self.own else self.words.types[s.name.lower()]
         kind = self.words.names.resolved(written)
         storage = _STORAGE.get(s.storage, "VAR")
         if kind in ("tooldata", "wobjdata") and not self.own:
@@ -136,6 +137,9 @@ class StatementWriter:
         if isinstance(target, Signal):
             raise CannotSayError("a signal that is assigned to")
         kind = self.words.type_of(target)
+        if kind in ("tooldata", "wobjdata") and isinstance(value, (Function, SystemValue)):
+            part = "tframe" if kind == "tooldata" else "uframe"
+            return f"{self.words.value(target)}.{part}:={self.words.as_pose(value)};"
         partly = self._partly(target, value, kind)
         if partly is not None:
             return partly
@@ -375,7 +379,7 @@ _SPELLINGS: Final[dict[type, Spelling]] = {
     ShiftOff: lambda writer, s: "PDispOff;",
     Message: StatementWriter.message,
     Process: StatementWriter.process,
-    Comment: lambda writer, s: f"!{s.text}",
+    Comment: lambda writer, s: f"!{s.text}" if writer.own or s.text[:1] == " " else f"! {s.text}",
     Disabled: StatementWriter.disabled,
     Opaque: StatementWriter.opaque,
 }

@@ -46,6 +46,7 @@ _READERS: Final = {
     "in": "DInput", "out": "DOutput", "in-group": "GInput", "out-group": "GOutput", "analog-in": "AInput",
     "analog-out": "AOutput",
 }  # fmt: skip
+_FRAMES: Final = {"tooldata": "tframe", "wobjdata": "uframe"}
 _ANALOG: Final = ("gi", "go", "ai", "ao")
 _STRENGTH: Final = {"xor": 1, "+": 5, "-": 5, "*": 6, "/": 6, "div": 6, "mod": 6, "and": 3, "or": 1}
 _ATOM, _UNARY, _COMPARED, _CONJUNCTION, _INVERTED = 8, 7, 4, 3, 2
@@ -255,6 +256,8 @@ class Words:
         if isinstance(base, (SystemValue, Function, CallValue)):
             base = self.stored(base, self.type_of(base) or "robtarget")
         text, kind = self.value(base), self.type_of(base)
+        if kind in _FRAMES and name in _BEFORE:
+            return f"{text}.{_FRAMES[kind]}.{_BEFORE[name]}.{name}"
         if name in _BEFORE and kind not in ("pos", "orient") and not self._is_record(kind):
             return f"{text}.{_BEFORE[name]}.{name}"
         if len(name) == 2 and name[0] == "e" and name[1] in "123456":
@@ -268,8 +271,10 @@ class Words:
         """An orient: `base.rot`, or the orient itself."""
         if isinstance(base, (SystemValue, Function, CallValue)):
             base = self.stored(base, self.type_of(base) or "robtarget")
-        text = self.value(base)
-        return text if self.type_of(base) == "orient" else f"{text}.rot"
+        text, kind = self.value(base), self.type_of(base)
+        if kind in _FRAMES:
+            return f"{text}.{_FRAMES[kind]}.rot"
+        return text if kind == "orient" else f"{text}.rot"
 
     def place(self, base: Expression) -> str:
         """A pos: `base.trans`, or the pos itself."""
@@ -358,6 +363,9 @@ class Words:
 
     def as_pose(self, it: Expression) -> str:
         """A value of type pose."""
+        kind = self.type_of(it)
+        if kind in _FRAMES:
+            return f"{self.value(it)}.{_FRAMES[kind]}"
         if isinstance(it, (PositionLiteral, Function)) and not (
             isinstance(it, Function) and it.name not in FUNCTIONS
         ):
@@ -374,6 +382,10 @@ class Words:
 
     def as_robtarget(self, it: Expression) -> str:
         """A value of type robtarget."""
+        kind = self.type_of(it)
+        if kind in _FRAMES:
+            text = f"{self.value(it)}.{_FRAMES[kind]}"
+            return f"[{text}.trans,{text}.rot,{NO_CONFIGURATION},{NO_AXES}]"
         if self.type_of(it) == "pose" and not (self.own and isinstance(it, Named)):
             name = self.stored(it, "pose").name
             return f"[{name}.trans,{name}.rot,{NO_CONFIGURATION},{NO_AXES}]"
@@ -385,5 +397,6 @@ class Words:
         if abs(ratio - 1.0) < 1e-12:
             return self.value(quantity.written)
         if isinstance(quantity.written, Number):
-            return number(round(quantity.written.value * ratio, 9))
+            value = round(quantity.written.value * ratio, 9)
+            return number(int(value) if value == int(value) else value)
         return f"{self.value(quantity.written, '', 6)} * {number(round(ratio, 12))}"

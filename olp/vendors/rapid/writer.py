@@ -16,6 +16,7 @@ from olp.diagnostic import Diagnostic, Span, error
 from olp.expression import PositionLiteral
 from olp.program import Comment, Declare, Move, Parameter, Path, Program, Routine
 from olp.vendors.rapid.names import Names
+from olp.vendors.rapid.uses import uses
 from olp.vendors.rapid.write_bodies import BodyWriter
 from olp.vendors.rapid.write_moves import MoveWriter
 from olp.vendors.rapid.write_positions import CannotSayError
@@ -67,6 +68,8 @@ class _ProgramWriter:
         structures = _structures(program)
         self._structures = structures
         self.globals = {one.name.lower(): self._type(one) for one in program.data}
+        self._used = {} if self.own else uses(program)
+        self.globals.update({name: kind for name, kind in self._used.items() if name in self.globals})
         clocks = [one.name for one in program.data if self._type(one) == "clock"]
         for statement in program.statements():
             if isinstance(statement, Declare) and self._type(statement) == "clock":
@@ -172,12 +175,13 @@ class _ProgramWriter:
         if not self._made:
             self._made.append(ModuleText("", self._module_name(), "", closed=True))
         local = {one.name.lower(): self._type(one) for one in routine.body if isinstance(one, Declare)}
+        local.update({name: kind for name, kind in self._used.items() if name in local})
         local.update({one.name.lower(): self._parameter_type(one) for one in routine.parameters})
         self.words.types = {**self.globals, **local}
         lead = [one for one in routine.body if isinstance(one, Comment) and one.line < routine.line]
         rest = routine.body[len(lead) :] if self.own else routine.body
         before = "".join(f"{_STEP}!{one.text}\n" for one in lead) if self.own else ""
-        rows = [*self._safety(routine), *self.bodies.rows(rest, routine)]
+        rows = self.bodies.rows(rest, routine, self._safety(routine))
         kind = routine.details.get("kind", "") if self.own else ""
         kind = kind or ("FUNC" if routine.returns else "PROC")
         behind = f" !{routine.comment}" if routine.comment else ""
@@ -199,7 +203,7 @@ class _ProgramWriter:
             return []
         moves = (one for one in self.program.statements() if isinstance(one, Move))
         if any(one.path is not Path.JOINT or not _is_joints(one) for one in moves):
-            return [f"{_STEP * 2}ConfJ \\Off;", f"{_STEP * 2}ConfL \\Off;"]
+            return ["ConfJ \\Off;", "ConfL \\Off;"]
         return []
 
     def _head(self, routine: Routine, kind: str) -> str:
