@@ -670,3 +670,30 @@ def test_samples_read_without_an_error_and_come_back_byte_by_byte(path: File) ->
     program = olp.read(path)
     assert not [d.render() for d in program.diagnostics if d.is_error]
     assert program.to_bytes() == path.read_bytes()
+
+
+def test_the_export_of_polyscope_goes_to_its_waypoints() -> None:
+    program = olp.read(SAMPLES / "polyscope.script")
+    assert [d.code for d in program.diagnostics] == []
+    assert program.main == "polyscope"
+    assert [r.name for r in program.routines] == [
+        "polyscope",
+        "Step_Counter_Thread_3f1c",
+        "gripper_set",
+        "gripper_is_open",
+        "Put_Down",
+    ]
+    points = {d.name: d for d in program.data if isinstance(d.value, PositionLiteral)}
+    assert {name[-2:]: points[name].type for name in ("Above_p", "Above_q")} == {"_p": "position", "_q": "joints"}
+    plan = program.plan(robot="universal-robots/ur10e")
+    assert not [d.render() for d in plan.diagnostics if d.is_error]
+    wanted = ("Above_p", "Grip_p", "Above_p", "Over_p", "Place_p", "Over_p")
+    targets = [plan.positions.position[int(row)] for row in plan.moves.target[1:]]
+    for name, position in zip(wanted, targets, strict=True):
+        value = points[name].value
+        assert isinstance(value, PositionLiteral)
+        np.testing.assert_allclose(position, value.values[:3], atol=1e-8)
+    axes = plan.positions.axes[plan.moves.target]
+    home = points["Home_q"].value
+    assert isinstance(home, PositionLiteral)
+    np.testing.assert_allclose(axes[0], home.values, atol=1e-12)
