@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from olp.vendors.vendor import Vendor
 
 MARK: Final = "olp "
+_MARK: Final = MARK.encode("ascii")
 SEAL_LENGTH: Final = 3
 _LETTERS = "0123456789ABCDEFGHJKMNPQRSTVWXYZ"  # without I, L, O and U, which are misread
 _LINE = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r)|[^\r\n]+")
@@ -60,12 +61,11 @@ def annotate(program: Program, timing: Timing, template: str | os.PathLike[str] 
     renderer = shipped(f"{vendor.name}_annotation") if template is None else given(template)
     comments = _comments(rows(program, timing), renderer, vendor, _places(program))
     pieces = _LINE.findall(program.source.raw)
-    mark = _mark(vendor)
     result, removed, end = [], 0, b""
     for number, piece in enumerate(pieces, 1):
         # The end of the line before is the only one that can be neither missing nor half of another.
         result += [comment + end for comment in comments.get(number, ())]
-        if _is_ours(piece, mark):
+        if _is_ours(piece, vendor):
             removed += 1
             continue
         result.append(piece)
@@ -81,9 +81,8 @@ def remove(source: Source, vendor: str = "inform") -> Annotated:
 
     language = find_vendor(vendor)
     _refuse_wide(source)
-    mark = _mark(language)
     pieces = _LINE.findall(source.raw)
-    kept = [piece for piece in pieces if not _is_ours(piece, mark)]
+    kept = [piece for piece in pieces if not _is_ours(piece, language)]
     plain = decode(b"".join(kept), source.path, source.encoding)
     return Annotated(plain, 0, len(pieces) - len(kept), _foreign(source, language))
 
@@ -99,25 +98,31 @@ def room(vendor: Vendor) -> int:
     return vendor.comment_length - len(vendor.comment_prefix) - len(MARK) - len(" ~") - SEAL_LENGTH
 
 
-def _mark(vendor: Vendor) -> bytes:
-    return f"{vendor.comment_prefix}{MARK}".encode("ascii")
+def _marked(piece: bytes, vendor: Vendor) -> bytes | None:
+    """What stands behind our mark, None in a line without it."""
+    text = vendor.comment_of(piece) if _MARK in piece else None
+    return text[len(_MARK) :] if text is not None and text.startswith(_MARK) else None
 
 
-def _is_ours(piece: bytes, mark: bytes) -> bool:
-    if not piece.startswith(mark):
+def _is_ours(piece: bytes, vendor: Vendor) -> bool:
+    said = _marked(piece, vendor)
+    if said is None:
         return False
     # A controller or an editor may have added blanks at the end.
-    text, separator, found = piece[len(mark) :].rstrip(b" \t\r\n").rpartition(b" ~")
+    text, separator, found = said.rstrip(b" \t\r\n").rpartition(b" ~")
     return bool(separator) and text.isascii() and found == seal(text.decode("ascii")).encode("ascii")
 
 
 def _foreign(source: Source, vendor: Vendor) -> tuple[Diagnostic, ...]:
     """A note about comments with our mark that are not ours, if there are any."""
-    mark = _mark(vendor)
-    if mark not in source.raw:
+    if _MARK not in source.raw:
         return ()
     lines = enumerate(_LINE.findall(source.raw), 1)
-    found = [number for number, piece in lines if piece.startswith(mark) and not _is_ours(piece, mark)]
+    found = [
+        number
+        for number, piece in lines
+        if _marked(piece, vendor) is not None and not _is_ours(piece, vendor)
+    ]
     if not found:
         return ()
     text = source.line(found[0])
@@ -181,7 +186,7 @@ def _comments(
                 error("A002", f"the comment for line {row.line} {wrong}: {text!r}", file=renderer.path)
             )
             continue
-        sealed = f"{vendor.comment_prefix}{MARK}{text} ~{seal(text)}".encode("ascii")
+        sealed = f"{vendor.comment_prefix}{MARK}{text} ~{seal(text)}{vendor.comment_suffix}".encode("ascii")
         comments.setdefault(begins.get(row.line, row.line), []).append(sealed)
     if problems:
         # One template, one mistake: a hundred thousand lines of the same would bury it.

@@ -27,9 +27,17 @@ class Vendor(ABC):
     comment_prefix: ClassVar[str]
     trailing_comment_prefix: ClassVar[str]
     comment_length: ClassVar[int]
+    comment_suffix: ClassVar[str] = ""  # what closes a comment on a line of its own
     newline: ClassVar[str] = "\r\n"
     shares_names: ClassVar[bool] = True
     blending: ClassVar[str] = "radius"
+
+    def comment_of(self, line: bytes) -> bytes | None:
+        """What a comment on a line of its own says, without what opens and closes it; None for any other line."""
+        prefix, suffix = self.comment_prefix.encode("ascii"), self.comment_suffix.encode("ascii")
+        if not line.startswith(prefix):
+            return None
+        return line[len(prefix) :].rstrip(b" \t\r\n").removesuffix(suffix)
 
     @abstractmethod
     def sniff(self, source: Source) -> bool:
