@@ -12,8 +12,12 @@ from olp.commands.time import print_diagnostics
 from olp.diagnostic import Diagnostic, OlpError, error
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from olp.plan import Plan
+    from olp.program import Program
     from olp.robot import Robot
+    from olp.translate.convert import Converted
     from olp.translate.receipt import Receipt
     from olp.translate.work import Context
 
@@ -110,27 +114,26 @@ def _convert(
     robots = (context.robot, context.target_robot)
     plans = (
         _plan(lambda: linked.program.plan(robot=context.robot)),
-        _plan(lambda: _run_again(converted, args.to, robots)),
+        _plan(lambda: _run_again(converted, args.to, robots, linked.program)),
     )
     receipt = receipt_of(linked, converted.translated, args.to, tuple(converted.files), plans, robots)
     return converted.files, receipt, [d.at(str(job)) for d in program.diagnostics if not d.is_error]
 
 
-def _run_again(converted: object, vendor: str, robots: tuple[Robot | None, Robot | None]) -> Plan:
-    from olp.translate.convert import Converted, run_converted
+def _run_again(
+    converted: Converted, vendor: str, robots: tuple[Robot | None, Robot | None], source: Program
+) -> Plan:
+    from olp.translate.convert import run_converted
 
-    assert isinstance(converted, Converted)
-    return run_converted(converted, vendor, robots[1] or robots[0])
+    return run_converted(converted, vendor, robots[1] or robots[0], source)
 
 
-def _plan(make: object) -> Plan | None:
+def _plan(make: Callable[[], Plan]) -> Plan | None:
     """The plan, None where the program cannot be run."""
-    assert callable(make)
     try:
-        plan: Plan = make()
+        return make()
     except OlpError:
         return None
-    return plan
 
 
 def _write_all(folder: Path, files: dict[str, bytes], inputs: list[Path], force: bool) -> None:

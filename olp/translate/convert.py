@@ -6,7 +6,7 @@ Codes: X011 something that the target cannot say.
 from __future__ import annotations
 
 import inspect
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from olp.translate.split import split
 from olp.translate.work import Context, Fate
 
 if TYPE_CHECKING:
+    from olp.assumptions import Assumptions
     from olp.plan import Plan
     from olp.robot import Robot
 
@@ -136,17 +137,54 @@ def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> 
     return encoded(text, program, vendor, encoding or encoding_of(program, vendor))
 
 
-def run_converted(converted: Converted, vendor: str, robot: Robot | None) -> Plan:
-    """The plan of the files, read again and run beside each other."""
+def run_converted(
+    converted: Converted, vendor: str, robot: Robot | None, source: Program | None = None
+) -> Plan:
+    """The plan of the files, read again and run beside each other.
+
+    `source`: what stands around that program (its olp.toml, its controller's tools and frames) stands around them.
+    """
     import tempfile
     from pathlib import Path
 
     from olp.interpreter import run
     from olp.reading import read
 
+    surroundings = None if source is None else _surroundings(source, converted, robot)
     with tempfile.TemporaryDirectory() as folder:
         for name, data in converted.files.items():
             Path(folder, name).write_bytes(data)
         program = read(Path(folder, converted.main), vendor=vendor)
         raise_errors(program.diagnostics)
-        return run(program, robot=robot, folder=folder, max_steps=200_000)
+        return run(program, robot=robot, folder=folder, assumptions=surroundings, max_steps=200_000)
+
+
+def _surroundings(source: Program, converted: Converted, robot: Robot | None) -> Assumptions:
+    """olp.toml beside the source, with its tools and frames under the numbers that they have in the target."""
+    from pathlib import Path
+
+    from olp.assumptions import NAMED_SIGNAL, Assumptions, SignalKey, load_assumptions, nearest_assumptions
+    from olp.translate.work import cell_of
+
+    folder = Path(source.path).parent if source.path and Path(source.path).is_file() else None
+    path = nearest_assumptions(folder) if folder is not None else None
+    given = load_assumptions(path) if path is not None else Assumptions()
+    cell = cell_of(source, robot)
+    mapping = converted.translated.mapping
+
+    def number(kind: str, n: int) -> int:
+        new = mapping.get((kind, str(n)), "")
+        return int(new) if new.isdecimal() else n
+
+    tools = {number("tool", n): tuple(map(float, t.pose.xyz_angles())) for n, t in cell.tools.items()}
+    frames = {number("frame", n): tuple(map(float, p.xyz_angles())) for n, p in cell.user_frames.items()}
+
+    def key(old: SignalKey) -> SignalKey:
+        new = mapping.get(("signal", f"{old.bus} {old.number}"), "")
+        return (
+            old if not new or new.isdecimal() else SignalKey(NAMED_SIGNAL, new.rpartition(" ")[2].casefold())
+        )
+
+    inputs = {key(signal): values for signal, values in given.inputs.items()}
+    waits = {key(signal): seconds for signal, seconds in given.waits.items()}
+    return replace(given, tools=tools, frames=frames, inputs=inputs, waits=waits)

@@ -96,6 +96,7 @@ class _Lift:
     arrays: dict[tuple[str, Store], Named] = field(default_factory=dict)
     largest: dict[tuple[str, Store], int] = field(default_factory=dict)
     initial: dict[str, Expression] = field(default_factory=dict)
+    array_initial: list[Assign] = field(default_factory=list)
     whole: frozenset[int] = frozenset()  # real registers that only ever hold whole numbers
     scope: str = ""
     parameters: tuple[Parameter, ...] = ()  # of the routine under way
@@ -158,9 +159,15 @@ class _Lift:
                 point = routine.points.find(store, False, number)
                 literal = None if point is None else self.points.literal(point, store)
                 name = self.variable(Variable(store, Number(int(number))))
-                if point is not None and literal is not None and isinstance(name, Named):
+                if point is None or literal is None:
+                    continue
+                if isinstance(name, Named):
                     self.initial.setdefault(name.name, literal)
+                    self.work.registers.discard(name.name)  # the job itself sets it when it is loaded
                     self.points.states.setdefault(name.name, point.state)
+                elif isinstance(name, Item) and isinstance(name.base, Named):
+                    self.array_initial.append(Assign(0, name, literal))
+                    self.points.states.setdefault(name.base.name, point.state)
 
     def _carry_states(self) -> None:
         """A position variable that is set from another one has that one's frame and tool."""
@@ -223,7 +230,9 @@ class _Lift:
         body: list[Statement] = []
         for statement in routine.body:
             body += self.statement(routine, statement)
-        local = tuple(self._declared(routine.name))
+        local: tuple[Statement, ...] = tuple(self._declared(routine.name))
+        if routine.name == (self.program.main or self.program.routines[0].name):
+            local = (*local, *self.array_initial)
         at = 1 if body and type(body[0]).__name__ == "Begin" else 0
         body[at:at] = local
         return replace(

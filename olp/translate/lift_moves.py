@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Final
 
-from olp.expression import Expression, Named, Store, Taught, Variable
+from olp.expression import Expression, Item, Named, Store, Taught, Variable
 from olp.points import PointKind, PointState
 from olp.program import Move, Path, Routine, Statement
 from olp.translate.lift_points import Points, frame_of, tool_of
@@ -71,6 +71,7 @@ def _state(points: Points, routine: Routine, target: Expression, value: Value) -
         return None if point is None else point.state
     if isinstance(target, Variable):
         name = value(target)
+        name = name.base if isinstance(name, Item) else name
         return points.states.get(name.name) if isinstance(name, Named) else None
     return None
 

@@ -150,7 +150,7 @@ class Work:
     def cell(self) -> Cell:
         """The robot with the tools and frames of the controller files beside the program."""
         if not self._cell:
-            self._cell.append(_cell_of(self.source, self.robot))
+            self._cell.append(cell_of(self.source, self.robot))
         return self._cell[0]
 
     def helper(self, stem: str) -> str:
@@ -208,7 +208,8 @@ def _run(program: Program, robot: Robot | None) -> Plan | None:
         return None
 
 
-def _cell_of(program: Program, robot: Robot | None) -> Cell:
+def cell_of(program: Program, robot: Robot | None) -> Cell:
+    """The robot with the tools and frames of olp.toml and the controller files beside a program."""
     from pathlib import Path
 
     from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
