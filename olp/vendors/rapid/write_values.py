@@ -200,6 +200,8 @@ class Words:
                 own = _STRENGTH.get(operator)
                 if own is None:
                     raise CannotSayError(f"the operator {operator}")
+                if operator == "/":  # always of real numbers
+                    left, right = _whole(left), _whole(right)
                 word = operator.upper() if operator.isalpha() else operator
                 return f"{self.value(left, '', own)} {word} {self.value(right, '', own + 1)}", own
             case Compare(operator, left, right):
@@ -400,3 +402,9 @@ class Words:
             value = round(quantity.written.value * ratio, 9)
             return number(int(value) if value == int(value) else value)
         return f"{self.value(quantity.written, '', 6)} * {number(round(ratio, 12))}"
+
+
+def _whole(it: Expression) -> Expression:
+    """2.0 as 2."""
+    whole = isinstance(it, Number) and isinstance(it.value, float) and it.value.is_integer()
+    return Number(int(it.value)) if whole and isinstance(it, Number) else it
