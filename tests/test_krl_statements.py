@@ -271,7 +271,8 @@ def test_the_work_on_the_flange_ends_where_the_mode_is_base_again() -> None:
         ('MsgNotify("full")', Message(0, Text("full"))),
         ("$TIMER[4]=0", Assign(0, SystemValue("timer", 4), Number(0))),
         ("CONTINUE", Process(0, "continue", (("", Text("CONTINUE")),))),
-        ("INTERRUPT ON 3", Process(0, "interrupt", (("", Text("INTERRUPT ON 3")),))),
+        ("INTERRUPT ON 4", Process(0, "interrupt", (("", Text("INTERRUPT ON 4")),))),
+        ("INTERRUPT ON 3", Process(0, "stop-handler", (("", Text("INTERRUPT ON 3")),))),
         ("EXT BAS (BAS_COMMAND :IN,REAL :IN )", Opaque(0, "EXT BAS (BAS_COMMAND :IN,REAL :IN )")),
     ],
 )

@@ -312,10 +312,10 @@ def test_a_computed_pose_is_put_into_a_variable_first() -> None:
     found = lines_of(
         foreign(move(targets=(shifted,)), data=(P1, GRIP, Declare(0, "n", "integer", Number(1))))
     )
-    at = found.index("COMPUTED_RAME1.Z=40*n")
-    assert "DECL FRAME COMPUTED_RAME1" in found
-    assert found[at - 1] == "COMPUTED_RAME1={X 0,Y 0,Z 0,A 0,B 0,C 0}"
-    assert "LIN COMPUTED_RAME1:P1" in found
+    at = found.index("COMPUTED_POSE_1.Z=40*n")
+    assert "DECL FRAME COMPUTED_POSE_1" in found
+    assert found[at - 1] == "COMPUTED_POSE_1={X 0,Y 0,Z 0,A 0,B 0,C 0}"
+    assert "LIN COMPUTED_POSE_1:P1" in found
 
 
 def test_an_offset_along_the_tool_is_a_product_from_the_right() -> None:

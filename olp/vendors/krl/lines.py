@@ -19,6 +19,11 @@ _KEPT = re.compile(
     r"|CWRITE|CHANNEL|SREAD|SWRITE|CAST_FROM|CAST_TO|CONST_VEL|STOP\s+WHEN)(?![\w$])(?!\s*[=.\[])",
     re.IGNORECASE,
 )
+# What every INI fold holds: it acts when the arm has been stopped, and never moves it.
+_STOP_HANDLER = re.compile(
+    r"(?:GLOBAL\s+)?INTERRUPT\s+(?:DECL\s+3\s+WHEN\s+\$STOPMESS\s*==\s*TRUE\s+DO\s+\w+\s*\(\s*\)|(?:ON|OFF)\s+3)",
+    re.IGNORECASE,
+)
 _OUTSIDE = re.compile(
     r"(?:GLOBAL\s+)?(?:EXT|EXTP|EXTFCT|EXTFCTP|IMPORT)(?![\w$])(?!\s*[=.\[(])", re.IGNORECASE
 )
@@ -38,7 +43,8 @@ def kept(code: str) -> Statement | None:
     """A statement that is kept word for word, or None."""
     match = _KEPT.match(code)
     if match is not None:
-        return Process(0, match[1].split()[0].lower(), (("", Text(code)),))
+        name = "stop-handler" if _STOP_HANDLER.fullmatch(code) else match[1].split()[0].lower()
+        return Process(0, name, (("", Text(code)),))
     return Opaque(0, code) if _OUTSIDE.match(code) else None
 
 

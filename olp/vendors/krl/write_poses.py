@@ -50,6 +50,7 @@ class _Filler:
         self.words = words
         self.temporaries = temporaries
         self.lines: list[str] = []
+        self._filled = 0
 
     def plain(self, it: Expression) -> Expression:
         """The expression with variables for its computed positions."""
@@ -95,8 +96,10 @@ class _Filler:
     def _fill(self, word: str, parts: list[tuple[str, Expression]]) -> Expression:
         from olp.expression import Named
 
-        used = sum(line.endswith("0}") and line.startswith("COMPUTED") for line in self.lines)
-        name = f"COMPUTED_{word[-4:]}{used + 1}"
+        self._filled += 1
+        name = f"COMPUTED_{'POSE' if word == 'FRAME' else 'AXES'}_{self._filled}"
+        while self.words.scope.known(name):
+            name += "_"
         self.temporaries[name] = word
         self.lines.append(f"{name}={{{','.join(f'{key} 0' for key, _ in parts)}}}")
         for key, value in parts:
