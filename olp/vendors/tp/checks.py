@@ -49,7 +49,8 @@ def check_routine(findings: Findings, listing: Listing, routine: Routine, positi
         return
     flow = [one for one in routine.body if type(one) is not Move]
     for problem in pair(flow).problems:
-        _TOLD[problem.code](findings, problem.line, problem.message)
+        tell = _unpaired if "label" not in problem.message else _missing if problem.is_error else _repeated
+        tell(findings, problem.line, problem.message)
     _check_points(findings, routine, positions)
     _check_lengths(findings, routine)
     _tell_conventions(findings, routine)
@@ -91,9 +92,6 @@ def _label(message: str) -> str:
     """`label *7 …` in TP's words; the labels of P-SPS blocks lose the line of their block."""
     name = message.split("*", 1)[1].split(" ")[0]
     return message.replace(f"label *{name}", f"LBL[{name.split('/')[0]}]")
-
-
-_TOLD = {"P110": _unpaired, "P111": _unpaired, "P112": _repeated, "P113": _missing}
 
 
 # --- positions ------------------------------------------------------------------------------------------
