@@ -545,6 +545,16 @@ def test_functions_share_what_the_program_and_they_use() -> None:
     assert Call(12, "help", (Number(2), NamedArgument("twice", State(True))), result=Named("total")) in main
 
 
+def test_a_name_that_is_local_to_a_function_is_not_the_shared_one() -> None:
+    inside = "  def f():\n    local a = 2.5\n    a = a + 1\n    return a\n  end\n"
+    text = f"def prog():\n  global a = 1\n{inside}  a = f()\nend\n"
+    program = read(text)
+    first, second, _ = program.routines[1].body
+    assert first == Declare(4, "a", "real", Number(2.5), native="local")
+    assert isinstance(second, Assign)
+    assert {d.name: d.type for d in program.data} == {"a": "real"}
+
+
 def test_functions_of_one_name_in_two_places_are_two() -> None:
     text = """\
 def prog():
@@ -684,7 +694,10 @@ def test_the_export_of_polyscope_goes_to_its_waypoints() -> None:
         "Put_Down",
     ]
     points = {d.name: d for d in program.data if isinstance(d.value, PositionLiteral)}
-    assert {name[-2:]: points[name].type for name in ("Above_p", "Above_q")} == {"_p": "position", "_q": "joints"}
+    assert {name[-2:]: points[name].type for name in ("Above_p", "Above_q")} == {
+        "_p": "position",
+        "_q": "joints",
+    }
     plan = program.plan(robot="universal-robots/ur10e")
     assert not [d.render() for d in plan.diagnostics if d.is_error]
     wanted = ("Above_p", "Grip_p", "Above_p", "Over_p", "Place_p", "Over_p")

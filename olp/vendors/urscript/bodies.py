@@ -46,7 +46,8 @@ from olp.program import (
 from olp.vendors.inform.findings import Findings
 from olp.vendors.urscript import builtins, helpers
 from olp.vendors.urscript.calls import CallRules
-from olp.vendors.urscript.expressions import Expressions, fold, scaled
+from olp.vendors.urscript.expressions import Expressions
+from olp.vendors.urscript.folding import fold, scaled
 from olp.vendors.urscript.lines import Broken, Line, Mark
 from olp.vendors.urscript.moves import MoveRules
 from olp.vendors.urscript.outline import Part

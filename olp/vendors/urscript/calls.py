@@ -10,7 +10,8 @@ from olp.expression import Expression, Function, PositionLiteral, Quantity, Sign
 from olp.moves import SetTool
 from olp.program import Call, Dwell, Message, Pause, Process, SetOutput, Statement
 from olp.vendors.urscript import builtins
-from olp.vendors.urscript.expressions import Expressions, fold, method_name
+from olp.vendors.urscript.expressions import Expressions, method_name
+from olp.vendors.urscript.folding import fold
 from olp.vendors.urscript.syntax import Given, Invocation, Name, Node
 
 _POPUP: Final = ("s", "title", "warning", "error", "blocking")

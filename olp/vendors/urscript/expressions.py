@@ -7,7 +7,7 @@ that values stay those of URScript, and the writer takes the same factors off ag
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from olp.expression import (
@@ -32,8 +32,8 @@ from olp.expression import (
 )
 from olp.units import deg, mm
 from olp.vendors.urscript import builtins, helpers
+from olp.vendors.urscript.folding import constants, fold, numbers, pose_literal, scaled
 from olp.vendors.urscript.outline import Part
-from olp.vendors.urscript.rotations import angles_from_vector
 from olp.vendors.urscript.scopes import Names
 from olp.vendors.urscript.syntax import (
     Dot,
@@ -53,7 +53,6 @@ from olp.vendors.urscript.syntax import (
 _COMPARE: Final = {"==": "=", "!=": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 _BINARY: Final = {"+": "+", "-": "-", "*": "*", "/": "/", "%": "mod"}
 _POSE_MEMBERS: Final = ("x", "y", "z", "rotation1", "rotation2", "rotation3")
-_SAME_FACTOR = 1e-12
 _AXES = 6
 
 
@@ -94,7 +93,7 @@ class Expressions:
             values = constants(node.items)
             if values is None:
                 folded = [fold(self.lower(item)) for item in node.items]
-                values = _numbers(folded)
+                values = numbers(folded)
                 if values is None:
                     return Function("joints", tuple(scaled(one, 1.0 / deg) for one in folded))
             return PositionLiteral("joint", values)
@@ -107,7 +106,7 @@ class Expressions:
         values = constants(node.items)
         if values is None:
             folded = [fold(self.lower(item)) for item in node.items]
-            values = _numbers(folded)
+            values = numbers(folded)
             if values is None:
                 return Function("pose-vector", tuple(folded))
         if not all(map(math.isfinite, values)):
@@ -359,71 +358,6 @@ _CALLS: Final[Mapping[str, Meaning]] = {
     "struct": _structure,
     **{name: _helper(name) for name in helpers.TEXTS},
 }
-
-
-def pose_literal(values: tuple[float, ...]) -> PositionLiteral:
-    """A pose of x y z [m] and a rotation vector [rad], which is kept for writing it back."""
-    x, y, z, *vector = values
-    turn = angles_from_vector(*vector)
-    return PositionLiteral(
-        "pose", (x, y, z, *turn), native=(("vector", ", ".join([repr(one) for one in vector])),)
-    )
-
-
-def constants(items: tuple[Node, ...]) -> tuple[float, ...] | None:
-    """The values of numbers written out, None when one is anything else."""
-    values = []
-    for item in items:
-        if type(item) is not Literal or type(item.value) not in (int, float):
-            return None
-        values.append(float(item.value))
-    return tuple(values)
-
-
-def _numbers(values: Sequence[Expression]) -> tuple[float, ...] | None:
-    """The values, None when one of them is no number."""
-    found = [float(one.value) for one in values if isinstance(one, Number)]
-    return tuple(found) if len(found) == len(values) else None
-
-
-def scaled(e: Expression, factor: float) -> Expression:
-    """`e` times `factor`; a factor that is there already and undoes it is taken off instead."""
-    if type(e) is Number:
-        return Number(e.value * factor)
-    if type(e) is Binary and type(e.right) is Number and e.operator in "*/" and e.right.value:
-        held = e.right.value if e.operator == "*" else 1.0 / e.right.value
-        if abs(held * factor - 1.0) < _SAME_FACTOR:
-            return e.left
-    return Binary("*", e, Number(factor))
-
-
-def fold(e: Expression) -> Expression:
-    """A number where only numbers are computed with, else the expression as it is."""
-    if type(e) is Unary and e.operator == "-":
-        operand = fold(e.operand)
-        return Number(-operand.value) if type(operand) is Number else e
-    if type(e) is Binary and e.operator in "+-*/":
-        left, right = fold(e.left), fold(e.right)
-        if type(left) is Number and type(right) is Number:
-            value = _computed(e.operator, left.value, right.value)
-            return e if value is None else Number(value)
-    return e
-
-
-def _computed(operator: str, left: float, right: float) -> int | float | None:
-    try:
-        match operator:
-            case "+":
-                value = left + right
-            case "-":
-                value = left - right
-            case "*":
-                value = left * right
-            case _:
-                value = left / right
-    except (ZeroDivisionError, OverflowError):
-        return None
-    return value if math.isfinite(value) else None
 
 
 def method_name(node: Node) -> str:

@@ -13,7 +13,8 @@ from typing import Final, NamedTuple
 from olp.expression import Expression, FrameRef, Number, Quantity, State
 from olp.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.vendors.urscript import builtins
-from olp.vendors.urscript.expressions import Expressions, fold
+from olp.vendors.urscript.expressions import Expressions
+from olp.vendors.urscript.folding import fold
 from olp.vendors.urscript.syntax import Given, Invocation, Name, Node, PoseOf
 
 _PATHS: Final = {

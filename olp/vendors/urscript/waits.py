@@ -8,7 +8,8 @@ from olp.expression import Compare, Expression, Quantity, State, Unary
 from olp.program import Wait
 from olp.vendors.urscript import helpers
 from olp.vendors.urscript.calls import is_step
-from olp.vendors.urscript.expressions import Expressions, fold
+from olp.vendors.urscript.expressions import Expressions
+from olp.vendors.urscript.folding import fold
 from olp.vendors.urscript.lines import Line
 from olp.vendors.urscript.outline import Part
 from olp.vendors.urscript.syntax import (

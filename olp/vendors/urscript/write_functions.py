@@ -8,7 +8,7 @@ from typing import Final
 from olp.expression import Expression, Function, Item, NamedArgument, Number, PositionLiteral
 from olp.units import deg, mm
 from olp.vendors.urscript import builtins, helpers
-from olp.vendors.urscript.expressions import scaled
+from olp.vendors.urscript.folding import scaled
 from olp.vendors.urscript.write_values import CannotSayError, Words
 
 _WHOLE = 9

@@ -51,7 +51,7 @@ from olp.program import (
 )
 from olp.units import deg, mm
 from olp.vendors.urscript import builtins, helpers
-from olp.vendors.urscript.expressions import scaled
+from olp.vendors.urscript.folding import scaled
 from olp.vendors.urscript.waits import inverted
 from olp.vendors.urscript.write_values import CannotSayError, Words
 

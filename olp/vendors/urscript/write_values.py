@@ -31,7 +31,7 @@ from olp.expression import (
 )
 from olp.units import deg, mm
 from olp.vendors.urscript import builtins, helpers
-from olp.vendors.urscript.expressions import scaled
+from olp.vendors.urscript.folding import scaled
 from olp.vendors.urscript.rotations import angles_from_vector, vector_from_angles
 
 _SAME = 1e-12
