@@ -26,7 +26,7 @@ from olp.expression import (
     Unary,
     Variable,
 )
-from olp.points import PointTable
+from olp.points import PointKind, PointState, PointTable
 from olp.program import (
     Assign,
     Clear,
@@ -182,16 +182,18 @@ class _Lift:
         source: Expression = s.value
         if isinstance(source, Function) and source.name == "pose-product":
             source = source.arguments[0]
-        target = self.value(s.target)
-        if not isinstance(target, Named):
+        target = _owner(self.value(s.target))
+        if target is None:
             return
         state = None
         if isinstance(source, Taught):
             point = routine.points.find(source.store, True, source.number)
             state = None if point is None else point.state
         elif _is_position(source):
-            name = self.value(source)
-            state = self.points.states.get(name.name) if isinstance(name, Named) else None
+            name = _owner(self.value(source))
+            state = None if name is None else self.points.states.get(name.name)
+        elif isinstance(source, SystemValue):
+            state = PointState(PointKind.POSE, "base")
         if state is not None:
             self.points.states.setdefault(target.name, state)
 
@@ -379,6 +381,12 @@ class _Lift:
         inner: Any = e.variable
         base = inner if isinstance(inner, (Named, Item)) else self.value(inner)
         return Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
+
+
+def _owner(e: Any) -> Named | None:
+    """The name of a position, or of the array that it is in."""
+    base = e.base if isinstance(e, Item) else e
+    return base if isinstance(base, Named) else None
 
 
 def _is_count(e: Expression | None) -> bool:

@@ -62,6 +62,9 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
             changes["tool"] = tool_of(state)
         if s.frame is None:
             changes["frame"] = frame_of(state)
+    if state is None and s.tool is None and s.relative is None and points.work.source.vendor == "inform":
+        says = "in which frame and with which tool this position is meant is not known: base and flange are written"
+        points.work.lose(s, Fate.APPROXIMATED, "frame", says)
     return [replace(s, **changes)]
 
 

@@ -245,6 +245,8 @@ def _next(words: Words, s: Next) -> str:
 
 
 def _start_task(words: Words, s: StartTask) -> str:
+    if not s.task:
+        raise CannotSayError("a parallel task without a number", "INFORM has the tasks SUB1 and further")
     sync = " SYNC" if s.synchronised else ""
     return f"PSTART JOB:{s.routine} {s.task}{sync}{_suffix(words, s.condition, s.spelling)}"
 
