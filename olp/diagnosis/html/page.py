@@ -6,28 +6,25 @@ value, the page's policy allows no request, and only the script that comes with 
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from olp import resources
-from olp.diagnosis import words
 from olp.diagnosis.html import colours, path_charts, program, sections
 from olp.diagnosis.html.fit_charts import Ladder
 from olp.diagnosis.html.rows import Floats, rows_of
 from olp.diagnosis.html.tables import tables_of
 from olp.diagnosis.result import Diagnosis
+from olp.webpage import FOLDER, json_in_page, render_page, script_of
 
 if TYPE_CHECKING:
     from olp.diagnosis.diagnose import Outcome
     from olp.physics._case import Case
     from olp.recording import Recording
 
-_FOLDER, _TEMPLATE = "templates", "diagnosis.html.j2"
+_TEMPLATE = "diagnosis.html.j2"
 
 
 def html_report(
@@ -71,12 +68,12 @@ def diagnosis_page(
     rows = rows_of(diagnosis, case, recording)
     lines = program.program_lines(rows)
     listings = program.listings(rows, job_text, lines)
-    script = Markup(resources.read_text(_FOLDER, "diagnosis.js"))
+    script, script_hash = script_of("diagnosis.js")
     values: dict[str, Any] = {
-        "css": Markup(colours.variables() + resources.read_text(_FOLDER, "diagnosis.css")),
+        "css": Markup(colours.variables() + resources.read_text(FOLDER, "diagnosis.css")),
         "js": script,
-        "js_hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-        "data": _json(path_charts.data(rows)),
+        "js_hash": script_hash,
+        "data": json_in_page(path_charts.data(rows)),
         "steps": range(colours.STEPS),
         "compared": len(rows),
         "tables": tables_of(log_summary or {}),
@@ -88,32 +85,4 @@ def diagnosis_page(
         **sections.split(diagnosis, rows, lines, listings, predicted),
         **sections.still_open(diagnosis),
     }
-    return _render(values)
-
-
-def _render(values: dict[str, Any]) -> str:
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-
-    # Not olp.templating: that renders strangers' templates as plain text; this one is olp's own and escapes.
-    environment = Environment(
-        loader=FunctionLoader(lambda name: resources.read_text(_FOLDER, name)),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=_clean,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(_TEMPLATE).render(values)
-
-
-def _clean(value: Any) -> Any:
-    """Values as they may stand in a page: markup of olp's own, or printable text."""
-    return words.plain(value) if isinstance(value, str) and not isinstance(value, Markup) else value
-
-
-def _json(value: Any) -> Markup:
-    """JSON that may stand in a <script>: no character in it can end the element."""
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
-    for sign in "<>&":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return Markup(text)
+    return render_page(_TEMPLATE, values)
