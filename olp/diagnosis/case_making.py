@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.axis_rates import rates_of
+from olp.diagnosis.simulated_pace import pace_of_simulation
 from olp.diagnostic import OlpError, error
 from olp.physics._case import Case
 from olp.physics._motion import LAWS, Motion
@@ -239,9 +240,14 @@ def _base(
     slow = pace.acceleration[rows].copy()
     slow[~moving] = 1.0
     joint = moves.kind[rows] == JOINT
+    plain = start & end & moving & ~joint
+    tuned = pace_of_simulation(way, speed, sim, slow, plain, resolution)
+    if tuned is not None:
+        speed = np.where(moving & ~joint, tuned[0] * speed, speed)
+        slow[moving & ~joint] = tuned[1]
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     missing = ~np.isfinite(slow) | (joint & np.isfinite(moves.sim[rows]))
-    missing |= _limited(way, speed, sim, slow, start & end & moving & ~joint)
+    missing |= _limited(way, speed, sim, slow, plain)
     for kind in (joint, ~joint):
         here = missing & kind
         if here.any():

@@ -15,10 +15,12 @@ from olp.diagnosis.errors import rms
 from olp.diagnosis.fitting import FREEDOM, Fit, Noise, fit
 from olp.diagnosis.folds import Folds, interleaved
 from olp.diagnosis.search import NARROW, move_terms, search, shelf_of
+from olp.diagnosis.simplest import simplest
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
 
+_TRIES, _STEPS = 1, 10  # sets of each size that are fitted on
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 
 
@@ -68,7 +70,8 @@ def selection(case: Case, noise: Noise, folds: Folds) -> Selection:
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
         train, test = case.take(seen), case.take(held)
-        best = search(train, noise, shelf_of(train, move_terms()), NARROW)[0]
+        found = search(train, noise, shelf_of(train, move_terms()), NARROW)
+        best = simplest(found, train, noise, _TRIES, _STEPS)
         predicted[held] = best.model.seconds(test)
         chosen.update(set(best.names))
         count += 1

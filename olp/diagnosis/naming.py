@@ -12,6 +12,7 @@ from olp.diagnosis.fitting import Fit, Noise, fit
 from olp.diagnosis.folds import Folds
 from olp.diagnosis.remains import Remains, remains_of
 from olp.diagnosis.search import WIDE, Shelf, move_terms, search, shelf_of
+from olp.diagnosis.simplest import SMALL, TELLING, simplest, worth
 from olp.diagnosis.waits import late_moves
 from olp.physics._case import Case
 
@@ -19,10 +20,9 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 
-_SMALL = 0.01  # of the mean square that all names explain: what the others cannot do without is more
 _DRIFT, _STILL = "warm-up", 0.2  # correlation of neighbours that a drift's own term may leave
 _ENDS = 0.97  # of the longest time constant that a recording can tell, its own length
-_TELLING = 10.0  # in BIC: "very strong" by R. Kass and A. Raftery, JASA 90, 1995
+_TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _ROUNDS = 2  # of search and setting waits apart
 
 
@@ -46,10 +46,10 @@ def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> N
     for last in (False,) * (_ROUNDS - 1) + (True,):
         clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
-        best = search(clean, noise, shelf, WIDE)[0]
+        best = _chosen(clean, noise, shelf)
         noise = noise._replace(order=_order(best, clean))
         if noise.order:
-            best = search(clean, noise, shelf, WIDE)[0]
+            best = _chosen(clean, noise, shelf)
         again = late_moves(best, case, noise.least)
         if last or np.array_equal(again, late):
             break
@@ -66,6 +66,10 @@ def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> N
         best, gains = _confirmed(bare, clean, noise, clean_folds, selection)
         remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
     return Named(best, late, clean, noise, shelf, clean_folds, selection, gains, remains)
+
+
+def _chosen(clean: Case, noise: Noise, shelf: Shelf) -> Fit:
+    return simplest(search(clean, noise, shelf, WIDE), clean, noise, _TRIES, _STEPS)
 
 
 def _order(best: Fit, clean: Case) -> float:
@@ -102,7 +106,7 @@ def _dispensable(best: Fit, index: int, case: Case, noise: Noise, whole: float) 
     square of all that is explained."""
     others = fit(best.model.without(index), case, noise, 15)
     missed = float(np.mean((best.model.seconds(case) - others.model.seconds(case)) ** 2))
-    return others.bic - best.bic < _TELLING or missed < _SMALL * whole
+    return worth(others, best) < TELLING or missed < SMALL * whole
 
 
 def _endless(best: Fit, index: int) -> bool:
