@@ -12,7 +12,7 @@ from olp.diagnosis.model import Model, Part
 from olp.diagnosis.search import WIDE, move_terms, search, shelf_of
 from olp.diagnosis.simplest import simplest
 from olp.diagnosis.simulated_pace import pace_of_simulation
-from olp.diagnosis.waits import late_moves
+from olp.diagnosis.waits import late_moves, waiting_moves
 from olp.physics import load_term
 from olp.physics._case import Case
 from olp.physics._limits import limits_reached
@@ -155,3 +155,16 @@ def test_late_moves_that_all_carry_what_a_term_acts_on_are_no_waits():
     real = replace(real, measured=elsewhere, derived={})
     fitted = evaluate(Model((name,)), real, Noise(NOISE / 2))
     assert np.nonzero(late_moves(fitted, real, NOISE / 2))[0].tolist() == (late + 1).tolist()
+
+
+def test_where_some_wait_shorter_waits_are_found_too_and_hardly_any_scatter():
+    rng = np.random.default_rng(11)
+    residual = rng.normal(0.0, NOISE, 600)
+    waits = np.linspace(2.8, 8.0, 30) * NOISE
+    residual[:30] = waits
+    late = np.arange(600) < 0
+    assert not waiting_moves(late, residual, NOISE, 0.0).any()
+    late[18:30] = True
+    waiting = waiting_moves(late, residual, NOISE, 0.0)
+    assert waiting[:30].sum() >= 27
+    assert waiting[30:].sum() <= 5

@@ -122,7 +122,7 @@ def _likelihood_ratio(bare: Fit, full: Fit) -> float:
 
 def _waiting(named: Named, case: Case) -> Finding | None:
     """The late moves as a finding."""
-    late = named.late
+    late = named.waiting
     if not late.any():
         return None
     lost = np.where(late, case.measured - named.fit.model.seconds(case), 0.0)

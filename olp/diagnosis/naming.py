@@ -13,7 +13,7 @@ from olp.diagnosis.folds import Folds
 from olp.diagnosis.remains import Remains, remains_of
 from olp.diagnosis.search import WIDE, Shelf, move_terms, search, shelf_of
 from olp.diagnosis.simplest import SMALL, TELLING, simplest, worth
-from olp.diagnosis.waits import late_moves
+from olp.diagnosis.waits import late_moves, spread, waiting_moves
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
@@ -30,7 +30,8 @@ class Named(NamedTuple):
     """What the search came to."""
 
     fit: Fit
-    late: Mask  # (n,) of the whole case
+    late: Mask  # (n,) of the whole case: moves that are left out of the clean one
+    waiting: Mask  # (n,) those, and moves that wait for less
     clean: Case  # the case without late moves
     noise: Noise
     shelf: Shelf
@@ -65,7 +66,9 @@ def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> N
         bare = fit(best.model.without(drifting[0]), clean, noise, 30)
         best, gains = _confirmed(bare, clean, noise, clean_folds, selection)
         remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
-    return Named(best, late, clean, noise, shelf, clean_folds, selection, gains, remains)
+    residual = case.measured - best.model.seconds(case)
+    waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
+    return Named(best, late, waiting, clean, noise, shelf, clean_folds, selection, gains, remains)
 
 
 def _chosen(clean: Case, noise: Noise, shelf: Shelf) -> Fit:

@@ -28,6 +28,7 @@ _DIFFER, _ALIKE = (
 _FEWEST = 3  # late moves; one or two may have any reason
 _TICKS = 1.5  # of the recorder's clock that a wait lasts at least
 _KINDS, _BY_CHANCE = 4, 1e-3  # programmed moves that a kind needs, and how seldom chance makes one
+_FALSE = 0.1  # of the moves that are said to wait
 _ONE_SIDED = 5  # times as many late moves as early ones
 
 
@@ -61,6 +62,21 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     if (beside and (where_most or same)) or (same and many):
         return nothing  # what the terms explain there is not quite right
     return np.asarray(late, dtype=bool)
+
+
+def waiting_moves(late: Mask, residual: Floats, sigma: float, resolution: float) -> Mask:
+    """(n,) the late moves, and where there are any, also those that wait for less: no more than a tenth of all by
+    chance (Y. Benjamini, Y. Hochberg, J. Royal Statistical Society B 57, 1995).
+    """
+    if not late.any():
+        return late
+    far = residual / sigma
+    chance = np.array([0.5 * math.erfc(z / math.sqrt(2.0)) for z in far.tolist()])
+    ranked = np.sort(chance)
+    below = np.nonzero(ranked <= _FALSE * np.arange(1, len(far) + 1) / len(far))[0]
+    if not len(below):
+        return late
+    return np.asarray(late | ((chance <= ranked[below[-1]]) & (residual > _TICKS * resolution)))
 
 
 def _chosen_by_the_motion(late: Mask, corrected: Floats, case: Case) -> bool:
