@@ -57,6 +57,7 @@ class Gravity(MoveTerm):
         return (
             *((whole,) if case.bodies_known else (guessed, _anywhere())),
             Form("both ramps", (share,), r"a_\uparrow = a\,(1 - k\sin\gamma)"),
+            Form("steep", (share,), r"a = a_0\,(1 - k\,|\sin\gamma|)"),
             Form(
                 "against and with",
                 (steep,),
@@ -74,7 +75,7 @@ class Gravity(MoveTerm):
             return np.array([[0.2, 0.0], [0.3, 0.2], [0.5, 0.3]])
         if form.key == "whole arm":
             return np.array([[0.2, 0.2], [0.5, 0.1], [0.1, 0.5]])
-        return np.array([[-0.2], [0.2]]) if form.key == "both ramps" else np.array([[0.2], [0.5]])
+        return np.array([[-0.2], [0.2]]) if form.key in ("both ramps", "steep") else np.array([[0.2], [0.5]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         if form.key == "whole arm":
@@ -96,8 +97,9 @@ class Gravity(MoveTerm):
                 accelerate=motion.accelerate * np.maximum(1.0 - pull, _LEAST),
                 decelerate=motion.decelerate * np.maximum(1.0 + pull, _LEAST),
             )
-        pull = values[0] * case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
-        sign = -1.0 if form.key == "both ramps" else 1.0
+        rise = case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
+        pull = values[0] * (np.abs(rise) if form.key == "steep" else rise)
+        sign = 1.0 if form.key == "against and with" else -1.0
         return motion.with_(
             accelerate=motion.accelerate * np.maximum(1.0 - pull, _LEAST),
             decelerate=motion.decelerate * np.maximum(1.0 + sign * pull, _LEAST),
@@ -123,6 +125,9 @@ class Gravity(MoveTerm):
                 f"lifting takes up to {values[0]:.0%} of the acceleration in the middle of the space, more or less "
                 "elsewhere, and gives it to the braking"
             )
+        if form.key == "steep":
+            less = f"{abs(values[0]):.0%} {'less' if values[0] > 0 else 'more'} acceleration"
+            return f"straight up and straight down both ramps have {less} than level moves"
         if form.key == "both ramps":
             way, back = ("up", "down") if values[0] > 0 else ("down", "up")
             less = f"{abs(values[0]):.0%} less acceleration"

@@ -37,7 +37,8 @@ class SpeedClamp(MoveTerm):
         return np.clip(levels, form.parameters[0].low, form.parameters[0].high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        return motion.with_(speed=np.minimum(motion.speed, values[0] * case.ratio))
+        clamped = np.where(_wanted(case), values[0] * case.ratio, np.inf)
+        return motion.with_(speed=np.minimum(motion.speed, clamped))
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         if case.unit == "m":
