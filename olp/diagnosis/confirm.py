@@ -43,6 +43,7 @@ class Selection(NamedTuple):
     predicted: Floats  # (n,) [s]
     chosen: Counter[str]  # name -> in how many folds it was chosen
     folds: int
+    sets: tuple[frozenset[str], ...] = ()  # the names that each fold chose
 
 
 def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> Gain:
@@ -66,16 +67,15 @@ def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> 
 
 def selection(case: Case, noise: Noise, folds: Folds) -> Selection:
     """Search and fit without each fold, predict it."""
-    predicted, chosen, count = np.full(len(case), np.nan), Counter[str](), 0
+    predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
         train, test = case.take(seen), case.take(held)
         found = search(train, noise, shelf_of(train, move_terms()), NARROW)
         best = simplest(found, train, noise, _TRIES, _STEPS)
         predicted[held] = best.model.seconds(test)
-        chosen.update(set(best.names))
-        count += 1
-    return Selection(predicted, chosen, count)
+        sets.append(frozenset(best.names))
+    return Selection(predicted, Counter(name for names in sets for name in names), len(sets), tuple(sets))
 
 
 def placebo(fitted: Fit, case: Case, noise: Noise, times: int, seed: int = 1) -> float:

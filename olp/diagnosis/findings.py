@@ -15,14 +15,13 @@ from olp.diagnosis.model import Model
 from olp.diagnosis.naming import Named
 from olp.diagnosis.remains import LEVEL
 from olp.diagnosis.result import Alternative, Evidence, Finding, FittedParameter
-from olp.diagnosis.search import move_terms, swaps
+from olp.diagnosis.search import ALIKE, move_terms, swaps
 from olp.diagnosis.waits import spread
 from olp.physics import load_term
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
 
-_ALIKE = 6.0  # in BIC: terms that are no worse than that are not told apart
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
 _ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 
@@ -54,7 +53,7 @@ def findings_of(named: Named, case: Case) -> Told:
         told.findings.append(
             _finding(name, parts, named, case, parameters, shares, [r.alternative for r in rivals])
         )
-        alike = [r for r in rivals if r.alternative.delta_bic < _ALIKE]
+        alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
         if alike:
             told.alike.append((name, *(r.alternative.term for r in alike)))
             told.rivals.append([best.model, *(r.model for r in alike)])

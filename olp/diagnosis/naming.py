@@ -11,7 +11,7 @@ from olp.diagnosis import confirm
 from olp.diagnosis.fitting import Fit, Noise, fit
 from olp.diagnosis.folds import Folds
 from olp.diagnosis.remains import Remains, remains_of
-from olp.diagnosis.search import WIDE, Shelf, move_terms, search, shelf_of
+from olp.diagnosis.search import ALIKE, WIDE, Shelf, move_terms, search, shelf_of, swaps
 from olp.diagnosis.simplest import SMALL, TELLING, simplest, worth
 from olp.diagnosis.waits import late_moves, spread, waiting_moves
 from olp.physics._case import Case
@@ -57,14 +57,14 @@ def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> N
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
     selection = confirm.selection(clean, noise, clean_folds)
-    best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, selection)
+    best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, selection, shelf)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}
     remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
     drifting = [k for k, part in enumerate(best.model.parts) if part.term.name == _DRIFT]
     if drifting and remains.order > _STILL:
         # What still drifts beside an exponential was none.
         bare = fit(best.model.without(drifting[0]), clean, noise, 30)
-        best, gains = _confirmed(bare, clean, noise, clean_folds, selection)
+        best, gains = _confirmed(bare, clean, noise, clean_folds, selection, shelf)
         remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
     residual = case.measured - best.model.seconds(case)
     waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
@@ -83,7 +83,7 @@ def _order(best: Fit, clean: Case) -> float:
 
 
 def _confirmed(
-    best: Fit, case: Case, noise: Noise, folds: Folds, selection: confirm.Selection
+    best: Fit, case: Case, noise: Noise, folds: Folds, selection: confirm.Selection, shelf: Shelf
 ) -> tuple[Fit, tuple[confirm.Gain, ...]]:
     """The parts that held-out moves confirm, the weakest removed one at a time."""
     while best.model.parts:
@@ -94,7 +94,7 @@ def _confirmed(
             for k, gain in enumerate(gains)
             if not gain.holds
             or _dispensable(best, k, case, noise, whole)
-            or _seldom(best, k, selection)
+            or _seldom(best, k, selection, case, noise, shelf)
             or _endless(best, k)
         ]
         if not weak:
@@ -118,10 +118,24 @@ def _endless(best: Fit, index: int) -> bool:
     return part.term.name == _DRIFT and float(part.values[1]) > _ENDS * part.form.parameters[1].high
 
 
-def _seldom(best: Fit, index: int, selection: confirm.Selection) -> bool:
-    """Whether most searches inside the folds chose neither the term nor one that is known to look like it."""
+def _seldom(
+    best: Fit, index: int, selection: confirm.Selection, case: Case, noise: Noise, shelf: Shelf
+) -> bool:
+    """Whether most searches inside the folds chose neither the term nor one that looks like it: by what is known, or by
+    these moves, in which it would do as well."""
     term = best.model.parts[index].term
-    like = {term.name, *term.confusable}
     others = {part.term.name for k, part in enumerate(best.model.parts) if k != index}
-    votes = max((selection.chosen[name] for name in like - others), default=0)
-    return 2 * votes < selection.folds
+    like = {term.name, *term.confusable} - others
+    if 2 * _votes(like, selection) >= selection.folds:
+        return False
+    if not _votes({term.name}, selection):
+        return True
+    used = set(best.names)
+    for other in swaps(best, index, shelf, case, noise):
+        if other.bic - best.bic < ALIKE:
+            like |= set(other.names) - used
+    return 2 * _votes(like, selection) < selection.folds
+
+
+def _votes(like: set[str], selection: confirm.Selection) -> int:
+    return sum(bool(like & names) for names in selection.sets)

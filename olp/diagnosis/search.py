@@ -20,6 +20,7 @@ from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
 
+ALIKE = 6.0  # in BIC: sets that are no worse than that are not told apart
 PRICE = 6.0  # of a name, in BIC
 MOST = 5  # names in one answer
 _MOVES_PER_NAME = 10  # fewer moves are no evidence
