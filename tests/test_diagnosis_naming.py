@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from olp.diagnosis.findings import findings_of
 from olp.diagnosis.fitting import Noise, evaluate
+from olp.diagnosis.folds import Folds, blocks
 from olp.diagnosis.model import Model, Part
+from olp.diagnosis.naming import name
 from olp.diagnosis.search import WIDE, move_terms, search, shelf_of
 from olp.diagnosis.simplest import simplest
 from olp.diagnosis.simulated_pace import pace_of_simulation
@@ -29,7 +32,10 @@ def trapezoids(way, speed, slow):
 
 def programmed(seed=3):
     rng = np.random.default_rng(seed)
-    return np.exp(rng.uniform(np.log(0.02), np.log(0.9), MOVES)), rng.choice([0.1, 0.4, 0.8, 1.2], MOVES)
+    way = np.exp(rng.uniform(np.log(0.02), np.log(0.9), MOVES))
+    speed = rng.choice([0.1, 0.4, 0.8, 1.2], MOVES)
+    way[40], speed[40] = 2.0, 2.4  # one that is faster than all others
+    return way, speed
 
 
 def case(measured=None, payload=None, repeats=None, resolution=0.0):
@@ -114,8 +120,8 @@ def test_short_durations_alone_are_no_lattice():
     assert load_term("cycle-quantisation").forms(case(measured=case().simulated + scatter())) == ()
 
 
-def part(name, made, *values, key=None):
-    term = load_term(name)
+def part(term_name, made, *values, key=None):
+    term = load_term(term_name)
     form = next(f for f in term.forms(made) if key in (None, f.key))
     return Part(term, form, np.array(values, dtype=float))
 
@@ -142,18 +148,18 @@ def test_both_names_stay_where_each_is_worth_it():
 def test_late_moves_that_all_carry_what_a_term_acts_on_are_no_waits():
     carried = np.where(np.arange(MOVES) % 11 == 0, 40.0, 0.0)
     real = case(payload=carried)
-    name = part("payload", real, 0.02, key="")
-    played = Model((name,)).seconds(real)
+    one = part("payload", real, 0.02, key="")
+    played = Model((one,)).seconds(real)
     late = np.nonzero(carried > 0)[0][:5]
     measured = played + scatter()
     measured[late] += 0.02
     real = replace(real, measured=measured, derived={})
-    fitted = evaluate(Model((name,)), real, Noise(NOISE / 2))
+    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
     assert not late_moves(fitted, real, NOISE / 2).any()
     elsewhere = played + scatter()
     elsewhere[late + 1] += np.array([0.02, 0.031, 0.045, 0.024, 0.038])
     real = replace(real, measured=elsewhere, derived={})
-    fitted = evaluate(Model((name,)), real, Noise(NOISE / 2))
+    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
     assert np.nonzero(late_moves(fitted, real, NOISE / 2))[0].tolist() == (late + 1).tolist()
 
 
@@ -170,3 +176,16 @@ def test_where_some_wait_shorter_waits_are_found_too_and_hardly_any_scatter():
     assert waiting[30:].sum() <= 3
     far = np.where(np.arange(600) < 12, 400 * NOISE, rng.normal(0.0, NOISE, 600))
     assert waiting_moves(far > NOISE * 100, far, NOISE, 0.0).sum() == 12  # such waits are seldom so short
+
+
+@pytest.mark.parametrize(
+    ("limit", "named", "alone"), [(1.3, True, True), (1.93, False, True), (0.9, True, False)]
+)
+def test_a_limit_in_one_move_is_told_as_one_that_may_be_a_wait(limit, named, alone):
+    way, speed = programmed()
+    real = case(measured=trapezoids(way, np.minimum(speed, limit), ACCELERATION) + scatter())
+    found = name(real, Noise(NOISE / 2), Folds("block", blocks(MOVES)), {})
+    told = findings_of(found, real)
+    assert ("speed-clamp" in {finding.term for finding in told.findings}) == named
+    in_groups = {term for group in told.alike for term in group}
+    assert ("external-wait" in in_groups) == (named and alone)

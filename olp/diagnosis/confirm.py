@@ -17,6 +17,7 @@ from olp.diagnosis.folds import Folds, interleaved
 from olp.diagnosis.search import NARROW, move_terms, search, shelf_of
 from olp.diagnosis.simplest import simplest
 from olp.physics._case import Case
+from olp.physics.term import Stage
 
 Floats = NDArray[np.float64]
 
@@ -65,6 +66,20 @@ def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> 
     )
 
 
+def lone_limit(fitted: Fit, index: int, case: Case) -> bool:
+    """Whether part `index` is a limit that one or two moves reach: no other move can confirm it, and a wait there would
+    look the same."""
+    if fitted.model.parts[index].term.stage is not Stage.LIMITS:
+        return False
+    return 0 < int(_acts(fitted, index, case).sum()) < _FEWEST
+
+
+def _acts(fitted: Fit, index: int, case: Case) -> NDArray[np.bool_]:
+    """(n,) moves that a part changes by more than half of the scatter."""
+    whole = fitted.model.seconds(case)
+    return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > 0.5 * fitted.scale)
+
+
 def selection(case: Case, noise: Noise, folds: Folds) -> Selection:
     """Search and fit without each fold, predict it."""
     predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
@@ -95,8 +110,7 @@ def placebo(fitted: Fit, case: Case, noise: Noise, times: int, seed: int = 1) ->
 
 def _labels_for(fitted: Fit, index: int, case: Case, folds: Folds) -> NDArray[np.int64]:
     """The folds, unless one of them holds nearly all moves in which the part acts."""
-    whole = fitted.model.seconds(case)
-    acts = np.abs(whole - fitted.model.without(index).seconds(case)) > 0.5 * fitted.scale
+    acts = _acts(fitted, index, case)
     for label in np.unique(folds.labels).tolist():
         if acts[folds.labels != label].sum() < min(_FEWEST, acts.sum()):
             labels = np.zeros(len(case), dtype=np.int64)

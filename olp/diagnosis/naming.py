@@ -23,6 +23,7 @@ Labels = NDArray[np.int64]
 _DRIFT, _STILL = "warm-up", 0.2  # correlation of neighbours that a drift's own term may leave
 _ENDS = 0.97  # of the longest time constant that a recording can tell, its own length
 _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
+_LONE = 15.0  # in BIC: of a limit in so few moves that no others confirm it
 _ROUNDS = 2  # of search and setting waits apart
 
 
@@ -92,7 +93,7 @@ def _confirmed(
         weak = [
             k
             for k, gain in enumerate(gains)
-            if not gain.holds
+            if not (gain.holds or _sure_alone(best, k, case, noise))
             or _dispensable(best, k, case, noise, whole)
             or _seldom(best, k, selection, case, noise, shelf)
             or _endless(best, k)
@@ -102,6 +103,13 @@ def _confirmed(
         worst = min(weak, key=lambda k: gains[k].loglik)
         best = fit(best.model.without(worst), case, noise, 30)
     return best, ()
+
+
+def _sure_alone(best: Fit, index: int, case: Case, noise: Noise) -> bool:
+    """Whether a limit that one or two moves reach is worth so much that it is told, beside the wait that it may be."""
+    if not confirm.lone_limit(best, index, case):
+        return False
+    return worth(fit(best.model.without(index), case, noise, 15), best) > _LONE
 
 
 def _dispensable(best: Fit, index: int, case: Case, noise: Noise, whole: float) -> bool:
