@@ -10,7 +10,7 @@ from olp.physics._ramps import longer, over_ramp, where_passed
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 _STEEP = 0.2  # sine of the steepest incline that has to be there
-_SIDEWAYS = 20.0  # in BIC
+_UPWARD, _SIDEWAYS = 0.25, 120.0  # of the other numbers, and in BIC what less of going up costs
 _PLACES = 9  # along a straight move
 _LEAST = 0.05  # of the acceleration remains, whatever gravity takes
 
@@ -106,8 +106,9 @@ class Gravity(MoveTerm):
         )
 
     def doubt(self, form: Form, values: Floats) -> float:
-        # Weight that is felt in going out and in, and hardly in going up, is none.
-        return _SIDEWAYS if form.key == "any arm" and values[0] < abs(values[1]) else 0.0
+        # Weight that is felt in many ways, and hardly in going up, is none.
+        sideways = form.key == "any arm" and values[0] < _UPWARD * float(np.abs(values[1:]).max())
+        return _SIDEWAYS if sideways else 0.0
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         if form.key == "whole arm":
