@@ -94,14 +94,18 @@ def plan_and_time(path: str, job: Job) -> Timing:
     return time_program(read(path, encoding=job.encoding), job)
 
 
-def time_program(program: Program, job: Job) -> Timing:
-    """Plans and times a program. Raises OlpError when it cannot be planned at all."""
+def time_program(program: Program, job: Job, folder: str | os.PathLike[str] | None = None) -> Timing:
+    """Plans and times a program. `folder`: where what it calls stands, if not beside it.
+
+    Raises OlpError when it cannot be planned at all.
+    """
     from olp.interpreter import run
     from olp.timing import time_plan
 
     plan = run(
         program,
         robot=job.robot,
+        folder=folder,
         assumptions=_assumptions(job),
         cycles=job.cycles,
         max_steps=job.max_steps,

@@ -234,6 +234,8 @@ def may_act(term, form, values):
             return base.speed / CASE.ratio > v
         case "clock" | "cycle-quantisation":
             return EVERYTHING
+        case "dispatch" if form.key == "waits too":
+            return EVERYTHING
     assert term.name in ("acceleration", "jerk", "speed-scale", "dispatch", "viscous-friction") or (
         term.name in ("coulomb-friction", "warm-up", "torque-speed")
     ), "say here in which moves the new term may act"
@@ -253,7 +255,7 @@ def test_a_form_acts_on_the_moves_that_it_is_about_and_on_no_others(term, form, 
 @pytest.mark.parametrize("name", ["settling", "dispatch", "clock", "acceleration", "jerk"])
 def test_terms_of_all_moves_leave_out_none_of_them(name):
     term = load_term(name)
-    (form,) = term.forms(CASE)
+    form, *_ = term.forms(CASE)
     changed = np.abs(seconds(term, form, strong(term, form, CASE)) - plain()) > 1e-6
     assert changed[may_act(term, form, strong(term, form, CASE))].all()
 

@@ -307,7 +307,10 @@ def test_logic_binds_and_before_or_and_not_weakest_in_front() -> None:
 
 
 def test_a_quotient_of_whole_numbers_is_a_fraction() -> None:
-    assert value("1/2") == Binary("/", Number(1.0), Number(2.0))
+    found = value("1/2")
+    assert found == Binary("/", Number(1.0), Number(2.0))
+    assert isinstance(found.left.value, float)
+    assert isinstance(found.right.value, float)
 
 
 def test_numbers_in_all_their_spellings() -> None:

@@ -431,6 +431,23 @@ def test_the_acceleration_of_a_move_is_set_before_it_and_taken_back() -> None:
     ]
 
 
+def test_a_routine_that_others_call_does_not_know_the_acceleration() -> None:
+    half = Quantity(Number(0.5), 1.0)
+    drop = Routine("drop", 5, (to(Named("p1")),), PointTable())
+    written = written_by(foreign(to(Named("p1"), acceleration=half), Call(2, "drop"), others=(drop,)))
+    assert "  PROC drop()\n    AccSet 100,100;\n    MoveL" in written
+    assert "AccSet" not in written_by(foreign(to(Named("p1")), Call(2, "drop"), others=(drop,)))
+
+
+def test_axes_that_another_language_only_fills_in_are_not_connected() -> None:
+    def declared(external: tuple[float, ...]) -> str:
+        point = PositionLiteral("pose", POINT.values, external)
+        return written_by(foreign(data=(Declare(1, "p", "position", point),)))
+
+    assert NO_AXES in declared((0.0,) * 6)
+    assert "[0,12.5,9E9,9E9,9E9,9E9]" in declared((0.0, 12.5))
+
+
 def test_conditions_without_precedence_get_parentheses() -> None:
     a, b, c = (Compare("=", Named("count"), Number(n)) for n in (1, 2, 3))
     chain = Logic(a, (("or", b), ("and", c)))

@@ -230,3 +230,13 @@ def test_points_named_by_moves_are_found_whatever_their_order():
     program = read(listing("J P[3] 50% FINE", "C P[1] P[2] 100mm/sec FINE"))
     assert not [one for one in program.diagnostics if one.is_error]
     assert all(isinstance(s, Move) for s in program.routines[0].body)
+
+
+def test_a_broken_opening_does_not_make_its_end_wrong_too():
+    assert codes(listing("IF (R[1]=) THEN", "ELSE", "ENDIF", "FOR R[1]= TO 3", "ENDFOR")) == ["P520", "P520"]
+
+
+def test_a_call_with_words_for_arguments_is_kept():
+    text = listing("CALL USER(Basic1,Nr1 Service,ProgNr=31, , ,S-Point=31)")
+    assert codes(text) == ["P521"]
+    assert read(text).routines[0].body[0].text == "CALL USER(Basic1,Nr1 Service,ProgNr=31, , ,S-Point=31)"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,6 +53,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.commands.time import encode, settings_of, with_progress
+    from olp.guard import store
     from olp.guard.run import Settings, tasks
     from olp.guard.run import run as judge_all
     from olp.outcome import load_format
@@ -60,23 +62,25 @@ def run(args: Namespace) -> int:
     form = load_format(args.format)
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     job = settings_of(args)
-    work, problems = tasks(paths, args.budgets)
+    work = tasks(paths, args.budgets)
+    if args.store:
+        store.check(Path(args.store))
     cache = None if args.no_cache or args.scheduler else Path(args.cache)
     settings = Settings(job, args.workers, cache, args.scheduler)
-    results = with_progress(len(work), lambda done: judge_all(work, settings, done))
-    outcome = outcome_of(results, problems)
+    results = with_progress(len(paths), lambda done: judge_all(work.tasks, settings, done))
+    outcome = outcome_of(results, [*work.diagnostics, *work.idle(results, args.paths)])
     write_output(args.output, encode(form.render(outcome), args.output), inputs=paths)
     if args.store:
-        from olp.guard.store import keep
-
-        keep(Path(args.store), results, Path.cwd())
+        store.keep(Path(args.store), results, Path.cwd())
     return outcome.exit_status
 
 
 def outcome_of(results: Sequence[Judged], problems: Sequence[Diagnostic] = ()) -> Outcome:
     """What all files together amount to: the worst first."""
-    from olp.outcome import Item, Outcome, Status
+    from olp.outcome import Item, Level, Outcome, Status
     from olp.outcome.model import of_diagnostic
+
+    problems = [replace(d, file=_shown(d.file)) for d in problems]
 
     order = (Status.UNKNOWN, Status.FAILED, Status.WARNED, Status.HELD)
     items = [item for result in results for item in result.items]
@@ -102,10 +106,23 @@ def outcome_of(results: Sequence[Judged], problems: Sequence[Diagnostic] = ()) -
     findings = [of_diagnostic(d) for d in problems]
     for result in sorted(results, key=lambda r: -max((_over(i) for i in r.items), default=0.0)):
         if result.path in judged:
-            findings += [f for f in result.findings if f.code.startswith("M") or _unjudged(result)]
+            unjudged = _unjudged(result)
+            findings += [
+                f
+                for f in result.findings
+                if f.code.startswith("M") or (unjudged and f.level is not Level.NOTE)
+            ]
     return Outcome(
         "check", tuple(findings), tuple(items), (_sentence(results, items),), {"programs": _programs(results)}
     )
+
+
+def _shown(file: str) -> str:
+    """Seen from the current folder, as programs are, where it is below it."""
+    try:
+        return str(Path(file).relative_to(Path.cwd()))
+    except ValueError:
+        return file
 
 
 def _unjudged(result: Judged) -> bool:

@@ -60,12 +60,17 @@ def outcome_of(found: Sequence[Difference], allow: float | None, shown: int | No
     from olp.outcome import Outcome
 
     ordered = sorted(found, key=lambda d: (d.change_s is not None, -abs(d.change_s or 0.0), d.file))
-    items = [_item(d, allow) for d in ordered]
+    # Nobody wants to read the list of those that are as they were.
+    items = [_item(d, allow) for d in ordered if len(ordered) == 1 or d.changes or d.why or not _same(d)]
     items += [item for d in ordered for item in d.budgets]
     findings = [f for d in ordered for f in _findings(d, allow, shown)]
     tables = [_table(d, shown) for d in ordered if d.changes]
     data = {"programs": [_data(d) for d in ordered], "tables": tables}
     return Outcome("diff", tuple(findings), tuple(items), (_sentence(found),), data)
+
+
+def _same(d: Difference) -> bool:
+    return d.old_s is not None and d.old_s == d.new_s
 
 
 def _item(d: Difference, allow: float | None) -> Item:

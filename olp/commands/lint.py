@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from olp.batch import Job
     from olp.lint.run import Linted
-    from olp.outcome import Finding, Outcome
+    from olp.lint.settings import Choice
+    from olp.outcome import Finding, Item, Outcome
 
 SUMMARY = "find motion mistakes that cost time or safety"
 _WORTH_WORKERS = 24
@@ -46,6 +47,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         choices=("error", "warning", "note"),
         help="the least level that makes exit status 1 (default: warning)",
     )
+    parser.add_argument(
+        "--fix", action="store_true", help="change the programs where that alters neither path nor time"
+    )
     parser.add_argument("--rules", action="store_true", help="list the rules")
     parser.add_argument(
         "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
@@ -57,6 +61,7 @@ def run(args: Namespace) -> int:
     from olp.commands.time import encode, settings_of, with_progress
     from olp.lint.baseline import baseline_text, read_baseline
     from olp.lint.run import without_known
+    from olp.lint.settings import choice
     from olp.outcome import load_format
     from olp.vendors.vendor import vendor_suffixes
 
@@ -66,25 +71,25 @@ def run(args: Namespace) -> int:
     form, job = load_format(args.format), settings_of(args)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
-    codes = [
-        tuple(c.strip().upper() for c in text.split(",") if c.strip()) for text in (args.select, args.ignore)
-    ]
-    work = partial(_lint_all, paths, job, codes, args.workers)
+    asked = choice(_codes(args.select), _codes(args.ignore))
+    work = partial(_lint_all, paths, job, asked, args.workers)
     results = with_progress(len(paths), work)
+    if args.fix:
+        results = [_fixed(result, job, asked) for result in results]
     if args.write_baseline:
         text = baseline_text(f for r in results for f in r.findings)
         write_output(args.write_baseline, text.encode("utf-8"), inputs=paths)
         return 0
     fresh = without_known((f for r in results for f in r.findings), known)
-    outcome = outcome_of(results, fresh)
+    outcome = outcome_of(results, fresh, args.fail_on)
     write_output(args.output, encode(form.render(outcome), args.output), inputs=paths)
-    return _status(results, fresh, args.fail_on)
+    return outcome.exit_status
 
 
 def _lint_all(
     paths: Sequence[str],
     job: Job,
-    codes: Sequence[tuple[str, ...]],
+    asked: Choice,
     workers: int,
     done: Callable[[int], None] | None,
 ) -> list[Linted]:
@@ -94,7 +99,7 @@ def _lint_all(
 
     from olp.lint.run import lint
 
-    one = partial(lint, job=job, select=codes[0], ignore=codes[1])
+    one = partial(lint, job=job, asked=asked)
     count = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
     results: list[Linted] = []
     if count <= 1:
@@ -111,20 +116,26 @@ def _lint_all(
     return results
 
 
-def outcome_of(results: Sequence[Linted], findings: Sequence[Finding]) -> Outcome:
-    """The findings that count, and each file as an item."""
-    from collections import Counter
-    from dataclasses import replace
+def _codes(text: str) -> list[str]:
+    return text.replace(",", " ").split()
 
-    from olp.outcome import Outcome, Status
 
-    files = Counter(f.file for f in findings)
-    items = []
-    for result in results:
-        item = result.item
-        if item.status is Status.WARNED and not files[result.path]:
-            item = replace(item, status=Status.HELD, message="only known findings")
-        items.append(item)
+def _fixed(result: Linted, job: Job, asked: Choice) -> Linted:
+    """What remains of a file's findings after its fixes."""
+    from olp.lint.fix import apply
+    from olp.lint.run import lint
+
+    return lint(result.path, job, asked) if apply(result.path, result.findings, job.encoding) else result
+
+
+def outcome_of(results: Sequence[Linted], findings: Sequence[Finding], fail_on: str = "warning") -> Outcome:
+    """The findings that count, and each file as an item, which fails from the level `fail_on` on."""
+    from olp.outcome import Outcome
+
+    own: dict[str, list[Finding]] = {}
+    for found in findings:
+        own.setdefault(found.file, []).append(found)
+    items = [_item(result, own.get(result.path, []), fail_on) for result in results]
     excused = sum(r.excused for r in results)
     told = sum(len(r.findings) for r in results) - len(findings)
     more = f", {told} known from the baseline" if told else ""
@@ -135,15 +146,29 @@ def outcome_of(results: Sequence[Linted], findings: Sequence[Finding]) -> Outcom
     return Outcome("lint", tuple(findings), tuple(items), (sentence,))
 
 
-def _status(results: Sequence[Linted], findings: Sequence[Finding], least: str) -> int:
-    if any(result.unreadable for result in results):
-        return 2
+def _item(result: Linted, findings: Sequence[Finding], fail_on: str) -> Item:
+    from olp.outcome import Item, Status
+
     order = ("note", "warning", "error")
-    return int(any(order.index(found.level) >= order.index(least) for found in findings))
+    status, count = Status.HELD, len(findings)
+    says = f"{count} finding{'' if count == 1 else 's'}"
+    if result.unreadable:
+        status, says = Status.UNKNOWN, "cannot be read"
+    elif any(order.index(found.level) >= order.index(fail_on) for found in findings):
+        status = Status.FAILED
+    elif findings:
+        status = Status.WARNED
+    elif result.findings:
+        says = "only known findings"
+    details = "\n".join(f"{f.file}:{f.line}: {f.code} {f.message}" for f in findings)
+    return Item(result.path, result.path, status, says, group="lint", details=details)
 
 
 def _rules() -> str:
     from olp.lint import all_rules
 
-    rows = [f"{rule.code}  {rule.level!s:8s} {rule.title}" for rule in all_rules()]
+    rows = [
+        f"{rule.code}  {rule.level!s:8s} {rule.title}{', --fix' if rule.fixable else ''}"
+        for rule in all_rules()
+    ]
     return "\n".join(rows) + "\n"

@@ -242,7 +242,8 @@ def _base(
     slow = pace.acceleration[rows].copy()
     slow[~moving] = 1.0
     joint = moves.kind[rows] == JOINT
-    faster, stronger = tuned(way, speed, slow, sim, start & end & moving & ~joint)
+    plain = start & end & moving & ~joint
+    faster, stronger = tuned(way, speed, slow, sim, plain)
     if (faster, stronger) != (1.0, 1.0):
         notes.append(
             f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
@@ -252,7 +253,7 @@ def _base(
     slow = np.where(moving & ~joint, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     missing = ~np.isfinite(slow) | (joint & np.isfinite(moves.sim[rows]))
-    missing |= _limited(way, speed, sim, slow, start & end & moving & ~joint)
+    missing |= _limited(way, speed, sim, slow, plain)
     for kind in (joint, ~joint):
         here = missing & kind
         if here.any():

@@ -15,10 +15,13 @@ from olp.diagnosis.errors import rms
 from olp.diagnosis.fitting import FREEDOM, Fit, Noise, fit
 from olp.diagnosis.folds import Folds, interleaved
 from olp.diagnosis.search import NARROW, move_terms, search, shelf_of
+from olp.diagnosis.simplest import simplest
 from olp.physics._case import Case
+from olp.physics.term import Stage
 
 Floats = NDArray[np.float64]
 
+_TRIES, _STEPS = 1, 10  # sets of each size that are fitted on
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 
 
@@ -41,6 +44,7 @@ class Selection(NamedTuple):
     predicted: Floats  # (n,) [s]
     chosen: Counter[str]  # name -> in how many folds it was chosen
     folds: int
+    sets: tuple[frozenset[str], ...] = ()  # the names that each fold chose
 
 
 def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> Gain:
@@ -62,17 +66,31 @@ def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> 
     )
 
 
+def lone_limit(fitted: Fit, index: int, case: Case) -> bool:
+    """Whether part `index` is a limit that one or two moves reach: no other move can confirm it, and a wait there would
+    look the same."""
+    if fitted.model.parts[index].term.stage is not Stage.LIMITS:
+        return False
+    return 0 < int(_acts(fitted, index, case).sum()) < _FEWEST
+
+
+def _acts(fitted: Fit, index: int, case: Case) -> NDArray[np.bool_]:
+    """(n,) moves that a part changes by more than half of the scatter."""
+    whole = fitted.model.seconds(case)
+    return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > 0.5 * fitted.scale)
+
+
 def selection(case: Case, noise: Noise, folds: Folds) -> Selection:
     """Search and fit without each fold, predict it."""
-    predicted, chosen, count = np.full(len(case), np.nan), Counter[str](), 0
+    predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
         train, test = case.take(seen), case.take(held)
-        best = search(train, noise, shelf_of(train, move_terms()), NARROW)[0]
+        found = search(train, noise, shelf_of(train, move_terms()), NARROW)
+        best = simplest(found, train, noise, _TRIES, _STEPS)
         predicted[held] = best.model.seconds(test)
-        chosen.update(set(best.names))
-        count += 1
-    return Selection(predicted, chosen, count)
+        sets.append(frozenset(best.names))
+    return Selection(predicted, Counter(name for names in sets for name in names), len(sets), tuple(sets))
 
 
 def placebo(fitted: Fit, case: Case, noise: Noise, times: int, seed: int = 1) -> float:
@@ -92,8 +110,7 @@ def placebo(fitted: Fit, case: Case, noise: Noise, times: int, seed: int = 1) ->
 
 def _labels_for(fitted: Fit, index: int, case: Case, folds: Folds) -> NDArray[np.int64]:
     """The folds, unless one of them holds nearly all moves in which the part acts."""
-    whole = fitted.model.seconds(case)
-    acts = np.abs(whole - fitted.model.without(index).seconds(case)) > 0.5 * fitted.scale
+    acts = _acts(fitted, index, case)
     for label in np.unique(folds.labels).tolist():
         if acts[folds.labels != label].sum() < min(_FEWEST, acts.sum()):
             labels = np.zeros(len(case), dtype=np.int64)

@@ -102,7 +102,7 @@ def _answer(
     model = named.fit.model if told.findings else Model()
     predicted = model.seconds(case)
     if told.findings:
-        predicted = np.where(named.late, case.measured, predicted)
+        predicted = np.where(named.waiting, case.measured, predicted)
     findings = _together(told.findings, log)
     raw = named.clean.residual
     held = named.clean.measured - named.selection.predicted if told.findings else raw
@@ -111,7 +111,7 @@ def _answer(
         moves=len(case),
         held_out_by=named.folds.by,
         noise_floor=sigma,
-        mismatch=mismatch_of(case, sigma, model, named.late),
+        mismatch=mismatch_of(case, sigma, model, named.waiting),
         findings=findings,
         indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),
         next_experiment=_experiment(told, case, sigma, recording),

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.diagnosis.confirm import lone_limit
 from olp.diagnosis.errors import rms
 from olp.diagnosis.fitting import Fit, fit
 from olp.diagnosis.intervals import parameters_with_intervals
@@ -57,9 +58,12 @@ def findings_of(named: Named, case: Case, floor: float) -> Told:
             _finding(name, parts, named, case, parameters, shares, [r.alternative for r in rivals])
         )
         alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
-        if alike:
-            told.alike.append((name, *(r.alternative.term for r in alike)))
-            told.rivals.append([best.model, *(r.model for r in alike)])
+        may_wait = len(parts) == 1 and lone_limit(best, parts[0], named.clean)
+        if alike or may_wait:
+            waiting = ["external-wait"] if may_wait else []
+            told.alike.append((name, *(r.alternative.term for r in alike), *waiting))
+            without = [best.model.without(parts[0])] if may_wait else []
+            told.rivals.append([best.model, *(r.model for r in alike), *without])
     waits = _waiting(named, case)
     return told if waits is None else told._replace(findings=[*told.findings, waits])
 
@@ -124,7 +128,7 @@ def _likelihood_ratio(bare: Fit, full: Fit) -> float:
 
 def _waiting(named: Named, case: Case) -> Finding | None:
     """The late moves as a finding."""
-    late = named.late
+    late = named.waiting
     if not late.any():
         return None
     lost = np.where(late, case.measured - named.fit.model.seconds(case), 0.0)

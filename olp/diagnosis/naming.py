@@ -11,18 +11,20 @@ from olp.diagnosis import confirm
 from olp.diagnosis.fitting import Fit, Noise, fit
 from olp.diagnosis.folds import Folds
 from olp.diagnosis.remains import Remains, remains_of
-from olp.diagnosis.search import WIDE, Shelf, move_terms, search, shelf_of
-from olp.diagnosis.waits import late_moves
+from olp.diagnosis.search import WIDE, Shelf, move_terms, search, shelf_of, swaps
+from olp.diagnosis.simplest import SMALL, TELLING, simplest, worth
+from olp.diagnosis.waits import late_moves, spread, waiting_moves
+from olp.diagnosis.ways import ALIKE
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 
-_SMALL = 0.01  # of the mean square that all names explain: what the others cannot do without is more
 _DRIFT, _STILL = "warm-up", 0.2  # correlation of neighbours that a drift's own term may leave
 _ENDS = 0.97  # of the longest time constant that a recording can tell, its own length
-_TELLING = 10.0  # in BIC: "very strong" by R. Kass and A. Raftery, JASA 90, 1995
+_TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
+_LONE = 15.0  # in BIC: of a limit in so few moves that no others confirm it
 _ROUNDS = 2  # of search and setting waits apart
 
 
@@ -30,7 +32,8 @@ class Named(NamedTuple):
     """What the search came to."""
 
     fit: Fit
-    late: Mask  # (n,) of the whole case
+    late: Mask  # (n,) of the whole case: moves that are left out of the clean one
+    waiting: Mask  # (n,) those, and moves that wait for less
     clean: Case  # the case without late moves
     noise: Noise
     shelf: Shelf
@@ -46,26 +49,32 @@ def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> N
     for last in (False,) * (_ROUNDS - 1) + (True,):
         clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
-        best = search(clean, noise, shelf, WIDE)[0]
+        best = _chosen(clean, noise, shelf)
         noise = noise._replace(order=_order(best, clean))
         if noise.order:
-            best = search(clean, noise, shelf, WIDE)[0]
+            best = _chosen(clean, noise, shelf)
         again = late_moves(best, case, noise.least)
         if last or np.array_equal(again, late):
             break
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
     selection = confirm.selection(clean, noise, clean_folds)
-    best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, selection)
+    best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, selection, shelf)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}
     remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
     drifting = [k for k, part in enumerate(best.model.parts) if part.term.name == _DRIFT]
     if drifting and remains.order > _STILL:
         # What still drifts beside an exponential was none.
         bare = fit(best.model.without(drifting[0]), clean, noise, 30)
-        best, gains = _confirmed(bare, clean, noise, clean_folds, selection)
+        best, gains = _confirmed(bare, clean, noise, clean_folds, selection, shelf)
         remains = remains_of(clean.measured - best.model.seconds(clean), clean, clean_groups)
-    return Named(best, late, clean, noise, shelf, clean_folds, selection, gains, remains)
+    residual = case.measured - best.model.seconds(case)
+    waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
+    return Named(best, late, waiting, clean, noise, shelf, clean_folds, selection, gains, remains)
+
+
+def _chosen(clean: Case, noise: Noise, shelf: Shelf) -> Fit:
+    return simplest(search(clean, noise, shelf, WIDE), clean, noise, _TRIES, _STEPS)
 
 
 def _order(best: Fit, clean: Case) -> float:
@@ -76,7 +85,7 @@ def _order(best: Fit, clean: Case) -> float:
 
 
 def _confirmed(
-    best: Fit, case: Case, noise: Noise, folds: Folds, selection: confirm.Selection
+    best: Fit, case: Case, noise: Noise, folds: Folds, selection: confirm.Selection, shelf: Shelf
 ) -> tuple[Fit, tuple[confirm.Gain, ...]]:
     """The parts that held-out moves confirm, the weakest removed one at a time."""
     while best.model.parts:
@@ -85,9 +94,9 @@ def _confirmed(
         weak = [
             k
             for k, gain in enumerate(gains)
-            if not gain.holds
+            if not (gain.holds or _sure_alone(best, k, case, noise))
             or _dispensable(best, k, case, noise, whole)
-            or _seldom(best, k, selection)
+            or _seldom(best, k, selection, case, noise, shelf)
             or _endless(best, k)
         ]
         if not weak:
@@ -97,12 +106,19 @@ def _confirmed(
     return best, ()
 
 
+def _sure_alone(best: Fit, index: int, case: Case, noise: Noise) -> bool:
+    """Whether a limit that one or two moves reach is worth so much that it is told, beside the wait that it may be."""
+    if not confirm.lone_limit(best, index, case):
+        return False
+    return worth(fit(best.model.without(index), case, noise, 15), best) > _LONE
+
+
 def _dispensable(best: Fit, index: int, case: Case, noise: Noise, whole: float) -> bool:
     """Whether the others do nearly as well without part `index`: by BIC, or by what they predict. `whole` [s²]: mean
     square of all that is explained."""
     others = fit(best.model.without(index), case, noise, 15)
     missed = float(np.mean((best.model.seconds(case) - others.model.seconds(case)) ** 2))
-    return others.bic - best.bic < _TELLING or missed < _SMALL * whole
+    return worth(others, best) < TELLING or missed < SMALL * whole
 
 
 def _endless(best: Fit, index: int) -> bool:
@@ -111,10 +127,24 @@ def _endless(best: Fit, index: int) -> bool:
     return part.term.name == _DRIFT and float(part.values[1]) > _ENDS * part.form.parameters[1].high
 
 
-def _seldom(best: Fit, index: int, selection: confirm.Selection) -> bool:
-    """Whether most searches inside the folds chose neither the term nor one that is known to look like it."""
+def _seldom(
+    best: Fit, index: int, selection: confirm.Selection, case: Case, noise: Noise, shelf: Shelf
+) -> bool:
+    """Whether most searches inside the folds chose neither the term nor one that looks like it: by what is known, or by
+    these moves, in which it would do as well."""
     term = best.model.parts[index].term
-    like = {term.name, *term.confusable}
     others = {part.term.name for k, part in enumerate(best.model.parts) if k != index}
-    votes = max((selection.chosen[name] for name in like - others), default=0)
-    return 2 * votes < selection.folds
+    like = {term.name, *term.confusable} - others
+    if 2 * _votes(like, selection) >= selection.folds:
+        return False
+    if not _votes({term.name}, selection):
+        return True
+    used = set(best.names)
+    for other in swaps(best, index, shelf, case, noise):
+        if other.bic - best.bic < ALIKE:
+            like |= set(other.names) - used
+    return 2 * _votes(like, selection) < selection.folds
+
+
+def _votes(like: set[str], selection: confirm.Selection) -> int:
+    return sum(bool(like & names) for names in selection.sets)

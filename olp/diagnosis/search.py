@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 PRICE = 6.0  # of a name, in BIC
 MOST = 5  # names in one answer
 _MOVES_PER_NAME = 10  # fewer moves are no evidence
+_SETTLED = 20  # steps, for fits that are compared with one that had its time
 _SPARED = 2  # of ten moves a fold may keep two
 
 
@@ -132,7 +133,7 @@ def swaps(fitted: Fit, index: int, shelf: Shelf, case: Case, noise: Noise) -> li
     best: dict[str, Fit] = {}
     for part in _best_guesses(shelf, bare, case, noise):
         if part.term.name not in used:
-            tried = fit(Model((*rest.parts, part)), case, noise, 8)
+            tried = fit(Model((*rest.parts, part)), case, noise, _SETTLED)
             if part.term.name not in best or tried.bic < best[part.term.name].bic:
                 best[part.term.name] = tried
     return sorted(best.values(), key=lambda f: f.bic)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.naming import Named
-from olp.diagnosis.remains import LEVEL, f_tail
+from olp.diagnosis.remains import LEVEL, f_tail, remains_of
 from olp.diagnosis.waits import spread
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ _MOST_BY_TIME = 0.12
 _BY_TIME = ("previous move", "previous moves", "a period in the order of moves", "t_start_s", "move", "cycle")
 _TAILS = 1.6  # times the middle's scatter: then a few moves hold most of the difference
 _ROUGH, _DIGITS = 0.03, 8.0  # share of a duration, and times the digits' standard deviation
+_FEW, _MOST_ELSEWHERE = 0.05, 0.35  # of the moves, and of the mean square that names leave in all others
 _LITTLE = 0.02  # of the mean square: what remains does not matter
 
 
@@ -64,14 +66,47 @@ def verdict_of(named: Named, floor: NoiseFloor, found: bool) -> str:
     if not found:
         return "unexplained" if structured or above or _no_scatter(named, floor) else "no-mismatch"
     raw, left = float(np.mean(named.clean.residual**2)), float(np.mean(left_over(named) ** 2))
-    if left > _MOST * raw and left > (_TAILS * spread(left_over(named), named.noise.least)) ** 2:
+    most = left > _MOST * raw and not _in_a_few_moves(named)
+    if most and left > (_TAILS * spread(left_over(named), named.noise.least)) ** 2:
         return "unexplained" if not named.late.any() else "partly-explained"
     if not structured and not above:
         return "explained"
-    by_time = abs(named.remains.order) > 0 or any(c.column in _BY_TIME for c in named.remains.correlates)
-    if left > (_MOST_BY_TIME if by_time else _MOST) * raw and not named.late.any():
+    by_time = _by_time(named)
+    much = left > _MOST_BY_TIME * raw if by_time else left > _MOST * raw
+    if much and not named.late.any() and (by_time or not _in_a_few_moves(named)):
         return "unexplained"
     return "partly-explained" if left > _LITTLE * raw else "explained"
+
+
+def _by_time(named: Named) -> bool:
+    """Whether what remains goes with time: also between repeats of the same move, where moves repeat.
+
+    A program that runs again and again brings what is wrong with a move back with a period.
+    """
+    remains, case = named.remains, named.clean
+    if not (abs(remains.order) > 0 or any(c.column in _BY_TIME for c in remains.correlates)):
+        return False
+    if len(case.repeats) != len(case):
+        return True
+    _, inverse, count = np.unique(case.repeats, return_inverse=True, return_counts=True)
+    if len(case) - len(count) < _ENOUGH:
+        return True
+    left = left_over(named)
+    often = (count > 1)[inverse]
+    within = (left - (np.bincount(inverse, left) / count)[inverse]) * np.sqrt(
+        count / np.maximum(count - 1, 1)
+    )[inverse]
+    rows = np.nonzero(often)[0].astype(np.int64)
+    again = remains_of(within[rows], case.take(rows), {})
+    return abs(again.order) > 0 or any(c.column in _BY_TIME for c in again.correlates)
+
+
+def _in_a_few_moves(named: Named) -> bool:
+    """Whether the names leave so much in a few moves only, and hold in all others."""
+    left = left_over(named) ** 2
+    rest = np.argsort(left)[: len(left) - math.ceil(_FEW * len(left))]
+    before = float(np.sum(named.clean.residual[rest] ** 2))
+    return bool(before > 0 and float(np.sum(left[rest])) < _MOST_ELSEWHERE * before)
 
 
 def joined(one: str, other: str, found: bool) -> str:

@@ -58,19 +58,14 @@ class Versions:
 
 def _timed(path: Path | None, job: Job, folder: Path | None) -> tuple[Timing, Program] | str | None:
     """The timing of one version, None where it is missing, and the reason where it cannot be read."""
-    from olp.interpreter import run
+    from olp.batch import time_program
     from olp.reading import read
-    from olp.signature import read_signature
-    from olp.timing import time_plan
 
     if path is None:
         return None
     try:
         program = read(path, encoding=job.encoding)
-        plan = run(program, robot=job.robot, folder=folder, cycles=job.cycles, max_steps=job.max_steps)
-        signature = None if job.signature is None else read_signature(job.signature)
-        laws = job.acceleration, job.override, job.acceleration_law
-        return time_plan(plan, job.model, *laws, signature), program
+        return time_program(program, job, folder), program
     except OlpError as problem:
         return problem.diagnostics[0].message
 
@@ -111,9 +106,11 @@ def _of_paths(a: Path, b: Path) -> Versions:
         return _of_folders(a, b, ())
     # git difftool hands over copies in a temporary folder, and says in BASE whose they are.
     original = next((os.environ[word] for word in ("MERGED", "BASE") if os.environ.get(word)), "")
-    home = Path(original).parent if original and Path(original).name == b.name else None
-    name = original if home is not None else str(b)
-    return Versions((Pair(name, a, b),), (_home(a, home), _home(b, home)))
+    home = Path(original).parent if original and Path(original).name in (a.name, b.name) else None
+    name = original if home is not None else str(b if b.is_file() else a)
+    # A version that is not there is the null device to git.
+    old, new = (path if path.is_file() else None for path in (a, b))
+    return Versions((Pair(name, old, new),), (_home(a, home), _home(b, home)))
 
 
 def _home(path: Path, home: Path | None) -> Path | None:
@@ -170,33 +167,62 @@ def _is_revision(word: str) -> bool:
 
 
 def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
-    """The files of a revision in `folder`. Raises OlpError (U001, U002)."""
+    """The files of a revision in `folder`, and where there the current folder is. Raises OlpError (U001, U002)."""
     if revision.startswith("-") or not _is_revision(revision):
         says = f"{revision[:60]!r} is no file, no folder and no git revision"
         raise OlpError(
             error("U001", says, help="name two programs, two folders, or revisions such as HEAD~1 HEAD")
         )
     folder.mkdir(parents=True)
-    prefix = _git("rev-parse", "--show-prefix").stdout.decode().strip()
-    asked = _git(
-        "archive", "--format=tar", f"{revision}:{prefix}" if prefix else revision, *_folders_of(paths)
-    )
+    prefix = _words("rev-parse", "--show-prefix").strip()
+    wanted = _wanted(revision, prefix, paths)
+    home = _words("rev-parse", "--show-toplevel").strip()
+    if wanted is None or wanted:
+        # The whole repository, not the current folder: olp.toml may stand above.
+        asked = _git(
+            "--literal-pathspecs", "archive", "--format=tar", revision, "--", *(wanted or ()), cwd=home
+        )
+        if asked.returncode:
+            raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
+        with tarfile.open(fileobj=io.BytesIO(asked.stdout)) as archive:
+            archive.extractall(folder, filter="data")
+    found = folder / prefix
+    found.mkdir(parents=True, exist_ok=True)
+    return found
+
+
+def _wanted(revision: str, prefix: str, paths: Sequence[str]) -> list[str] | None:
+    """What to lay out, as git's root sees it: None for everything.
+
+    Of a file its whole folder, where the routines are that it calls, and settings and robot files wherever they are.
+    """
+    roots = [PurePosixPath(prefix, path.replace("\\", "/")) for path in paths]
+    if not roots or PurePosixPath(".") in roots:
+        return None
+    names = [
+        PurePosixPath(name)
+        for name in _words("ls-tree", "-r", "-z", "--full-tree", "--name-only", revision).split("\0")
+    ]
+    files = set(names)
+    folders = {root.parent if root in files else root for root in roots}
+    if PurePosixPath(".") in folders:
+        return None
+    parents = {parent for name in names for parent in name.parents}
+    return sorted(map(str, folders & parents)) + [str(name) for name in names if name.suffix == ".toml"]
+
+
+def _words(*arguments: str) -> str:
+    """What git answers. Raises OlpError (U002)."""
+    asked = _git(*arguments)
     if asked.returncode:
         raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
-    with tarfile.open(fileobj=io.BytesIO(asked.stdout)) as archive:
-        archive.extractall(folder, filter="data")
-    return folder
+    return os.fsdecode(asked.stdout)
 
 
-def _folders_of(paths: Sequence[str]) -> list[str]:
-    """Whole folders: what a program calls stands beside it."""
-    folders = {str(PurePosixPath(path.replace("\\", "/")).parent) for path in paths}
-    return [] if not paths or "." in folders else ["--", *sorted(folders)]
-
-
-def _git(*arguments: str) -> subprocess.CompletedProcess[bytes]:
+def _git(*arguments: str, cwd: str | None = None) -> subprocess.CompletedProcess[bytes]:
+    command = ["git", *arguments]
     try:
-        return subprocess.run(["git", *arguments], capture_output=True, timeout=_PATIENCE, check=False)
+        return subprocess.run(command, cwd=cwd, capture_output=True, timeout=_PATIENCE, check=False)
     except (OSError, subprocess.SubprocessError) as problem:
         raise OlpError(
             error("U002", f"git cannot be run: {problem}", help="install git, or name two folders")

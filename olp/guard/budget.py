@@ -3,7 +3,7 @@
 ```toml
 [[budget]]
 name = "cell 4"            # what reports call it
-files = "cell4/*.jbi"      # one pattern or a list, seen from the file; every program below it where this is missing
+files = "cell4/*.jbi"      # one pattern or a list, seen from this file; missing: every program below it
 limit_s = 42.0
 tolerance_s = 0.2          # or tolerance_pct
 warn_s = 41.0              # or warn_pct of the limit: from here on it is close
@@ -15,22 +15,25 @@ from = "START"             # from one label
 to = "END"                 # to another
 ```
 
-Codes: M001 a budget that cannot be used, M002 a key that nobody reads.
+A pattern without a slash holds in every folder below; in others * and ? stop at a slash, and ** does not. A budget
+for a routine or labels without `files` and `job` holds wherever they are.
+
+Codes: M001 a budget that cannot be used, M002 a key that nobody reads, M007 a budget that holds for no program.
 """
 
 from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fnmatch import fnmatch
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from olp.assumptions import nearest_assumptions
-from olp.diagnostic import Diagnostic, error
+from olp.diagnostic import Diagnostic, OlpError, Span, error
 
 PARTS = ("total", "motion", "wait", "io")
 _KEYS = (
@@ -52,7 +55,7 @@ class Budget:
     limit_s: float
     tolerance_s: float = 0.0
     warn_s: float = math.inf
-    files: tuple[str, ...] = ("*",)
+    files: tuple[str, ...] = ()
     job: str = ""
     routine: str = ""
     start: str = ""
@@ -71,11 +74,23 @@ class Budget:
             return False
         if self.job and file.stem.casefold() != self.job.casefold():
             return False
-        return any(
-            fnmatch(relative.casefold(), pattern.casefold())
-            or fnmatch(file.name.casefold(), pattern.casefold())
-            for pattern in self.files
-        )
+        return not self.files or any(_pattern(pattern).fullmatch(relative) for pattern in self.files)
+
+    @property
+    def anywhere(self) -> bool:
+        """Whether it is about a part of programs, and leaves open of which."""
+        return bool(self.routine or self.start) and not self.files and not self.job
+
+
+@lru_cache(maxsize=256)
+def _pattern(pattern: str) -> re.Pattern[str]:
+    """The paths, with slashes and from the olp.toml on, that a pattern means; letters of either case."""
+    text = pattern.replace("\\", "/").removeprefix("./")
+    text = text + "**" if text.endswith("/") else text
+    text = text if "/" in text else f"**/{text}"
+    words = {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}
+    parts = re.split(r"(\*\*/|\*\*|\*|\?)", text)
+    return re.compile("".join(words.get(part, re.escape(part)) for part in parts), re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +103,12 @@ class Budgets:
 
 
 def budgets_for(path: str, given: str | None = None) -> list[Budgets]:
-    """The budgets of `given`, else of every olp.toml that holds for the file: beside it and above, nearest first."""
+    """The budgets of `given`, else of every olp.toml that holds for the file: beside it and above, nearest first.
+
+    Raises OlpError (M001) where `given` is no file.
+    """
+    if given is not None and not Path(given).is_file():
+        raise OlpError(error("M001", "no such file of budgets", file=given, help="check the path"))
     files = [Path(given)] if given is not None else _files_above(str(Path(path).resolve().parent))
     return [_read(str(file.resolve()), file.stat().st_mtime_ns) for file in files if file.is_file()]
 
@@ -100,7 +120,9 @@ def _files_above(folder: str) -> tuple[Path, ...]:
     while nearest is not None:
         found.append(nearest)
         home = nearest.parent
-        nearest = None if (home / ".git").exists() or home.parent == home else nearest_assumptions(home.parent)
+        nearest = (
+            None if (home / ".git").exists() or home.parent == home else nearest_assumptions(home.parent)
+        )
     return tuple(found)
 
 
@@ -113,7 +135,7 @@ def _read(path: str, _: int) -> Budgets:
     try:
         tables = tomllib.loads(text).get("budget", [])
     except tomllib.TOMLDecodeError as problem:
-        return Budgets(path, (), (error("M001", f"not TOML: {problem}", file=path),))
+        return Budgets(path, (), (_broken(str(problem), path),))
     if not isinstance(tables, list):
         says = error(
             "M001", "budgets are tables in a list", file=path, help="write [[budget]], with two brackets"
@@ -123,6 +145,18 @@ def _read(path: str, _: int) -> Budgets:
     reader = _Reader(path)
     found = [reader.budget(table, lines[i] if i < len(lines) else 0) for i, table in enumerate(tables)]
     return Budgets(path, tuple(b for b in found if b is not None), tuple(reader.problems))
+
+
+def _broken(message: str, path: str) -> Diagnostic:
+    place = re.search(r"\s*\(at line (\d+), column (\d+)\)", message)
+    where = Span(int(place[1]), int(place[2])) if place else None
+    says = f"not TOML: {message[: place.start()] if place else message}"
+    return error("M001", says, where, file=path, help="no budget of this file can be judged")
+
+
+def _name(words: Mapping[str, str], patterns: tuple[str, ...]) -> str:
+    span = f"{words['from']} to {words['to']}" if words["from"] else ""
+    return words["routine"] or span or words["job"] or " ".join(patterns) or "budget"
 
 
 class _Reader:
@@ -138,10 +172,7 @@ class _Reader:
         limit = self._seconds(table, "limit_s", None)
         tolerance = self._share(table, "tolerance", limit, 0.0)
         warn = self._share(table, "warn", limit, math.inf)
-        files = table.get("files", "*")
-        patterns = (files,) if isinstance(files, str) else tuple(files) if isinstance(files, list) else ()
-        if not patterns or not all(isinstance(pattern, str) for pattern in patterns):
-            self._report("files is a pattern or a list of patterns", 'files = "cell4/*.jbi"')
+        patterns = self._patterns(table)
         words = {key: self._word(table, key) for key in ("name", "job", "routine", "from", "to", "signature")}
         level = self._choice(table, "level", ("fail", "warn"))
         of, on = self._choice(table, "of", PARTS), self._choice(table, "on", ("prediction", "upper"))
@@ -151,9 +182,10 @@ class _Reader:
             self._report('on = "upper" judges the total', 'leave out of, or write of = "total"')
         if limit is None or len(self.problems) > before:
             return None
+        home = Path(self.path).parent
         return Budget(
-            name=words["name"] or words["routine"] or words["job"] or " ".join(patterns),
-            home=str(Path(self.path).parent),
+            name=words["name"] or _name(words, patterns),
+            home=str(home),
             line=line,
             limit_s=limit,
             tolerance_s=tolerance,
@@ -166,8 +198,16 @@ class _Reader:
             fails=level == "fail",
             of=of,
             upper=on == "upper",
-            signature=words["signature"],
+            signature=str(home / words["signature"]) if words["signature"] else "",
         )
+
+    def _patterns(self, table: Mapping[str, Any]) -> tuple[str, ...]:
+        files = table.get("files", [])
+        found = (files,) if isinstance(files, str) else tuple(files) if isinstance(files, list) else ()
+        if ("files" in table and not found) or not all(isinstance(pattern, str) for pattern in found):
+            self._report("files is a pattern or a list of patterns", 'files = "cell4/*.jbi"')
+            return ()
+        return found
 
     def _known(self, table: Mapping[str, Any]) -> None:
         for key in table:
@@ -216,6 +256,4 @@ class _Reader:
         self.problems.append(self._at("M001", message, f"for example {example}"))
 
     def _at(self, code: str, message: str, advice: str) -> Diagnostic:
-        from olp.diagnostic import Span
-
         return error(code, message, Span(self.line) if self.line else None, file=self.path, help=advice)

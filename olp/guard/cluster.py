@@ -5,8 +5,10 @@ Codes: M003 no cluster, or a worker that cannot do the work.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from olp.diagnostic import OlpError, error
 from olp.guard.judge import Judged
@@ -26,15 +28,17 @@ def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Jo
     Raises OlpError (M003) without the extra, without a scheduler, or when tasks keep failing.
     """
     try:
-        from distributed import Client
+        import distributed
     except ImportError:
         raise OlpError(
             error("M003", "a cluster needs the library dask", help='pip install "olp[cluster]"')
         ) from None
+    client_type: Any = distributed.Client
     chunks = [arguments[start : start + _CHUNK] for start in range(0, len(arguments), _CHUNK)]
     try:
-        with Client(address, timeout=_PATIENCE) as client:
-            futures = client.map(judge_chunk, chunks, retries=_RETRIES, pure=False)
+        with client_type(address, timeout=_PATIENCE) as client:
+            work = partial(judge_chunk, folder=os.getcwd())
+            futures = client.map(work, chunks, retries=_RETRIES, pure=False)
             for future in futures:
                 yield from future.result()
     except OSError as problem:
@@ -48,8 +52,10 @@ def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Jo
         ) from None
 
 
-def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], Job]]) -> list[Judged]:
-    """Some files, one after the other."""
+def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], Job]], folder: str) -> list[Judged]:
+    """Some files, one after the other. `folder`: the one that their paths are seen from."""
     from olp.guard.run import judge_one
 
+    if os.path.isdir(folder):
+        os.chdir(folder)
     return [judge_one(argument) for argument in chunk]

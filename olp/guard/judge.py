@@ -46,10 +46,13 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> Judged:
         why = problem.diagnostics[0].message
         return Judged(path, tuple(_unknown(b, path, why) for b in budgets), findings, None, read=(path,))
     plain = timings[""]
-    found = [of_diagnostic(d.at(path)) for d in plain.diagnostics]
+    found = _once([of_diagnostic(d.at(path)) for d in plain.diagnostics])
     items: list[Item] = []
     for budget in budgets:
-        item, more = _one(path, program, timings[budget.signature], budget)
+        measured = measure(timings[budget.signature], program, budget)
+        if measured.absent and budget.anywhere:
+            continue
+        item, more = _one(path, timings[budget.signature], budget, measured)
         items.append(item)
         found.extend(more)
     read_files = tuple(
@@ -57,7 +60,7 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> Judged:
     )
     total = None if plain.untimed else plain.total_s
     sums = (plain.motion_s, plain.wait_s, plain.io_s, plain.high_s)
-    return Judged(path, tuple(items), tuple(_once(found)), total, *sums, read_files)
+    return Judged(path, tuple(items), tuple(found), total, *sums, read_files)
 
 
 def _once(found: list[Finding]) -> list[Finding]:
@@ -75,8 +78,7 @@ def _unknown(budget: Budget, path: str, why: str) -> Item:
     return Item(budget.name, path, Status.UNKNOWN, why, limit_s=budget.limit_s, group="budget")
 
 
-def _one(path: str, program: Program, timing: Timing, budget: Budget) -> tuple[Item, list[Finding]]:
-    measured = measure(timing, program, budget)
+def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple[Item, list[Finding]]:
     if measured.seconds is None:
         return _unknown(budget, path, measured.why), []
     seconds, limit = measured.seconds, budget.limit_s + budget.tolerance_s
@@ -96,7 +98,8 @@ def _one(path: str, program: Program, timing: Timing, budget: Budget) -> tuple[I
     if seconds <= limit:
         return item, []
     worst = _worst(path, timing, measured)
-    item = replace(item, line=next((f.line for f in worst if f.file == path), 0))
+    told = "\n".join(f"{f.file}:{f.line}: {f.message}; {f.help}" for f in worst)
+    item = replace(item, line=_place(path, timing, measured, worst), details=told)
     level = Level.ERROR if budget.fails else Level.WARNING
     head = Finding(
         "M010",
@@ -112,6 +115,18 @@ def _one(path: str, program: Program, timing: Timing, budget: Budget) -> tuple[I
     return item, [head, *worst]
 
 
+def _place(path: str, timing: Timing, measured: Measured, worst: list[Finding]) -> int:
+    """The line of the program itself that takes most: one of the worst, or the call that leads to them."""
+    own = next((found.line for found in worst if found.file == path), 0)
+    if own:
+        return own
+    seconds = np.nan_to_num(timing.duration_s) * measured.steps
+    sums: dict[int, float] = {}
+    for span in timing.plan.calls:
+        sums[span.line] = sums.get(span.line, 0.0) + float(seconds[span.start : span.stop].sum())
+    return max(sums, key=lambda line: sums[line], default=0)
+
+
 def _worst(path: str, timing: Timing, measured: Measured) -> list[Finding]:
     """The lines that take longest, each summed over its executions, with what limits them."""
     plan = timing.plan
@@ -122,13 +137,15 @@ def _worst(path: str, timing: Timing, measured: Measured) -> list[Finding]:
         lines[key] = lines.get(key, 0.0) + float(np.nan_to_num(timing.duration_s[step]))
         first.setdefault(key, step)
     order = sorted(lines, key=lambda key: -lines[key])[:_WORST]
-    return [_line(timing, key, first[key], lines[key], path) for key in order if lines[key] > 0]
+    return [_line(timing, measured, first[key], lines[key], path) for key in order if lines[key] > 0]
 
 
-def _line(timing: Timing, key: tuple[int, int], step: int, seconds: float, path: str) -> Finding:
+def _line(timing: Timing, measured: Measured, step: int, seconds: float, path: str) -> Finding:
     plan = timing.plan
+    key = int(plan.source[step]), int(plan.line[step])
     source = plan.sources[key[0]]
-    times = int(np.count_nonzero((plan.source == key[0]) & (plan.line == key[1])))
+    same = (plan.source == key[0]) & (plan.line == key[1]) & measured.steps
+    times = int(np.count_nonzero(same))
     often = f" in {times} executions" if times > 1 else ""
     return Finding(
         "M011",

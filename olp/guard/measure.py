@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.guard.budget import Budget
-from olp.plan import StepKind
-from olp.program import Call, Label, Program
+from olp.interpreter.folder import read_cached
+from olp.plan import Plan, StepKind
+from olp.program import Call, For, Label, Program, Repeat, Routine, While
 from olp.timing import Timing
 
 Bools = NDArray[np.bool_]
+_HEADS = (Label, For, While, Repeat)  # a run may come back to these
 _KINDS = {"motion": StepKind.MOVE, "wait": StepKind.WAIT, "io": StepKind.SIGNAL}
 
 
@@ -22,6 +26,7 @@ class Measured(NamedTuple):
     seconds: float | None
     steps: Bools
     why: str = ""
+    absent: bool = False  # the program has no such part, or never comes there
 
 
 def measure(timing: Timing, program: Program, budget: Budget) -> Measured:
@@ -31,7 +36,7 @@ def measure(timing: Timing, program: Program, budget: Budget) -> Measured:
         return Measured(None, everything, timing.plan.stop_reason)
     runs, why = _runs(timing, program, budget)
     if not runs:
-        return Measured(None, everything, why)
+        return Measured(None, everything, why, absent=True)
     if budget.upper:
         if timing.high_s is None:
             return Measured(
@@ -65,44 +70,78 @@ def _of_routine(timing: Timing, program: Program, name: str) -> list[Bools]:
     if main.name.casefold() == wanted:
         return [np.ones(len(plan), dtype=bool)]
     calls = {s.line for s in main.body if isinstance(s, Call) and s.routine.casefold() == wanted}
-    runs = []
-    for span in plan.calls:
-        if span.line in calls:
-            run = np.zeros(len(plan), dtype=bool)
-            run[span.start : span.stop] = True
-            runs.append(run)
-    if runs:
-        return runs
-    own = next((r for r in program.routines if r.name.casefold() == wanted), None)
-    if own is not None:
-        inside = (plan.source == 0) & (plan.line >= own.line) & (plan.line <= (own.last_line or own.line))
-        return _contiguous(inside)
-    stems = [s.path.replace("\\", "/").rpartition("/")[2].rpartition(".")[0].casefold() for s in plan.sources]
-    return _contiguous(np.isin(plan.source, [i for i, stem in enumerate(stems) if stem == wanted and i]))
+    spans = [span for span in plan.calls if span.line in calls and span.stop > span.start]
+    if spans:
+        return [_run(len(plan), span.start, span.stop) for span in spans]
+    return _called_further_down(plan, program, wanted)
+
+
+def _called_further_down(plan: Plan, program: Program, wanted: str) -> list[Bools]:
+    """Executions of a routine that others than the main one call. What it calls itself belongs to it where it goes
+    on afterwards."""
+    for index, source in enumerate(plan.sources):
+        own = program if index == 0 else read_cached(Path(source.path))
+        stem = source.path.replace("\\", "/").rpartition("/")[2].rpartition(".")[0].casefold()
+        for routine in own.routines:
+            if routine.name.casefold() == wanted or (index and stem == wanted):
+                trail = _trail_of(plan, routine, index)
+                return _executions(trail, trail.line > 0, routine, routine.line)
+    return []
 
 
 def _between(timing: Timing, program: Program, budget: Budget) -> list[Bools]:
-    plan = timing.plan
-    lines: dict[str, int] = {}
+    labels: dict[str, tuple[int, Routine]] = {}
     for routine in program.routines:
         for s in routine.body:
             if isinstance(s, Label):
-                lines.setdefault(s.name.casefold(), s.line)
-    first, last = (lines.get(name.lstrip("*").casefold()) for name in (budget.start, budget.stop))
+                labels.setdefault(s.name.casefold(), (s.line, routine))
+    first, last = (labels.get(name.lstrip("*").casefold()) for name in (budget.start, budget.stop))
     if first is None or last is None:
         return []
-    own = plan.source == 0
-    inside = own & (plan.line > first) & (plan.line < last)
-    # What is called in between belongs to it: other files run between two lines of the span.
-    index = np.maximum.accumulate(np.where(own, np.arange(len(plan)), -1)) if len(plan) else np.zeros(0, int)
-    return _contiguous(np.where(own, inside, (index >= 0) & inside[np.maximum(index, 0)]))
+    main = next((r for r in program.routines if r.name == program.main), program.routines[0])
+    trail = _trail_of(timing.plan, first[1], 0)
+    if first[1] is main:
+        for unit, span in enumerate(timing.plan.calls):
+            trail.line[span.start : span.stop] = span.line
+            trail.unit[span.start : span.stop] = -1 - unit
+    return _executions(trail, (trail.line > first[0]) & (trail.line < last[0]), first[1], first[0])
 
 
-def _contiguous(inside: Bools) -> list[Bools]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], inside, [False])).astype(np.int8)))
-    runs = []
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
-        run = np.zeros(len(inside), dtype=bool)
-        run[start:stop] = True
-        runs.append(run)
-    return runs
+class _Trail(NamedTuple):
+    """Where a routine is at each step. `line`: its own, of a call while that lasts where known, else 0.
+
+    `unit`: the same number for all steps of one call, another one for every other step.
+    """
+
+    line: NDArray[np.int32]
+    unit: NDArray[np.int64]
+
+
+def _trail_of(plan: Plan, routine: Routine, source: int) -> _Trail:
+    last = routine.last_line or max((s.line for s in routine.body), default=routine.line)
+    own = (plan.source == source) & (plan.line >= routine.line) & (plan.line <= last)
+    return _Trail(np.where(own, plan.line, 0).astype(np.int32), np.arange(len(plan), dtype=np.int64))
+
+
+def _executions(trail: _Trail, inside: Bools, routine: Routine, begin: int) -> list[Bools]:
+    """The steps `inside` as one mask per execution; each begins behind line `begin` of the routine."""
+    steps = np.flatnonzero(inside).tolist()
+    if not steps:
+        return []
+    head = int(trail.line[steps[0]])
+    # Who is at the first line again has begun anew, unless a loop leads back there.
+    loops = any(begin < s.line <= head and isinstance(s, _HEADS) for s in routine.body)
+    cuts = [0]
+    for position, (before, after) in enumerate(pairwise(steps), 1):
+        again = int(trail.line[after]) == head and trail.unit[after] != trail.unit[before] and not loops
+        left = after > before + 1 and bool((trail.line[before + 1 : after] > 0).any())
+        back = after > before + 1 and not loops and trail.line[after] <= trail.line[before]
+        if again or left or back:
+            cuts.append(position)
+    return [_run(len(inside), steps[a], steps[b - 1] + 1) for a, b in pairwise([*cuts, len(steps)])]
+
+
+def _run(count: int, start: int, stop: int) -> Bools:
+    run = np.zeros(count, dtype=bool)
+    run[start:stop] = True
+    return run

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from olp.batch import Job
-from olp.diagnostic import Diagnostic
+from olp.diagnostic import Diagnostic, Span, error
 from olp.guard.budget import Budget, Budgets, budgets_for
 from olp.guard.judge import Judged, judge
 
@@ -29,18 +29,46 @@ class Settings(NamedTuple):
     workers: int = 0
     cache: Path | None = None
     scheduler: str = ""
-    budgets: str | None = None  # an olp.toml that holds for all files
 
 
-def tasks(paths: Sequence[str], given: str | None = None) -> tuple[list[Task], list[Diagnostic]]:
-    """Each file with its budgets, and what is wrong with the budgets themselves, once."""
+class Work(NamedTuple):
+    """Each file with its budgets, and all the budgets that were met on the way."""
+
+    tasks: tuple[Task, ...]
+    budgets: tuple[Budgets, ...]
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        """What is wrong with the budgets themselves, each once."""
+        return [d for budgets in self.budgets for d in budgets.diagnostics]
+
+    def idle(self, results: Sequence[Judged], folders: Sequence[str]) -> list[Diagnostic]:
+        """Budgets that hold for no program although their whole folder was looked through: nobody keeps them."""
+        roots = [Path(folder).resolve() for folder in folders if Path(folder).is_dir()]
+        judged = {item.name for result in results for item in result.items}
+        found = []
+        for budgets in self.budgets:
+            home = Path(budgets.path).parent
+            if any(home.is_relative_to(root) for root in roots):
+                found += [_idle(b, budgets.path) for b in budgets.budgets if b.name not in judged]
+        return found
+
+
+def _idle(budget: Budget, path: str) -> Diagnostic:
+    says = f"the budget {budget.name!r} holds for no program below"
+    span = Span(budget.line) if budget.line else None
+    return error("M007", says, span, file=path, help="check files, job, routine, from and to, or remove it")
+
+
+def tasks(paths: Sequence[str], given: str | None = None) -> Work:
+    """The work that checking `paths` is. `given`: an olp.toml whose budgets hold, else the nearest ones."""
     found: list[Task] = []
     files: dict[str, Budgets] = {}
     for path in paths:
         known = budgets_for(path, given)
         files.update((budgets.path, budgets) for budgets in known)
         found.append(Task(path, tuple(b for budgets in known for b in budgets.budgets if b.covers(path))))
-    return found, [d for budgets in files.values() for d in budgets.diagnostics]
+    return Work(tuple(found), tuple(files.values()))
 
 
 def run(work: Sequence[Task], settings: Settings, done: Callable[[int], None] | None = None) -> list[Judged]:

@@ -19,6 +19,8 @@ from typing import NamedTuple
 from olp.diagnostic import OlpError, error
 from olp.guard.judge import Judged
 
+_MARK = 0x6F6C7073  # SQLite's application_id: "olps"
+_PATIENCE_S = 30.0  # for another olp that writes
 _SCHEMA = """
 create table if not exists run (id integer primary key, started text not null, version text not null,
                                 commit_id text not null);
@@ -53,7 +55,7 @@ def keep(path: Path, results: Sequence[Judged], root: Path) -> None:
                 (now, __version__, _commit(root)),
             ).lastrowid
             store.executemany(
-                "insert into program values (?, ?, ?, ?, ?, ?, ?)",
+                "insert or replace into program values (?, ?, ?, ?, ?, ?, ?)",
                 [
                     (run, _name(r.path, root), r.total_s, r.motion_s, r.wait_s, r.io_s, r.high_s)
                     for r in results
@@ -88,9 +90,26 @@ def history(path: Path, job: str) -> list[Point]:
         raise _refused(path, problem) from None
 
 
+def check(path: Path) -> None:
+    """Raises OlpError (M004) for a file that cannot be a store, before any work is done for it."""
+    try:
+        _opened(path).close()
+    except sqlite3.Error as problem:
+        raise _refused(path, problem) from None
+
+
 def _opened(path: Path) -> sqlite3.Connection:
-    store = sqlite3.connect(path)
-    store.executescript(_SCHEMA)
+    store = sqlite3.connect(path, timeout=_PATIENCE_S)
+    try:
+        mark = store.execute("pragma application_id").fetchone()[0]
+        tables = store.execute("select count(*) from sqlite_master").fetchone()[0]
+        if tables and mark != _MARK:
+            raise sqlite3.DatabaseError("it is another program's database")
+        store.execute(f"pragma application_id = {_MARK}")
+        store.executescript(_SCHEMA)
+    except sqlite3.Error:
+        store.close()
+        raise
     return store
 
 

@@ -19,7 +19,7 @@ class Rule(ABC):
     `fixable`: whether findings carry a change that cannot alter where the robot goes.
     """
 
-    code: ClassVar[str]
+    code: ClassVar[str] = ""
     title: ClassVar[str]
     level: ClassVar[Level] = Level.WARNING
     why: ClassVar[str]
@@ -60,12 +60,23 @@ class Rule(ABC):
         )
 
 
+class Told(Rule):
+    """A rule whose places are found while the program is planned and timed. `codes`: under which they are told."""
+
+    codes: ClassVar[tuple[str, ...]] = ()
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        for found in case.told(*self.codes):
+            yield self.finding(case, found.line, found.message, found.help)
+
+
 def all_rules() -> tuple[Rule, ...]:
     """One instance of every rule, sorted by code."""
     package = import_module("olp.lint.rules")
     found: list[Rule] = []
     for module in iter_modules(package.__path__):
         for thing in vars(import_module(f"olp.lint.rules.{module.name}")).values():
-            if isinstance(thing, type) and issubclass(thing, Rule) and thing.__module__.endswith(module.name):
+            own = isinstance(thing, type) and thing.__module__.endswith(f".{module.name}")
+            if own and issubclass(thing, Rule) and thing.code:  # without one it is the base of others
                 found.append(thing())
     return tuple(sorted(found, key=lambda rule: rule.code))

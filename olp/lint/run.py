@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from olp.batch import Job, time_program
 from olp.diagnostic import OlpError
 from olp.lint.case import Case
-from olp.lint.rule import Rule, all_rules
-from olp.outcome.model import Finding, Item, Status, of_diagnostic
+from olp.lint.rule import Told, all_rules
+from olp.lint.settings import Choice, rules_for
+from olp.outcome.model import Finding, of_diagnostic
 
 _EXCUSE = re.compile(r"olp:\s*ignore(?:\s+((?:[A-Z]\d{3}[\s,]*)+))?", re.IGNORECASE)
 _CODE = re.compile(r"[A-Z]\d{3}")
@@ -25,38 +26,22 @@ class Linted:
     excused: int = 0
     unreadable: bool = False
 
-    @property
-    def item(self) -> Item:
-        status = Status.UNKNOWN if self.unreadable else Status.WARNED if self.findings else Status.HELD
-        count = len(self.findings)
-        says = "cannot be read" if self.unreadable else f"{count} finding{'' if count == 1 else 's'}"
-        return Item(self.path, self.path, status, says, group="lint")
 
-
-def chosen(select: Sequence[str], ignore: Sequence[str]) -> tuple[Rule, ...]:
-    """The rules whose code begins with one of `select` (empty: all) and with none of `ignore`."""
-    return tuple(
-        rule
-        for rule in all_rules()
-        if (not select or rule.code.startswith(tuple(select))) and not rule.code.startswith(tuple(ignore))
-    )
-
-
-def lint(path: str, job: Job, select: Sequence[str] = (), ignore: Sequence[str] = ()) -> Linted:
+def lint(path: str, job: Job, asked: Choice | None = None) -> Linted:
     """All findings of one file. Never raises for a bad program: what is wrong with it is a finding."""
     from olp.reading import read
 
     try:
         program = read(path, encoding=job.encoding)
-        broken = [of_diagnostic(d, path) for d in program.diagnostics if d.is_error]
+        rules = rules_for(path, asked or Choice())
+        told = {code for rule in all_rules() if isinstance(rule, Told) for code in rule.codes}
+        broken = [of_diagnostic(d, path) for d in program.diagnostics if d.is_error and d.code not in told]
         if not program.routines:
-            return Linted(path, tuple(broken))
+            return Linted(path, tuple(broken), unreadable=True)
         case = Case(program, time_program(program, job))
     except OlpError as problem:
         return Linted(path, tuple(of_diagnostic(d, path) for d in problem.diagnostics), unreadable=True)
-    found = sorted(
-        (f for rule in chosen(select, ignore) for f in rule.find(case)), key=lambda f: (f.line, f.code)
-    )
+    found = sorted((f for rule in rules for f in rule.find(case)), key=lambda f: (f.line, f.code))
     kept = [f for f in found if not _is_excused(case, f)]
     return Linted(path, (*broken, *kept), len(found) - len(kept))
 

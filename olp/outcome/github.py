@@ -18,14 +18,18 @@ class GithubFormat(OutcomeFormat):
 
     def render(self, outcome: Outcome) -> str:
         rows = [_row(found) for found in outcome.findings]
-        told = {(found.file, found.line) for found in outcome.findings}
-        rows += [
-            _item(item)
-            for item in outcome.items
-            if item.status in (Status.FAILED, Status.UNKNOWN) and (item.file, item.line) not in told
-        ]
+        files = {found.file for found in outcome.findings}
+        places = {(found.file, found.line) for found in outcome.findings}
+        rows += [_item(item) for item in outcome.items if _untold(item, files, places)]
         rows += outcome.summary
         return "".join(f"{row}\n" for row in rows)
+
+
+def _untold(item: Item, files: set[str], places: set[tuple[str, int]]) -> bool:
+    """Whether no finding says what became of an item."""
+    if item.status is Status.UNKNOWN:
+        return not item.line or (item.file, item.line) not in places
+    return item.status is Status.FAILED and item.file not in files
 
 
 def _row(found: Finding) -> str:

@@ -20,11 +20,13 @@ class JunitFormat(OutcomeFormat):
     suffix: ClassVar[str] = ".xml"
 
     def render(self, outcome: Outcome) -> str:
+        # A failed item holds its findings already.
+        failed = {item.file for item in outcome.items if item.status in (Status.FAILED, Status.UNKNOWN)}
         cases = [_case(outcome, item) for item in outcome.items]
         cases += [
             _finding_case(outcome, found)
             for found in outcome.findings
-            if not outcome.items or found.level is Level.ERROR
+            if not outcome.items or (found.level is Level.ERROR and found.file not in failed)
         ]
         failures = sum("<failure" in case for case in cases)
         errors = sum("<error" in case for case in cases)
@@ -52,7 +54,8 @@ def _case(outcome: Outcome, item: Item) -> str:
     text = _clean(item.message)
     words = {Status.FAILED: "failure", Status.UNKNOWN: "error"}
     if item.status in words:
-        word, body = words[item.status], escape(_where(item.file, item.line) + text)
+        details = f"\n{_clean(item.details)}" if item.details else ""
+        word, body = words[item.status], escape(_where(item.file, item.line) + text + details)
         return f"{head}><{word} message={_quoted(text)}>{body}</{word}></testcase>"
     note = f"<system-out>{escape(text)}</system-out>" if text else ""
     return f"{head}>{note}</testcase>" if note else f"{head}/>"

@@ -72,6 +72,7 @@ class Item:
     seconds: float | None = None
     limit_s: float | None = None
     group: str = ""
+    details: str = ""  # lines for where an item stands alone, as in JUnit
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,4 +107,5 @@ def of_diagnostic(found: Diagnostic, file: str = "") -> Finding:
         found.end_column,
         help=found.help,
         source_line=found.source_line,
+        anchor="" if found.source_line.strip() else found.message,
     )

@@ -22,15 +22,18 @@ class Dispatch(MoveTerm):
     def forms(self, case: Case) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
-        return (
-            Form("", (Parameter("time", "s", -1.0, 3.0, 0.0, False, "per executed move"),), r"T = T_0 + t_d"),
-        )
+        time = Parameter("time", "s", -1.0, 3.0, 0.0, False, "per executed move")
+        moves = Form("", (time,), r"T = T_0 + t_d")
+        if case.moving.all():
+            return (moves,)
+        return (moves, Form("waits too", (time,), r"T = T_0 + t_d"))
 
     def guesses(self, form: Form, case: Case) -> Floats:
         return np.array([[float(np.median(case.residual[case.moving])) or 0.01]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        return motion.with_(added=motion.added + values[0] * case.moving)
+        where = 1.0 if form.key == "waits too" else case.moving
+        return motion.with_(added=motion.added + values[0] * where)
 
     def doubt(self, form: Form, values: Floats) -> float:
         return _LESS if values[0] < 0 else 0.0

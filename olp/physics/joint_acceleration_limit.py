@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from olp.physics._case import Case, Floats
+from olp.physics._limits import limits_reached
 from olp.physics._motion import Motion
 from olp.physics._ramps import longer, where_passed
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
 ALL = -1  # axes together, by their rated accelerations
-_QUANTILES = (0.3, 0.7, 0.92)
 
 
 class JointAccelerationLimit(MoveTerm):
@@ -53,8 +53,8 @@ class JointAccelerationLimit(MoveTerm):
         return "" if case.rates is not None else "a robot, or joint points"
 
     def guesses(self, form: Form, case: Case) -> Floats:
-        asked = _asked(case, form.axis)
-        return np.quantile(asked[asked > 0], _QUANTILES)[:, None]
+        limit = form.parameters[0]
+        return np.clip(limits_reached(_asked(case, form.axis)), limit.low, limit.high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         start, end = (_passed(case, form.axis, k) for k in (0, 1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.physics._case import Case, Floats
+from olp.physics._limits import limits_reached
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
@@ -12,7 +13,6 @@ ALL = -1  # axes together, by their rated speeds
 _SLOWEST = 0.25  # of a rated speed: no drive is slower
 _FEWEST = 4  # moves
 _FINER = 4  # times as many places as the rates are known at
-_QUANTILES = (0.5, 0.85, 0.97)
 
 
 class JointSpeedLimit(MoveTerm):
@@ -40,7 +40,7 @@ class JointSpeedLimit(MoveTerm):
 
     def guesses(self, form: Form, case: Case) -> Floats:
         asked, limit = _asked(case, form.axis), form.parameters[0]
-        return np.clip(np.quantile(asked[asked > 0], _QUANTILES), limit.low, limit.high)[:, None]
+        return np.clip(limits_reached(asked), limit.low, limit.high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
         """Where the axis would be too fast the path is slowed; it brakes before it and speeds up after it."""

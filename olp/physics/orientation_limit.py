@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.physics._case import Case, Floats
+from olp.physics._limits import limits_reached
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
@@ -38,7 +39,7 @@ class OrientationLimit(MoveTerm):
     def guesses(self, form: Form, case: Case) -> Floats:
         turn = _turns(case)
         needed = turn[turn > _TURN] / np.maximum(case.simulated[turn > _TURN], 1e-3)
-        rates = np.quantile(needed, [0.4, 0.75, 0.95])
+        rates = limits_reached(needed)
         if len(form.parameters) == 1:
             return rates[:, None]
         return np.array([[rate, rate / time] for rate in rates for time in (0.1, 0.4)])

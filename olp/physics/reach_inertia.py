@@ -43,6 +43,7 @@ class ReachInertia(MoveTerm):
         return (
             *arm,
             Form("", (one,), r"a(r) = a / (1 + k r^2)"),
+            Form("middle", (one,), r"a(r) = a / (1 + k r_m^2)"),
             Form("linear", (first,), r"a(r) = a / (1 + k r)"),
             Form("across", (one,), r"a(r) = a / (1 + k r^2 \cos^2\varphi)"),
         )
@@ -94,6 +95,10 @@ def _reaches(case: Case) -> tuple[Floats, Floats]:
 def _weight(case: Case, key: str, end: int) -> Floats:
     """(n,) [m², m] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
     reach = _reaches(case)[end]
+    if key == "middle":
+        # A controller may ask once per move.
+        middle = 0.5 * (case.start + case.end)
+        reach = np.hypot(middle[:, 0], middle[:, 1])
     weight = reach if key == "linear" else reach**2
     if key == "across":
         weight = weight * _across(case, end) ** 2

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.physics._case import Case, Floats
+from olp.physics._case import Case, Floats, Mask
+from olp.physics._limits import limits_reached
 from olp.physics._motion import Motion
 from olp.physics.term import Form, MoveTerm, Parameter, Stage
 
@@ -30,13 +31,14 @@ class SpeedClamp(MoveTerm):
         return (Form("", (clamp,), r"v \le v_{max}"),)
 
     def guesses(self, form: Form, case: Case) -> Floats:
-        levels = np.unique(np.round(_speeds(case), 6))
-        if len(levels) > 5:
-            levels = np.quantile(levels, [0.3, 0.6, 0.8, 0.9, 1.0])
-        return np.unique(np.concatenate([0.95 * levels, 0.8 * levels]))[:, None]
+        # What moves reach: on short ways that is less than what is programmed.
+        wanted = _wanted(case)
+        levels = limits_reached((case.base.top() / case.ratio)[wanted])
+        return np.clip(levels, form.parameters[0].low, form.parameters[0].high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        return motion.with_(speed=np.minimum(motion.speed, values[0] * case.ratio))
+        clamped = np.where(_wanted(case), values[0] * case.ratio, np.inf)
+        return motion.with_(speed=np.minimum(motion.speed, clamped))
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
         if case.unit == "m":
@@ -45,6 +47,9 @@ class SpeedClamp(MoveTerm):
 
 
 def _speeds(case: Case) -> Floats:
-    """Speeds that straight moves ask for; where there are none, those of joint moves."""
-    wanted = case.moving & (~case.joint if (case.moving & ~case.joint).any() else case.joint)
-    return np.asarray(case.base.speed[wanted])
+    return np.asarray(case.base.speed[_wanted(case)])
+
+
+def _wanted(case: Case) -> Mask:
+    """(n,) straight moves; where there are none, joint moves."""
+    return np.asarray(case.moving & (~case.joint if (case.moving & ~case.joint).any() else case.joint))

@@ -20,7 +20,7 @@ class SpeedScale(MoveTerm):
     def forms(self, case: Case) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
-        scale = Parameter("scale", "1", 0.2, 5.0, 1.0, True, "real over programmed speed")
+        scale = Parameter("scale", "1", 0.2, 5.0, 1.0, True, "real over simulated speed")
         return (Form("", (scale,), r"T = L/(k v) + k v/a"),)
 
     def guesses(self, form: Form, case: Case) -> Floats:
@@ -30,4 +30,4 @@ class SpeedScale(MoveTerm):
         return motion.with_(speed=motion.speed * values[0])
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
-        return f"moves cruise at {values[0]:.2%} of the programmed speed"
+        return f"moves cruise at {values[0]:.2%} of the simulated speed"

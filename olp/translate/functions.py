@@ -9,10 +9,10 @@ import numpy as np
 
 from olp.expression import Binary, Expression, Function, Number, PositionLiteral
 from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
-from olp.program import Move, Path, Program, Statement
+from olp.program import Assign, Move, Path, Program, Statement
 from olp.translate.records import literal_of
 from olp.translate.rewrite import mapped
-from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.symbols import Symbols, kind_of_value, symbols_of
 from olp.translate.work import Work
 from olp.units import deg
 
@@ -28,9 +28,20 @@ def functions(program: Program, work: Work) -> Program:
         for s in routine.body:
             if isinstance(s, Move) and s.path is Path.JOINT and work.target != "urscript":
                 s = replace(s, targets=tuple(_joints(t, symbols, routine.name) for t in s.targets))
+            if work.target == "krl" and isinstance(s, Assign):
+                s = _rounded(s, symbols, routine.name)
             rows.append(s if work.target == "urscript" else mapped(s, _plain))
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
+
+
+def _rounded(s: Assign, symbols: Symbols, routine: str) -> Assign:
+    """KRL rounds a REAL where it becomes an INT, and has no function that does."""
+    value = s.value
+    rounds = isinstance(value, Function) and value.name == "round" and len(value.arguments) == 1
+    if isinstance(value, Function) and rounds and kind_of_value(symbols, routine, s.target) == "integer":
+        return replace(s, value=value.arguments[0])
+    return s
 
 
 def _joints(e: Expression, symbols: Symbols, routine: str) -> Expression:

@@ -72,7 +72,8 @@ def _state(points: Points, routine: Routine, target: Expression, value: Value) -
     if isinstance(target, Taught):
         point = routine.points.find(target.store, True, target.number)
         return None if point is None else point.state
-    if isinstance(target, Variable):
+    if isinstance(target, Variable) and points.work.source.vendor == "inform":
+        # A position register of FANUC stands in whatever frame holds.
         name = value(target)
         name = name.base if isinstance(name, Item) else name
         return points.states.get(name.name) if isinstance(name, Named) else None

@@ -101,9 +101,9 @@ def frame_of(state: PointState) -> Expression | None:
     return FrameRef("base") if state.frame in ("base", "robot") else FrameRef(state.frame)
 
 
-def tool_of(state: PointState) -> Expression:
-    """The tool that a position with this state was taught with."""
-    return FrameRef("tool", Number(state.tool))
+def tool_of(state: PointState) -> Expression | None:
+    """The tool that a position with this state was taught with, None where it says none (FANUC UT : F)."""
+    return FrameRef("tool", Number(state.tool)) if state.tool >= 0 else None
 
 
 def further_axes(points: list[PositionLiteral | None], linear: list[bool]) -> tuple[float, ...] | None:

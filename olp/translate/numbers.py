@@ -114,6 +114,7 @@ class _Numbers:
     places: dict[str, Place] = field(
         default_factory=dict
     )  # of position variables: where moves take them to be
+    shared: set[str] = field(default_factory=set)  # position variables that are used in several places
     initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
     routine_name: str = ""
 
@@ -183,7 +184,7 @@ class _Numbers:
                 if isinstance(s, Move):
                     place = _place(s)
                     for target in (*s.targets, *(() if s.via is None else (s.via,))):
-                        self._note(target, place, s)
+                        self._note(target, place)
         for _ in range(4):
             for routine in program.routines:
                 for s in routine.body:
@@ -191,14 +192,13 @@ class _Numbers:
                         for name in _leading(s.value):
                             self.places.setdefault(name, self.places[s.target.name])
 
-    def _note(self, target: Expression, place: Place, s: Move) -> None:
+    def _note(self, target: Expression, place: Place) -> None:
         for name in _leading(target):
             symbol = self.symbols.find("", name)
             if symbol is None or symbol.is_fixed:
                 continue
-            if self.places.setdefault(name, place) != place and self.inform:
-                says = "a position variable that is used in several frames or with several tools"
-                self.work.lose(s, Fate.REFUSED, "target", says)
+            if self.places.setdefault(name, place) != place:
+                self.shared.add(name)
 
     def constant(self, literal: PositionLiteral, place: Place, name: str = "") -> Variable:
         """A position variable that has this value when the program is loaded."""
@@ -244,7 +244,15 @@ class _Numbers:
             before.append(Assign(line, Variable(Store.SYSTEM, at), SystemValue("position-pose")))
             return Variable(Store.ROBOT, at)
         if not isinstance(e, Function):
-            return mapped(e, self._change)
+            variable: Expression = mapped(e, self._change)
+            if (
+                self.inform
+                and isinstance(e, Named)
+                and e.name in self.shared
+                and self.places.get(e.name) != place
+            ):
+                return self._placed(variable, place, before, line)
+            return variable
         if not self.inform:
             return mapped(replace(e, arguments=tuple(self._fixed(a) or a for a in e.arguments)), self._change)
         return self._computed(e, place, before, line)
@@ -253,6 +261,8 @@ class _Numbers:
         """INFORM: position functions one by one, offsets element by element in 0.001 mm."""
         result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
         start = self.position(e.arguments[0], place, before, line)
+        if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], Function):
+            start = self._placed(start, place, before, line)
         if e.name == "pose-offset":
             before.append(Assign(line, result, start))
             self._add(result, e.arguments[1:4], before, line)
@@ -266,6 +276,13 @@ class _Numbers:
             before.append(Assign(line, result, Function("pose-product", (start, by))))
         else:
             self.work.lose(line, Fate.REFUSED, "target", f"the position function {e.name}")
+        return result
+
+    def _placed(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+        """A position variable's numbers in another frame or with another tool: behind a pose that changes nothing."""
+        nothing = self.constant(PositionLiteral("pose", (0.0,) * 6), place)
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        before.append(Assign(line, result, Function("pose-product", (nothing, e))))
         return result
 
     def _relative(
@@ -503,11 +520,7 @@ def _leading(e: Expression) -> list[str]:
     """The position variables whose frame a computed position takes over."""
     if isinstance(e, Named):
         return [e.name]
-    if isinstance(e, Item):
-        return _leading(e.base)
-    if isinstance(e, Function) and e.arguments:
-        return _leading(e.arguments[0])
-    return []
+    return _leading(e.base) if isinstance(e, Item) else []
 
 
 def _size(symbol: Symbol) -> int:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from olp.expression import Expression, Member, PositionLiteral, RecordLiteral
+from olp.expression import Expression, Member, Named, PositionLiteral, RecordLiteral
 from olp.geometry import Pose
-from olp.program import Declare, Program, Routine, Statement
-from olp.translate.rewrite import mapped
+from olp.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
+from olp.translate.rewrite import expressions_of, mapped
 from olp.translate.work import Fate, Work
 
 _FLANGE = ("tframe", "tcp", "trsf")
@@ -18,8 +18,41 @@ def records(program: Program, work: Work) -> Program:
     """Every tool and frame as the pose that it is. Of a record's other members (load, name …) the target knows none."""
     if program.vendor == "inform":
         return program
+    if program.vendor == "krl":
+        program = _without_frames(program)
     routines = tuple(replace(r, body=_rows(r, work), data=_declared(r.data, work)) for r in program.routines)
     return replace(program, routines=routines, data=_declared(program.data, work))
+
+
+def _without_frames(program: Program) -> Program:
+    """KRL's FRAME is any pose: what is never a tool or a frame of a move is a position."""
+    used: set[str] = set()
+    for s in program.statements():
+        found: list[Expression | None] = []
+        if isinstance(s, Move):
+            found = [s.tool, s.frame]
+        elif isinstance(s, SetTool):
+            found = [s.tool]
+        elif isinstance(s, SetFrame):
+            found = [s.frame]
+        used |= {
+            e.name for part in found if part is not None for e in expressions_of(part) if isinstance(e, Named)
+        }
+    for _ in range(5):
+        for s in program.statements():
+            if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name in used:
+                used |= {e.name for e in expressions_of(s.value) if isinstance(e, Named)}
+
+    def plain(d: Declare) -> Declare:
+        return replace(d, type="position") if d.type in ("tool", "frame") and d.name not in used else d
+
+    def row(s: Statement) -> Statement:
+        return plain(s) if isinstance(s, Declare) else s
+
+    routines = tuple(
+        replace(r, body=tuple(map(row, r.body)), data=tuple(map(plain, r.data))) for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(map(plain, program.data)))
 
 
 def _rows(routine: Routine, work: Work) -> tuple[Statement, ...]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
+from olp.guard.budget import budgets_for
 from olp.lint.case import Case, routines
 from olp.lint.rule import Rule
 from olp.outcome.model import Finding, Level
@@ -69,16 +71,33 @@ class UnusedLabel(Rule):
     code = "W014"
     title = "unused label"
     level = Level.NOTE
-    why = "Nobody jumps to the label. It is left over, or the jump to it was lost."
+    why = (
+        "Nobody jumps to the label. It is left over, or the jump to it was lost. Labels between which a budget of "
+        "olp.toml counts are used."
+    )
     example = "*RETRY   and no JUMP *RETRY"
     better = "remove the label"
+    fixable = True
 
     def find(self, case: Case) -> Iterator[Finding]:
+        marks = _budget_labels(case.path)
         for routine in routines(case):
             if any(isinstance(s, Jump) and not isinstance(s.target, str) for s in routine.body):
                 continue  # a computed jump may lead anywhere
             wanted = {s.target for s in routine.body if isinstance(s, Jump)}
             texts = " ".join(case.text(s.line) for s in routine.body if not isinstance(s, Label))
             for s in routine.body:
-                if isinstance(s, Label) and s.name not in wanted and s.name not in texts:
-                    yield self.finding(case, s.line, f"nothing jumps to {s.name}", "remove the label")
+                if not isinstance(s, Label) or s.name in wanted or s.name.casefold() in marks:
+                    continue
+                if re.search(rf"(?<!\w){re.escape(s.name)}(?!\w)", texts) is None:
+                    # A line that holds more than the label, or is numbered, is left to people.
+                    alone = case.text(s.line).strip() in (f"*{s.name}", f"{s.name}:")
+                    fixes = ((s.line, s.line, ""),) if alone else ()
+                    yield self.finding(
+                        case, s.line, f"nothing jumps to {s.name}", "remove the label", fixes=fixes
+                    )
+
+
+def _budget_labels(path: str) -> set[str]:
+    own = (b for budgets in budgets_for(path) for b in budgets.budgets if b.covers(path))
+    return {name.lstrip("*").casefold() for b in own for name in (b.start, b.stop) if name}

@@ -2,25 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import ClassVar
-
-from olp.lint.case import Case
-from olp.lint.rule import Rule
-from olp.outcome.model import Finding, Level
-
-
-class Told(Rule):
-    """A rule whose places are found while the program is planned and timed. `codes`: under which they are told."""
-
-    code = ""
-    title = ""
-    why = example = better = ""
-    codes: ClassVar[tuple[str, ...]] = ()
-
-    def find(self, case: Case) -> Iterator[Finding]:
-        for found in case.told(*self.codes):
-            yield self.finding(case, found.line, found.message, found.help)
+from olp.lint.rule import Told
+from olp.outcome.model import Level
 
 
 class LongZone(Told):
@@ -72,7 +55,7 @@ class UndefinedPoint(Told):
     code = "W009"
     title = "undefined point"
     level = Level.ERROR
-    codes = ("I203", "I206", "I209")
+    codes = ("I203", "I206", "I209", "P030")
     why = "The controller stops with an alarm at this line, the first time it is reached."
     example = "MOVL C00009 V=300.0   without C00009"
     better = "teach C00009, or correct its number"

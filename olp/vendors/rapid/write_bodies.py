@@ -73,10 +73,13 @@ class BodyWriter:
         self._rows: list[str] = []
         self._depth = 2
         self._rate: float | None = _FULL  # what AccSet has set, None: not known here
+        # Where no move names an acceleration, none is ever set.
+        self._rated = any(isinstance(s, Move) and s.acceleration is not None for s in program.statements())
 
     def rows(self, body: Sequence[Statement], routine: Routine, opening: Sequence[str] = ()) -> list[str]:
         """The body's lines with their indent; `opening`: instructions that stand behind its declarations."""
-        self._rows, self._depth, self._rate = [], 2, _FULL
+        self._rows, self._depth = [], 2
+        self._rate = _FULL if routine.name == self.program.main else None
         self.statements.returns = routine.details.get("returns", "") if self.words.own else ""
         if not self.words.own:
             body = self._declarations_first(body)
@@ -152,18 +155,10 @@ class BodyWriter:
         rate = _FULL if move.acceleration is None else move.acceleration.literal
         if rate is None:
             raise CannotSayError("a computed acceleration of one move")
-        if rate == self._rate or (
-            self._rate is None and move.acceleration is None and not self._uses_rates()
-        ):
+        if rate == self._rate or not self._rated:
             return []
         self._rate = rate
         return [f"AccSet {self.words.scaled(Quantity(Number(rate), 1.0), percent)},100;"]
-
-    def _uses_rates(self) -> bool:
-        """Whether any move of the program names an acceleration."""
-        return any(
-            isinstance(one, Move) and one.acceleration is not None for one in self.program.statements()
-        )
 
     def _compact(self, opener: If, inner: Sequence[Statement]) -> list[str]:
         if len(inner) == 1 and isinstance(inner[0], Move):

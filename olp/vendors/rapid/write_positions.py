@@ -86,9 +86,9 @@ def place(values: tuple[float, ...], exact: bool = True) -> str:
     return f"[{decimal(x, mm, exact)},{decimal(y, mm, exact)},{decimal(z, mm, exact)}]"
 
 
-def axes(external: tuple[float, ...]) -> str:
-    """External axes [mm or deg]; 9E9: not connected."""
-    if not external:
+def axes(external: tuple[float, ...], own: bool = True) -> str:
+    """External axes [mm or deg]; 9E9: not connected. Other languages write zeros for axes that they do not have."""
+    if not external or (not own and not any(external)):
         return _NO_AXES
     texts = ["9E9" if math.isnan(value) else decimal(value) for value in external[:6]]
     return f"[{','.join(texts + ['9E9'] * (6 - len(texts)))}]"
@@ -100,7 +100,7 @@ def literal(it: PositionLiteral, kind: str, own: bool) -> str:
         if len(it.values) > 6:
             raise CannotSayError("a position of more than six axes")
         values = [*it.values, *[0.0] * (6 - len(it.values))]
-        return f"[[{','.join(decimal(value, deg, own) for value in values)}],{axes(it.external)}]"
+        return f"[[{','.join(decimal(value, deg, own) for value in values)}],{axes(it.external, own)}]"
     values6 = it.values[:6]
     if any(math.isnan(value) for value in values6):
         raise CannotSayError("a position with values left out", "write all six")
@@ -118,4 +118,4 @@ def literal(it: PositionLiteral, kind: str, own: bool) -> str:
     if kind == "wobjdata":
         return f'[FALSE,TRUE,"",[{pose}],[[0,0,0],[1,0,0,0]]]'
     arm = f"[{native['confdata']}]" if "confdata" in native else _ARM
-    return f"[{pose},{arm},{axes(it.external)}]"
+    return f"[{pose},{arm},{axes(it.external, own)}]"

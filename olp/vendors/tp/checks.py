@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeGuard
 
 from olp.control import pair
@@ -42,12 +42,16 @@ def _refuse(findings: Findings, code: str, message: str, help: str) -> bool:
     return False
 
 
-def check_routine(findings: Findings, listing: Listing, routine: Routine, positions: Positions) -> None:
-    """Everything that holds for one program."""
+def check_routine(
+    findings: Findings, listing: Listing, routine: Routine, positions: Positions, markers: Sequence[Statement]
+) -> None:
+    """Everything that holds for one program. `markers`: stand for broken lines that open a block."""
     _check_sections(findings, listing)
     if "/MN" not in listing.sections:
         return
     flow = [one for one in routine.body if type(one) is not Move]
+    if markers:
+        flow = sorted([*flow, *markers], key=lambda one: one.line)
     for problem in pair(flow).problems:
         tell = _unpaired if "label" not in problem.message else _missing if problem.is_error else _repeated
         tell(findings, problem.line, problem.message)

@@ -59,7 +59,8 @@ def _routine(findings: Findings, listing: Listing) -> Routine:
     if german:
         message = "German keywords are read as the English ones they stand for"
         findings.info("P530", message, Span(listing.line, 1, 1), "exported programs are in English")
-    body = Instructions(findings, MoveLines(), german).read(instructions(lines, first, stop) if first else ())
+    reader = Instructions(findings, MoveLines(), german)
+    body = reader.read(instructions(lines, first, stop) if first else ())
     positions = Positions(findings)
     begin, end = listing.sections.get("/POS", (0, 0))
     if begin:
@@ -75,7 +76,7 @@ def _routine(findings: Findings, listing: Listing) -> Routine:
         details=_details(listing, positions, "\n".join(lines[first - 1 : stop - 1]) if first else ""),
         last_line=listing.last_line,
     )
-    checks.check_routine(findings, listing, routine, positions)
+    checks.check_routine(findings, listing, routine, positions, reader.markers)
     return routine
 
 

@@ -6,7 +6,15 @@ from typing import Final
 
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.translate.limits import Limits
+from olp.vendors.urscript.builtins import KNOWN
+from olp.vendors.urscript.helpers import COUNTER, TEXTS
 
+_WORDS: Final = frozenset((
+    "AND", "BREAK", "CONTINUE", "DEF", "ELIF", "ELSE", "END", "ENTER_CRITICAL", "EXIT_CRITICAL", "FALSE",
+    "GLOBAL", "HALT", "IF", "JOIN", "KILL", "LOCAL", "NOT", "OR", "P", "RETURN", "RUN", "SEC", "STRUCT",
+    "THREAD", "TRUE", "WHILE", "XOR",
+))  # fmt: skip
+# A name that the controller has for a function of its own would hide that function.
 LIMITS: Final = Limits(
     routine_name=0,
     variable_name=0,
@@ -28,14 +36,9 @@ LIMITS: Final = Limits(
     has_for=False,
     has_continue=True,
     has_switch=False,
-    reserved=frozenset(
-        {
-            "AND", "BREAK", "CONTINUE", "DEF", "ELIF", "ELSE", "END", "ENTER_CRITICAL", "EXIT_CRITICAL", "FALSE",
-            "GLOBAL", "HALT", "IF", "JOIN", "KILL", "LOCAL", "NOT", "OR", "P", "RETURN", "RUN", "SEC", "STRUCT",
-            "THREAD", "TRUE", "WHILE", "XOR",
-        }
-    ),
+    has_relative=False,
+    reserved=_WORDS | frozenset(name.upper() for name in (*KNOWN, *TEXTS, COUNTER)),
     external_axes=0,
     has_override=False,
     has_configuration=False,
-)  # fmt: skip
+)

@@ -1,0 +1,172 @@
+"""What decides between names: sets with fewer names, and where a search for limits begins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from olp.diagnosis.findings import findings_of
+from olp.diagnosis.fitting import Noise, evaluate
+from olp.diagnosis.folds import Folds, blocks
+from olp.diagnosis.model import Model, Part
+from olp.diagnosis.naming import name
+from olp.diagnosis.search import WIDE, move_terms, search, shelf_of
+from olp.diagnosis.simplest import simplest
+from olp.diagnosis.waits import late_moves, waiting_moves
+from olp.physics import load_term
+from olp.physics._case import Case
+from olp.physics._limits import limits_reached
+from olp.physics._motion import Motion
+
+MOVES, NOISE = 90, 0.001
+ACCELERATION = 2.0
+
+
+def trapezoids(way, speed, slow):
+    ramp = speed / slow
+    return np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow))
+
+
+def programmed(seed=3):
+    rng = np.random.default_rng(seed)
+    way = np.exp(rng.uniform(np.log(0.02), np.log(0.9), MOVES))
+    speed = rng.choice([0.1, 0.4, 0.8, 1.2], MOVES)
+    way[40], speed[40] = 2.0, 2.4  # one that is faster than all others
+    return way, speed
+
+
+def case(measured=None, payload=None, repeats=None, resolution=0.0):
+    """Straight moves between stops at random places; measured as simulated where nothing is said."""
+    way, speed = programmed()
+    rng, n = np.random.default_rng(4), MOVES
+    sim, nan = trapezoids(way, speed, ACCELERATION), np.full(MOVES, np.nan)
+    start = rng.uniform([0.5, -0.8, 0.0], [1.4, 0.8, 1.0], (n, 3))
+    towards = rng.normal(size=(n, 3))
+    slow, zero = np.full(n, ACCELERATION), np.zeros(n)
+    base = Motion(way, speed, slow, slow, np.full(n, np.inf), zero, zero, zero, zero, np.ones(n))
+    return Case(
+        move=np.arange(n), measured=sim if measured is None else measured, simulated=sim, base=base,
+        moving=np.ones(n, bool), joint=np.zeros(n, bool), start=start,
+        end=start + way[:, None] * towards / np.linalg.norm(towards, axis=1)[:, None], turn=nan,
+        stop_start=np.ones(n, bool), stop_end=np.ones(n, bool), blend=zero, blend_start=zero, corner=nan,
+        payload=nan if payload is None else payload, payload_inertia=nan, t_start=nan,
+        cycle=np.full(n, -1), job=("",) * n, line=np.zeros(n, np.int64), resolution=resolution,
+        repeats=np.arange(n) if repeats is None else repeats,
+    )  # fmt: skip
+
+
+def scatter(seed=7):
+    return np.random.default_rng(seed).normal(0.0, NOISE, MOVES)
+
+
+def test_a_search_for_a_limit_begins_below_what_the_fastest_few_reach():
+    asked = np.linspace(1.0, 2.0, 101)
+    limits = limits_reached(asked)
+    reached = [(asked > limit).sum() for limit in limits]
+    assert min(reached) <= 8
+    assert max(reached) >= 40
+    assert not len(limits_reached(np.zeros(5)))
+
+
+def test_a_limit_that_acts_in_three_moves_is_found():
+    way, speed = programmed()
+    made = case()
+    top = np.sort(made.base.top())[-4]
+    real = case(measured=trapezoids(way, np.minimum(speed, top), ACCELERATION) + scatter())
+    found = search(real, Noise(NOISE / 2), shelf_of(real, [load_term("speed-clamp")]), WIDE)[0]
+    assert [part.term.name for part in found.model.parts] == ["speed-clamp"]
+    assert found.model.parts[0].values[0] == pytest.approx(top, rel=0.03)
+
+
+def lattice(cycle, resolution):
+    way, speed = programmed()
+    late = np.ceil(trapezoids(way, speed, ACCELERATION) / cycle) * cycle
+    late = np.round((late + scatter() * 0.3) / resolution) * resolution
+    return case(measured=late, resolution=resolution)
+
+
+def test_a_cycle_shorter_than_two_digits_of_the_recorder_is_among_the_candidates():
+    made = lattice(0.00336, 0.002)
+    term = load_term("cycle-quantisation")
+    cycles = [form.parameters[0].low / 0.999 for form in term.forms(made)]
+    assert min(abs(c - 0.00336) for c in cycles) < 1e-5
+    best = search(made, Noise(0.0006), shelf_of(made, move_terms()), WIDE)[0]
+    assert best.names == ("cycle-quantisation",)
+    assert best.model.parts[0].values[0] == pytest.approx(0.00336, rel=1e-3)
+
+
+def test_short_durations_alone_are_no_lattice():
+    assert load_term("cycle-quantisation").forms(case(measured=case().simulated + scatter())) == ()
+
+
+def part(term_name, made, *values, key=None):
+    term = load_term(term_name)
+    form = next(f for f in term.forms(made) if key in (None, f.key))
+    return Part(term, form, np.array(values, dtype=float))
+
+
+def test_of_sets_that_do_nearly_as_well_the_one_with_fewer_names_is_taken():
+    way, speed = programmed()
+    made = case(measured=trapezoids(way, speed, 0.8 * ACCELERATION) + scatter())
+    noise = Noise(NOISE / 2)
+    one = evaluate(Model((part("acceleration", made, 0.8 * ACCELERATION),)), made, noise)
+    two = evaluate(Model((*one.model.parts, part("settling", made, 0.0001))), made, noise)
+    better = two._replace(bic=one.bic - 7.0)  # as a form that does not quite fit would make it
+    none = evaluate(Model(), made, noise)
+    assert simplest([better, one, none], made, noise, 2, 5).names == ("acceleration",)
+
+
+def test_both_names_stay_where_each_is_worth_it():
+    way, speed = programmed()
+    made = case(measured=trapezoids(way, speed, 0.8 * ACCELERATION) + 0.03 + scatter())
+    noise = Noise(NOISE / 2)
+    found = search(made, noise, shelf_of(made, [load_term("acceleration"), load_term("dispatch")]), WIDE)
+    assert simplest(found, made, noise, 3, 20).names == ("acceleration", "dispatch")
+
+
+def test_late_moves_that_all_carry_what_a_term_acts_on_are_no_waits():
+    carried = np.where(np.arange(MOVES) % 11 == 0, 40.0, 0.0)
+    real = case(payload=carried)
+    one = part("payload", real, 0.02, key="")
+    played = Model((one,)).seconds(real)
+    late = np.nonzero(carried > 0)[0][:5]
+    measured = played + scatter()
+    measured[late] += 0.02
+    real = replace(real, measured=measured, derived={})
+    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
+    assert not late_moves(fitted, real, NOISE / 2).any()
+    elsewhere = played + scatter()
+    elsewhere[late + 1] += np.array([0.02, 0.031, 0.045, 0.024, 0.038])
+    real = replace(real, measured=elsewhere, derived={})
+    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
+    assert np.nonzero(late_moves(fitted, real, NOISE / 2))[0].tolist() == (late + 1).tolist()
+
+
+def test_where_some_wait_shorter_waits_are_found_too_and_hardly_any_scatter():
+    rng = np.random.default_rng(11)
+    residual = rng.normal(0.0, NOISE, 600)
+    waits = np.linspace(2.8, 8.0, 30) * NOISE
+    residual[:30] = waits
+    late = np.arange(600) < 0
+    assert not waiting_moves(late, residual, NOISE, 0.0).any()
+    late[18:30] = True
+    waiting = waiting_moves(late, residual, NOISE, 0.0)
+    assert waiting[:30].sum() >= 27
+    assert waiting[30:].sum() <= 3
+    far = np.where(np.arange(600) < 12, 400 * NOISE, rng.normal(0.0, NOISE, 600))
+    assert waiting_moves(far > NOISE * 100, far, NOISE, 0.0).sum() == 12  # such waits are seldom so short
+
+
+@pytest.mark.parametrize(
+    ("limit", "named", "alone"), [(1.3, True, True), (1.93, False, True), (0.9, True, False)]
+)
+def test_a_limit_in_one_move_is_told_as_one_that_may_be_a_wait(limit, named, alone):
+    way, speed = programmed()
+    real = case(measured=trapezoids(way, np.minimum(speed, limit), ACCELERATION) + scatter())
+    found = name(real, Noise(NOISE / 2), Folds("block", blocks(MOVES)), {})
+    told = findings_of(found, real)
+    assert ("speed-clamp" in {finding.term for finding in told.findings}) == named
+    in_groups = {term for group in told.alike for term in group}
+    assert ("external-wait" in in_groups) == (named and alone)
