@@ -61,13 +61,8 @@ class MoveWriter:
             )
         if s.deceleration is not None or s.rate is not None or s.arc is not None:
             raise CannotSayError("this move's deceleration, rate of acceleration or angle of the arc")
-        if (
-            s.turn is not None
-            and s.speed is not None
-            and s.speed.unit is not SpeedUnit.TURN
-            and s.turn.literal is None
-        ):
-            raise CannotSayError("a bound on the tool's turning that a variable holds")
+        if s.turn is not None:
+            raise CannotSayError("a bound on the tool's turning beside the speed")
         lines = self._select(s)
         target, offsets = self._target(s.targets[0], s, lines)
         tail = f" {self._speed(s)} {self._blend(s)}{self._options(s, offsets, lines)}   "

@@ -11,19 +11,15 @@ from dataclasses import dataclass
 from typing import Final
 
 from olp.diagnostic import Diagnostic, Span, error
-from olp.expression import Number, Quantity, Store, SystemValue, Variable
+from olp.expression import Store, Variable
 from olp.program import (
     Assign,
     Call,
-    Case,
-    Default,
     Else,
     ElseIf,
     EndIf,
-    EndSwitch,
     For,
     If,
-    Jump,
     Label,
     Move,
     Next,
@@ -35,17 +31,16 @@ from olp.program import (
     Switch,
     Wait,
 )
-from olp.vendors.tp import values
 from olp.vendors.tp.instructions import BLOCK
-from olp.vendors.tp.limits import LARGEST_LABEL, LIMITS, NAME_LENGTH
+from olp.vendors.tp.limits import LIMITS
+from olp.vendors.tp.write_flow import FlowWriter, Labels
 from olp.vendors.tp.write_moves import MoveWriter
 from olp.vendors.tp.write_poses import Scratch
 from olp.vendors.tp.write_positions import PositionWriter
 from olp.vendors.tp.write_statements import StatementWriter, comment_lines
 from olp.vendors.tp.write_values import CannotSayError, Words
 
-_UNKNOWN_AFTER: Final = (Label, Call, Else, EndIf, For, Next, EndSwitch)  # which frames hold, that is
-_TIMED_OUT: Final = SystemValue("timed-out")
+_UNKNOWN_AFTER: Final = (Label, Call, Else, EndIf, For, Next, Switch)  # which frames hold, that is
 _PR = re.compile(r"Variable\(store=<Store\.ROBOT: 'robot'>, index=Number\(value=(\d+)\)")
 _DATE = re.compile(r"(\d\d)?(\d\d)/(\d\d)/(\d\d) (\d\d:\d\d)")
 
@@ -101,12 +96,11 @@ class _ListingWriter:
         self.positions = PositionWriter(routine.points, self.details, self.own)
         words = Words(self.details, routine.points)
         self.moves = MoveWriter(words, self.positions, Scratch(_used(program), LIMITS.numbered[Store.ROBOT]))
-        self.labels = _labels(routine)
+        self.labels = Labels(routine, self.own)
         self.words = words
-        self.statements = StatementWriter(words, self.moves, self._label, self.own)
-        self.timeout: float | None = None  # $WAITTMOUT as the text has set it [ticks]
+        self.statements = StatementWriter(words, self.moves, self.labels.number, self.own)
+        self.flow = FlowWriter(words, self.statements, self.labels)
         self._blocks: list[int] = []  # how many ENDIF each open IF needs
-        self._added = 0  # labels that the text needs and the program has not
 
     def listing(self) -> Listing:
         instructions = list(self._numbered())
@@ -196,9 +190,9 @@ class _ListingWriter:
         body = self.routine.body
         match statement:
             case Label():
-                return [self._label_line(statement)], 1
+                return [self.labels.line(statement)], 1
             case Wait() if statement.timeout is not None:
-                return self._timed_wait(statement, body[at + 1] if at + 1 < len(body) else None)
+                return self.flow.timed_wait(statement, body[at + 1] if at + 1 < len(body) else None)
             case If():
                 following = body[at + 1 : at + 3]
                 if statement.spelling == "one line" and len(following) == 2 and type(following[1]) is EndIf:
@@ -211,7 +205,7 @@ class _ListingWriter:
             case EndIf():
                 return ["ENDIF"] * (self._blocks.pop() if self._blocks else 1), 1
             case Switch():
-                return self._select(statement, at)
+                return self.flow.select(body, at)
             case Process() if statement.name == f"{BLOCK} END" and self.own:
                 return [_BLOCK_END], 1
             case _:
@@ -226,77 +220,6 @@ class _ListingWriter:
             return [f"IF {self.words.condition(condition.condition, True)} THEN", text, "ENDIF"]
         return [f"IF {self.words.condition(condition.condition, True)},{text}"]
 
-    # --- labels -----------------------------------------------------------------------------------------
-
-    def _label(self, name: str) -> str:
-        number = self.labels.get(name)
-        return name.split("/")[0] if number is None else str(number)
-
-    def _label_line(self, label: Label) -> str:
-        name = label.comment if self.own else "" if label.name.isdigit() else label.name[:NAME_LENGTH]
-        return f"LBL[{self._label(label.name)}{f':{name}' if name else ''}]"
-
-    def _new_label(self) -> int:
-        """A number that no label has."""
-        taken = set(self.labels.values())
-        self._added = next(n for n in range(max(self._added, 900) + 1, LARGEST_LABEL) if n not in taken)
-        return self._added
-
-    # --- waiting ----------------------------------------------------------------------------------------
-
-    def _timed_wait(self, wait: Wait, following: Statement | None) -> tuple[list[str], int]:
-        """WAIT … TIMEOUT,LBL[n]: goes to the label that the jump behind it names, or to one that comes next."""
-        assert wait.timeout is not None
-        lines = self._timeout(wait.timeout)
-        text = f"WAIT {self.words.condition(wait.condition)} TIMEOUT,"
-        if (
-            isinstance(following, Jump)
-            and following.condition == _TIMED_OUT
-            and isinstance(following.target, str)
-        ):
-            return [*lines, f"{text}LBL[{self._label(following.target)}]"], 2
-        label = self._new_label()
-        return [*lines, f"{text}LBL[{label}]", f"LBL[{label}]"], 1
-
-    def _timeout(self, timeout: Quantity) -> list[str]:
-        """The line that sets $WAITTMOUT, where it does not hold already."""
-        if not isinstance(timeout.written, Number):
-            named = getattr(timeout.written, "name", "")
-            if named == values.TIMEOUT:
-                return []
-            scale = timeout.scale / values.TICK
-            return [f"{values.TIMEOUT}=({self.words.expression(timeout.written, 5)}*{scale:g})"]
-        ticks = round(timeout.written.value * timeout.scale / values.TICK)
-        return [f"{values.TIMEOUT}={ticks}"]
-
-    # --- SELECT -----------------------------------------------------------------------------------------
-
-    def _select(self, switch: Switch, at: int) -> tuple[list[str], int]:
-        """SELECT, whose cases jump or call. Raises CannotSayError for cases that do more."""
-        body = self.routine.body
-        end = next((n for n in range(at, len(body)) if type(body[n]) is EndSwitch), len(body) - 1)
-        lines: list[str] = []
-        part = at + 1
-        while part < end:
-            case = body[part]
-            action = body[part + 1]
-            (text,) = self.statements.lines(action) if isinstance(action, (Jump, Call)) else ("",)
-            if not text or not isinstance(case, (Case, Default)) or text.startswith("IF"):
-                raise CannotSayError("a SELECT whose cases do more than a jump or a call", "use IF blocks")
-            lines.extend(self._case_lines(switch, case, text, not lines))
-            part += 2
-        self.moves.forget()
-        return lines, end - at + 1
-
-    def _case_lines(self, switch: Switch, case: Case | Default, action: str, first: bool) -> Iterator[str]:
-        if isinstance(case, Default):
-            yield f"       ELSE,{action}"
-            return
-        for value in case.values:
-            head = f"SELECT {self.words.value(switch.value)}" if first else "      "
-            yield f"{head}={self.words.value(value)},{action}"
-            first = False
-
     # --- the rest ---------------------------------------------------------------------------------------
 
     def _lose(self, problem: CannotSayError, line: int) -> None:
@@ -310,21 +233,6 @@ class _ListingWriter:
 
 _BLOCK_END: Final = "------"
 _MOTIONS: Final = ("J ", "L ", "C ", "A ", "S ")
-
-
-def _labels(routine: Routine) -> dict[str, int]:
-    """A number for every label of the routine; those that are numbers keep theirs."""
-    names = [one.name for one in routine.body if type(one) is Label]
-    numbers = {name: int(name.split("/")[0]) for name in names if name.split("/")[0].isdigit()}
-    taken = set(numbers.values())
-    following = 1
-    for name in names:
-        if name not in numbers:
-            while following in taken:
-                following += 1
-            numbers[name] = following
-            taken.add(following)
-    return numbers
 
 
 def _used(program: Program) -> set[int]:
