@@ -144,6 +144,15 @@ def test_data_that_only_another_file_has_is_told_once() -> None:
     )
 
 
+def test_a_work_object_that_a_unit_carries_is_told() -> None:
+    frames = "[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]"
+    data = [
+        f'PERS wobjdata w{n}:=[FALSE,{way},"{unit}",{frames}];'
+        for n, (way, unit) in enumerate([("TRUE", ""), ("FALSE", "CNV1"), ("TRUE", "STN1")])
+    ]
+    assert codes(read(module("x:=1;", data)))["P473"] == [3, 4]
+
+
 def test_the_fastest_speed_is_an_assumption() -> None:
     assert codes(read(module(["MoveL p,vmax,fine,tool0;", "MoveJ p,vmax,fine,tool0;"])))["P464"] == [3]
 

@@ -51,7 +51,6 @@ MODULE Pallet
       Incr nLayer;
       IF nLayer>2 bFull:=TRUE;
     ENDWHILE
-    PDispOff;
     TEST nState
     CASE 1,2:
       TPWrite "cartons: "\Num:=total();
@@ -92,7 +91,6 @@ MODULE Pallet
     ENDIF
     pHere:=Offs(pCorner,(row-1)*rcpNow.pitch.x,(column-1)*rcpNow.pitch.y,z);
     pHere.rot:=OrientZYX(EulerZYX(\Z,pHere.rot)+1.5,EulerZYX(\Y,pHere.rot),EulerZYX(\X,pHere.rot));
-    PDispSet [[2.5,-1.75,0],[1,0,0,0]];
     TriggL Offs(pHere,0,0,60),vCarry,tgBlow\T2:=tgLight,zCarry,tSucker\WObj:=wPallet;
     MoveL pHere,v100\V:=85,fine,tSucker\WObj:=wPallet;
     Reset doVacuum;
@@ -100,7 +98,6 @@ MODULE Pallet
     WaitTime\InPos,0.15;
     MoveC Offs(pHere,15,20,40),Offs(pHere,35.5,10,75.25),v300,z10,tSucker\WObj:=wPallet;
     IF row=rcpNow.rows RETURN;
-    PDispOff;
   ENDPROC
 
   FUNC num total()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from olp.diagnostic import Severity, Span
-from olp.expression import Expression, Item, Member, Named, Unknown
+from olp.expression import Expression, Item, Member, Named, RecordLiteral, State, Text, Unknown
 from olp.program import Declare, Jump, Label, LineKind, Move, Routine, Speed
 from olp.vendors.inform.findings import Findings
 from olp.vendors.rapid.names import Names
@@ -39,6 +39,7 @@ def check_program(
 ) -> None:
     """Everything that holds for the whole file."""
     _check_names(findings, routines, data)
+    _check_frames(findings, data)
     for routine in routines:
         _check_labels(findings, routine)
         _check_moves(findings, routine, names)
@@ -58,6 +59,20 @@ def _check_names(findings: Findings, routines: Sequence[Routine], data: Sequence
             message = f"a name of more than {_NAME_LENGTH} characters"
             span = findings.whole_line(line)
             findings.once(Severity.INFO, "P460", "", message, span, "the controller refuses it")
+
+
+def _check_frames(findings: Findings, data: Sequence[Declare]) -> None:
+    """Work objects that a mechanical unit carries."""
+    for one in data:
+        if one.type != "frame" or not isinstance(one.value, RecordLiteral):
+            continue
+        members = dict(one.value.members)
+        unit = members.get("ufmec")
+        if (isinstance(unit, Text) and unit.value) or members.get("ufprog") == State(False):
+            message = f"{one.name[:40]} moves with a mechanical unit: it is planned as if it stood still"
+            findings.warning(
+                "P473", message, findings.whole_line(one.line), "give it a user frame of its own"
+            )
 
 
 def _check_labels(findings: Findings, routine: Routine) -> None:
