@@ -150,13 +150,6 @@ class Maker:
             self.offset,
         ]
         nested = [self.branch, self.loop, self.endless, self.choice, self.skip] if depth else []
-        return (
-            self.random.choice([*simple, *nested])(*([depth - 1] if False else []))
-            if not nested
-            else self._any(simple, nested, depth)
-        )
-
-    def _any(self, simple: list, nested: list, depth: int) -> list[object]:  # type: ignore[type-arg]
         chosen = self.random.choice([*simple, *nested])
         return chosen(depth - 1) if chosen in nested else chosen()
 

@@ -30,9 +30,20 @@ def functions(program: Program, work: Work) -> Program:
                 s = replace(s, targets=tuple(_joints(t, symbols, routine.name) for t in s.targets))
             if work.target == "krl" and isinstance(s, Assign):
                 s = _rounded(s, symbols, routine.name)
+            s = mapped(s, lambda e, name=routine.name: _shorter(e, symbols, name))  # type: ignore[misc]
             rows.append(s if work.target == "urscript" else mapped(s, _plain))
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
+
+
+def _shorter(e: Expression, symbols: Symbols, routine: str) -> Expression:
+    """A product with a pose that changes nothing is the other pose."""
+    if isinstance(e, Function) and e.name == "pose-product" and len(e.arguments) == 2:
+        for at in (0, 1):
+            value = symbols.fixed_value(routine, e.arguments[at])
+            if value is not None and _is_identity(value):
+                return e.arguments[1 - at]
+    return e
 
 
 def _rounded(s: Assign, symbols: Symbols, routine: str) -> Assign:

@@ -228,6 +228,10 @@ class _Numbers:
         self.work.notes.append(says)
         return replace(literal, configuration=(0,) * 6)
 
+    def _literal_or(self, e: Expression) -> Expression:
+        fixed = self._fixed(e)
+        return e if fixed is None else self._configured(fixed)
+
     def _fixed(self, e: Expression) -> PositionLiteral | None:
         value = self.symbols.fixed_value("", e)
         return value if isinstance(value, PositionLiteral) else None
@@ -254,7 +258,7 @@ class _Numbers:
                 return self._placed(variable, place, before, line)
             return variable
         if not self.inform:
-            return mapped(replace(e, arguments=tuple(self._fixed(a) or a for a in e.arguments)), self._change)
+            return mapped(replace(e, arguments=tuple(self._literal_or(a) for a in e.arguments)), self._change)
         return self._computed(e, place, before, line)
 
     def _computed(self, e: Function, place: Place, before: list[Statement], line: int) -> Expression:

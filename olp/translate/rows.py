@@ -61,6 +61,5 @@ def _rows(plan: Plan) -> dict[int, list[Row]]:
 
 
 def moves_at_all(row: Row) -> bool:
-    """Whether an execution goes anywhere; the first move starts where it ends."""
-    known = [a for a in row.axes if a == a]
-    return row.length > _NOTHING or row.angle > _NOTHING or any(a > _NOTHING for a in known)
+    """Whether an execution goes anywhere, as far as is known; the first move starts where it ends."""
+    return not row.length <= _NOTHING or not row.angle <= _NOTHING or any(a > _NOTHING for a in row.axes)
