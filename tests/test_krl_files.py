@@ -318,6 +318,17 @@ def test_warnings(lines: list[str], told: list[tuple[str, int]]) -> None:
     assert not any(d.is_error for d in program.diagnostics)
 
 
+def test_motion_data_that_every_controller_has_are_taken_and_told() -> None:
+    program = read("PDAT_ACT=PDEFAULT", "FDAT_ACT=FHOME", "BAS (#PTP_PARAMS,40 )", "PTP XHOME")
+    assert ("P420", 1) in codes(program)
+    assert ("P412", 5) in codes(program)
+    body = [unplaced(one) for one in program.routines[0].body]
+    assert SetTool(0, FrameRef("tool", Number(1))) in body
+    assert SetFrame(0, FrameRef("base")) in body
+    own = read("PDAT_ACT=PDEFAULT", config=["DECL PDAT PDEFAULT={VEL 100.0,ACC 50.0,APO_DIST 20.0}"])
+    assert not own.diagnostics
+
+
 def test_a_missing_list_is_told_once() -> None:
     assert codes(read("PTP XP8", "PTP XP9")) == [("P412", 2)]
 

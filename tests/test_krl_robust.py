@@ -41,7 +41,8 @@ COMPONENTS = st.sampled_from(
 def aggregates(draw: st.DrawFn) -> str:
     names = draw(st.lists(COMPONENTS, min_size=1, max_size=8, unique_by=str.upper))
     blank = draw(st.sampled_from(["", " "]))
-    return "{" + f",{blank}".join(f"{name} {draw(NUMBERS)}" for name in names) + "}"
+    tag = draw(st.sampled_from(["", "", "E6POS: ", "e6axis:", "AXIS :", "Q: "]))
+    return "{" + tag + f",{blank}".join(f"{name} {draw(NUMBERS)}" for name in names) + "}"
 
 
 @st.composite

@@ -18,13 +18,14 @@ from olp.vendors.krl.scope import AXES, POSES, Scope
 
 _NUMBER = r"[+-]?\d{1,9}(?:\.\d{0,15})?"
 _PART = rf"[A-Z]\d?\s+{_NUMBER}"
+_TAG = r"(?:(?:E6POS|POS|FRAME|E6AXIS|AXIS)\s*:\s*)?"
 MOVE_LINE: Final = re.compile(
-    rf"(PTP|LIN)\s*(?:(\{{\s*{_PART}(?:\s*,\s*{_PART})*\s*\}})|(?<=\s)([A-Z]\w*))(?:\s+(C_(?:PTP|DIS|VEL|ORI)))?",
+    rf"(PTP|LIN)\s*(?:(\{{\s*{_TAG}{_PART}(?:\s*,\s*{_PART})*\s*\}})|(?<=\s)([A-Z]\w*))(?:\s+(C_(?:PTP|DIS|VEL|ORI)))?",
     re.IGNORECASE | re.ASCII,
 )
 ROW: Final = re.compile(
     rf"(?:DECL\s+)?(GLOBAL\s+)?(?:DECL\s+)?(E6POS|POS|FRAME|E6AXIS|AXIS)\s+([A-Z_]\w*)\s*=\s*"
-    rf"(\{{\s*{_PART}(?:\s*,\s*{_PART})*\s*\}})",
+    rf"(\{{\s*{_TAG}{_PART}(?:\s*,\s*{_PART})*\s*\}})",
     re.IGNORECASE | re.ASCII,
 )
 RECORD_ROW: Final = re.compile(
@@ -50,6 +51,10 @@ def literal(text: str, kind: str = "") -> PositionLiteral | None:
     if match is not None and kind not in AXES:
         x, y, z, a, b, c = map(float, match.groups())
         return PositionLiteral("pose", (x * mm, y * mm, z * mm, c * deg, b * deg, a * deg))
+    colon = text.find(":")
+    if colon > 0:
+        kind = text[1:colon].strip().upper()
+        text = text[colon:]
     given: dict[str, float] = {}
     for key, number in _PAIR.findall(text):
         given[key.upper()] = float(number)

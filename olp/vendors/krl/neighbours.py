@@ -9,6 +9,7 @@ from pathlib import PurePath, PureWindowsPath
 from typing import Final, NamedTuple
 
 from olp.diagnostic import Diagnostic, Span
+from olp.expression import Number, RecordLiteral, Text
 from olp.program import Declare
 from olp.source import Source
 from olp.vendors.inform.findings import Findings
@@ -24,6 +25,13 @@ HEAD: Final = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
 TAIL: Final = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
 NAME: Final = re.compile(r"[$A-Za-z_][\w$]*")
 _BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
+
+# The public copies of $config.dat agree in these.
+_PUBLIC: Final[dict[str, tuple[str, tuple[tuple[str, float | str], ...]]]] = {
+    "PDEFAULT": ("PDAT", (("VEL", 100.0), ("ACC", 100.0), ("APO_DIST", 100.0))),
+    "LDEFAULT": ("LDAT", (("VEL", 2.0), ("ACC", 100.0), ("APO_DIST", 100.0))),
+    "FHOME": ("FDAT", (("TOOL_NO", 1), ("BASE_NO", 0), ("IPO_FRAME", "#BASE"))),
+}
 
 
 class Neighbours(NamedTuple):
@@ -50,14 +58,20 @@ def read_neighbours(
     """The lists of `given`, else those on the disk, with what is wrong with them."""
     beside, config = companions.find(source.path) if given is None else _sorted(given)
     files = tuple(one for one in (beside, config) if one is not None)
-    rows = () if config is None else _config(config, scope, findings, _used(source, beside))
-    if beside is None:
-        return Neighbours(files, (), rows, (), {})
-    told = Findings(beside)
-    if not checks.check_readable(told):
-        return Neighbours(files, (), rows, told.result(), {})
-    data = tuple(replace(one, line=0) for one in _list(told, scope, None))
-    return Neighbours(files, data, rows, told.result(), _details(beside))
+    used = _used(source, beside)
+    rows = () if config is None else _config(config, scope, findings, used)
+    data: tuple[Declare, ...] = ()
+    told: tuple[Diagnostic, ...] = ()
+    details: dict[str, str] = {}
+    if beside is not None:
+        found = Findings(beside)
+        if checks.check_readable(found):
+            data = tuple(replace(one, line=0) for one in _list(found, scope, None))
+            details = _details(beside)
+        told = found.result()
+    if "DEFDAT" not in used:
+        rows = (*rows, *_defaults(scope, findings, used))
+    return Neighbours(files, data, rows, told, details)
 
 
 def _sorted(given: tuple[Source, ...]) -> tuple[Source | None, Source | None]:
@@ -85,6 +99,26 @@ def _config(config: Source, scope: Scope, findings: Findings, used: frozenset[st
         )
         findings.warning("P419", message, Span(1, 1, 2), "olp takes what it needs from the others")
     return tuple(replace(one, line=0, native=one.native + CONFIG_MARK, comment="") for one in rows)
+
+
+def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:
+    """Motion data that every controller has, where no list gives them."""
+    rows = []
+    for name, (kind, values) in _PUBLIC.items():
+        if name not in used or scope.known(name):
+            continue
+        members = tuple(
+            (scope.spell(key), Text(one) if isinstance(one, str) else Number(one)) for key, one in values
+        )
+        value = RecordLiteral(kind, members)
+        scope.declare(name, kind)
+        scope.values[name] = value
+        rows.append(Declare(0, scope.spell(name), kind, value, native=kind + CONFIG_MARK))
+    if rows:
+        names = ", ".join(one.name for one in rows)
+        message = f"{names}: taken as in the public $config.dat, which is not beside the program"
+        findings.info("P420", message, Span(1, 1, 2), "put the controller's $config.dat beside it")
+    return tuple(rows)
 
 
 def _codes(source: Source) -> Iterator[tuple[int, str, str | None]]:

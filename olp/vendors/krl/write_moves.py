@@ -109,7 +109,11 @@ class MoveWriter:
         if len(s.targets) != 1:
             raise CannotSayError("a move with several positions")
         target = s.targets[0]
-        text = pose_text(target) if type(target) is PositionLiteral else self.words.expression(target)
+        text = (
+            pose_text(target, self.words.own)
+            if type(target) is PositionLiteral
+            else self.words.expression(target)
+        )
         if s.via is not None:
             text = f"{self.words.expression(s.via)},{text}"
         elif s.path is Path.CIRCULAR:
@@ -262,7 +266,7 @@ class MoveWriter:
             return
         self._known[key] = text
         if joint:
-            lines += _axes("$ACC_AXIS", text)
+            lines += _axes("$ACC_AXIS", _whole(share, text))
         else:
             lines.append(f"BAS (#ACC_CP,{text})")
 
@@ -320,6 +324,11 @@ class MoveWriter:
 
     def set_override(self, s: SetOverride) -> list[str]:
         return [f"$OV_PRO={self.words.quantity(s.share, percent)}"]
+
+
+def _whole(share: Quantity, text: str) -> str:
+    """$ACC_AXIS holds whole percents, at least 1."""
+    return text if share.literal is None else str(max(round(share.literal / percent), 1))
 
 
 def _axes(name: str, text: str) -> list[str]:

@@ -45,6 +45,7 @@ _BITS: Final = {"and": ("B_AND", 7), "xor": ("B_EXOR", 6), "or": ("B_OR", 5)}
 _CONDITIONS: Final = (Logic, Compare, State)
 _UNARY, _PRODUCT, _ATOM = 12, 13, 14
 _DIGITS = 12
+_DECIMALS = 9
 _PARTS_OF_POSE = 6
 
 
@@ -77,9 +78,16 @@ def number(literal: Number) -> str:
     return str(value)
 
 
-def pose_text(it: PositionLiteral) -> str:
-    """`{X 1,Y 2,…}` of a position; components that are not written stay out."""
+def rounded(value: float) -> float:
+    """Without the noise of another language's units: a millionth of a millimetre, a billionth of a degree."""
+    return round(value, _DECIMALS)
+
+
+def pose_text(it: PositionLiteral, own: bool = True) -> str:
+    """`{X 1,Y 2,…}` of a position; components that are not written stay out. `own`: with all digits."""
     found: list[str] = []
+    if not own:
+        return _foreign_pose(it)
     if it.kind == "pose":
         for word, place in _POSE:
             value = it.values[place]
@@ -94,6 +102,19 @@ def pose_text(it: PositionLiteral) -> str:
     if not found:
         raise CannotSayError("a position without a number")
     return f"{{{','.join(found)}}}"
+
+
+def _foreign_pose(it: PositionLiteral) -> str:
+    if it.kind == "pose":
+        pairs = [(word, it.values[place] / values.POSE_SCALES[place]) for word, place in _POSE]
+    else:
+        pairs = [(word, value / deg) for word, value in zip(_AXES, it.values, strict=False)]
+    pairs += [(f"E{n}", value) for n, value in enumerate(it.external, 1)]
+    found = [f"{word} {decimal(rounded(value))}" for word, value in pairs if value == value]
+    if not found:
+        raise CannotSayError("a position without a number")
+    place = 6 if it.kind == "pose" and len(found) >= 6 else len(found)
+    return f"{{{','.join([*found[:place], *_status(it), *found[place:]])}}}"
 
 
 def _status(it: PositionLiteral) -> list[str]:
@@ -212,7 +233,7 @@ class Words:
     def position(self, it: PositionLiteral) -> str:
         if it.native and dict(it.native).get("name") and not any(it.values):
             return "$NULLFRAME"
-        return pose_text(it)
+        return pose_text(it, self.own)
 
     def _text(self, it: Text) -> str:
         if it.value[:1] == "#" and it.value[1:].isidentifier():
