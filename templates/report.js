@@ -127,7 +127,7 @@
       if (open) pen.lineTo(x(t), y(v)); else pen.moveTo(x(t), y(v));
       open = true;
     });
-    pen.save(); pen.beginPath; pen.stroke(); pen.restore();
+    pen.stroke();
     pen.lineWidth = 1;
   };
 
@@ -155,7 +155,7 @@
       pen.lineWidth = p.step[i] === on ? 4 : 1.8;
       pen.beginPath(); pen.moveTo(...projected[i - 1]); pen.lineTo(...projected[i]); pen.stroke();
     }
-    const axis = [["X", 1, 0, 0], ["Y", 0, 1, 0], ["Z", 0, 0, 1]], keep = scale;
+    const axis = [["X", 1, 0, 0], ["Y", 0, 1, 0], ["Z", 0, 0, 1]];
     pen.lineWidth = 1; pen.strokeStyle = pen.fillStyle = css("muted"); pen.textAlign = "center";
     for (const [name, x, y, z] of axis) {
       const a = x * ca - y * sa, b = x * sa + y * ca, ex = 34 + a * 24, ey = h - 34 - (z * cb + b * sb) * 24;
@@ -171,7 +171,6 @@
     pen.fillStyle = css("muted");
     pen.fillText("0", bar, 32); pen.textAlign = "right";
     pen.fillText((top >= 10 ? top.toFixed(0) : top.toFixed(2)) + unit, bar + 104, 32);
-    void keep;
   };
 
   const draw = () => { if (!d) return; gantt(); speed(); space(); };
@@ -389,7 +388,8 @@
   matchMedia("(prefers-color-scheme:dark)").addEventListener("change", draw);
   addEventListener("resize", draw);
   addEventListener("beforeprint", () => { root.dataset.theme = "light"; draw(); });
-  const follow = () => { const match = /^#p(\d+)$/.exec(location.hash); open(match ? +match[1] : 0); };
+  const longest = +document.body.dataset.first;
+  const follow = () => { const match = /^#p(\d+)$/.exec(location.hash); open(match ? +match[1] : longest); };
   addEventListener("hashchange", () => { follow(); $("view").scrollIntoView(); });
   follow();
   root.dataset.ready = "yes";

@@ -166,7 +166,7 @@ def test_a_limit_in_one_move_is_told_as_one_that_may_be_a_wait(limit, named, alo
     way, speed = programmed()
     real = case(measured=trapezoids(way, np.minimum(speed, limit), ACCELERATION) + scatter())
     found = name(real, Noise(NOISE / 2), Folds("block", blocks(MOVES)), {})
-    told = findings_of(found, real)
+    told = findings_of(found, real, NOISE)
     assert ("speed-clamp" in {finding.term for finding in told.findings}) == named
     in_groups = {term for group in told.alike for term in group}
     assert ("external-wait" in in_groups) == (named and alone)

@@ -58,6 +58,7 @@ def report_page(
         "js_hash": script_hash,
         "made": (now or datetime.now()).strftime("%Y-%m-%d %H:%M"),
         "programs": programs,
+        "first": max(range(len(programs)), key=lambda i: programs[i]["total_s"] or 0.0),
         "total": f"{sum(known):.3f}",
         "untimed": len(programs) - len(known),
         "over": sum(item["status"] == "over" for p in programs for item in p["budgets"]),
