@@ -1,4 +1,4 @@
-"""`pytest --olp`: every budget of every olp.toml is a test; the fixture `olp_time` times a program in tests of one's own.
+"""`pytest --olp`: every budget of every olp.toml is a test. The fixture `olp_time` times a program in any test.
 
 pytest loads this file in every run, so everything else of olp is imported when it is needed.
 """
