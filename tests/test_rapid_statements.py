@@ -268,6 +268,8 @@ def test_a_name_is_a_signal_by_its_use_or_by_its_beginning() -> None:
     assert condition.first == Compare("=", Signal("in", Text("Part")), State(True))
     assert condition.rest[0][1] == Compare("=", Signal("in", Text("di7")), State(False))
     assert condition.rest[1][1].left == Signal("out", Text("doLamp"))
+    assert statement("IF DI_Part=1 Stop;").condition.left == Signal("in", Text("DI_Part"))
+    assert statement("IF DONE=1 Stop;").condition.left == Named("DONE")
     assert program.routines[0].body[2].value == Named("done")
 
 

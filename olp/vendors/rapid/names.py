@@ -28,7 +28,7 @@ _USED: Final = re.compile(
 )
 _NUMBERS: Final = re.compile(r"\[\s*([^\[\]\"]*)\]\Z")
 _COMPONENT: Final = re.compile(r"(\w+)\s+(\w+)\s*;?\Z")
-_SIGNAL_LIKE: Final = re.compile(r"(di|do|gi|go|ai|ao)(?=[_0-9]|[A-Z])")
+_SIGNAL_LIKE: Final = re.compile(r"(?:di|do|gi|go|ai|ao)(?=[_0-9A-Z])|(?:DI|DO|GI|GO|AI|AO)(?=[_0-9])")
 _LONG: Final = 120
 _BUSES: Final = {
     "di": "in", "do": "out", "gi": "in-group", "go": "out-group", "ai": "analog-in", "ao": "analog-out",
@@ -108,7 +108,7 @@ class Names:
 def signal_like(name: str) -> str | None:
     """The bus of a name that begins like a signal's (`di1`, `do_grip`, `goCode`), None for others."""
     like = _SIGNAL_LIKE.match(name)
-    return _BUSES[like[1]] if like else None
+    return _BUSES[like[0].lower()] if like else None
 
 
 def gather(clauses: Sequence[object]) -> Names:
