@@ -117,7 +117,15 @@ def message(m: Machine, s: Message) -> None:
     m.recorder.signal(m.frame.job.source, s.line)
 
 
+# Words that end the program as a whole, whoever called the routine: FANUC ABORT, RAPID EXIT, URScript halt.
+_ENDINGS = frozenset({"abort", "exit", "halt"})
+
+
 def process(m: Machine, s: Process) -> None:
+    if s.name.lower() in _ENDINGS:
+        m.recorder.signal(m.frame.job.source, s.line)
+        m.stop(f"line {s.line} ends the program")
+        return
     seconds = m.assumptions.process.get(s.name.lower())
     if seconds is None:
         seconds = 0.0
