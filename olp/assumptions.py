@@ -67,7 +67,7 @@ VARIABLE_LETTERS: Final[Mapping[Store, str]] = {
 _BUSES = {word: bus for bus, word in SIGNAL_WORDS.items()}
 _STORES = {letters: store for store, letters in VARIABLE_LETTERS.items() if store is not Store.SYSTEM}
 _SIGNAL = re.compile(r"([A-Z]+)\s*#?\s*[(\[]?\s*(\d{1,6})\s*[)\]]?")
-_NAME = re.compile(r"[^\W\d]\w*")
+_NAMED = re.compile(r"SIGNAL\s*#?\s*[(\[]\s*([^\W\d]\w*)\s*[)\]]", re.IGNORECASE)
 _VARIABLE = re.compile(r"([A-Z]+)\s*(\d{1,6})")
 
 
@@ -118,17 +118,18 @@ class Assumptions:
 def signal_name(key: SignalKey) -> str:
     """The signal as olp.toml spells it: IN#(12)."""
     if isinstance(key.number, str):
-        return key.number
+        return f"SIGNAL#({key.number})"
     return f"{SIGNAL_WORDS.get(key.bus, key.bus)}#({key.number})"
 
 
 def signal_key(text: str) -> SignalKey | None:
-    """The signal that a text names (`IN#(12)`, `IN 12`, `in[12]`, `diGripClosed`), None when it names none."""
+    """The signal that a text names (`IN#(12)`, `IN 12`, `in[12]`, `SIGNAL#(diGripClosed)`), None when it names none."""
     match = _SIGNAL.fullmatch(text.strip().upper())
     bus = _BUSES.get(match[1]) if match else None
     if match and bus:
         return SignalKey(bus, int(match[2]))
-    return SignalKey(NAMED_SIGNAL, text.strip().casefold()) if _NAME.fullmatch(text.strip()) else None
+    named = _NAMED.fullmatch(text.strip())
+    return SignalKey(NAMED_SIGNAL, named[1].casefold()) if named else None
 
 
 def variable_key(text: str) -> tuple[Store, int] | None:
