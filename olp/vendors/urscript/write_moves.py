@@ -31,19 +31,11 @@ class MoveWriter:
     def __init__(self, words: Words) -> None:
         self._words = words
         self._manners: dict[tuple[object, ...], tuple[str, str]] = {}
-        self._kept: list[Move] = []  # whose parts the keys above name
+        self._kept: list[Move] = []  # whose parts some of the keys name
 
     def move(self, s: Move) -> str:
         """The move as a call. Raises CannotSayError."""
-        key = (
-            s.path,
-            id(s.speed),
-            id(s.blend),
-            id(s.rate),
-            id(s.acceleration),
-            id(s.other),
-            id(s.via) if s.via is None else 0,
-        )
+        key = _key(s)
         found = self._manners.get(key)
         if found is None:
             found = self._manners[key] = self._manner(s)
@@ -124,3 +116,15 @@ class MoveWriter:
         if blend.value.written in (Number(0), Number(0.0)):
             return []
         return [f"r={self._words.quantity(blend.value)}"]
+
+
+def _key(s: Move) -> tuple[object, ...]:
+    """Equal for moves that go the same way: numbers where all are written out, else the parts themselves."""
+    speed, blend, rate = s.speed, s.blend, s.rate
+    if speed is not None and blend is not None and blend.value is not None and not s.other:
+        numbers = (speed.value.literal, blend.value.literal, 0.0 if rate is None else rate.value.literal)
+        if s.acceleration is None and None not in numbers:
+            unit = None if rate is None else rate.unit
+            return (s.path, speed.unit, blend.kind, unit, s.via is None, speed.value.scale, *numbers)
+    parts = (speed, blend, rate, s.acceleration, s.other)
+    return (s.path, s.via is None, *map(id, parts))
