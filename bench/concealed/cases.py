@@ -102,6 +102,8 @@ def _try(dice: np.random.Generator, name: str, wish: Recipe, family: str) -> Cas
             return None
     if wish.rare and not _few_enough(parts, noise):
         return None
+    if not all(map(_often_enough, parts.values())):
+        return None
     scatter = np.sqrt(max(noise**2 - resolution**2 / 12, 0.0))
     measured = np.round((real + dice.normal(0, scatter, len(real))) / resolution) * resolution
     measured = np.maximum(measured, resolution)
@@ -114,6 +116,11 @@ def _few_enough(parts: dict[str, Floats], noise: float) -> bool:
     return all(
         (np.abs(p) > 2 * noise).sum() >= 4 and (np.abs(p) > 1e-3 * noise).mean() < 0.3 for p in parts.values()
     )
+
+
+def _often_enough(part: Floats) -> bool:
+    """An effect in fewer moves than four is what a wait looks like as well, whatever its size."""
+    return int((np.abs(part) > 0.05 * max(np.abs(part).max(), 1e-12)).sum()) >= 4
 
 
 def _fixed_first(wish: Recipe) -> list[tuple[str, float]]:
