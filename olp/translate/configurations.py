@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from olp.expression import Expression, PositionLiteral
-from olp.program import Move, Path, Program
-from olp.translate.rewrite import mapped, statements_mapped
+from olp.expression import Expression, Named, PositionLiteral
+from olp.program import Move, Path, Program, Statement
+from olp.translate.rewrite import mapped
 from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Work
 
@@ -27,12 +27,15 @@ def configurations(program: Program, work: Work) -> Program:
         program,
         data=tuple(mapped(d, _without) for d in program.data),
         routines=tuple(
-            replace(
-                r, body=statements_mapped(r.body, _without), data=tuple(mapped(d, _without) for d in r.data)
-            )
+            replace(r, body=tuple([_row(s) for s in r.body]), data=tuple(mapped(d, _without) for d in r.data))
             for r in program.routines
         ),
     )
+
+
+def _row(s: Statement) -> Statement:
+    plain = type(s) is Move and type(s.targets[0]) is Named and (s.via is None or type(s.via) is Named)
+    return s if plain else mapped(s, _without)
 
 
 def _without(e: Expression) -> Expression:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from olp.expression import Binary, Expression, Function, Number, PositionLiteral
+from olp.expression import Binary, Expression, Function, Named, Number, PositionLiteral
 from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
 from olp.program import Assign, Move, Path, Program, Statement
 from olp.translate.records import literal_of
@@ -25,13 +25,18 @@ def functions(program: Program, work: Work) -> Program:
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
+
+        def change(e: Expression, name: str = routine.name) -> Expression:
+            e = _shorter(e, symbols, name)
+            return e if work.target == "urscript" else _plain(e)
+
         for s in routine.body:
             if isinstance(s, Move) and s.path is Path.JOINT and work.target != "urscript":
                 s = replace(s, targets=tuple(_joints(t, symbols, routine.name) for t in s.targets))
             if work.target == "krl" and isinstance(s, Assign):
                 s = _rounded(s, symbols, routine.name)
-            s = mapped(s, lambda e, name=routine.name: _shorter(e, symbols, name))  # type: ignore[misc]
-            rows.append(s if work.target == "urscript" else mapped(s, _plain))
+            plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
+            rows.append(s if plain else mapped(s, change))
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
 

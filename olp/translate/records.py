@@ -57,8 +57,9 @@ def _without_frames(program: Program) -> Program:
 
 def _rows(routine: Routine, work: Work) -> tuple[Statement, ...]:
     rows = []
+    inside = work.source.vendor != "krl" and work.source.vendor != "tp"  # records within statements
     for s in routine.body:
-        row: Statement = _plain(s, work) if isinstance(s, Declare) else mapped(s, _change)
+        row: Statement = _plain(s, work) if isinstance(s, Declare) else mapped(s, _change) if inside else s
         rows.append(row)
     return tuple(rows)
 

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import fields
 from typing import Any, Final, TypeVar, cast, get_args
 
-from olp.expression import Expression, Number, State, Taught, Text
+from olp.expression import Expression, Number, Quantity, State, Taught, Text
+from olp.moves import Acceleration, Blend, Speed
 from olp.program import Statement
 
 T = TypeVar("T")
@@ -14,6 +15,7 @@ Change = Callable[[Expression], Expression]
 
 EXPRESSIONS: Final = frozenset(get_args(Expression))
 _LEAVES: Final = frozenset({Number, State, Taught, Text})
+_MEASURED: Final = frozenset({Speed, Blend, Acceleration})
 # Of statements and expressions that hold further ones: the names of the fields that may.
 _FIELDS: dict[type, tuple[str, ...]] = {}
 _PLAIN: Final = frozenset(
@@ -22,7 +24,10 @@ _PLAIN: Final = frozenset(
 
 
 def mapped(node: T, change: Change) -> T:
-    """`node` with `change` done to every expression in it, inner ones first. The same object where nothing changes."""
+    """`node` with `change` done to every expression in it, inner ones first. The same object where nothing changes.
+
+    Numbers that are written out as a quantity (a speed, a time) are left alone.
+    """
     return cast(T, _mapped(node, change))
 
 
@@ -32,6 +37,10 @@ def _mapped(node: Any, change: Change) -> Any:
         return change(node)
     if kind is tuple:
         return _sequence(node, change)
+    if kind in _MEASURED and (node.value is None or type(node.value.written) is Number):
+        return node  # a speed or blend that is written out: there are as many as moves
+    if kind is Quantity and type(node.written) is Number:
+        return node
     names = _FIELDS.get(kind)
     if names is None:
         names = _FIELDS[kind] = _field_names(kind)
@@ -52,6 +61,11 @@ def _mapped(node: Any, change: Change) -> Any:
 
 
 def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
+    if not node:
+        return node
+    if len(node) == 1:
+        only = _mapped(node[0], change)
+        return node if only is node[0] else (only,)
     new = tuple([_mapped(item, change) for item in node])
     return node if all(a is b for a, b in zip(new, node, strict=True)) else new
 

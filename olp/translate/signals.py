@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from olp.expression import Expression, Number, Signal, Text
-from olp.program import Program
-from olp.translate.rewrite import statements_mapped
+from olp.program import Move, Program, Statement
+from olp.translate.rewrite import mapped
 from olp.translate.work import Work
 
 # How signals that have only a number are called where they have names.
@@ -35,7 +35,7 @@ def signals(program: Program, work: Work) -> Program:
     own = _Signals(work)
     if program.vendor in _NAMING and work.target not in _NAMING:
         own.note(program)
-    routines = tuple(replace(r, body=statements_mapped(r.body, own.change)) for r in program.routines)
+    routines = tuple(replace(r, body=tuple([own.statement(s) for s in r.body])) for r in program.routines)
     return replace(program, routines=routines)
 
 
@@ -63,6 +63,11 @@ class _Signals:
     def _take(self, bus: str, name: str, number: int) -> None:
         self.numbers[(bus, name)] = number
         self.taken.setdefault(bus, set()).add(number)
+
+    def statement(self, s: Statement) -> Statement:
+        if type(s) is Move and s.until is None and s.search is None:
+            return s
+        return mapped(s, self.change)
 
     def change(self, e: Expression) -> Expression:
         if type(e) is not Signal:

@@ -116,9 +116,13 @@ def symbols_of(program: Program) -> Symbols:
         for statement in routine.body:
             if isinstance(statement, Declare):
                 _declare(found, routine.name, statement)
+    by_reference = any(p.by_reference for routine in program.routines for p in routine.parameters)
     for routine in program.routines:
         for statement in routine.body:
-            _note_changes(found, routine, statement)
+            if type(statement) in _CHANGES:
+                _note_changes(found, routine, statement)
+            if by_reference:
+                _note_called(found, routine, statement)
     return found
 
 
@@ -131,6 +135,9 @@ def _declare(found: Symbols, scope: str, s: Declare) -> None:
         known.value = s.value
     elif s.value is not None:
         known.assigned += 1
+
+
+_CHANGES = frozenset({Assign, Update, Clear, ReadInput, For, Call})
 
 
 def base_of(target: Expression | None) -> Named | None:
@@ -149,6 +156,10 @@ def _note_changes(found: Symbols, routine: Routine, s: Statement) -> None:
         case Call():
             _changed(found, routine, s.result, None)
             _note_arguments(found, routine, s.routine, s.arguments)
+
+
+def _note_called(found: Symbols, routine: Routine, s: Statement) -> None:
+    """Variables that a function within an expression changes."""
     for expression in expressions_of(s):
         if type(expression) is CallValue:
             _note_arguments(found, routine, expression.routine, expression.arguments)
