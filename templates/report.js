@@ -392,5 +392,5 @@
   const follow = () => { const match = /^#p(\d+)$/.exec(location.hash); open(match ? +match[1] : longest); };
   addEventListener("hashchange", () => { follow(); $("view").scrollIntoView(); });
   follow();
-  root.dataset.ready = "yes";
+  root.dataset.ready = Math.round(performance.now());
 })();

@@ -1,0 +1,123 @@
+"""The page of `olp report`: whole, small, and nothing in it but what olp wrote."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from olp.__main__ import main
+from olp.reading import read
+
+SAMPLES = Path(__file__).parent.parent / "samples" / "inform"
+
+
+class Page(HTMLParser):
+    """What a browser would find: ids, links, references to elsewhere, unbalanced elements."""
+
+    VOID = frozenset({"meta", "input", "br", "link", "img"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.elsewhere: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.ids += [given["id"]] if "id" in given else []
+        self.links += [given["href"]] if tag == "a" else []
+        self.elsewhere += [given[name] for name in ("src", "data", "action") if name in given]
+        if tag == "link":
+            self.elsewhere.append(given.get("href", ""))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture
+def jobs(tmp_path):
+    shutil.copytree(SAMPLES / "palletising", tmp_path / "jobs")
+    return tmp_path / "jobs"
+
+
+def page_of(*paths, out):
+    status = main(["report", *map(str, paths), "-o", str(out)])
+    return status, out.read_text(encoding="utf-8")
+
+
+def data_of(text, index):
+    found = re.search(rf'<script type="application/json" id="d{index}">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found[1])
+
+
+def test_the_page_is_whole_and_asks_for_nothing_from_elsewhere(jobs, tmp_path):
+    status, text = page_of(jobs, out=tmp_path / "r.html")
+    page = Page(text)
+    assert status == 0
+    assert page.open == []
+    assert page.elsewhere == []
+    assert len(page.ids) == len(set(page.ids))
+    assert {link[1:] for link in page.links} <= set(page.ids)
+    assert "default-src 'none'" in text
+    assert not re.search(r"https?://", text)
+
+
+def test_the_numbers_are_those_of_olp_time(jobs, tmp_path):
+    _, text = page_of(jobs / "PICK.JBI", out=tmp_path / "r.html")
+    data = data_of(text, 0)
+    timed = read(jobs / "PICK.JBI").plan().time()
+    assert data["seconds"] == pytest.approx(timed["duration_s"].tolist(), abs=1e-6)
+    assert data["line"] == timed["line"].tolist()
+    assert [data["kinds"][k] for k in data["kind"]] == timed["kind"].tolist()
+    path = data["path"]
+    assert len(path["x"]) == len(path["step"]) == len(path["z"])
+
+
+def test_the_second_page_shows_what_changed_since_the_first(jobs, tmp_path):
+    page_of(jobs, out=tmp_path / "r.html")
+    job = jobs / "PICK.JBI"
+    job.write_bytes(job.read_bytes().replace(b"V=120.0", b"V=60.0"))
+    _, text = page_of(jobs, out=tmp_path / "r.html")
+    assert "since the last report" in text
+    assert re.search(r'class="r worse">\+\d', text)
+
+
+def test_budgets_stand_in_the_page(jobs, tmp_path):
+    (tmp_path / "olp.toml").write_text('[[budget]]\nname = "pallet"\nfiles = "*.JBI"\nlimit_s = 1\n')
+    _, text = page_of(jobs, out=tmp_path / "r.html")
+    assert "pallet: over" in text
+
+
+def test_text_of_a_program_becomes_no_markup(tmp_path):
+    sample = (SAMPLES / "palletising" / "PICK.JBI").read_bytes()
+    evil = b"'</script><script>alert(1)</script><img src=x onerror=alert(2)>"
+    job = tmp_path / "EVIL.JBI"
+    job.write_bytes(re.sub(rb"\r?\nNOP\r?\n", lambda m: m[0] + evil + b"\r\n", sample))
+    _, text = page_of(job, out=tmp_path / "r.html")
+    page = Page(text)
+    assert page.elsewhere == []
+    assert text.count("<script") == 3
+    assert any("alert(1)" in line for file in data_of(text, 0)["files"] for line in file["lines"])
+
+
+def test_two_thousand_segments_stay_below_a_megabyte(tmp_path):
+    _, text = page_of(SAMPLES / "cam" / "FINISH.JBI", out=tmp_path / "r.html")
+    segments = len(data_of(text, 0)["seconds"])
+    assert len(text.encode()) * 2000 / segments < 1_000_000
+
+
+def test_a_page_of_nothing_that_can_be_shown_is_refused(tmp_path, capsys):
+    job = tmp_path / "A.JBI"
+    job.write_bytes(b"nothing of a job\r\n")
+    assert main(["report", str(job), "-o", str(tmp_path / "r.html")]) == 2
+    assert not (tmp_path / "r.html").exists()
+    assert "error[" in capsys.readouterr().err
