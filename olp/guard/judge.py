@@ -83,6 +83,11 @@ def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple
         return _unknown(budget, path, measured.why), []
     seconds, limit = measured.seconds, budget.limit_s + budget.tolerance_s
     over = seconds - budget.limit_s
+    broken = next((d for d in timing.diagnostics if d.is_error), None)
+    if broken is not None and seconds <= limit:
+        # What cannot be read or run takes time too. Over the limit it is over either way.
+        item = _unknown(budget, path, f"at least {seconds:.3f} s: {broken.message}")
+        return replace(item, seconds=seconds, line=broken.line if broken.file in ("", path) else 0), []
     status = Status.HELD
     if seconds > limit:
         status = Status.FAILED if budget.fails else Status.WARNED
