@@ -323,7 +323,7 @@ class ShiftOn:
     """From here on every taught target is moved by `offset` in `frame` (None: the offset's own frame)."""
 
     line: int
-    offset: Position
+    offset: Expression
     frame: FrameRef | None = None
     comment: str = ""
     coordinated: bool = False  # of the station's coordinated group (INFORM SSFTON, SSFTOF)

@@ -54,6 +54,8 @@ from olp.program import (
     SetOverride,
     SetSpeed,
     SetTool,
+    ShiftOff,
+    ShiftOn,
     Speed,
     SpeedUnit,
     Until,
@@ -356,3 +358,15 @@ def test_joint_moves_at_a_tool_speed_take_the_time_of_the_path():
     seconds = plan.time(model="constant")["duration_s"][1]
     assert seconds == pytest.approx(plan.moves.length[1] / 0.2, rel=0.5)
     assert seconds > plan.moves.length[1] / 0.2
+
+
+def test_a_program_displacement_is_one_more_frame_inside_the_moves_own():
+    plan = plan_of(
+        SetFrame(1, pose(1000, 0, 0, 0, 0, 90)),
+        ShiftOn(1, pose(10, 0, 0, 0, 0, 90)),
+        line(pose(1, 0, 0)),
+        ShiftOff(1),
+        line(pose(1, 0, 0)),
+        vendor="rapid",
+    )
+    assert where(plan) == pytest.approx(np.array([[999, 10, 0], [1000, 1, 0]]))

@@ -168,6 +168,19 @@ def _distance(m: Machine, arguments: Arguments) -> Value:
     return float(np.linalg.norm(first - second)) / mm
 
 
+def _current(joints: bool) -> Computes:
+    def where(m: Machine, arguments: Arguments) -> Value:
+        from olp.interpreter.places import current
+
+        if arguments:
+            m.assume(
+                "the tool and the frame that a reading of the position names are taken as those that hold"
+            )
+        return current(m, joints)
+
+    return where
+
+
 def _given(m: Machine, arguments: Arguments) -> Value:
     from olp.interpreter.scope import is_given
 
@@ -203,4 +216,8 @@ FUNCTIONS: Mapping[str, Computes] = {
     "forward": _forward,
     "inverse": _inverse,
     "given": _given,
+    "current-pose": _current(joints=False),
+    "current-joints": _current(joints=True),
+    "NumToDnum": lambda m, arguments: number(m, arguments[0]),
+    "DnumToNum": lambda m, arguments: number(m, arguments[0]),
 }

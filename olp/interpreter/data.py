@@ -12,10 +12,11 @@ from olp.expression import (
     Member,
     Named,
     Number,
-    Position,
     Signal,
     Store,
     SystemValue,
+    Taught,
+    Unknown,
     Variable,
 )
 from olp.geometry import frame_from_points
@@ -161,7 +162,9 @@ def define_frame(m: Machine, s: DefineFrame) -> None:
     set_frame(m, s.frame, frame)
 
 
-def _robot_position(m: Machine, position: Position) -> PositionValue:
+def _robot_position(m: Machine, position: Expression) -> PositionValue:
+    if not isinstance(position, (Taught, Variable, Unknown)):
+        return as_position(evaluate(m, position))
     if isinstance(position, Variable) and position.store is Store.SYSTEM:
         return as_position(read_variable(m, Store.SYSTEM, whole(m, position.index), position.local))
     return position_value(m, position, Store.ROBOT)

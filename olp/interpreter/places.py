@@ -41,7 +41,7 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
         value = _relative(m, mechanism, value, s.relative, place, tool)
     elif any(map(math.isnan, value.values)):
         value = _filled(m, mechanism, value)
-    value = _offset(m, mechanism, s, value)
+    value = _offset(m, mechanism, s, _displaced(m, value))
     if any(v not in (0.0, 9e9) and not math.isnan(v) for v in value.external):
         m.assume_once(
             "external axes", "external axes are not in this plan: they are taken as never the slowest"
@@ -114,6 +114,14 @@ def _joints_here(m: Machine, mechanism: int) -> tuple[float, ...]:
             "say which robot it is: --robot maker/model, or robot = … in olp.toml",
         )
     return tuple(float(v) for v in axes)
+
+
+def _displaced(m: Machine, value: PositionValue) -> PositionValue:
+    """A pose within the program displacement that holds (RAPID PDispSet): one more frame inside its own."""
+    if m.shift is None or value.state.kind is not PointKind.POSE:
+        return value
+    pose = raw_pose(m.shift.offset) @ raw_pose(value)
+    return value._replace(values=tuple(float(v) for v in pose.xyz_angles()))
 
 
 def _offset(m: Machine, mechanism: int, s: Move, value: PositionValue) -> PositionValue:

@@ -39,7 +39,7 @@ def _statement(segment: dict[str, Any], timing: Timing) -> str:
 def _speed(segment: dict[str, Any]) -> str:
     if segment["speed_pct"] is not None:
         return f"{segment['speed_pct']:g} %"
-    if segment["speed_deg_s"] is not None:
+    if segment["speed_mm_s"] is None and segment["speed_deg_s"] is not None:
         return f"{segment['speed_deg_s']:g} °/s"
     return _number(segment["speed_mm_s"], 1)
 
