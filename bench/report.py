@@ -17,7 +17,15 @@ from pathlib import Path
 from olp.__main__ import main as olp
 
 ASKED_MS, ASKED_BYTES = 2000, 1_000_000
-HEAD = "/JOB\n//NAME BIG\n//POS\n///NPOS {n},0,0,0,0,0\n///TOOL 0\n///POSTYPE BASE\n///RECTAN\n///RCONF 0,0,0,0,0,0,0,0\n"
+HEAD = """/JOB
+//NAME BIG
+//POS
+///NPOS {n},0,0,0,0,0
+///TOOL 0
+///POSTYPE BASE
+///RECTAN
+///RCONF 0,0,0,0,0,0,0,0
+"""
 TAIL = "//INST\n///DATE 2026/11/20 12:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\n"
 
 
