@@ -192,6 +192,12 @@ def test_a_program_of_all_shapes_comes_back_as_the_same_program() -> None:
     assert meaning(again(program)) == meaning(program)
 
 
+def test_secondary_programs_stand_beside_the_program() -> None:
+    program = read("sec lamp():\n  set_digital_out(1, True)\nend\ndef prog():\n  sleep(1)\nend\n")
+    assert export(program, "urscript").startswith(b"sec lamp():\n")
+    assert meaning(again(program)) == meaning(program)
+
+
 def test_a_script_that_was_written_is_written_the_same_again() -> None:
     text = export(read(SHAPES.replace(", *ignored", "")), "urscript")
     assert export(read(text.decode()), "urscript") == text
