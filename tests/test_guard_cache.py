@@ -1,0 +1,186 @@
+"""The cache of `olp check`: what did not change is not timed again, and whatever decides a time makes it anew."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from guard_cells import CELL, cell, check
+from interpreter_jobs import job_text
+
+SAMPLES = Path(__file__).parent.parent / "samples"
+BUDGET = "\n[[budget]]\nname = 'b'\njob = 'MAIN'\nlimit_s = 1000\n"
+
+
+@pytest.fixture
+def pallet(tmp_path) -> Path:
+    """A cell with everything that times depend on: jobs, tools, frames, variables, settings, a robot file elsewhere."""
+    home = tmp_path / "cell"
+    shutil.copytree(SAMPLES / "inform" / "palletising", home)
+    (tmp_path / "robots").mkdir()
+    library = Path(__file__).parent.parent / "olp" / "robots" / "yaskawa" / "ar2010.toml"
+    shutil.copy(library, tmp_path / "robots" / "own.toml")
+    settings = (home / "olp.toml").read_text().replace('"yaskawa/ar2010"', '"../robots/own.toml"')
+    (home / "olp.toml").write_text(settings + BUDGET)
+    return home
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    raw = path.read_bytes()
+    assert old.encode() in raw, path
+    path.write_bytes(raw.replace(old.encode(), new.encode(), 1))
+
+
+def test_an_unchanged_cell_is_not_timed_again_and_says_the_same(pallet, tmp_path, monkeypatch):
+    first = check(pallet, monkeypatch, tmp_path / "cache")
+    again = check(pallet, monkeypatch, tmp_path / "cache")
+    assert len(first.timed) == 5
+    assert again.timed == []
+    assert again.results == first.results
+
+
+CHANGES = {
+    "the job itself": (lambda p: replace(p / "MAIN.JBI", "T=0.40", "T=0.41"), {"MAIN.JBI"}),
+    "a called job": (lambda p: replace(p / "PICK.JBI", "V=120.0", "V=110.0"), {"MAIN.JBI", "PICK.JBI"}),
+    "a tool": (lambda p: replace(p / "TOOL.CND", ".", "1."), {"MAIN.JBI", "PICK.JBI", "PLACE.JBI"}),
+    "a frame": (lambda p: replace(p / "UFRAME.CND", ".", "1."), {"MAIN.JBI", "PLACE.JBI"}),
+    "a variable": (
+        lambda p: (p / "VAR.DAT").write_bytes((p / "VAR.DAT").read_bytes() + b"\r\n"),
+        {"MAIN.JBI"},
+    ),
+    "the settings": (lambda p: replace(p / "olp.toml", "= 1.2 ", "= 2.2 "), {"MAIN.JBI"}),
+    "a budget": (lambda p: replace(p / "olp.toml", "limit_s = 1000", "limit_s = 1001"), {"MAIN.JBI"}),
+    "the robot's file": (
+        lambda p: replace(p.parent / "robots" / "own.toml", "[", "# changed\n["),
+        {"MAIN.JBI", "PICK.JBI", "PLACE.JBI"},
+    ),
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_whatever_decides_a_time_makes_it_anew(pallet, tmp_path, monkeypatch, what):
+    change, concerned = CHANGES[what]
+    check(pallet, monkeypatch, tmp_path / "cache")
+    change(pallet)
+    found = check(pallet, monkeypatch, tmp_path / "cache")
+    assert concerned <= set(found.timed)
+    assert found.results == check(pallet, monkeypatch).results
+
+
+def test_only_what_depends_on_a_change_is_timed_again(pallet, tmp_path, monkeypatch):
+    check(pallet, monkeypatch, tmp_path / "cache")
+    replace(pallet / "PICK.JBI", "V=120.0", "V=110.0")
+    assert sorted(check(pallet, monkeypatch, tmp_path / "cache").timed) == ["MAIN.JBI", "PICK.JBI"]
+
+
+def test_a_called_job_that_appears_is_found(tmp_path, monkeypatch):
+    home = tmp_path / "cell"
+    cell(home, BUDGET, {"MAIN": CELL["MAIN"]})
+    assert check(home, monkeypatch, tmp_path / "cache").items == {"b": "unknown"}
+    assert check(home, monkeypatch, tmp_path / "cache").timed == []
+    cell(home, BUDGET)
+    assert check(home, monkeypatch, tmp_path / "cache").items == {"b": "held"}
+
+
+def test_a_called_job_that_goes_away_is_missed(tmp_path, monkeypatch):
+    home = tmp_path / "cell"
+    cell(home, BUDGET)
+    assert check(home, monkeypatch, tmp_path / "cache").items == {"b": "held"}
+    (home / "GRIP.JBI").unlink()
+    assert check(home, monkeypatch, tmp_path / "cache").items == {"b": "unknown"}
+
+
+def test_a_file_that_takes_the_place_of_a_called_job_is_seen(tmp_path, monkeypatch):
+    home = tmp_path / "cell"
+    cell(home, BUDGET)
+    (home / "GRIP.JBI").rename(home / "OTHER.JBI")  # its head still says GRIP
+    assert check(home, monkeypatch, tmp_path / "cache").items == {"b": "held"}
+    (home / "GRIP.JBI").write_bytes(job_text("TIMER T=9.00", name="GRIP").encode())
+    found = check(home, monkeypatch, tmp_path / "cache")
+    assert "MAIN.JBI" in found.timed
+    assert found.results == check(home, monkeypatch).results
+
+
+def test_an_olp_toml_that_appears_above_is_seen(tmp_path, monkeypatch):
+    home = tmp_path / "a" / "cell"
+    cell(home, BUDGET)
+    (home / "olp.toml").rename(tmp_path / "a" / "olp.toml")
+    assert len(check(home, monkeypatch, tmp_path / "cache").timed) == 2
+    (home / "olp.toml").write_text("[motion]\noverride_pct = 50\n" + BUDGET)
+    assert len(check(home, monkeypatch, tmp_path / "cache").timed) == 2
+
+
+@pytest.mark.parametrize(
+    "setting", [{"override": 0.5}, {"model": "linear"}, {"robot": "yaskawa/gp25"}, {"cycles": 2}]
+)
+def test_other_settings_are_other_results(tmp_path, monkeypatch, setting):
+    home = tmp_path / "cell"
+    cell(home, BUDGET)
+    check(home, monkeypatch, tmp_path / "cache")
+    assert len(check(home, monkeypatch, tmp_path / "cache", **setting).timed) == 2
+
+
+def test_a_signature_with_other_content_is_another_setting(tmp_path, monkeypatch):
+    from olp.recording import read_recording
+    from olp.signature import calibrate, write_signature
+
+    home, file = tmp_path / "cell", tmp_path / "robot.json"
+    shutil.copytree(SAMPLES / "up20", home)
+    signature = calibrate(read_recording(SAMPLES / "up20"), "factors")[0]
+    write_signature(signature, file)
+    count = len(check(home, monkeypatch, tmp_path / "cache", signature=str(file)).timed)
+    assert check(home, monkeypatch, tmp_path / "cache", signature=str(file)).timed == []
+    file.write_text(file.read_text() + "\n")
+    assert len(check(home, monkeypatch, tmp_path / "cache", signature=str(file)).timed) == count
+
+
+def test_a_cache_goes_along_to_another_folder(tmp_path, monkeypatch):
+    (tmp_path / "one").mkdir()
+    cell(tmp_path / "one" / "cell", BUDGET)
+    monkeypatch.chdir(tmp_path / "one")
+    assert len(check(Path("cell"), monkeypatch, Path("cache")).timed) == 2
+    shutil.copytree(tmp_path / "one", tmp_path / "two")
+    monkeypatch.chdir(tmp_path / "two")
+    assert check(Path("cell"), monkeypatch, Path("cache")).timed == []
+
+
+def test_a_cache_that_cannot_be_used_is_done_without(tmp_path, monkeypatch):
+    home = tmp_path / "cell"
+    cell(home, BUDGET)
+    nowhere = tmp_path / "no" / "folder" / "cache"
+    assert len(check(home, monkeypatch, nowhere).timed) == 2
+    assert len(check(home, monkeypatch, nowhere).timed) == 2
+
+
+def test_a_damaged_row_is_timed_again(tmp_path, monkeypatch):
+    import sqlite3
+    from contextlib import closing
+
+    home, cache = tmp_path / "cell", tmp_path / "cache"
+    cell(home, BUDGET)
+    first = check(home, monkeypatch, cache)
+    with closing(sqlite3.connect(cache)) as store:
+        store.execute("update result set value = '{\"items\": 3}'")
+        store.commit()
+    found = check(home, monkeypatch, cache)
+    assert len(found.timed) == 2
+    assert found.results == first.results
+
+
+def test_many_programs_on_several_processes_give_the_same_as_one_after_the_other(tmp_path, monkeypatch):
+    from olp.batch import Job
+    from olp.guard.run import Settings, run, tasks
+
+    home = tmp_path / "cell"
+    cell(
+        home,
+        BUDGET,
+        {f"J{n:03d}": f"MOVL C00000 V=100.0\nMOVL C000{n % 10 + 1:02d} V=150.0" for n in range(60)},
+    )
+    paths = [str(path) for path in sorted(home.glob("*.JBI"))]
+    seen: list[int] = []
+    many = run(tasks(paths).tasks, Settings(Job(), 2, None), seen.append)
+    assert many == run(tasks(paths).tasks, Settings(Job(), 1, None))
+    assert [result.path for result in many] == paths
+    assert sum(seen) == 60
