@@ -127,6 +127,7 @@ class BodyReader:
         if isinstance(result, tuple):
             self._structure(result, comment, number)
             return None
+        result = self._modal.fixed(result) or result
         modal = isinstance(result, _MODAL)
         if len(self._seen) < _MOST_CACHED:
             self._seen[code] = (type(result), lines.values_of(result), modal)

@@ -35,7 +35,8 @@ RECORD_ROW: Final = re.compile(
 ACTUAL: Final = re.compile(r"([PLF]DAT_ACT)\s*=\s*([A-Z_]\w*)", re.IGNORECASE | re.ASCII)
 _PAIR = re.compile(rf"([A-Za-z]\d?)\s+({_NUMBER})")
 _POSE = re.compile(
-    rf"\{{X ({_NUMBER}), ?Y ({_NUMBER}), ?Z ({_NUMBER}), ?A ({_NUMBER}), ?B ({_NUMBER}), ?C ({_NUMBER})\}}",
+    rf"\{{X ({_NUMBER}), ?Y ({_NUMBER}), ?Z ({_NUMBER}), ?A ({_NUMBER}), ?B ({_NUMBER}), ?C ({_NUMBER})"
+    r"(?:, ?S (\d{1,3}))?(?:, ?T (\d{1,3}))?\}",
     re.ASCII,
 )
 _POSE_KEYS = frozenset("XYZABCST") | frozenset(values.EXTERNALS)
@@ -49,8 +50,14 @@ def literal(text: str, kind: str = "") -> PositionLiteral | None:
     """`{X 1, Y 2 …}` as a value of the type `kind` (capitals), or None when it is not plain."""
     match = _POSE.fullmatch(text)
     if match is not None and kind not in AXES:
-        x, y, z, a, b, c = map(float, match.groups())
-        return PositionLiteral("pose", (x * mm, y * mm, z * mm, c * deg, b * deg, a * deg))
+        *numbers, status, turn = match.groups()
+        x, y, z, a, b, c = map(float, numbers)
+        pose = (x * mm, y * mm, z * mm, c * deg, b * deg, a * deg)
+        if status is None and turn is None:
+            return PositionLiteral("pose", pose)
+        native = tuple((key, str(int(one))) for key, one in (("S", status), ("T", turn)) if one is not None)
+        configuration = () if status is None else values.flags(int(status))
+        return PositionLiteral("pose", pose, (), configuration, native)
     colon = text.find(":")
     if colon > 0:
         kind = text[1:colon].strip().upper()

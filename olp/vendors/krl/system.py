@@ -63,6 +63,14 @@ class Modal:
             return self._assign(it)
         return (it,)
 
+    def fixed(self, it: Statement) -> Statement | None:
+        """What an assignment stands for whatever stands before it: path speed, path acceleration, blend sizes."""
+        if isinstance(it, Assign) and isinstance(it.target, Member) and isinstance(it.target.base, Named):
+            owner, name = it.target.base.name.upper(), it.target.name.upper()
+            if (owner in ("$VEL", "$ACC") and name == "CP") or (owner == "$APO" and name in APPROXIMATION):
+                return self._member(it, it.target)[0]
+        return None
+
     def _call(self, it: Call) -> tuple[Statement, ...]:
         if it.routine.upper() != "BAS" or not it.arguments or type(it.arguments[0]) is not Text:
             return (it,)
