@@ -21,6 +21,7 @@ from olp.expression import (
     RecordLiteral,
     Signal,
     State,
+    SystemValue,
     Text,
 )
 from olp.geometry import Pose
@@ -370,3 +371,9 @@ def test_a_program_displacement_is_one_more_frame_inside_the_moves_own():
         vendor="rapid",
     )
     assert where(plan) == pytest.approx(np.array([[999, 10, 0], [1000, 1, 0]]))
+
+
+def test_a_first_move_to_where_the_arm_stands_goes_nowhere():
+    plan = plan_of(line(SystemValue("current-pose")), line(pose(1, 2, 3)))
+    assert len(plan.moves) == 1
+    assert any("nowhere" in a.says for a in plan.assumptions)

@@ -42,7 +42,7 @@ def test_text_of_no_language_is_refused_with_the_languages_that_are_known(tmp_pa
     (text,) = refusal(read, tmp_path / "poem.txt")
     assert text == (
         f"error[P002]: this is no robot program that olp knows\n  --> {tmp_path / 'poem.txt'}\n"
-        "help: olp reads Yaskawa INFORM (.jbi)"
+        f"help: olp reads {', '.join(f'{v.title} ({chr(32).join(v.suffixes)})' for v in map(find_vendor, vendor_names()))}"
     )
 
 

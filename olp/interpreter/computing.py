@@ -8,7 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from olp.expression import Expression, Named
-from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
+from olp.geometry import (
+    Pose,
+    quaternion_from_rotation,
+    rotation_from_angles,
+    rotation_from_quaternion,
+    slerp,
+)
 from olp.interpreter.arithmetic import finite, round_half_away
 from olp.interpreter.evaluate import evaluate, number, whole
 from olp.interpreter.functions import as_position
@@ -16,7 +22,7 @@ from olp.interpreter.memory import Array, PositionValue, Value
 from olp.interpreter.poses import raw_pose, with_pose
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
-from olp.interpreter.structures import pose_of_rotation_vector, pose_value
+from olp.interpreter.structures import pose_of_rotation_vector, pose_value, rotation_vector
 from olp.points import PointKind, PointState
 from olp.units import deg, mm
 
@@ -181,6 +187,40 @@ def _current(joints: bool) -> Computes:
     return where
 
 
+def _interpolated(m: Machine, arguments: Arguments) -> Value:
+    """From the first pose to the second, as a line goes: share 0 to 1."""
+    value, other = _pose(m, arguments[0]), _pose(m, arguments[1])
+    share = float(number(m, arguments[2]))
+    first, second = raw_pose(value), raw_pose(other)
+    turns = [quaternion_from_rotation(pose.rotation[None])[0] for pose in (first, second)]
+    turn = rotation_from_quaternion(slerp(turns[0][None], turns[1][None], np.array([share])))[0]
+    return _moved(value, Pose(first.position + share * (second.position - first.position), turn))
+
+
+def _element(m: Machine, arguments: Arguments) -> Value:
+    """A number of a pose as URScript counts them from 1: metres, then the rotation vector [rad]."""
+    pose = raw_pose(_pose(m, arguments[0]))
+    numbers = [*pose.position.tolist(), *rotation_vector(pose).tolist()]
+    index = whole(m, arguments[1])
+    if not 1 <= index <= len(numbers):
+        raise StatementError("I223", f"a pose has no element {index}", "write 1 .. 6")
+    return float(numbers[index - 1])
+
+
+def _length(m: Machine, arguments: Arguments) -> Value:
+    value = evaluate(m, arguments[0])
+    if isinstance(value, (Array, str)):
+        return len(value.items if isinstance(value, Array) else value)
+    return len(value.values) if isinstance(value, PositionValue) else 0
+
+
+def _norm(m: Machine, arguments: Arguments) -> Value:
+    value = evaluate(m, arguments[0])
+    if isinstance(value, Array):
+        return math.sqrt(sum(float(v) ** 2 for v in value.items if isinstance(v, (int, float))))
+    return abs(number(m, arguments[0]))
+
+
 def _given(m: Machine, arguments: Arguments) -> Value:
     from olp.interpreter.scope import is_given
 
@@ -216,6 +256,12 @@ FUNCTIONS: Mapping[str, Computes] = {
     "forward": _forward,
     "inverse": _inverse,
     "given": _given,
+    "pose-interpolate": _interpolated,
+    "pose-element": _element,
+    "length": _length,
+    "get_list_length": _length,
+    "norm": _norm,
+    "get_steptime": lambda m, arguments: 0.002,  # e-Series: 500 Hz
     "current-pose": _current(joints=False),
     "current-joints": _current(joints=True),
     "NumToDnum": lambda m, arguments: number(m, arguments[0]),

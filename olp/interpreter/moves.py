@@ -5,8 +5,17 @@ from __future__ import annotations
 import math
 
 from olp.diagnostic import Severity
-from olp.expression import POSITION_STORES, Expression, Position, Store, Taught, Unknown, Variable
-from olp.interpreter.columns import NO_EXTRA, Extra
+from olp.expression import (
+    POSITION_STORES,
+    Expression,
+    Position,
+    Store,
+    SystemValue,
+    Taught,
+    Unknown,
+    Variable,
+)
+from olp.interpreter.columns import NO_EXTRA, NOWHERE, Extra
 from olp.interpreter.evaluate import quantity, whole
 from olp.interpreter.memory import SystemPosition
 from olp.interpreter.modal import RATE_ABSOLUTE, RATE_FRACTION
@@ -116,6 +125,9 @@ def _missing(position: Position) -> StatementError:
 def _compound(m: Machine, s: Move) -> None:
     """A move of several mechanisms, or with anything besides target, speed and blend."""
     path = PATH_CODES[s.path]
+    if _stays(m, s):
+        m.assume("the move goes to where the arm stands, which nobody says: it is taken to go nowhere")
+        return
     rows = _targets_of(m, s.targets, 0, s)
     for number_, part in enumerate(s.parts, 1):
         if part.path is not None:
@@ -156,6 +168,12 @@ def _compound(m: Machine, s: Move) -> None:
     for row in recorded:
         recorder.row(*row, acceleration, deceleration, s.end_of_arc)
     m.moves += 1
+
+
+def _stays(m: Machine, s: Move) -> bool:
+    """Whether a program begins by moving to where the arm stands, as KUKA's do so that a block selection is safe."""
+    here = len(s.targets) == 1 and isinstance(s.targets[0], SystemValue) and s.relative is None
+    return here and m.law != _PLAIN_LAW and m.recorder.at[role(m, 0, Store.ROBOT)] == NOWHERE
 
 
 def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:

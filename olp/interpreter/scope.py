@@ -17,14 +17,14 @@ _MOST_ITEMS = 100_000  # of an array; controllers stop far below
 _ZEROS: dict[str, Value] = {"integer": 0, "real": 0.0, "boolean": False, "string": "", "character": ""}
 
 
-def fold(name: str) -> str:
-    """The name as it is looked up. Readers give every name one spelling per file; files differ in case only."""
-    return name.casefold()
+def fold(m: Machine, name: str) -> str:
+    """The name as it is looked up: in most languages two names that differ in case only are the same."""
+    return name if m.case_sensitive else name.casefold()
 
 
 def find_slot(m: Machine, name: str) -> Slot | None:
     """The variable called `name` as the running routine sees it, None where nothing declares it."""
-    key, job = fold(name), m.frame.job
+    key, job = fold(m, name), m.frame.job
     slot = m.frame.names.get(key) or job.data.get(key)
     if slot is None:
         slot = m.modules.get(job.source, {}).get(key) or _shared(m, key)
@@ -46,7 +46,7 @@ def read_name(m: Machine, name: str) -> Value:
     """
     slot = find_slot(m, name)
     if slot is None or slot.value is None:
-        given = m.assumptions.names.get(fold(name))
+        given = m.assumptions.names.get(name.casefold())
         if given is not None:
             return PositionValue(*given) if isinstance(given, tuple) else given
     if slot is None and name.startswith("$"):
@@ -63,7 +63,7 @@ def write_name(m: Machine, name: str, value: Value) -> None:
     """Stores a value; a name that nothing declares becomes a variable of the running routine."""
     slot = find_slot(m, name)
     if slot is None:
-        slot = m.frame.names[fold(name)] = Slot(None)
+        slot = m.frame.names[fold(m, name)] = Slot(None)
     held = fitted(slot.type, copied(value))
     if slot.value != held:
         note_change(m, name)
@@ -73,7 +73,7 @@ def write_name(m: Machine, name: str, value: Value) -> None:
 def note_change(m: Machine, name: str) -> None:
     """Keeps that a named variable has changed, for loops that wait for it."""
     m.memory.stamp += 1
-    m.memory.changed[("name:" + fold(name), 0)] = m.memory.stamp
+    m.memory.changed[("name:" + name.casefold(), 0)] = m.memory.stamp
 
 
 def fitted(type_: str, value: Value) -> Value:
@@ -97,13 +97,13 @@ def copied(value: Value) -> Value:
 def declare(m: Machine, s: Declare) -> None:
     """Makes a variable of the running routine, or of its file where the declaration is shared."""
     if not s.shared:
-        m.frame.names[fold(s.name)] = _slot(m, s)
+        m.frame.names[fold(m, s.name)] = _slot(m, s)
         return
     scope = m.modules.setdefault(m.frame.job.source, {})
-    known = scope.get(fold(s.name))
+    known = scope.get(fold(m, s.name))
     slot = _slot(m, s)
     if known is None:
-        scope[fold(s.name)] = slot
+        scope[fold(m, s.name)] = slot
     elif s.value is not None and slot.value is not None:
         if known.value != slot.value:
             note_change(m, s.name)
@@ -126,10 +126,10 @@ def declare_module(m: Machine, source: int) -> None:
 def _into(m: Machine, scope: Scope, data: tuple[Declare, ...]) -> None:
     for declaration in data:
         try:
-            scope[fold(declaration.name)] = _slot(m, declaration)
+            scope[fold(m, declaration.name)] = _slot(m, declaration)
         except StatementError as problem:
             # A value that needs the running robot is no value; whoever reads the variable hears of it.
-            scope[fold(declaration.name)] = Slot(None, declaration.type)
+            scope[fold(m, declaration.name)] = Slot(None, declaration.type)
             if problem.code != "I209":
                 m.assume(f"{declaration.name} has no value that can be known before the program runs")
 
@@ -172,10 +172,10 @@ def bind(
 
     scope: Scope = {}
     outs: list[tuple[str, Expression]] = []
-    by_name = {fold(a.name): a for a in arguments if isinstance(a, NamedArgument)}
+    by_name = {fold(m, a.name): a for a in arguments if isinstance(a, NamedArgument)}
     positional = iter([a for a in arguments if not isinstance(a, NamedArgument)])
     for parameter in parameters:
-        key = fold(parameter.name)
+        key = fold(m, parameter.name)
         named = by_name.get(key)
         if named is None and (parameter.switch or (parameter.optional and parameter.default is None)):
             continue
@@ -199,7 +199,7 @@ def bind(
 
 def is_given(m: Machine, name: str) -> bool:
     """Whether an optional parameter was given by the caller (RAPID Present)."""
-    return fold(name) in m.frame.names
+    return fold(m, name) in m.frame.names
 
 
 def position_of(value: Value, what: str) -> PositionValue:

@@ -48,6 +48,7 @@ def start(
     m = Machine(recorder, world, Memory(), jobs, assumptions, cycles, Frame(main), first_job=main.key)
     if program.vendor in vendor_names():
         m.law = find_vendor(program.vendor).blending
+        m.case_sensitive = find_vendor(program.vendor).case_sensitive
     m.left = max_steps
     m.load(main)
     set_initial_values(m)

@@ -118,6 +118,7 @@ class Machine:
     nested: int = 0  # calls within expressions under way
     left: int = 0  # statements still allowed
     modules: dict[int, Scope] = field(default_factory=dict)  # file -> its named variables
+    case_sensitive: bool = False
     law: str = "yaskawa"  # blending law of the maker whose language runs
     active_tool: int = 0  # that holds for moves that name none
     active_frame: tuple[str, int | None] = (

@@ -30,6 +30,7 @@ class Vendor(ABC):
     comment_suffix: ClassVar[str] = ""  # what closes a comment on a line of its own
     newline: ClassVar[str] = "\r\n"
     shares_names: ClassVar[bool] = True
+    case_sensitive: ClassVar[bool] = False
     blending: ClassVar[str] = "radius"
 
     def comment_of(self, line: bytes) -> bytes | None:

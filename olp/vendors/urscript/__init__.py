@@ -25,6 +25,7 @@ class UrScript(Vendor):
     comment_length = 120
     newline = "\n"
     blending = "ur"
+    case_sensitive = True
 
     def sniff(self, source: Source) -> bool:
         if source.raw.startswith(_GZIP):
