@@ -40,9 +40,11 @@ def test_a_job_with_another_suffix_is_recognised_by_its_text(tmp_path: Path) -> 
 def test_text_of_no_language_is_refused_with_the_languages_that_are_known(tmp_path: Path) -> None:
     (tmp_path / "poem.txt").write_text("Shall I compare thee\n")
     (text,) = refusal(read, tmp_path / "poem.txt")
+    vendors = map(find_vendor, vendor_names())
+    known = ", ".join(f"{vendor.title} ({' '.join(vendor.suffixes)})" for vendor in vendors)
     assert text == (
         f"error[P002]: this is no robot program that olp knows\n  --> {tmp_path / 'poem.txt'}\n"
-        f"help: olp reads {', '.join(f'{v.title} ({chr(32).join(v.suffixes)})' for v in map(find_vendor, vendor_names()))}"
+        f"help: olp reads {known}"
     )
 
 
