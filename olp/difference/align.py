@@ -10,7 +10,7 @@ import numpy as np
 from olp.difference.rows import Row
 
 _SKIP = 1.0  # cost of a line that has no partner; a pair that costs more than two of them is none
-_SMALL = 400  # lines of a gap that are aligned exactly; longer gaps pair up by their text
+_SMALL = 300  # lines of a gap that are aligned exactly; longer gaps pair up by their text
 
 
 def align(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | None, Row | None]]:
