@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -67,11 +67,14 @@ def compare_plans(
     position: float = _POSITION,
     angle: float = _ANGLE,
     without: Set[int] = frozenset(),
+    loose: Mapping[str, Set[int]] | None = None,
 ) -> Comparison:
     """The differences of two plans. `position` [m], `angle` [rad]: what may differ; speeds and waits may not.
 
-    `without`: lines of `one` that are known to have no counterpart.
+    `without`: lines of `one` that are known to have no counterpart. `loose`: "speed" and "blend", the lines of `one`
+    where they are known to differ.
     """
+    loose = loose or {}
     first, second = steps_of(one, without), steps_of(other)
     result = Comparison(min(len(first), len(second)))
     for at, (a, b) in enumerate(zip(first, second, strict=False)):
@@ -80,7 +83,9 @@ def compare_plans(
             result.differences.append(f"{where}: {a.kind.name.lower()} and {b.kind.name.lower()}")
             return result
         if a.kind is StepKind.MOVE:
-            _compare_moves(a, b, where, result, (position, angle), speeds, blends)
+            own_speed = speeds and a.line not in loose.get("speed", frozenset())
+            own_blend = blends and a.line not in loose.get("blend", frozenset())
+            _compare_moves(a, b, where, result, (position, angle), own_speed, own_blend)
         elif a.kind is StepKind.WAIT:
             off = abs(a.duration - b.duration)
             result.worst_wait = max(result.worst_wait, off)

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
-
-import numpy as np
 
 from olp.expression import (
     Binary,
     Element,
     Expression,
-    FrameRef,
-    Function,
-    Item,
     Member,
     Named,
     Number,
     PositionLiteral,
     State,
     Store,
-    SystemValue,
-    Taught,
     Text,
-    Variable,
 )
-from olp.points import PointBlock, PointKind, PointState, PointTable
 from olp.program import (
     Assign,
     Begin,
@@ -41,9 +30,11 @@ from olp.program import (
     Routine,
     Statement,
 )
+from olp.translate.number_positions import MEMBERS, Numbers, counts_of
+from olp.translate.point_table import Place, place_of, table
 from olp.translate.rewrite import mapped
-from olp.translate.symbols import Symbol, Symbols, kind_of_value, symbols_of
-from olp.translate.work import Fate, Work
+from olp.translate.symbols import kind_of_value, symbols_of
+from olp.translate.work import Work
 
 _STORES: Final[dict[str, dict[str, Store]]] = {
     "inform": {
@@ -74,9 +65,7 @@ _LETTERS: Final = {
     },
     "tp": {Store.REAL: "R", Store.STRING: "SR", Store.ROBOT: "PR"},
 }
-_MEMBERS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
 _FIRST: Final = {"inform": 0, "tp": 1}
-Place = tuple[int, int | None]
 
 
 def number(program: Program, work: Work) -> Program:
@@ -99,237 +88,8 @@ def number(program: Program, work: Work) -> Program:
 
 
 @dataclass(slots=True)
-class _Numbers:
-    """`points`: taught points of each routine; `constants`: positions that the program sets when it is loaded."""
-
-    work: Work
-    symbols: Symbols
-    numbers: dict[str, int] = field(default_factory=dict)
-    taken: dict[Store, set[int]] = field(default_factory=dict)
-    points: dict[str, dict[tuple[PositionLiteral, Place], int]] = field(default_factory=dict)
-    names: dict[tuple[str, int], str] = field(
-        default_factory=dict
-    )  # of taught points, for languages that show them
-    constants: dict[tuple[PositionLiteral, Place], int] = field(default_factory=dict)
-    places: dict[str, Place] = field(
-        default_factory=dict
-    )  # of position variables: where moves take them to be
-    shared: set[str] = field(default_factory=set)  # position variables that are used in several places
-    initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
-    routine_name: str = ""
-
-    @property
-    def inform(self) -> bool:
-        return self.work.target == "inform"
-
-    # --- variables --------------------------------------------------------------------------------------
-
-    def _store(self, symbol: Symbol) -> Store:
-        stores = _STORES[self.work.target]
-        return stores.get(symbol.type or "real", Store.REAL if symbol.type != "position" else Store.ROBOT)
-
-    def variable(self, e: Named) -> Variable:
-        """The numbered variable that a name becomes."""
-        symbol = self.symbols.find("", e.name) or Symbol(e.name, "real")
-        store = self._store(symbol)
-        known = self.numbers.get(e.name)
-        if known is None:
-            known = self.numbers[e.name] = self._allocate(e.name, store, _size(symbol))
-        return Variable(store, Number(known), name=e.name)
-
-    def _allocate(self, name: str, store: Store, size: int) -> int:
-        taken = self.taken.setdefault(store, set())
-        wanted = (
-            self.work.context.mapping.variables.get(name, "")
-            .lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ[")
-            .rstrip("]")
-        )
-        first = _FIRST[self.work.target]
-        start = int(wanted) if wanted.isdecimal() else first
-        while not wanted.isdecimal() and any(at in taken for at in range(start, start + size)):
-            start += 1
-        taken.update(range(start, start + size))
-        largest = self.work.limits.numbered.get(store, 0)
-        if start + size - 1 >= largest + first:
-            self.work.lose(
-                0, Fate.REFUSED, "variable", f"more than {largest} variables of the kind {store.value}"
-            )
-        letter = _LETTERS[self.work.target].get(store, "")
-        shown = f"{letter}{start:03d}" if self.inform else f"{letter}[{start}]"
-        self.work.names[("variable", name)] = shown
-        return start
-
-    def _change(self, e: Expression) -> Expression:
-        if type(e) is Named:
-            symbol = self.symbols.find("", e.name)
-            if symbol is not None and self._store(symbol) is Store.ROBOT and symbol.is_fixed:
-                return e  # where it stands decides what becomes of it
-            return self.variable(e)
-        if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
-            base = e.base
-            assert isinstance(base.index, Number)
-            index = e.indices[0]
-            if isinstance(index, Number):
-                return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
-            shift = int(base.index.value) - 1
-            return replace(base, index=index if not shift else Binary("+", index, Number(shift)), name="")
-        return e
-
-    # --- positions --------------------------------------------------------------------------------------
-
-    def note_places(self, program: Program) -> None:
-        """In which frame and with which tool each position variable is used."""
-        for routine in program.routines:
-            for s in routine.body:
-                if isinstance(s, Move):
-                    place = _place(s)
-                    for target in (*s.targets, *(() if s.via is None else (s.via,))):
-                        self._note(target, place)
-        for _ in range(4):
-            for routine in program.routines:
-                for s in routine.body:
-                    if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name in self.places:
-                        for name in _leading(s.value):
-                            self.places.setdefault(name, self.places[s.target.name])
-
-    def _note(self, target: Expression, place: Place) -> None:
-        for name in _leading(target):
-            symbol = self.symbols.find("", name)
-            if symbol is None or symbol.is_fixed:
-                continue
-            if self.places.setdefault(name, place) != place:
-                self.shared.add(name)
-
-    def constant(self, literal: PositionLiteral, place: Place, name: str = "") -> Variable:
-        """A position variable that has this value when the program is loaded."""
-        key = (literal, place)
-        at = self.constants.get(key)
-        if at is None:
-            at = self.constants[key] = self._allocate(name or self.work.helper("position"), Store.ROBOT, 1)
-            self.initial[at] = key
-        return Variable(Store.ROBOT, Number(at))
-
-    def taught(self, literal: PositionLiteral, place: Place, name: str) -> Taught:
-        points = self.points.setdefault(self.routine_name, {})
-        at = points.get((literal, place))
-        if at is None:
-            at = points[(literal, place)] = len(points) + _FIRST[self.work.target]
-            self.names[(self.routine_name, at)] = name
-            shown = f"C{at:05d}" if self.inform else f"P[{at}]"
-            if name:
-                self.work.names[("point", name)] = shown
-        return Taught(Store.ROBOT, at)
-
-    def _configured(self, literal: PositionLiteral) -> PositionLiteral:
-        """FANUC writes an arm configuration with every pose; where the source has none, it is that of the plan."""
-        if self.inform or literal.kind != "pose" or literal.configuration or self.work.robot is None:
-            return literal
-        says = "the source names no arm configuration: the one that its plan takes is written, check it"
-        self.work.notes.append(says)
-        return replace(literal, configuration=(0,) * 6)
-
-    def _literal_or(self, e: Expression) -> Expression:
-        fixed = self._fixed(e)
-        return e if fixed is None else self._configured(fixed)
-
-    def _fixed(self, e: Expression) -> PositionLiteral | None:
-        value = self.symbols.fixed_value("", e)
-        return value if isinstance(value, PositionLiteral) else None
-
-    def position(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
-        """A position as the target computes it: statements before the one that needs it, and a variable."""
-        fixed = self._fixed(e)
-        if fixed is not None:
-            if not self.inform:
-                return self._configured(fixed)
-            return self.constant(fixed, place, e.name if isinstance(e, Named) else "")
-        if self.inform and e == SystemValue("current-pose"):
-            at = Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1))
-            before.append(Assign(line, Variable(Store.SYSTEM, at), SystemValue("position-pose")))
-            return Variable(Store.ROBOT, at)
-        if not isinstance(e, Function):
-            variable: Expression = mapped(e, self._change)
-            if (
-                self.inform
-                and isinstance(e, Named)
-                and e.name in self.shared
-                and self.places.get(e.name) != place
-            ):
-                return self._placed(variable, place, before, line)
-            return variable
-        if not self.inform:
-            return mapped(replace(e, arguments=tuple(self._literal_or(a) for a in e.arguments)), self._change)
-        return self._computed(e, place, before, line)
-
-    def _computed(self, e: Function, place: Place, before: list[Statement], line: int) -> Expression:
-        """INFORM: position functions one by one, offsets element by element in 0.001 mm."""
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
-        start = self.position(e.arguments[0], place, before, line)
-        if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], Function):
-            start = self._placed(start, place, before, line)
-        if e.name == "pose-offset":
-            before.append(Assign(line, result, start))
-            self._add(result, e.arguments[1:4], before, line)
-        elif e.name == "pose-product":
-            second = self.position(e.arguments[1], place, before, line)
-            before.append(Assign(line, result, Function("pose-product", (start, second))))
-        elif e.name == "pose-inverse":
-            before.append(Assign(line, result, Function("pose-inverse", (start,))))
-        elif e.name == "pose-relative-tool":
-            by = self._relative(e.arguments[1:], place, before, line)
-            before.append(Assign(line, result, Function("pose-product", (start, by))))
-        else:
-            self.work.lose(line, Fate.REFUSED, "target", f"the position function {e.name}")
-        return result
-
-    def _placed(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
-        """A position variable's numbers in another frame or with another tool: behind a pose that changes nothing."""
-        nothing = self.constant(PositionLiteral("pose", (0.0,) * 6), place)
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
-        before.append(Assign(line, result, Function("pose-product", (nothing, e))))
-        return result
-
-    def _relative(
-        self, by: tuple[Expression, ...], place: Place, before: list[Statement], line: int
-    ) -> Expression:
-        values = [*by, *[Number(0)] * (6 - len(by))]
-        scales = [0.001] * 3 + [math.pi / 180] * 3
-        literal = [v.value for v in values if isinstance(v, Number)]
-        if len(literal) == len(values):
-            from olp.geometry import Pose, rotation_from_angles
-            from olp.translate.records import literal_of
-
-            si = [v * scale for v, scale in zip(literal, scales, strict=True)]
-            # RelTool turns about x, then the new y, then the new z.
-            turn = np.eye(3)
-            for axis in range(3):
-                angles = np.zeros(3)
-                angles[axis] = si[3 + axis]
-                turn = turn @ rotation_from_angles(angles)
-            return self.constant(literal_of(Pose(np.array(si[:3]), turn)), place)
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
-        before.append(Assign(line, result, self.constant(PositionLiteral("pose", (0.0,) * 6), place)))
-        self._add(result, values[:3], before, line)
-        if any(v != Number(0) and v != Number(0.0) for v in values[3:]):
-            self.work.lose(line, Fate.REFUSED, "target", "a turn that is computed")
-        return result
-
-    def _add(self, target: Variable, by: Iterable[Expression], before: list[Statement], line: int) -> None:
-        for at, offset in enumerate(by, 1):
-            if isinstance(offset, Number) and not offset.value:
-                continue
-            count = self.variable(Named(self._counter()))
-            counts = _counts(mapped(offset, self._change), 1000)
-            element = Element(target, Number(at))
-            before.append(Assign(line, count, element))
-            before.append(Assign(line, count, Binary("+", count, counts)))
-            before.append(Assign(line, element, count))
-
-    def _counter(self) -> str:
-        if "element_count" not in self.numbers:
-            self.work.helpers.add("element_count")
-            self.symbols.table[("", "element_count")] = Symbol("element_count", "integer", assigned=1)
-        return "element_count"
+class _Numbers(Numbers):
+    """Statements and routines with numbers."""
 
     # --- statements -------------------------------------------------------------------------------------
 
@@ -357,7 +117,7 @@ class _Numbers:
                 return [mapped(s, self._change)]
 
     def _move(self, s: Move, before: list[Statement]) -> Move:
-        place = _place(s)
+        place = place_of(s)
         changes: dict[str, Any] = {"targets": tuple(self._target(t, place, before, s) for t in s.targets)}
         if s.via is not None:
             changes["via"] = self._target(s.via, place, before, s)
@@ -399,17 +159,17 @@ class _Numbers:
         value = mapped(s.value, self._change)
         match value:
             case Binary("*", Member(base, name), Number(factor)) if self.inform and factor in (1000, 10_000):
-                value = Element(base, Number(_MEMBERS.index(name) + 1))  # type: ignore[arg-type]
+                value = Element(base, Number(MEMBERS.index(name) + 1))  # type: ignore[arg-type]
         return [replace(s, target=mapped(s.target, self._change), value=value)]
 
     def _set_element(self, s: Assign) -> list[Statement]:
         assert isinstance(s.target, Member)
-        at = _MEMBERS.index(s.target.name) + 1
+        at = MEMBERS.index(s.target.name) + 1
         base: Any = mapped(s.target.base, self._change)
         scale = 1000 if at <= 3 else 10_000
         value = mapped(s.value, self._change)
         count = self.variable(Named(self._counter()))
-        counts = _counts(value, scale)
+        counts = counts_of(value, scale)
         return [Assign(s.line, count, counts), Assign(s.line, Element(base, Number(at)), count, s.comment)]
 
     # --- the whole program ------------------------------------------------------------------------------
@@ -455,80 +215,3 @@ class _Numbers:
         return replace(
             routine, body=body, points=table(rows), details=details, groups=groups if self.inform else ()
         )
-
-
-def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
-    """A point table of (taught, number, value, place)."""
-    states: list[PointState] = []
-    blocks: dict[tuple[Store, bool], PointBlock] = {}
-    for taught in (True, False):
-        own = [row for row in rows if row[0] is taught]
-        if not own:
-            continue
-        width = max(6, *(len(_values(literal)) for _, _, literal, _ in own))
-        values = np.full((len(own), width), np.nan)
-        kinds = []
-        for at, (_, _, literal, place) in enumerate(own):
-            row_values = _values(literal)
-            values[at, : len(row_values)] = row_values
-            state = _state(literal, place, any(literal.configuration for _, _, literal, _ in rows))
-            if state not in states:
-                states.append(state)
-            kinds.append(states.index(state))
-        found = np.array([number for _, number, _, _ in own], dtype=np.int64)
-        blocks[(Store.ROBOT, taught)] = PointBlock(
-            Store.ROBOT,
-            taught,
-            found,
-            values,
-            np.array(kinds, dtype=np.int32),
-            np.zeros(len(own), dtype=np.int32),
-            {int(n): at for at, n in enumerate(found)},
-        )
-    return PointTable(tuple(states), blocks)
-
-
-def _values(literal: PositionLiteral) -> list[float]:
-    return [0.0 if v != v else v for v in literal.values]
-
-
-def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointState:
-    tool, user = place
-    if literal.kind == "joint":
-        return PointState(PointKind.JOINT, "joint", None, tool)
-    # INFORM's arm flags hold until others are written: with one configuration in a job all have one.
-    flags = literal.configuration or ((0,) * 6 if configured else ())
-    return PointState(PointKind.POSE, "base" if user is None else "user", user, tool, flags)
-
-
-def _counts(value: Expression, scale: int) -> Expression:
-    """A length or angle in the whole units that INFORM counts elements in."""
-    match value:
-        case Number(number):
-            return Number(round(number * scale))
-        case Binary("/", left, Number(divisor)) if divisor == scale:
-            return left
-        case _:
-            return Binary("*", value, Number(scale))
-
-
-def _place(s: Move) -> Place:
-    tool = s.tool.number.value if isinstance(s.tool, FrameRef) and isinstance(s.tool.number, Number) else 0
-    user = None
-    if isinstance(s.frame, FrameRef) and s.frame.kind == "user" and isinstance(s.frame.number, Number):
-        user = int(s.frame.number.value)
-    return int(tool), user
-
-
-def _leading(e: Expression) -> list[str]:
-    """The position variables whose frame a computed position takes over."""
-    if isinstance(e, Named):
-        return [e.name]
-    return _leading(e.base) if isinstance(e, Item) else []
-
-
-def _size(symbol: Symbol) -> int:
-    count = 1
-    for size in symbol.sizes:
-        count *= int(size.value) if isinstance(size, Number) else 1
-    return count

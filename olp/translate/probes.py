@@ -167,7 +167,7 @@ def probes() -> Mapping[str, tuple[Statement, ...]]:
         "StartTask": (StartTask(0, "OTHER", "SUB1"),),
         "WaitTask": (WaitTask(0, "SUB1"),),
         "Synchronise": (Synchronise(0, Number(1)),),
-        "ShiftOn": (ShiftOn(0, _P), _move(Path.LINEAR), ShiftOff(0)),  # type: ignore[arg-type]
+        "ShiftOn": (ShiftOn(0, _P), _move(Path.LINEAR), ShiftOff(0)),
         "ExternalTool": (ExternalTool(0, Number(1)),),
         "Message": (Message(0, Text("ready")),),
         "Process": (Process(0, "ARCON"),),

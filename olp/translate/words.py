@@ -22,6 +22,7 @@ from olp.program import (
     Reference,
     Routine,
     Statement,
+    Wait,
 )
 from olp.translate.tree import Block, Node, flat, parse
 from olp.translate.work import Fate, Work
@@ -46,6 +47,10 @@ def foreign_words(program: Program, work: Work) -> Program:
                 rows += _unfolded(s)
             elif isinstance(s, Disabled):
                 rows.append(Comment(s.line, s.text.strip()))
+            elif isinstance(s, Wait) and s.timeout is not None and work.target == "krl":
+                says = "KRL has no wait with a limit: a loop asks every 12 ms"
+                work.lose(s, Fate.APPROXIMATED, "wait", says, 0.012, "s")
+                rows.append(s)
             elif isinstance(s, Move) and s.other:
                 rows.append(_without_options(s, work))
             elif isinstance(s, _FOREIGN):

@@ -1,0 +1,326 @@
+"""Numbers for variables and positions, and positions that are computed step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from olp.expression import (
+    Binary,
+    Element,
+    Expression,
+    Function,
+    Item,
+    Named,
+    Number,
+    PositionLiteral,
+    Store,
+    SystemValue,
+    Taught,
+    Variable,
+)
+from olp.program import (
+    Assign,
+    Move,
+    Program,
+    Statement,
+)
+from olp.translate.point_table import Place, place_of
+from olp.translate.rewrite import mapped
+from olp.translate.symbols import Symbol, Symbols
+from olp.translate.work import Fate, Work
+
+_STORES: Final[dict[str, dict[str, Store]]] = {
+    "inform": {
+        "integer": Store.DOUBLE,
+        "real": Store.REAL,
+        "boolean": Store.BYTE,
+        "string": Store.STRING,
+        "position": Store.ROBOT,
+        "joints": Store.ROBOT,
+    },
+    "tp": {
+        "integer": Store.REAL,
+        "real": Store.REAL,
+        "boolean": Store.REAL,
+        "string": Store.STRING,
+        "position": Store.ROBOT,
+        "joints": Store.ROBOT,
+    },
+}
+_LETTERS: Final = {
+    "inform": {
+        Store.DOUBLE: "D",
+        Store.REAL: "R",
+        Store.BYTE: "B",
+        Store.STRING: "S",
+        Store.ROBOT: "P",
+        Store.INTEGER: "I",
+    },
+    "tp": {Store.REAL: "R", Store.STRING: "SR", Store.ROBOT: "PR"},
+}
+MEMBERS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
+_FIRST: Final = {"inform": 0, "tp": 1}
+
+
+@dataclass(slots=True)
+class Numbers:
+    """`points`: taught points of each routine; `constants`: positions that the program sets when it is loaded."""
+
+    work: Work
+    symbols: Symbols
+    numbers: dict[str, int] = field(default_factory=dict)
+    taken: dict[Store, set[int]] = field(default_factory=dict)
+    points: dict[str, dict[tuple[PositionLiteral, Place], int]] = field(default_factory=dict)
+    names: dict[tuple[str, int], str] = field(
+        default_factory=dict
+    )  # of taught points, for languages that show them
+    constants: dict[tuple[PositionLiteral, Place], int] = field(default_factory=dict)
+    places: dict[str, Place] = field(
+        default_factory=dict
+    )  # of position variables: where moves take them to be
+    shared: set[str] = field(default_factory=set)  # position variables that are used in several places
+    initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
+    routine_name: str = ""
+
+    @property
+    def inform(self) -> bool:
+        return self.work.target == "inform"
+
+    # --- variables --------------------------------------------------------------------------------------
+
+    def _store(self, symbol: Symbol) -> Store:
+        stores = _STORES[self.work.target]
+        return stores.get(symbol.type or "real", Store.REAL if symbol.type != "position" else Store.ROBOT)
+
+    def variable(self, e: Named) -> Variable:
+        """The numbered variable that a name becomes."""
+        symbol = self.symbols.find("", e.name) or Symbol(e.name, "real")
+        store = self._store(symbol)
+        known = self.numbers.get(e.name)
+        if known is None:
+            known = self.numbers[e.name] = self._allocate(e.name, store, _size(symbol))
+        return Variable(store, Number(known), name=e.name)
+
+    def _allocate(self, name: str, store: Store, size: int) -> int:
+        taken = self.taken.setdefault(store, set())
+        wanted = (
+            self.work.context.mapping.variables.get(name, "")
+            .lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ[")
+            .rstrip("]")
+        )
+        first = _FIRST[self.work.target]
+        start = int(wanted) if wanted.isdecimal() else first
+        while not wanted.isdecimal() and any(at in taken for at in range(start, start + size)):
+            start += 1
+        taken.update(range(start, start + size))
+        largest = self.work.limits.numbered.get(store, 0)
+        if start + size - 1 >= largest + first:
+            self.work.lose(
+                0, Fate.REFUSED, "variable", f"more than {largest} variables of the kind {store.value}"
+            )
+        letter = _LETTERS[self.work.target].get(store, "")
+        shown = f"{letter}{start:03d}" if self.inform else f"{letter}[{start}]"
+        self.work.names[("variable", name)] = shown
+        return start
+
+    def _change(self, e: Expression) -> Expression:
+        if type(e) is Named:
+            symbol = self.symbols.find("", e.name)
+            if symbol is not None and self._store(symbol) is Store.ROBOT and symbol.is_fixed:
+                return e  # where it stands decides what becomes of it
+            return self.variable(e)
+        if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
+            base = e.base
+            assert isinstance(base.index, Number)
+            index = e.indices[0]
+            if isinstance(index, Number):
+                return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
+            shift = int(base.index.value) - 1
+            return replace(base, index=index if not shift else Binary("+", index, Number(shift)), name="")
+        return e
+
+    # --- positions --------------------------------------------------------------------------------------
+
+    def note_places(self, program: Program) -> None:
+        """In which frame and with which tool each position variable is used."""
+        for routine in program.routines:
+            for s in routine.body:
+                if isinstance(s, Move):
+                    place = place_of(s)
+                    for target in (*s.targets, *(() if s.via is None else (s.via,))):
+                        self._note(target, place)
+        for _ in range(4):
+            for routine in program.routines:
+                for s in routine.body:
+                    if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name in self.places:
+                        for name in _leading(s.value):
+                            self.places.setdefault(name, self.places[s.target.name])
+
+    def _note(self, target: Expression, place: Place) -> None:
+        for name in _leading(target):
+            symbol = self.symbols.find("", name)
+            if symbol is None or symbol.is_fixed:
+                continue
+            if self.places.setdefault(name, place) != place:
+                self.shared.add(name)
+
+    def constant(self, literal: PositionLiteral, place: Place, name: str = "") -> Variable:
+        """A position variable that has this value when the program is loaded."""
+        key = (literal, place)
+        at = self.constants.get(key)
+        if at is None:
+            at = self.constants[key] = self._allocate(name or self.work.helper("position"), Store.ROBOT, 1)
+            self.initial[at] = key
+        return Variable(Store.ROBOT, Number(at))
+
+    def taught(self, literal: PositionLiteral, place: Place, name: str) -> Taught:
+        points = self.points.setdefault(self.routine_name, {})
+        at = points.get((literal, place))
+        if at is None:
+            at = points[(literal, place)] = len(points) + _FIRST[self.work.target]
+            self.names[(self.routine_name, at)] = name
+            shown = f"C{at:05d}" if self.inform else f"P[{at}]"
+            if name:
+                self.work.names[("point", name)] = shown
+        return Taught(Store.ROBOT, at)
+
+    def _configured(self, literal: PositionLiteral) -> PositionLiteral:
+        """FANUC writes an arm configuration with every pose; where the source has none, it is that of the plan."""
+        if self.inform or literal.kind != "pose" or literal.configuration or self.work.robot is None:
+            return literal
+        says = "the source names no arm configuration: the one that its plan takes is written, check it"
+        self.work.notes.append(says)
+        return replace(literal, configuration=(0,) * 6)
+
+    def _literal_or(self, e: Expression) -> Expression:
+        fixed = self._fixed(e)
+        return e if fixed is None else self._configured(fixed)
+
+    def _fixed(self, e: Expression) -> PositionLiteral | None:
+        value = self.symbols.fixed_value("", e)
+        return value if isinstance(value, PositionLiteral) else None
+
+    def position(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+        """A position as the target computes it: statements before the one that needs it, and a variable."""
+        fixed = self._fixed(e)
+        if fixed is not None:
+            if not self.inform:
+                return self._configured(fixed)
+            return self.constant(fixed, place, e.name if isinstance(e, Named) else "")
+        if self.inform and e == SystemValue("current-pose"):
+            at = Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1))
+            before.append(Assign(line, Variable(Store.SYSTEM, at), SystemValue("position-pose")))
+            return Variable(Store.ROBOT, at)
+        if not isinstance(e, Function):
+            variable: Expression = mapped(e, self._change)
+            if (
+                self.inform
+                and isinstance(e, Named)
+                and e.name in self.shared
+                and self.places.get(e.name) != place
+            ):
+                return self._placed(variable, place, before, line)
+            return variable
+        if not self.inform:
+            return mapped(replace(e, arguments=tuple(self._literal_or(a) for a in e.arguments)), self._change)
+        return self._computed(e, place, before, line)
+
+    def _computed(self, e: Function, place: Place, before: list[Statement], line: int) -> Expression:
+        """INFORM: position functions one by one, offsets element by element in 0.001 mm."""
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        start = self.position(e.arguments[0], place, before, line)
+        if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], Function):
+            start = self._placed(start, place, before, line)
+        if e.name == "pose-offset":
+            before.append(Assign(line, result, start))
+            self._add(result, e.arguments[1:4], before, line)
+        elif e.name == "pose-product":
+            second = self.position(e.arguments[1], place, before, line)
+            before.append(Assign(line, result, Function("pose-product", (start, second))))
+        elif e.name == "pose-inverse":
+            before.append(Assign(line, result, Function("pose-inverse", (start,))))
+        elif e.name == "pose-relative-tool":
+            by = self._relative(e.arguments[1:], place, before, line)
+            before.append(Assign(line, result, Function("pose-product", (start, by))))
+        else:
+            self.work.lose(line, Fate.REFUSED, "target", f"the position function {e.name}")
+        return result
+
+    def _placed(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+        """A position variable's numbers in another frame or with another tool: behind a pose that changes nothing."""
+        nothing = self.constant(PositionLiteral("pose", (0.0,) * 6), place)
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        before.append(Assign(line, result, Function("pose-product", (nothing, e))))
+        return result
+
+    def _relative(
+        self, by: tuple[Expression, ...], place: Place, before: list[Statement], line: int
+    ) -> Expression:
+        values = [*by, *[Number(0)] * (6 - len(by))]
+        scales = [0.001] * 3 + [math.pi / 180] * 3
+        literal = [v.value for v in values if isinstance(v, Number)]
+        if len(literal) == len(values):
+            from olp.geometry import Pose, rotation_from_angles
+            from olp.translate.records import literal_of
+
+            si = [v * scale for v, scale in zip(literal, scales, strict=True)]
+            # RelTool turns about x, then the new y, then the new z.
+            turn = np.eye(3)
+            for axis in range(3):
+                angles = np.zeros(3)
+                angles[axis] = si[3 + axis]
+                turn = turn @ rotation_from_angles(angles)
+            return self.constant(literal_of(Pose(np.array(si[:3]), turn)), place)
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        before.append(Assign(line, result, self.constant(PositionLiteral("pose", (0.0,) * 6), place)))
+        self._add(result, values[:3], before, line)
+        if any(v != Number(0) and v != Number(0.0) for v in values[3:]):
+            self.work.lose(line, Fate.REFUSED, "target", "a turn that is computed")
+        return result
+
+    def _add(self, target: Variable, by: Iterable[Expression], before: list[Statement], line: int) -> None:
+        for at, offset in enumerate(by, 1):
+            if isinstance(offset, Number) and not offset.value:
+                continue
+            count = self.variable(Named(self._counter()))
+            counts = counts_of(mapped(offset, self._change), 1000)
+            element = Element(target, Number(at))
+            before.append(Assign(line, count, element))
+            before.append(Assign(line, count, Binary("+", count, counts)))
+            before.append(Assign(line, element, count))
+
+    def _counter(self) -> str:
+        if "element_count" not in self.numbers:
+            self.work.helpers.add("element_count")
+            self.symbols.table[("", "element_count")] = Symbol("element_count", "integer", assigned=1)
+        return "element_count"
+
+
+def counts_of(value: Expression, scale: int) -> Expression:
+    """A length or angle in the whole units that INFORM counts elements in."""
+    match value:
+        case Number(number):
+            return Number(round(number * scale))
+        case Binary("/", left, Number(divisor)) if divisor == scale:
+            return left
+        case _:
+            return Binary("*", value, Number(scale))
+
+
+def _leading(e: Expression) -> list[str]:
+    """The position variables whose frame a computed position takes over."""
+    if isinstance(e, Named):
+        return [e.name]
+    return _leading(e.base) if isinstance(e, Item) else []
+
+
+def _size(symbol: Symbol) -> int:
+    count = 1
+    for size in symbol.sizes:
+        count *= int(size.value) if isinstance(size, Number) else 1
+    return count

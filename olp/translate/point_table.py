@@ -1,0 +1,64 @@
+"""Tables of points for the languages that number them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.expression import FrameRef, Number, PositionLiteral, Store
+from olp.points import PointBlock, PointKind, PointState, PointTable
+from olp.program import Move
+
+Place = tuple[int, int | None]  # tool, user frame (None: base)
+
+
+def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
+    """A point table of (taught, number, value, place)."""
+    states: list[PointState] = []
+    blocks: dict[tuple[Store, bool], PointBlock] = {}
+    for taught in (True, False):
+        own = [row for row in rows if row[0] is taught]
+        if not own:
+            continue
+        width = max(6, *(len(_values(literal)) for _, _, literal, _ in own))
+        values = np.full((len(own), width), np.nan)
+        kinds = []
+        for at, (_, _, literal, place) in enumerate(own):
+            row_values = _values(literal)
+            values[at, : len(row_values)] = row_values
+            state = _state(literal, place, any(literal.configuration for _, _, literal, _ in rows))
+            if state not in states:
+                states.append(state)
+            kinds.append(states.index(state))
+        found = np.array([number for _, number, _, _ in own], dtype=np.int64)
+        blocks[(Store.ROBOT, taught)] = PointBlock(
+            Store.ROBOT,
+            taught,
+            found,
+            values,
+            np.array(kinds, dtype=np.int32),
+            np.zeros(len(own), dtype=np.int32),
+            {int(n): at for at, n in enumerate(found)},
+        )
+    return PointTable(tuple(states), blocks)
+
+
+def _values(literal: PositionLiteral) -> list[float]:
+    return [0.0 if v != v else v for v in literal.values]
+
+
+def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointState:
+    tool, user = place
+    if literal.kind == "joint":
+        return PointState(PointKind.JOINT, "joint", None, tool)
+    # INFORM's arm flags hold until others are written: with one configuration in a job all have one.
+    flags = literal.configuration or ((0,) * 6 if configured else ())
+    return PointState(PointKind.POSE, "base" if user is None else "user", user, tool, flags)
+
+
+def place_of(s: Move) -> Place:
+    """The tool and the frame of a move by their numbers."""
+    tool = s.tool.number.value if isinstance(s.tool, FrameRef) and isinstance(s.tool.number, Number) else 0
+    user = None
+    if isinstance(s.frame, FrameRef) and s.frame.kind == "user" and isinstance(s.frame.number, Number):
+        user = int(s.frame.number.value)
+    return int(tool), user
