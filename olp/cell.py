@@ -97,7 +97,7 @@ class Cell:
             if self.tools or number:
                 self._gap(
                     f"tool {number}",
-                    f"tool {number} is not known (no TOOL.CND beside the job, no [tools] in olp.toml): the flange is taken",
+                    f"tool {number} is not known (no TOOL.CND beside it, no [tools] in olp.toml): the flange is taken",
                 )
             return Pose.identity()
         return tool.pose
@@ -108,7 +108,8 @@ class Cell:
         if frame is None:
             self._gap(
                 f"user {number}",
-                f"user frame {number} is not known (no UFRAME.CND beside the job, no [frames] in olp.toml): taken as the base frame",
+                f"user frame {number} is not known (no UFRAME.CND beside it, no [frames] in olp.toml): "
+                "taken as the base frame",
             )
             return Pose.identity()
         return frame

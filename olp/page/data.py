@@ -99,15 +99,15 @@ def _corner_points(timing: Timing) -> dict[str, Any] | None:
 
 
 def _polyline(position: Floats, steps: Sequence[int]) -> dict[str, Any] | None:
-    known: NDArray[np.bool_] = ~np.isnan(position).any(axis=1)
-    if known.sum() < 2:
+    known = [all(map(math.isfinite, place)) for place in position.tolist()]
+    if sum(known) < 2:
         return None
     place = np.round(position[known], 2)
     return {
         "x": place[:, 0].tolist(),
         "y": place[:, 1].tolist(),
         "z": place[:, 2].tolist(),
-        "step": [step for step, ok in zip(steps, np.atleast_1d(known).tolist(), strict=True) if ok],
+        "step": [step for step, ok in zip(steps, known, strict=True) if ok],
     }
 
 

@@ -175,7 +175,7 @@ def _beside(plain: bool) -> Lowered:
 
 
 def _shift_set(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
-    return [ShiftOn(0, values_of(rules, name, given, 1, "pose")[0])]  # type: ignore[arg-type]
+    return [ShiftOn(0, values_of(rules, name, given, 1, "pose")[0])]
 
 
 def _shift_on(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
@@ -188,7 +188,7 @@ def _shift_on(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
     else:
         ways = (Binary("-", Member(there, axis), Member(point, axis)) for axis in ("x", "y", "z"))
         offset = Function("pose-angles", (*ways, Number(0), Number(0), Number(0)))
-    return [ShiftOn(0, offset), Process(0, BESIDE)]  # type: ignore[arg-type]
+    return [ShiftOn(0, offset), Process(0, BESIDE)]
 
 
 def _shift_off(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
