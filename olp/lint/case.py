@@ -17,6 +17,10 @@ from olp.program import Path, Program, Routine, Statement
 from olp.timing import Timing
 
 _JOINT = PATHS.index(Path.JOINT)
+_TURN_DEG = 5.0  # less is within what a slow line needs anyway
+_ONLY_TURNS_MM = 5.0  # a shorter move is meant to turn
+_SLOWED = 0.7
+_STEEP_DEG_PER_MM = 0.5
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,27 @@ class Case:
         with np.errstate(divide="ignore", invalid="ignore"):
             unit: NDArray[np.float64] = way / np.linalg.norm(way)
         return unit
+
+    def turn_rules(self, step: int) -> bool:
+        """Whether a path move is slow because its tool turns: slower than its way alone would let it be.
+
+        From rest to rest the way s lets the tool reach sqrt(s a), or the programmed speed.
+        """
+        timing = self.timing
+        angle, way = float(timing.angle_deg[step]), float(timing.distance_mm[step])
+        if not (self.on_path(step) and angle >= _TURN_DEG and way > _ONLY_TURNS_MM):
+            return False
+        if timing.limited_by[step].startswith("orientation"):
+            return True
+        possible = min(float(timing.speed_mm_s[step]), float(np.sqrt(way * self.acceleration)))
+        slow = float(timing.reached_mm_s[step]) < _SLOWED * possible
+        return slow and angle > _STEEP_DEG_PER_MM * way
+
+    @cached_property
+    def acceleration(self) -> float:
+        """[mm/s²] The highest that a path move of the program has, nan where none travels."""
+        known = self.timing.accel_mm_s2[[step for step in self.steps if self.on_path(step)]]
+        return float(np.nanmax(known)) if np.isfinite(known).any() else float("nan")
 
     def told(self, *codes: str) -> Iterator[Diagnostic]:
         """What reading, running and timing have said of this file under these codes."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import ClassVar, final
@@ -61,13 +62,20 @@ class Rule(ABC):
 
 
 class Told(Rule):
-    """A rule whose places are found while the program is planned and timed. `codes`: under which they are told."""
+    """A rule whose places are found while the program is planned and timed. `codes`: under which they are told.
+
+    `maybe`: codes that need not be a mistake, told as notes.
+    """
 
     codes: ClassVar[tuple[str, ...]] = ()
+    maybe: ClassVar[tuple[str, ...]] = ()
 
     def find(self, case: Case) -> Iterator[Finding]:
         for found in case.told(*self.codes):
             yield self.finding(case, found.line, found.message, found.help)
+        for found in case.told(*self.maybe):
+            note = self.finding(case, found.line, found.message, found.help)
+            yield replace(note, level=Level.NOTE)
 
 
 def all_rules() -> tuple[Rule, ...]:

@@ -89,13 +89,20 @@ class UnusedLabel(Rule):
             for s in routine.body:
                 if not isinstance(s, Label) or s.name in wanted or s.name.casefold() in marks:
                     continue
-                if re.search(rf"(?<!\w){re.escape(s.name)}(?!\w)", texts) is None:
+                if re.search(rf"(?<!\w){re.escape(_written(case, s))}(?!\w)", texts) is None:
                     # A line that holds more than the label, or is numbered, is left to people.
                     alone = case.text(s.line).strip() in (f"*{s.name}", f"{s.name}:")
                     fixes = ((s.line, s.line, ""),) if alone else ()
                     yield self.finding(
                         case, s.line, f"nothing jumps to {s.name}", "remove the label", fixes=fixes
                     )
+
+
+def _written(case: Case, label: Label) -> str:
+    """The label with the sign that the language puts in front of it: *NEXT, LBL[7."""
+    text = case.text(label.line)
+    at = text.find(label.name)
+    return text[max(0, at - 1) : at].strip() + label.name if at > 0 else label.name
 
 
 def _budget_labels(path: str) -> set[str]:

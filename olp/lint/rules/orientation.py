@@ -7,10 +7,6 @@ from collections.abc import Iterator
 from olp.lint.case import Case
 from olp.lint.rule import Rule
 from olp.outcome.model import Finding
-from olp.units import mm
-
-_TURN_DEG = 5.0  # less is within what a slow line needs anyway
-_LONG = 5 * mm  # a move that only turns is meant to turn
 
 
 class OrientationRules(Rule):
@@ -26,13 +22,11 @@ class OrientationRules(Rule):
     better = "turn on the long approach"
 
     def find(self, case: Case) -> Iterator[Finding]:
-        timing, moves = case.timing, case.plan.moves
         for line, steps in case.lines.items():
-            step = next((s for s in steps if timing.limited_by[s].startswith("orientation")), None)
-            if step is None or not case.on_path(step) or moves.length[case.row(step)] <= _LONG:
-                continue
-            angle, way = float(timing.angle_deg[step]), float(timing.distance_mm[step])
-            if angle < _TURN_DEG:
-                continue
-            says = f"the tool turns {angle:.0f} deg on {way:.0f} mm: the turn decides"
-            yield self.finding(case, line, says, "turn less here, or spread the turn over the moves around")
+            step = next((s for s in steps if case.turn_rules(s)), None)
+            if step is not None:
+                angle, way = float(case.timing.angle_deg[step]), float(case.timing.distance_mm[step])
+                says = f"the tool turns {angle:.0f} deg on {way:.0f} mm: the turn decides"
+                yield self.finding(
+                    case, line, says, "turn less here, or spread the turn over the moves around"
+                )

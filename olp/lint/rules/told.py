@@ -55,8 +55,12 @@ class UndefinedPoint(Told):
     code = "W009"
     title = "undefined point"
     level = Level.ERROR
-    codes = ("I203", "I206", "I209", "P030")
-    why = "The controller stops with an alarm at this line, the first time it is reached."
+    codes = ("I206", "I209", "P030")
+    maybe = ("I203",)  # a position variable, which another program may set before it calls this one
+    why = (
+        "The controller stops with an alarm at this line, the first time it is reached. Of a position variable that no "
+        "program here sets it is only a note: a caller may set it."
+    )
     example = "MOVL C00009 V=300.0   without C00009"
     better = "teach C00009, or correct its number"
 

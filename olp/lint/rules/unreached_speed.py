@@ -31,6 +31,9 @@ class UnreachedSpeed(Rule):
         timing = case.timing
         for line, steps in case.lines.items():
             speed, reached = timing.speed_mm_s[steps], timing.reached_mm_s[steps]
+            # Where the turn decides, that is what has to change.
+            if any(map(case.turn_rules, steps)):
+                continue
             if not all(map(case.on_path, steps)) or np.isnan(speed).any() or np.isnan(reached).any():
                 continue
             if speed.min() > _SLOW and (reached < _SHARE * speed).all() and (reached > 0).all():
