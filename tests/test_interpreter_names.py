@@ -42,6 +42,8 @@ from olp.program import (
     EndWhile,
     For,
     If,
+    Jump,
+    Label,
     Move,
     Next,
     Parameter,
@@ -377,3 +379,19 @@ def test_a_first_move_to_where_the_arm_stands_goes_nowhere():
     plan = plan_of(line(SystemValue("current-pose")), line(pose(1, 2, 3)))
     assert len(plan.moves) == 1
     assert any("nowhere" in a.says for a in plan.assumptions)
+
+
+def test_a_way_back_inside_a_condition_is_a_loop_that_ends():
+    i = Named("i")
+    plan = plan_of(
+        Declare(1, "i", "integer", Number(0)),
+        Label(2, "AGAIN"),
+        Assign(3, i, Binary("+", i, Number(1))),
+        line(pose(1, 2, 3)),
+        If(4, Compare("<", i, Number(5))),
+        Jump(5, "AGAIN"),
+        EndIf(6),
+        Dwell(7, Quantity(i, 1.0)),
+    )
+    assert waits(plan) == [5]
+    assert len(plan.moves) == 5

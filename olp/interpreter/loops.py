@@ -13,7 +13,7 @@ from olp.interpreter.evaluate import holds
 from olp.interpreter.regions import Region, region
 from olp.interpreter.signals import flip
 from olp.interpreter.state import Entry, Loop, Machine, StatementError
-from olp.program import Jump, Return
+from olp.program import If, Jump, Return
 
 # A loop that counts while it polls an input ends when its count does; nobody polls longer than this.
 _PATIENCE = 20_000
@@ -133,6 +133,8 @@ def _way_out(m: Machine, condition: Expression | None, about: Region, last: int)
         return last + 1
     for index in about.exits:
         statement = m.frame.job.body[index]
+        if isinstance(statement, If) and not _holds(m, statement.condition):
+            return index
         condition = statement.condition if isinstance(statement, (Jump, Return)) else None
         if condition is not None and _holds(m, condition):
             return _target(m, index)

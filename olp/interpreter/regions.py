@@ -41,6 +41,7 @@ class Region:
 def region(body: tuple[Statement, ...], flow: ControlFlow, first: int, last: int) -> Region:
     """The region of the loop from `first` to the statement `last` that leads back."""
     exits = tuple(i for i in range(first, last) if _leaves(body[i], flow, first, last))
+    exits += tuple(i for i in range(first, last) if _around(body[i], flow, i, last))
     deciding = list(_conditions(body[last]))
     if isinstance(body[first], While):
         deciding.extend(_conditions(body[first]))
@@ -66,6 +67,11 @@ def _leaves(statement: Statement, flow: ControlFlow, first: int, last: int) -> b
         target = flow.labels.get(statement.target) if isinstance(statement.target, str) else None
         return target is None or not first <= target <= last
     return False
+
+
+def _around(statement: Statement, flow: ControlFlow, index: int, last: int) -> bool:
+    """Whether the way back stands in the branch of an IF: the loop is left where the branch is not taken."""
+    return isinstance(statement, If) and index < last < flow.after.get(index, index)
 
 
 def _skips(statement: Statement, flow: ControlFlow, index: int, over: int) -> bool:
