@@ -113,7 +113,6 @@ def budgets_for(path: str, given: str | None = None) -> list[Budgets]:
     return [_read(str(file.resolve()), file.stat().st_mtime_ns) for file in files if file.is_file()]
 
 
-@lru_cache(maxsize=4096)
 def _files_above(folder: str) -> tuple[Path, ...]:
     found = []
     nearest = nearest_assumptions(folder)

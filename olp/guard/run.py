@@ -64,8 +64,10 @@ def tasks(paths: Sequence[str], given: str | None = None) -> Work:
     """The work that checking `paths` is. `given`: an olp.toml whose budgets hold, else the nearest ones."""
     found: list[Task] = []
     files: dict[str, Budgets] = {}
+    folders: dict[str, list[Budgets]] = {}
     for path in paths:
-        known = budgets_for(path, given)
+        folder = os.path.dirname(path)
+        known = folders[folder] = folders.get(folder) or budgets_for(path, given)
         files.update((budgets.path, budgets) for budgets in known)
         found.append(Task(path, tuple(b for budgets in known for b in budgets.budgets if b.covers(path))))
     return Work(tuple(found), tuple(files.values()))
