@@ -1,0 +1,334 @@
+"""The hosts that olp runs on: pre-commit, GitHub, GitLab, pytest; each in a real run, with a budget that breaks."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import stat
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from guard_cells import CELL, cell
+
+from olp.vendors.vendor import vendor_suffixes
+
+pytest_plugins = ["pytester"]
+ROOT = Path(__file__).parent.parent
+BUDGET = "[[budget]]\nname = 'promise'\njob = 'MAIN'\nlimit_s = 4.5\n"
+PAGE = (ROOT / "docs" / "ci.md").read_text(encoding="utf-8")
+
+
+def block(heading: str, kind: str, number: int = 0) -> str:
+    """A fenced block of docs/ci.md, word for word."""
+    part = PAGE.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    return re.findall(rf"```{kind}\n(.*?)```", part, re.S)[number]
+
+
+def schema(name: str) -> dict[str, object]:
+    """A published schema that check-jsonschema brings along."""
+    file = resources.files("check_jsonschema") / "builtin_schemas" / "vendor" / f"{name}.json"
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def validate(whole: object, name: str) -> None:
+    known = schema(name)
+    jsonschema.validators.validator_for(known)(known).validate(whole)
+
+
+@pytest.fixture
+def environment(tmp_path) -> dict[str, str]:
+    """With an `olp` on the path that is this one, and git's answers not those of this machine."""
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    olp = tools / "olp"
+    olp.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m olp "$@"\n')
+    olp.chmod(olp.stat().st_mode | stat.S_IEXEC)
+    return {
+        **{k: v for k, v in os.environ.items() if not k.startswith(("GITHUB_", "GIT_", "OLP_", "CI_"))},
+        "PATH": f"{tools}{os.pathsep}{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PYTHONPATH": str(ROOT),
+        "GIT_CONFIG_GLOBAL": os.devnull,
+        "GIT_CONFIG_NOSYSTEM": "1",
+        **{
+            f"GIT_{who}_{what}": "a@b.example"
+            for who in ("AUTHOR", "COMMITTER")
+            for what in ("NAME", "EMAIL")
+        },
+    }
+
+
+@pytest.fixture
+def repository(tmp_path, environment) -> Path:
+    root = tmp_path / "robots"
+    cell(root / "cell", BUDGET)
+    (root / ".gitignore").write_text(".olp-cache\n")
+    run(["git", "init", "-q", "-b", "main"], root, environment)
+    run(["git", "add", "-A"], root, environment)
+    run(["git", "commit", "-qm", "a cell that holds its budget"], root, environment)
+    return root
+
+
+def run(command: list[str], folder: Path, environment: dict[str, str], status: int = 0) -> str:
+    done = subprocess.run(
+        command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    assert done.returncode == status, done.stdout
+    return done.stdout
+
+
+def slow_down(root: Path) -> int:
+    """A change that breaks the budget; the line it is in."""
+    path = root / "cell" / "MAIN.JBI"
+    lines = path.read_bytes().split(b"\r\n")
+    line = next(n for n, text in enumerate(lines) if text.startswith(b"TIMER"))
+    lines[line] = b"TIMER T=9.00"
+    path.write_bytes(b"\r\n".join(lines))
+    return line + 1
+
+
+# pre-commit
+
+
+HOOKS = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
+
+
+def test_the_hooks_are_valid_and_know_every_language(environment, tmp_path):
+    run(
+        [sys.executable, "-m", "pre_commit", "validate-manifest", str(ROOT / ".pre-commit-hooks.yaml")],
+        tmp_path,
+        environment,
+    )
+    for hook in HOOKS:
+        for suffix in vendor_suffixes():
+            assert re.search(hook["files"], f"cells/4/MAIN{suffix}")
+            assert re.search(hook["files"], f"cells/4/MAIN{suffix.upper()}")
+        assert not re.search(hook["files"], "README.md")
+    assert re.search(HOOKS[0]["files"], "cells/olp.toml")
+
+
+def test_the_page_names_hooks_that_there_are():
+    (repo,) = yaml.safe_load(block("Before each commit", "yaml"))["repos"]
+    assert {hook["id"] for hook in repo["hooks"]} == {hook["id"] for hook in HOOKS}
+
+
+def test_a_commit_that_breaks_a_budget_is_refused_and_says_which_line(repository, environment, tmp_path):
+    # The hooks as they are, but run by the olp that is here instead of one that is fetched and installed.
+    local = [{**hook, "language": "system"} for hook in HOOKS]
+    settings = {"repos": [{"repo": "local", "hooks": local}]}
+    (repository / ".pre-commit-config.yaml").write_text(yaml.safe_dump(settings))
+    environment = environment | {"PRE_COMMIT_HOME": str(tmp_path / "pre-commit")}
+    run([sys.executable, "-m", "pre_commit", "install"], repository, environment)
+    run(["git", "add", "-A"], repository, environment)
+    run(["git", "commit", "-qm", "hooks"], repository, environment)
+    line = slow_down(repository)
+    told = run(["git", "commit", "-am", "a touch-up at night"], repository, environment, status=1)
+    assert "cycle-time budgets" in told
+    assert f"cell/MAIN.JBI:{line}" in told.replace("\\", "/")
+    assert "promise" in told
+    assert "TIMER T=9.00" in told
+    run(["git", "checkout", "-q", "--", "cell"], repository, environment)
+    (repository / "cell" / "README.md").write_text("robots\n")
+    run(["git", "add", "-A"], repository, environment)
+    assert "Skipped" in run(["git", "commit", "-m", "words"], repository, environment)
+
+
+# GitHub
+
+
+ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
+
+
+def inputs(given: dict[str, str]) -> dict[str, str]:
+    """The environment that the last step of the action hands to its entry."""
+    values = {name: given.get(name, told["default"]) for name, told in ACTION["inputs"].items()}
+    assert set(given) <= set(values)
+    step = ACTION["runs"]["steps"][-1]
+    return {
+        name: re.sub(r"\$\{\{ inputs\.([\w-]+) \}\}", lambda m: values[m[1]], text).replace(
+            "${{ github.action_path }}", str(ROOT)
+        )
+        for name, text in step["env"].items()
+    }
+
+
+def act(repository: Path, environment: dict[str, str], status: int, **given: str) -> str:
+    entry = ACTION["runs"]["steps"][-1]["run"]
+    return run(["bash", "-e", "-c", entry], repository, environment | inputs(given), status)
+
+
+def test_the_action_is_valid_and_its_entry_can_be_executed():
+    validate(ACTION, "github-actions")
+    assert os.access(ROOT / "hosts" / "github" / "run.sh", os.X_OK)
+
+
+def test_the_workflow_of_the_page_is_valid_and_uses_inputs_that_there_are():
+    workflow = yaml.safe_load(block("GitHub", "yaml"))
+    workflow["on"] = workflow.pop(True, workflow.get("on"))  # YAML 1.1 takes the word for a truth
+    validate(workflow, "github-workflows")
+    (step,) = (
+        s for s in workflow["jobs"]["cycle-time"]["steps"] if s.get("uses", "").startswith("OWNER/olp")
+    )
+    assert set(step["with"]) <= set(ACTION["inputs"])
+
+
+def test_the_action_is_green_where_budgets_hold(repository, environment, tmp_path):
+    summary = tmp_path / "summary.md"
+    told = act(repository, environment | {"GITHUB_STEP_SUMMARY": str(summary)}, 0, lint="")
+    assert "::error" not in told
+    assert "| held | promise |" in summary.read_text()
+
+
+def test_a_pull_request_that_breaks_a_budget_is_red_and_says_which_line_and_why(
+    repository, environment, tmp_path
+):
+    run(["git", "update-ref", "refs/remotes/origin/main", "HEAD"], repository, environment)
+    line = slow_down(repository)
+    run(["git", "commit", "-qam", "a touch-up at night"], repository, environment)
+    summary = tmp_path / "summary.md"
+    host = {"GITHUB_BASE_REF": "main", "GITHUB_STEP_SUMMARY": str(summary)}
+    told = act(repository, environment | host, 1, sarif="reports", lint="")
+    assert (
+        f"::error file=cell/MAIN.JBI,line={line},col=1,title=M010 cycle time over its budget::promise" in told
+    )
+    comment = (repository / "olp-diff.md").read_text(encoding="utf-8")
+    assert f"| {line} | TIMER T=9.00 | 0.700 | 9.000 | +8.300 | wait |" in comment
+    assert comment in summary.read_text(encoding="utf-8")
+    assert json.loads((repository / "reports" / "check.sarif").read_text())["version"] == "2.1.0"
+
+
+def test_the_comment_step_of_the_page_posts_the_comparison(repository, environment, tmp_path):
+    steps = yaml.safe_load(block("GitHub", "yaml"))["jobs"]["cycle-time"]["steps"]
+    (repository / "olp-diff.md").write_text("### olp diff\n")
+    gh = tmp_path / "tools" / "gh"
+    gh.write_text(f'#!/bin/sh\necho "$@" > "{tmp_path}/said"\n')
+    gh.chmod(0o755)
+    run(["bash", "-e", "-c", steps[-1]["run"]], repository, environment | {"NUMBER": "7"})
+    assert (tmp_path / "said").read_text().split()[:3] == ["pr", "comment", "7"]
+
+
+def test_a_checkout_without_its_base_is_told_and_the_rest_is_judged(repository, environment):
+    told = act(repository, environment | {"GITHUB_BASE_REF": "main"}, 0, lint="")
+    assert "fetch-depth" in told
+
+
+def test_the_action_takes_the_worst_status(repository, environment):
+    (repository / "cell" / "olp.toml").write_text(BUDGET + "\n[[budget]]\nlimt_s = 3\n")
+    act(repository, environment, 2)
+
+
+# GitLab
+
+
+TEMPLATE = ROOT / "hosts" / "gitlab" / "olp.gitlab-ci.yml"
+
+
+def test_the_template_and_what_includes_it_are_valid():
+    validate(yaml.safe_load(TEMPLATE.read_text(encoding="utf-8")), "gitlab-ci")
+    validate(yaml.safe_load(block("GitLab", "yaml")), "gitlab-ci")
+    assert TEMPLATE.name in block("GitLab", "yaml")
+
+
+@pytest.mark.parametrize("job", ["olp-check", "olp-lint", "olp-diff"])
+def test_the_jobs_of_the_template_leave_the_reports_that_they_name(repository, environment, job):
+    whole = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    host = {"OLP_PATHS": ".", "CI_MERGE_REQUEST_DIFF_BASE_SHA": "HEAD"}
+    slow_down(repository)
+    status = {"olp-check": 1, "olp-lint": 0, "olp-diff": 1}[job]
+    script = "\n".join(whole[job]["script"])
+    run(["bash", "-e", "-o", "pipefail", "-c", script], repository, environment | host, status)
+    artifacts = whole[job]["artifacts"]
+    for name in (*artifacts.get("reports", {}).values(), *artifacts.get("paths", ())):
+        assert (repository / name).stat().st_size
+
+
+# Anywhere else
+
+
+def test_the_commands_of_the_page_do_what_they_say(repository, environment):
+    slow_down(repository)
+    run(["git", "commit", "-qam", "a touch-up at night"], repository, environment)
+    commands = block("Anywhere else", "sh").strip().splitlines()
+    assert len(commands) == 3
+    for command, status in zip(commands, (1, 0, 1), strict=True):
+        run(["sh", "-c", command], repository, environment, status)
+    for name in ("budgets.xml", "lint.sarif", "times.md"):
+        assert (repository / name).stat().st_size
+
+
+# pytest
+
+
+@pytest.fixture
+def cells(pytester) -> Path:
+    """A project with a cell, as its owner has it."""
+    cell(pytester.path / "cells" / "4", BUDGET + "\n[[budget]]\nroutine = 'GRIP'\nlimit_s = 9\n")
+    pytester.makeini("[pytest]\n")
+    return pytester.path / "cells" / "4"
+
+
+def outcomes(pytester, *words: str):
+    return pytester.runpytest_subprocess(*words, "-p", "no:cacheprovider")
+
+
+def test_each_budget_is_a_test(pytester, cells, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    command, *words = block("With pytest", "sh").split()
+    assert command == "pytest"
+    found = outcomes(pytester, *words, "-v")
+    found.assert_outcomes(passed=2)
+    found.stdout.fnmatch_lines(["*olp.toml::promise*MAIN.JBI* PASSED*", "*olp.toml::GRIP PASSED*"])
+    path = cells / "MAIN.JBI"
+    path.write_bytes(path.read_bytes().replace(b"T=0.70", b"T=9.70"))
+    found = outcomes(pytester, *words)
+    found.assert_outcomes(passed=1, failed=1)
+    found.stdout.fnmatch_lines(["*MAIN.JBI:*over the budget of 4.5 s*", "*MAIN.JBI:*9.700 s*"])
+
+
+def test_without_the_option_budgets_are_no_tests(pytester, cells):
+    assert "no tests ran" in str(outcomes(pytester, "cells").stdout)
+
+
+def test_budgets_that_say_nonsense_or_hold_nowhere_fail(pytester, cells):
+    (cells / "olp.toml").write_text("[[budget]]\nlimit_s = -1\n\n[[budget]]\nlimit_s = 1\njob = 'NOBODY'\n")
+    found = outcomes(pytester, "--olp", "cells")
+    found.assert_outcomes(failed=2)
+    found.stdout.fnmatch_lines(["*M001*", "*holds for no program below*"])
+
+
+def test_two_budgets_of_one_name_are_two_tests(pytester, cells):
+    (cells / "olp.toml").write_text(BUDGET + BUDGET.replace("4.5", "0.5"))
+    outcomes(pytester, "--olp", "cells").assert_outcomes(passed=1, failed=1)
+
+
+def test_a_junit_report_holds_predicted_seconds(pytester, cells):
+    outcomes(
+        pytester, "--olp", "cells", "--junitxml", "out.xml", "-o", "junit_family=xunit1"
+    ).assert_outcomes(passed=2)
+    assert 'name="predicted_s" value="4.38' in (pytester.path / "out.xml").read_text()
+
+
+def test_the_fixture_times_a_program_as_the_page_shows(pytester, cells):
+    example = block("With pytest", "python")
+    assert 'robot="yaskawa/gp25"' in example
+    pytester.makepyfile(example)
+    outcomes(pytester).assert_outcomes(passed=1)
+    shutil.rmtree(cells)
+    cell(cells, jobs=CELL | {"GRIP": "TIMER T=3.00"})
+    outcomes(pytester).assert_outcomes(failed=1)
+
+
+def test_the_plugin_costs_nothing_where_it_is_not_used():
+    code = (
+        "import olp.pytest_plugin, sys; print([m for m in sys.modules if m in ('numpy', 'pandas', 'lark')])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True
+    )
+    assert done.stdout.strip() == b"[]"
