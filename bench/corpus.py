@@ -30,12 +30,18 @@ _WHOLE = {
     "rapid": rb"(?is)^\s*module\s.*^\s*endmodule\b",
     "tp": rb"(?is)^/prog\b.*^/mn\b.*^/pos\b.*^/end\b",
     "urscript": rb"(?is)^\s*def\s.*^\s*end\b",
+    "as": rb"(?is)^\s*\.program\s.*^\s*\.end\b",
+    "pdl2": rb"(?is)^\s*program\s.*^\s*begin\b.*^\s*end\s",
+    "val3": rb"(?is)<program\s.*\bbegin\b.*\bend\b.*</program>",
 }
 _MOTION = {
     "krl": rb"(?im)^\s*s?(?:ptp|lin|circ)(?:_rel)?\s",
     "rapid": rb"(?i)\bmove(?:j|l|c|absj)\b",
     "tp": rb"(?im)^\s*\d*\s*:\s*[jlca]\s+p",
     "urscript": rb"\bmove[jlpc]\s*\(",
+    "as": rb"(?im)^\s*(?:[jlh]move|c[12]move|[jl]appro)\s",
+    "pdl2": rb"(?im)^\s*move(?:fly)?\s",
+    "val3": rb"\bmove[jlc]\s*\(",
 }
 MAX_STEPS = 20_000
 ROBOT = "yaskawa/ma2010"  # the arm of most of the published jobs; for the others its times mean nothing

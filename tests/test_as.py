@@ -1,0 +1,160 @@
+"""Kawasaki AS: its turns, speeds, blends, signals and blocks, against independent values."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+from handling_sample import SAMPLES, check_damage, check_plan, check_whole
+from scipy.spatial.transform import Rotation
+
+import olp
+from olp.expression import Number, Signal
+from olp.program import Move, Program, SpeedUnit, While
+from olp.program import Path as Shape
+from olp.reading import read_source
+from olp.source import decode
+from olp.units import mm
+
+SAMPLE = SAMPLES / "as" / "handling.as"
+
+
+def program(*lines: str, tables: str = "") -> Program:
+    text = ".PROGRAM main()\n" + "".join(f"{line}\n" for line in lines) + f".END\n{tables}"
+    return read_source(decode(text.encode(), "made.as"))
+
+
+def codes(found: Program) -> list[str]:
+    return [d.code for d in found.diagnostics]
+
+
+def moves(found: Program) -> list[Move]:
+    return [one for one in found.routines[0].body if isinstance(one, Move)]
+
+
+def test_the_module_whose_name_is_a_word_of_python_can_be_imported() -> None:
+    assert import_module("olp.vendors.as").VENDOR.name == "as"
+
+
+@pytest.mark.parametrize("turn", [(30, 15, -72), (-113.3, 2.7, 146.3), (10, 0, 20), (5, 180, 7)])
+def test_the_turn_of_a_transformation_is_zyz(turn: tuple[float, float, float]) -> None:
+    found = program(f"LMOVE TRANS(10.5,-20,30,{turn[0]},{turn[1]},{turn[2]})")
+    (target,) = moves(found)[0].targets
+    np.testing.assert_allclose(target.values[:3], [10.5 * mm, -20 * mm, 30 * mm])
+    ours = Rotation.from_euler("xyz", target.values[3:]).as_matrix()
+    np.testing.assert_allclose(ours, Rotation.from_euler("ZYZ", turn, degrees=True).as_matrix(), atol=1e-12)
+
+
+def test_a_computed_transformation_turns_like_a_written_one() -> None:
+    plan = program(
+        "x = 31.5",
+        "LMOVE TRANS(10,20,30,x,15,-72)",
+        "LMOVE TRANS(10,20,30,31.5,15,-72)",
+        "LMOVE TRANS(1,2,3)",
+    ).plan()
+    first, second, _ = plan.moves.target
+    np.testing.assert_allclose(
+        plan.positions.quaternion[first], plan.positions.quaternion[second], atol=1e-12
+    )
+
+
+def test_speed_and_accuracy_hold_for_one_move_without_always() -> None:
+    found = program("SPEED 120.5 MM/S", "ACCURACY 5", "LMOVE a", "LMOVE b", "SPEED 40", "JMOVE c")
+    first, second, third = moves(found)
+    assert first.speed is not None
+    assert first.speed.unit is SpeedUnit.TRAVEL
+    assert first.speed.value.literal == pytest.approx(0.1205)
+    assert first.blend is not None
+    assert first.blend.value is not None
+    assert first.blend.value.literal == pytest.approx(0.005)
+    assert second.speed is None
+    assert second.blend is not None
+    assert second.blend.value is None
+    assert third.speed is not None
+    assert third.speed.unit is SpeedUnit.FRACTION
+    assert third.speed.value.literal == pytest.approx(0.4)
+
+
+def test_two_halves_make_one_arc() -> None:
+    (arc,) = moves(program("C1MOVE a", "C2MOVE b"))
+    assert arc.path is Shape.CIRCULAR
+    assert arc.via is not None
+    assert codes(program("C2MOVE b")) == codes(program("C1MOVE b")) == ["P587"]
+
+
+def test_approach_and_departure_go_back_along_the_tool() -> None:
+    plan = program(
+        "LMOVE TRANS(500,10,300,20,160,40)", "LAPPRO TRANS(500,10,300,20,160,40),50", "LDEPART 20"
+    ).plan()
+    place = plan.positions.position[plan.moves.target]
+    axis = Rotation.from_euler("ZYZ", (20, 160, 40), degrees=True).as_matrix()[:, 2]
+    np.testing.assert_allclose(place[1] - place[0], -0.05 * axis, atol=1e-12)
+    np.testing.assert_allclose(place[2] - place[1], -0.02 * axis, atol=1e-12)
+
+
+def test_signals_are_outputs_inputs_or_flags_by_their_numbers() -> None:
+    body = program("SIGNAL 5,-6", "SWAIT 1007").routines[0].body
+    assert [one.signal for one in body[1:3]] == [Signal("out", Number(5)), Signal("out", Number(6))]  # type: ignore[union-attr]
+    assert [one.value for one in body[1:3]] == [Number(1), Number(0)]  # type: ignore[union-attr]
+    assert body[3].condition == Signal("in", Number(7))  # type: ignore[union-attr]
+
+
+def test_end_closes_whatever_is_open() -> None:
+    found = program(
+        "FOR i = 1 TO 2",
+        "IF i==1 THEN",
+        "WHILE FALSE DO",
+        "TWAIT 1",
+        "END",
+        "ELSE",
+        "TWAIT 0.25",
+        "END",
+        "END",
+    )
+    assert codes(found) == []
+    assert [step.duration for step in found.plan().steps()] == [0.25]
+    assert any(isinstance(one, While) for one in found.routines[0].body)
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("LMOVE", "P580"),
+        ("TWAIT )", "P580"),
+        ("ALIGN", "P585"),
+        ("RIGHTY", "P581"),
+        ("n = " + "(" * 150 + "1" + ")" * 150, "P582"),
+        ("WHILE TRUE DO", "P583"),
+        ("GOTO 10", "P583"),
+    ],
+)
+def test_each_mistake_has_its_code_and_a_place(line: str, code: str) -> None:
+    (found,) = program(line).diagnostics
+    assert (found.code, found.line) == (code, 2)
+    assert found.help
+
+
+def test_rows_files_and_unclosed_programs_have_codes() -> None:
+    assert codes(program(tables=".TRANS\np1 1 2 x\n.END\n")) == ["P586"]
+    assert codes(read_source(decode(b"poem\n", "a.as"))) == ["P584"]
+    assert codes(read_source(decode(b".PROGRAM a()\n", "a.as"))) == ["P583"]
+    assert codes(program("SPEED 50 ALWAYS")) == ["P588"]
+
+
+def test_a_saved_array_counts_from_zero_and_loops_reach_it() -> None:
+    table = ".TRANS\np[0] 1 2 3 0 0 0\np[1] 11 12 13 0 0 0\n.END\n"
+    plan = program("SPEED 10 MM/S ALWAYS", "FOR i = 0 TO 1", "LMOVE p[i]", "END", tables=table).plan()
+    np.testing.assert_allclose(plan.positions.position[plan.moves.target][:, 0], [0.001, 0.011])
+
+
+def test_the_sample_goes_where_its_numbers_say() -> None:
+    check_plan(olp.read(SAMPLE).plan("yaskawa/gp25"))
+
+
+def test_the_sample_is_read_whole() -> None:
+    check_whole([SAMPLE])
+
+
+def test_no_damage_makes_the_reader_raise_or_hang() -> None:
+    check_damage(SAMPLE, 7)
