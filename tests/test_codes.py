@@ -48,6 +48,11 @@ def test_every_code_is_explained_in_the_docs(code):
     assert code in documented(), f"{code} of {sorted(EMITTED[code])}"
 
 
+# They read what others have said under a code, and say nothing under it themselves.
+READERS = {"lint": "W", "guard": "M"}
+
+
 @pytest.mark.parametrize("code", sorted(EMITTED))
 def test_no_two_areas_share_a_code(code):
-    assert len({area(module) for module in EMITTED[code]}) == 1, EMITTED[code]
+    areas = {area(module) for module in EMITTED[code]}
+    assert len({one for one in areas if READERS.get(one, code[0]) == code[0]}) == 1, EMITTED[code]

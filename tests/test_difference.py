@@ -349,3 +349,16 @@ def test_samples_differ_from_themselves_in_nothing(tmp_path):
         found = compare(SAMPLES / name, SAMPLES / name)
         assert found.changes == ()
         assert found.change_s == 0
+
+
+def test_a_copy_under_another_name_is_the_same_program(tmp_path):
+    write_jobs(tmp_path, {"PART": "\n".join(BODY), "PART-2": "\n".join(BODY).replace("T=0.40", "T=0.60")})
+    found = compare(tmp_path / "PART.JBI", tmp_path / "PART-2.JBI")
+    assert own(found) == [(Cause.WAIT, "TIMER T=0.60")]
+
+
+def test_the_same_motion_written_in_another_frame_takes_no_other_time():
+    for name in ("angle", "pulse", "user"):
+        found = compare(SAMPLES / "twins" / "base.jbi", SAMPLES / "twins" / f"{name}.jbi")
+        assert found.change_s == pytest.approx(0.0, abs=2e-3)
+        assert all(c.old_line and c.new_line for c in found.changes)

@@ -69,6 +69,11 @@ def outcome_of(found: Sequence[Difference], allow: float | None, shown: int | No
     return Outcome("diff", tuple(findings), tuple(items), (_sentence(found),), data)
 
 
+def _signed(seconds: float) -> str:
+    """Never -0.000."""
+    return f"{round(seconds, 3) + 0.0:+.3f}"
+
+
 def _same(d: Difference) -> bool:
     return d.old_s is not None and d.old_s == d.new_s
 
@@ -82,7 +87,7 @@ def _item(d: Difference, allow: float | None) -> Item:
         return Item(d.file, d.file, status, added, seconds=d.new_s, group="diff")
     change = d.new_s - d.old_s
     over = allow is not None and change > allow
-    says = f"{d.old_s:.3f} → {d.new_s:.3f} s ({change:+.3f} s)"
+    says = f"{d.old_s:.3f} → {d.new_s:.3f} s ({_signed(change)} s)"
     return Item(d.file, d.file, Status.FAILED if over else Status.HELD, says, seconds=d.new_s, group="diff")
 
 
@@ -97,7 +102,7 @@ def _findings(d: Difference, allow: float | None, shown: int | None) -> Iterator
         yield Finding(
             "U010",
             Level.NOTE,
-            f"{change.change_s:+.3f} s, {change.cause}{details}: {change.statement}",
+            f"{_signed(change.change_s)} s, {change.cause}{details}: {change.statement}",
             file,
             change.new_line or 0,
             title="a line takes another time",
@@ -117,7 +122,7 @@ def _table(d: Difference, shown: int | None) -> dict[str, object]:
             c.statement,
             f"{c.old_s:.3f}",
             f"{c.new_s:.3f}",
-            f"{c.change_s:+.3f}",
+            _signed(c.change_s),
             c.cause,
             c.details,
         )
@@ -162,4 +167,4 @@ def _sentence(found: Sequence[Difference]) -> str:
     changes = [d.change_s for d in found if d.change_s is not None]
     changed = sum(abs(c) > 5e-7 for c in changes)
     total = sum(changes)
-    return f"{len(found)} program{'' if len(found) == 1 else 's'}, {changed} with another time, {total:+.3f} s in all"
+    return f"{len(found)} program{'' if len(found) == 1 else 's'}, {changed} with another time, {_signed(total)} s in all"

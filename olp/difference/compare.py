@@ -29,7 +29,13 @@ _UNITS = {
 
 def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Program]) -> Difference:
     """What changed from `old` to `new`. The changes' seconds add up to the change of the totals."""
-    pairs = list(align(rows_of(old, programs[0]), rows_of(new, programs[1])))
+    before, after = rows_of(old, programs[0]), rows_of(new, programs[1])
+    # A copy under another name is still the same program.
+    names = [_main(program) for program in programs]
+    for row in after:
+        if row.routine == names[1]:
+            row.routine = names[0]
+    pairs = list(align(before, after))
     own = [_own_cause(a, b) for a, b in pairs]
     elsewhere = _global_cause(old, new)
     touched = any(cause is not None for cause, _ in own)
@@ -41,6 +47,11 @@ def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Progra
     notes = [f"the old version: {old.untimed} steps cannot be timed"] if old.untimed else []
     notes += [f"the new version: {new.untimed} steps cannot be timed"] if new.untimed else []
     return Difference(file, old.total_s, new.total_s, tuple(changes), notes=tuple(notes))
+
+
+def _main(program: Program) -> str:
+    known = {routine.name for routine in program.routines}
+    return program.main if program.main in known else program.routines[0].name
 
 
 def _change(
@@ -108,7 +119,7 @@ def _of_timed(a: Row, b: Row) -> tuple[Cause | None, str]:
 
 def _of_move(a: Row, b: Row) -> Iterable[tuple[Cause, str] | None]:
     for cause, before, after in zip((Cause.TOOL, Cause.FRAME), a.standing, b.standing, strict=True):
-        if before != after:
+        if before != after and before and after:
             yield cause, f"{cause} {before} → {after}"
     yield _point(a, b)
     yield _stop(a, b)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from olp.expression import Taught
 from olp.interpreter.spelling import spell
 from olp.plan import BlendCode, Plan, StepKind
+from olp.points import PointKind, PointState
 from olp.program import Move, Program
 from olp.timing import Timing
 
@@ -98,12 +99,19 @@ def standing_of(program: Program) -> dict[int, tuple[str, str]]:
                 routine.points.find(target.store, True, target.number) if isinstance(target, Taught) else None
             )
             tool = "" if point is None else str(point.state.tool)
-            frame = "" if point is None else f"{point.state.frame} {point.state.user}"
+            frame = "" if point is None else _frame(point.state)
             found[s.line] = (
                 tool if s.tool is None else spell(s.tool),
                 frame if s.frame is None else spell(s.frame),
             )
     return found
+
+
+def _frame(state: PointState) -> str:
+    """Empty for joint values: they stand in none."""
+    if state.kind is not PointKind.POSE:
+        return ""
+    return state.frame if state.user is None else f"{state.frame} {state.user}"
 
 
 def _routine(starts: list[tuple[int, str]], line: int) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from olp.outcome.format import OutcomeFormat
-from olp.outcome.model import Finding, Item, Outcome, Status
+from olp.outcome.model import Finding, Item, Level, Outcome, Status
 
 _MARKS = {
     Status.HELD: "held",
@@ -32,10 +32,10 @@ class MarkdownFormat(OutcomeFormat):
         items = sorted(outcome.items, key=lambda item: order.index(item.status))
         if items:
             blocks.append(_rows(("status", "what", "time s", "limit s", ""), [_item(item) for item in items]))
-        if outcome.findings:
-            blocks.append(
-                _rows(("", "where", "what", "what would help"), [_finding(f) for f in outcome.findings])
-            )
+        # Notes beside tables only say what those show.
+        shown = [f for f in outcome.findings if f.level is not Level.NOTE or not _tables(outcome.data)]
+        if shown:
+            blocks.append(_rows(("", "where", "what", "what would help"), [_finding(f) for f in shown]))
         return "\n\n".join(blocks) + "\n"
 
 
