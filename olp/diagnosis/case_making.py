@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.axis_rates import rates_of
+from olp.diagnosis.corner_laws import SOME_ROUNDING, cornered
 from olp.diagnostic import OlpError, error
 from olp.physics._case import Case
-from olp.physics._motion import LAWS, Motion
+from olp.physics._motion import Corners, Motion
 from olp.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ Rows = NDArray[np.int64]
 _STRAIGHT_ACCELERATION = 3.0  # [m/s²] where neither recording nor robot says one
 _CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
-_SOME_ROUNDING = 1e-6  # [m] where a rounding is told, but not its size
 _ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
 _FEW = 0.5  # of the moves: more of them are not limited, the simulation has another law
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
@@ -79,7 +79,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     blend = _blends(recording, notes)
     blend_start = np.where(before >= 0, blend[before], 0.0)
     stops, blends = (stop_start, stop_end), (blend_start, blend)
-    base = _base(moves, rows, pace, simulated, stops, blends, floor.resolution)
+    base = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
     return Case(
@@ -225,13 +225,14 @@ def _base(
     simulated: Floats,
     stops: tuple[Mask, Mask],
     blends: tuple[Floats, Floats],
+    before: Rows,
     resolution: float,
 ) -> Motion:
     """The motion behind the simulated durations.
 
     Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
-    acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed by the law that
-    comes nearest to the simulation.
+    acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed as comes nearest
+    to the simulation.
     """
     way, speed, sim = pace.way[rows], pace.speed[rows], simulated[rows]
     moving = moves.kind[rows] != WAIT
@@ -252,23 +253,33 @@ def _base(
         accelerate=slow,
         decelerate=slow,
         jerk=np.full(len(rows), np.inf),
-        round_start=np.where(start | ~moving, 0.0, np.maximum(blends[0][rows], _SOME_ROUNDING)),
-        round_end=np.where(end | ~moving, 0.0, np.maximum(blends[1][rows], _SOME_ROUNDING)),
+        round_start=np.where(start | ~moving, 0.0, np.maximum(blends[0][rows], SOME_ROUNDING)),
+        round_end=np.where(end | ~moving, 0.0, np.maximum(blends[1][rows], SOME_ROUNDING)),
         least=np.zeros(len(rows)),
         added=np.zeros(len(rows)),
         rate=np.ones(len(rows)),
     )
-    return whole.with_(law=_law(whole, sim))
+    corners = _corners(pace, rows, before, slow)
+    return cornered(whole.with_(corners=corners), sim)
 
 
-def _law(motion: Motion, sim: Floats) -> str:
-    """The law of rounded corners that comes nearest to the simulation's durations."""
-    rounded = (motion.round_start > 0) | (motion.round_end > 0)
-    if not rounded.any():
-        return "stop"
-    known = LAWS if motion.round_end.max() > _SOME_ROUNDING else ("stop", "full")
-    return min(
-        known, key=lambda law: float(np.median(np.abs(motion.with_(law=law).duration() - sim)[rounded]))
+def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:
+    """What the corners of the rows hang on; a neighbour that is not judged brakes as the move itself does."""
+    everywhere = np.full(len(pace.way), np.nan)
+    everywhere[rows] = slow
+    last = before[rows]
+    has = (last >= 0) & np.isfinite(pace.way[last]) & np.isfinite(pace.speed[last]) & (pace.way[last] > 0)
+    way, speed = (np.where(has, values[last], values[rows]) for values in (pace.way, pace.speed))
+    ratio = everywhere[last] / slow
+    after = np.full(len(pace.way), np.inf)
+    follows = before >= 0
+    after[before[follows]] = np.where(np.isfinite(pace.way), pace.way, np.inf)[follows]
+    return Corners(
+        way,
+        speed,
+        np.where(has & np.isfinite(ratio), ratio, 1.0),
+        np.minimum(way, pace.way[rows]),
+        np.minimum(pace.way[rows], after[rows]),
     )
 
 
