@@ -265,6 +265,7 @@ CONTRACT = {
 }
 BEYOND = {  # what olp says more than was asked
     "": {"placebo_share", "notes", "unpaired", "log"},
+    ".data": {"noise_floor_from"},
     ".unexplained": {"correction"},
     ".findings.parameters": {"identified"},
     ".next_experiment.moves": {"start_mm", "end_mm", "speed_mm_s", "payload_kg", "blend_mm", "times", "why"},

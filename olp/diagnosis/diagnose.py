@@ -100,7 +100,7 @@ def _answer(
     predicted = model.seconds(case)
     if told.findings:
         predicted = np.where(named.late, case.measured, predicted)
-    sigma = floor_of(floor, named)
+    sigma, told_by = floor_of(floor, named)
     findings = _together(told.findings, log)
     raw = named.clean.residual
     held = named.clean.measured - named.selection.predicted if told.findings else raw
@@ -109,6 +109,7 @@ def _answer(
         moves=len(case),
         held_out_by=named.folds.by,
         noise_floor=sigma,
+        noise_from=told_by,
         mismatch=mismatch_of(case, sigma, model, named.late),
         findings=findings,
         indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),

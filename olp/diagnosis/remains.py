@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.result import Correlate
+from olp.diagnosis.scatter import neighbours
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
@@ -21,6 +22,7 @@ Labels = NDArray[np.int64]
 LEVEL = 0.01
 _FEWEST = 8
 _LAGS = 5
+_MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
 
 
 class Remains(NamedTuple):
@@ -40,6 +42,7 @@ def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remai
     found = [
         *_by_order(clipped),
         *_by_columns(clipped, case),
+        *_by_neighbours(clipped, case),
         *_by_groups(clipped, {**groups, "repeat": case.repeats}),
     ]
     looks = len(found)
@@ -101,6 +104,35 @@ def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
         rho = _spearman(residual[known], values[known])
         found.append(Correlate(name, rho, _two_sided(rho * math.sqrt(known.sum() - 1))))
     return found
+
+
+def _by_neighbours(residual: Floats, case: Case) -> list[Correlate]:
+    """Whether moves that are alike have residuals alike, whatever the curve: ranks against the most similar move's.
+
+    One look per programmed move, as repeats would count a neighbour many times. Two moves may be each other's nearest,
+    which makes chance coincidences less rare (P. Moran, Biometrika 37, 1950).
+    """
+    one, means = _programmed(residual, case)
+    found = []
+    for name, near in neighbours(case.take(one)).items():
+        known = near >= 0
+        if known.sum() < 3 * _FEWEST:
+            continue
+        r = _spearman(means[known], means[near[known]])
+        z = max(r, 0.0) * math.sqrt(known.sum()) / _MUTUAL  # a pattern makes neighbours alike, never opposite
+        found.append(Correlate(f"moves of like {name}", r, _two_sided(z)))
+    return found
+
+
+def _programmed(residual: Floats, case: Case) -> tuple[Labels, Floats]:
+    """The first row of each programmed move, and the means of the residuals of its repeats."""
+    if len(case.repeats) != len(case):
+        return np.arange(len(case)), residual
+    _, one, group, count = np.unique(
+        case.repeats, return_index=True, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(one)
+    return one[order], (np.bincount(group, residual) / count)[order]
 
 
 def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:

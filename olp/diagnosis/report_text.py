@@ -107,7 +107,8 @@ def _errors(diagnosis: Diagnosis) -> Iterator[str]:
     size = max((len(name) for name, _ in known), default=0)
     for name, errors in known:
         yield f"{name.ljust(size)}  {_error(errors)}"
-    yield f"{'noise floor'.ljust(size)}  {words.seconds(diagnosis.noise_floor)}"
+    how = f" (from {diagnosis.noise_from})" if diagnosis.noise_from else ""
+    yield f"{'noise floor'.ljust(size)}  {words.seconds(diagnosis.noise_floor)}{how}"
     if math.isfinite(diagnosis.placebo):
         share = f"{diagnosis.placebo * 100:.0f} % of searches"
         yield f"{'names found in shuffled data'.ljust(size)}  {share}"

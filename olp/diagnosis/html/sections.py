@@ -11,6 +11,7 @@ from olp.diagnosis.html.fit_charts import Ladder
 from olp.diagnosis.html.mathml import mathml
 from olp.diagnosis.html.rows import Floats, Rows, groups_of
 from olp.diagnosis.result import PHASES, Diagnosis, Errors, Finding, NextMove
+from olp.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, REPEATS
 
 if TYPE_CHECKING:
     from olp.physics._case import Case
@@ -56,9 +57,21 @@ def summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]
     }
 
 
+_FLOORS = {
+    REPEATS: "from repeated moves",
+    REMAINS: "scatter of what remains",
+    NEIGHBOURS: "from moves that are alike, as what remains has a pattern",
+    DIGITS: "from the clock’s resolution",
+}
+
+
 def _floor_note(diagnosis: Diagnosis, recording: Recording | None) -> str:
     """Where the noise floor comes from, as far as the recording shows it."""
-    if recording is None or not math.isfinite(diagnosis.noise_floor):
+    if not math.isfinite(diagnosis.noise_floor):
+        return "what is smaller cannot be told"
+    if diagnosis.noise_from in _FLOORS:
+        return _FLOORS[diagnosis.noise_from]
+    if recording is None:
         return "what is smaller cannot be told"
     noise = recording.noise_floor()
     if math.isfinite(noise.floor) and diagnosis.noise_floor > _MUCH * noise.floor:
