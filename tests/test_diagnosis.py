@@ -142,7 +142,7 @@ def test_what_is_not_on_the_list_is_not_named_but_told_with_what_it_goes_togethe
     diagnosis = diagnosed("a place").diagnosis
     assert diagnosis.verdict == "unexplained"
     assert diagnosis.findings == ()
-    assert "y of the end" in {c.column for c in diagnosis.remainder.correlates}
+    assert "y_end_mm" in {c.column for c in diagnosis.remainder.correlates}
 
 
 def test_a_clock_that_runs_fast_is_never_called_physics():

@@ -22,6 +22,7 @@ Labels = NDArray[np.int64]
 LEVEL = 0.01
 _FEWEST = 8
 _LAGS = 5
+_GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
 _MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
 
 
@@ -52,6 +53,8 @@ def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remai
             break
         kept.append(look)
     order = next((c.statistic for c in kept if c.column == "previous move"), 0.0)
+    if any(c.column == "speed_mm_s" for c in kept):
+        kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
     return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)))
 
 
@@ -77,20 +80,20 @@ def _by_order(residual: Floats) -> list[Correlate]:
 
 
 def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
-    """Spearman's rank correlation with every number known of a move."""
+    """Spearman's rank correlation with every number known of a move, by the name of its column in a recording."""
     columns: dict[str, Floats] = {
-        "length": case.length,
-        "speed": case.base.speed,
-        "simulated": case.simulated,
+        "length_mm": case.length,
+        "speed_pct" if case.unit == "rad" else "speed_mm_s": case.base.speed,
+        "sim_s": case.simulated,
         "incline": case.rise,
         "t_start_s": case.t_start,
         "move": np.arange(len(case), dtype=float),
-        "turn": case.turn,
+        "turn_deg": case.turn,
         "payload_kg": case.payload,
         "payload_inertia_kg_m2": case.payload_inertia,
-        "corner": np.where(case.stop_end, np.nan, case.corner),
+        "corner_deg": np.where(case.stop_end, np.nan, case.corner),
         **{
-            f"{axis} of the {end}": points[:, k]
+            f"{axis}_{end}_mm": points[:, k]
             for end, points in (("start", case.start), ("end", case.end))
             for k, axis in enumerate("xyz")
         },
@@ -137,14 +140,18 @@ def _programmed(residual: Floats, case: Case) -> tuple[Labels, Floats]:
 
 def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
     """Analysis of variance on ranks (W. Kruskal, W. Wallis, JASA 47, 1952)."""
-    found = []
+    found, seen = [], set[bytes]()
     ranked = ranks(residual)
     for name, labels in groups.items():
         if len(labels) != len(residual):
             continue
-        names, inverse, count = np.unique(labels, return_inverse=True, return_counts=True)
-        if len(names) < 2 or len(names) > len(labels) // 2:
+        names, first, inverse, count = np.unique(
+            labels, return_index=True, return_inverse=True, return_counts=True
+        )
+        parted = first[inverse].tobytes()
+        if len(names) < 2 or len(names) > len(labels) // 2 or parted in seen:
             continue
+        seen.add(parted)
         means = np.bincount(inverse, ranked) / count
         between = float((count * (means - ranked.mean()) ** 2).sum())
         total = float(((ranked - ranked.mean()) ** 2).sum())
@@ -152,7 +159,9 @@ def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
             continue
         k, n = len(names), len(labels)
         ratio = (between / (k - 1)) / max((total - between) / (n - k), 1e-12 * total)
-        found.append(Correlate(name, math.sqrt(between / total), f_tail(ratio, k - 1, n - k)))
+        found.append(
+            Correlate(_GROUPS.get(name, name), math.sqrt(between / total), f_tail(ratio, k - 1, n - k))
+        )
     return found
 
 

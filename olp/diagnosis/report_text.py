@@ -98,8 +98,11 @@ def _errors(diagnosis: Diagnosis) -> Iterator[str]:
     unseen = (
         f"moves the fit never saw (by {diagnosis.held_out_by})" if diagnosis.held_out_by else "unseen moves"
     )
+    whole = f"all {words.counted(diagnosis.moves, 'move')}"
+    if not diagnosis.moves:  # positions of axes, as seconds at their usual speed
+        unseen, whole = "unseen blocks of the log", "positions in the log"
     rows = [
-        (f"all {words.counted(diagnosis.moves, 'move')}, simulation as it is", diagnosis.before),
+        (f"{whole}, simulation as it is", diagnosis.before),
         (f"{unseen}, before", diagnosis.heldout_before),
         (f"{unseen}, after", diagnosis.heldout_after),
     ][: 3 if diagnosis.findings else 1]

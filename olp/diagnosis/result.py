@@ -205,13 +205,16 @@ def _mismatch(mismatch: Mismatch) -> dict[str, Any]:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
+    acts = set(finding.moves)
     return {
         "term": finding.term,
         "says": finding.says,
         "equation": finding.equation,
         "parameters": {name: _parameter(p) for name, p in finding.parameters.items()},
         "moves": list(finding.moves),
-        "contribution_s": {str(move): _number(value) for move, value in finding.contribution.items()},
+        "contribution_s": {
+            str(move): _number(value) for move, value in finding.contribution.items() if move in acts
+        },
         "evidence": {
             "delta_bic": _number(finding.evidence.delta_bic),
             "p_value": _number(finding.evidence.p_value),
