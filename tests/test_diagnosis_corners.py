@@ -72,7 +72,8 @@ def diagnosed(made, real, sim, rng, drop=()):
 
 
 @pytest.mark.parametrize(
-    ("saved", "share", "split"), [(braked, 0.4, 1.0), (ramped, 0.3, 0.5), (flown, 0.2, 0.0), (braked, 0.4, 0.0)]
+    ("saved", "share", "split"),
+    [(braked, 0.4, 1.0), (ramped, 0.3, 0.5), (flown, 0.2, 0.0), (braked, 0.4, 0.0)],
 )
 def test_rounded_corners_are_named_whichever_move_they_are_booked_on_and_nothing_else_is(saved, share, split):
     made, rng = programmed()

@@ -34,7 +34,7 @@ JERK, SETTLING, SHARE = 15.0, 0.045, 0.3
 
 
 def motion_of(made, **changes):
-    """The simulation's motion: 2 m/s², corners passed as long as braking there takes, up to half of the shorter move."""
+    """The simulation's motion: 2 m/s², corners as long as braking there takes, up to half of the shorter move."""
     count = len(made.speed)
     begins = np.concatenate([[True], made.stop[:-1]])
     before = np.concatenate([[0.0], made.blend[:-1]])

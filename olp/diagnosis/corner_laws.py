@@ -38,7 +38,10 @@ def cornered(motion: Motion, sim: Floats) -> Motion:
 def _families(motion: Motion) -> list[Motion]:
     sized = bool(motion.round_end.max() > SOME_ROUNDING)
     shared = [("full", 0.5), *((law, reach) for law in _SIZED for reach in _REACHES if sized)]
-    own = [("full", 0.5), *((law, reach) for law in ("braking", "distance", "radius") for reach in _REACHES if sized)]
+    own = [
+        ("full", 0.5),
+        *((law, reach) for law in ("braking", "distance", "radius") for reach in _REACHES if sized),
+    ]
     return [
         *(motion.with_(law=law, split=split, reach=reach) for law, reach in shared for split in _SPLITS),
         *(motion.with_(law=law + EACH, split=0.5, reach=reach) for law, reach in own),

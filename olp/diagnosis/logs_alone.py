@@ -23,8 +23,8 @@ _NOTE = "no moves were recorded: durations are not judged, only the logs"
 def diagnosis_of_logs(log: LogDiagnosis, unpaired: tuple[str, ...]) -> Diagnosis:
     """The whole answer from logs. `unpaired`: what could not be paired, in words.
 
-    Seconds are those by which an axis at its RMS speed would have to be early or late to be as far off, the mean square
-    over axes; percentages are of an axis' travel, on the mean and of the worst axis. nan where no positions were judged.
+    Seconds are those by which an axis at its RMS speed would have to be early or late to be as far off, the mean
+    square over axes; percentages are of an axis' travel, on the mean and the worst. nan where none is judged.
     """
     axes = _judged(log)
     after, floor = (_seconds(axes, name) for name in ("after", "floor"))

@@ -131,9 +131,7 @@ def _programmed(residual: Floats, case: Case) -> tuple[Labels, Floats]:
     """The first row of each programmed move, and the means of the residuals of its repeats."""
     if len(case.repeats) != len(case):
         return np.arange(len(case)), residual
-    _, one, group, count = np.unique(
-        case.repeats, return_index=True, return_inverse=True, return_counts=True
-    )
+    _, one, group, count = np.unique(case.repeats, return_index=True, return_inverse=True, return_counts=True)
     order = np.argsort(one)
     return one[order], (np.bincount(group, residual) / count)[order]
 

@@ -28,7 +28,7 @@ _LITTLE = 0.02  # of the mean square: what remains does not matter
 
 
 def floor_of(floor: NoiseFloor, named: Named) -> Scatter:
-    """Of repeats where there are enough, else of what remains or of moves that are alike; never less than the digits."""
+    """Of repeats where there are enough, else of what remains or of moves that are alike; at least the digits."""
     digits = float(np.nan_to_num(floor.resolution)) / np.sqrt(12.0)
     least = max(digits, named.noise.least)
     return scatter_of(left_over(named), named.clean, least, named.remains.structured)

@@ -2,9 +2,9 @@
 
 A ramp from rest to v with acceleration a and jerk j takes v/a + a/j (or 2 √(v/j) when a is not reached) and covers
 v/2 of that time. At a rounded corner the next ramp begins while the last one ends: what overlaps is saved, and a
-recorder books it on the move before the corner, on the one after, or on both. With ways that are too short, the peak speed is the one whose ramps cover the way
-(L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer 2008, sections 3.2
-and 3.4).
+recorder books it on the move before the corner, on the one after, or on both. With ways that are too short, the peak
+speed is the one whose ramps cover the way (L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines
+and Robots, Springer 2008, sections 3.2 and 3.4).
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 _STEPS = 25  # of the bisection for the peak speed: a factor of 3e-8
 
 
-# What a corner with rounding r saves, κ being `overlap`: nothing; what braking over the last κ r takes; a share κ of what
-# braking over the last r takes; 2 κ r at full speed, at most a ramp; the same without that limit; a share κ of the
+# What a corner with rounding r saves, κ being `overlap`: nothing; what braking over the last κ r takes; a share κ of
+# what braking over the last r takes; 2 κ r at full speed, at most a ramp; the same without that limit; a share κ of the
 # ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds.
 LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed")
 EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
@@ -97,7 +97,7 @@ class Motion:
         return saved + (1.0 - self.split) * self._saving(law, start, fast, slow)
 
     def _saving(self, law: str, rounding: Floats, fast: Floats, slow: Floats) -> Floats:
-        """(n,) [s] by one corner, for both of its moves together; `fast` [m/s], `slow` [m/s²]: the ramp that ends there."""
+        """(n,) [s] by one corner, for both of its moves; `fast` [m/s], `slow` [m/s²]: of the ramp that ends there."""
         fast, ramp = np.maximum(fast, 1e-9), fast / slow
         reach = rounding if law == "share" else self.overlap * rounding
         if law == "full":

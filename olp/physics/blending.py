@@ -37,12 +37,10 @@ _OVERLAPS = {"full": (0.5,), "fixed": (0.1,), "flight": (0.5,), "share": (0.5,)}
 
 class Blending(MoveTerm):
     summary = "corners are rounded: time is saved (or not saved) at blended ends"
-    does = (
-        "moves with a rounded end, or those after them, differ; moves between exact stops are as simulated"
-    )
+    does = "moves with a rounded end, or those after them, differ; moves between exact stops are as simulated"
     source = (
-        "overlap of the braking and the next ramp (measured on a DX200, docs/blending.md); which move a recorder books it "
-        "on is its own affair"
+        "overlap of the braking and the next ramp (measured on a DX200, docs/blending.md); the recorder decides on "
+        "which of the two moves it is booked"
     )
     confusable = ("settling", "dispatch")
     stage = Stage.SHAPES

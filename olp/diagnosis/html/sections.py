@@ -31,7 +31,9 @@ def summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]
     before, after = diagnosis.heldout_before, diagnosis.heldout_after
     tiles = []
     if diagnosis.findings and math.isfinite(before.rmse):
-        tiles.append(("Typical error before", words.seconds(before.rmse), _share(before, diagnosis), "before"))
+        tiles.append(
+            ("Typical error before", words.seconds(before.rmse), _share(before, diagnosis), "before")
+        )
     elif math.isfinite(diagnosis.before.rmse):
         tiles.append(
             (

@@ -26,7 +26,7 @@ def runs(time: Floats, use: Mask) -> Labels:
 
 
 def order_of(run: Labels) -> int:
-    """The filter's order: less than `ORDER` where a recorder drops samples so often that hardly any has its neighbours."""
+    """The filter's order: less than `ORDER` where so many samples were dropped that hardly any has its neighbours."""
     used = max(int((run >= 0).sum()), 1)
     return next((order for order in _ORDERS if kept(run, order).sum() >= _SHARE * used), 0)
 
