@@ -142,7 +142,7 @@ def test_what_is_not_on_the_list_is_not_named_but_told_with_what_it_goes_togethe
     diagnosis = diagnosed("a place").diagnosis
     assert diagnosis.verdict == "unexplained"
     assert diagnosis.findings == ()
-    assert "y of the end" in {c.column for c in diagnosis.remainder.correlates}
+    assert "y_end_mm" in {c.column for c in diagnosis.remainder.correlates}
 
 
 def test_a_clock_that_runs_fast_is_never_called_physics():
@@ -265,6 +265,7 @@ CONTRACT = {
 }
 BEYOND = {  # what olp says more than was asked
     "": {"placebo_share", "notes", "unpaired", "log"},
+    ".data": {"noise_floor_from"},
     ".unexplained": {"correction"},
     ".findings.parameters": {"identified"},
     ".next_experiment.moves": {"start_mm", "end_mm", "speed_mm_s", "payload_kg", "blend_mm", "times", "why"},

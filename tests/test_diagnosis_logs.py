@@ -248,6 +248,19 @@ def test_missing_samples_are_counted_and_a_jittering_log_still_tells_its_lag() -
     assert any(end - begin == pytest.approx(61 * STEP, abs=0.01) for begin, end in found.gaps)
 
 
+@pytest.mark.parametrize("simulated", [False, True])
+def test_a_recorder_that_drops_samples_so_often_that_none_has_eight_neighbours_still_tells_the_lag(
+    simulated: bool,
+) -> None:
+    log = against_command(11, lambda ways: lagging(ways, (0.02, 0.03, 0.012)))
+    assert log.command is not None
+    keep = np.arange(len(log.time)) % 7 < 5
+    few = replace(log, time=log.time[keep], q=log.q[keep], command=log.command[keep])
+    whole = Log(log.time, log.command, log.slides)
+    found = diagnose_log(replace(few, command=None), whole) if simulated else diagnose_log(few)
+    assert names(found) == {"servo-lag"}
+
+
 # Several at once
 
 

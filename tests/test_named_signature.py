@@ -19,7 +19,7 @@ from olp.diagnosis.model import Model, Part
 from olp.diagnosis.result import Finding
 from olp.diagnostic import OlpError
 from olp.physics import MoveTerm, load_term, term_names
-from olp.physics._motion import Motion
+from olp.physics._motion import Corners, Motion
 from olp.recording import read_recording
 from olp.signature import calibrate, read_signature, write_signature
 from olp.signature.estimator import load_estimator
@@ -34,7 +34,7 @@ JERK, SETTLING, SHARE = 15.0, 0.045, 0.3
 
 
 def motion_of(made, **changes):
-    """The simulation's motion: 2 m/s², corners passed as long as braking there takes."""
+    """The simulation's motion: 2 m/s², corners as long as braking there takes, up to half of the shorter move."""
     count = len(made.speed)
     begins = np.concatenate([[True], made.stop[:-1]])
     before = np.concatenate([[0.0], made.blend[:-1]])
@@ -50,7 +50,14 @@ def motion_of(made, **changes):
         least=nothing,
         added=nothing,
         rate=np.ones(count),
-        law="braking",
+        law="braking each",
+        corners=Corners(
+            made.length,
+            made.speed,
+            np.ones(count),
+            np.minimum(made.length, np.append(np.inf, made.length[:-1])),
+            np.minimum(made.length, np.append(made.length[1:], np.inf)),
+        ),
     )
     return motion.with_(**changes)
 

@@ -332,6 +332,18 @@ def test_gravity_takes_from_a_rising_moves_start_and_gives_to_its_end_or_takes_f
     assert ((end < 1) == ((start < 1) == (key == "both ramps")))[up | down].all()
 
 
+def test_gravity_that_a_drive_only_loses_by_slows_the_start_going_up_and_the_end_going_down():
+    term = load_term("gravity")
+    form = next(f for f in term.forms(CASE) if f.key == "against alone")
+    moved = term.act(CASE.base, form, np.array([0.3]), CASE)
+    up, down = STRAIGHT & (CASE.rise > 0.1), STRAIGHT & (CASE.rise < -0.1)
+    start, end = moved.accelerate / CASE.base.accelerate, moved.decelerate / CASE.base.decelerate
+    assert start[up] == pytest.approx(1 - 0.3 * CASE.rise[up])
+    assert end[down] == pytest.approx(1 + 0.3 * CASE.rise[down])
+    assert start[down] == pytest.approx(1)
+    assert end[up] == pytest.approx(1)
+
+
 @pytest.mark.parametrize(
     "name", ["acceleration", "payload", "reach-inertia", "jerk", "speed-clamp", "torque-speed"]
 )

@@ -11,7 +11,7 @@ import ruckig
 
 from bench.physics_page import rich_case
 from olp.physics import load_term
-from olp.physics._motion import Motion
+from olp.physics._motion import LAWS, Corners, Motion
 
 N = 60
 CASE = rich_case(moves=150, joint_moves=0, seed=11)
@@ -102,12 +102,12 @@ def test_a_slower_ramp_never_makes_a_move_shorter():
 # --- corners ----------------------------------------------------------------------------------------------------------
 
 
-def corner(law, rounding, way=1.0, speed=0.5, slow=2.0, overlap=1.0):
+def corner(law, rounding, way=1.0, speed=0.5, slow=2.0, overlap=1.0, **changes):
     """[s] that one corner saves of two moves."""
     one, zero = np.ones(2), np.zeros(2)
     start, end = np.array([0.0, rounding]), np.array([rounding, 0.0])
     stop = Motion(way * one, speed * one, slow * one, slow * one, np.inf * one, start, end, zero, zero, one)
-    return float(stop.duration().sum() - stop.with_(law=law, overlap=overlap).duration().sum())
+    return float(stop.duration().sum() - stop.with_(law=law, overlap=overlap, **changes).duration().sum())
 
 
 @pytest.mark.parametrize("rounding", [0.001, 0.01, 0.03, 0.06, 0.1, 0.2])
@@ -140,7 +140,34 @@ def test_a_corner_passed_at_full_speed_is_one_long_move():
     assert 2 * two.duration()[0] - corner("full", 0.05) == pytest.approx(one.duration()[0])
 
 
-@pytest.mark.parametrize("law", ["braking", "distance", "full"])
+@pytest.mark.parametrize("law", [law for law in LAWS if law != "stop"])
+@pytest.mark.parametrize("split", [0.0, 0.3, 1.0])
+def test_what_a_corner_saves_does_not_depend_on_the_move_it_is_booked_on(law, split):
+    assert corner(law, 0.02, split=split, overlap=0.1) == pytest.approx(corner(law, 0.02, overlap=0.1))
+
+
+def test_the_move_after_a_corner_is_booked_what_the_braking_before_it_takes():
+    """A quick move before a slow one: the corner is worth the quick one's braking, wherever it is booked."""
+    one, zero = np.ones(2), np.zeros(2)
+    way, speed, slow = one, np.array([0.8, 0.1]), np.array([2.0, 4.0])
+    corners = Corners(one, np.array([0.8, 0.8]), np.array([1.0, 0.5]), one, one)
+    start, end = np.array([0.0, 0.01]), np.array([0.01, 0.0])
+    stop = Motion(way, speed, slow, slow, np.inf * one, start, end, zero, zero, one, corners=corners)
+    for split in (0.0, 0.5, 1.0):
+        saved = stop.duration() - stop.with_(law="braking", split=split).duration()
+        assert saved == pytest.approx(np.array([split, 1 - split]) * np.sqrt(2 * 0.01 / 2.0))
+
+
+def test_a_corner_passed_at_the_speed_of_its_radius_saves_what_the_rest_of_both_ramps_need():
+    """v²/2a less what is not stopped for: ramps from 0.5 to √(a r) and back instead of to rest and back."""
+    speed, slow, radius = 0.5, 2.0, 0.02
+    passed = np.sqrt(slow * radius)
+    stopped = 2 * (1.0 / speed + speed / (2 * slow))
+    flown = 2 * (1.0 / speed + (speed - passed) ** 2 / (2 * slow * speed))
+    assert corner("radius each", radius) == pytest.approx(stopped - flown)
+
+
+@pytest.mark.parametrize("law", ["braking", "distance", "full", "share", "flight", "radius each"])
 def test_no_corner_saves_more_than_a_move_takes(law):
     for way in (0.001, 0.01, 0.1):
         assert 0 <= corner(law, 0.2, way=way) < 2 * 0.9 * 2 * np.sqrt(way / 2.0) + 1e-9

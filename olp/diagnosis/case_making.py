@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.diagnosis.accelerations import inferred, limited
 from olp.diagnosis.axis_rates import rates_of
+from olp.diagnosis.corner_laws import SOME_ROUNDING, cornered
 from olp.diagnosis.tuned import tuned
 from olp.diagnostic import OlpError, error
 from olp.physics._case import Case
-from olp.physics._motion import LAWS, Motion
+from olp.physics._motion import Corners, Motion
 from olp.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 
 if TYPE_CHECKING:
@@ -25,11 +27,7 @@ Mask = NDArray[np.bool_]
 Rows = NDArray[np.int64]
 
 _STRAIGHT_ACCELERATION = 3.0  # [m/s²] where neither recording nor robot says one
-_CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
-_SOME_ROUNDING = 1e-6  # [m] where a rounding is told, but not its size
-_ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
-_FEW = 0.5  # of the moves: more of them are not limited, the simulation has another law
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 
 
@@ -80,7 +78,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     blend = _blends(recording, notes)
     blend_start = np.where(before >= 0, blend[before], 0.0)
     stops, blends = (stop_start, stop_end), (blend_start, blend)
-    base = _base(moves, rows, pace, simulated, stops, blends, floor.resolution, notes)
+    base = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
     return Case(
@@ -226,6 +224,7 @@ def _base(
     simulated: Floats,
     stops: tuple[Mask, Mask],
     blends: tuple[Floats, Floats],
+    before: Rows,
     resolution: float,
     notes: list[str],
 ) -> Motion:
@@ -233,8 +232,8 @@ def _base(
 
     A simulation that was tuned runs at a share of what is written.
     Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
-    acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed by the law that
-    comes nearest to the simulation.
+    acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed as comes
+    nearest to the simulation.
     """
     way, speed, sim = pace.way[rows], pace.speed[rows], simulated[rows]
     moving = moves.kind[rows] != WAIT
@@ -253,65 +252,45 @@ def _base(
     slow = np.where(moving & ~joint, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     missing = ~np.isfinite(slow) | (joint & np.isfinite(moves.sim[rows]))
-    missing |= _limited(way, speed, sim, slow, plain)
+    missing |= limited(way, speed, sim, slow, plain)
     for kind in (joint, ~joint):
         here = missing & kind
         if here.any():
-            slow[here] = _inferred(way[here], speed[here], sim[here], (start & end)[here], resolution)
+            slow[here] = inferred(way[here], speed[here], sim[here], (start & end)[here], resolution)
     whole = Motion(
         way=np.where(moving, way, 0.0),
         speed=speed,
         accelerate=slow,
         decelerate=slow,
         jerk=np.full(len(rows), np.inf),
-        round_start=np.where(start | ~moving, 0.0, np.maximum(blends[0][rows], _SOME_ROUNDING)),
-        round_end=np.where(end | ~moving, 0.0, np.maximum(blends[1][rows], _SOME_ROUNDING)),
+        round_start=np.where(start | ~moving, 0.0, np.maximum(blends[0][rows], SOME_ROUNDING)),
+        round_end=np.where(end | ~moving, 0.0, np.maximum(blends[1][rows], SOME_ROUNDING)),
         least=np.zeros(len(rows)),
         added=np.zeros(len(rows)),
         rate=np.ones(len(rows)),
     )
-    return whole.with_(law=_law(whole, sim))
+    corners = _corners(pace, rows, before, slow)
+    return cornered(whole.with_(corners=corners), sim)
 
 
-def _law(motion: Motion, sim: Floats) -> str:
-    """The law of rounded corners that comes nearest to the simulation's durations."""
-    rounded = (motion.round_start > 0) | (motion.round_end > 0)
-    if not rounded.any():
-        return "stop"
-    known = LAWS if motion.round_end.max() > _SOME_ROUNDING else ("stop", "full")
-    return min(
-        known, key=lambda law: float(np.median(np.abs(motion.with_(law=law).duration() - sim)[rounded]))
+def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:
+    """What the corners of the rows hang on; a neighbour that is not judged brakes as the move itself does."""
+    everywhere = np.full(len(pace.way), np.nan)
+    everywhere[rows] = slow
+    last = before[rows]
+    has = (last >= 0) & np.isfinite(pace.way[last]) & np.isfinite(pace.speed[last]) & (pace.way[last] > 0)
+    way, speed = (np.where(has, values[last], values[rows]) for values in (pace.way, pace.speed))
+    ratio = everywhere[last] / slow
+    after = np.full(len(pace.way), np.inf)
+    follows = before >= 0
+    after[before[follows]] = np.where(np.isfinite(pace.way), pace.way, np.inf)[follows]
+    return Corners(
+        way,
+        speed,
+        np.where(has & np.isfinite(ratio), ratio, 1.0),
+        np.minimum(way, pace.way[rows]),
+        np.minimum(pace.way[rows], after[rows]),
     )
-
-
-def _limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask) -> Mask:
-    """(n,) moves between stops that the simulation itself made slower than their acceleration says: an axis' limit."""
-    with np.errstate(invalid="ignore"):
-        ramp = speed / slow
-        said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow))
-        off = plain & (sim > said * (1.0 + _ALIKE))
-    return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
-
-
-def _inferred(way: Floats, speed: Floats, sim: Floats, stops: Mask, resolution: float) -> Floats:
-    """(n,) [m/s²] with which a trapezoid takes the simulated time; rows with rounded ends get the others' median."""
-    over = sim - way / speed
-    full = over <= way / speed
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slow = np.where(full, speed / over, 4.0 * way / sim**2)
-    good = stops & (over > max(_CONTROLLERS_CYCLE, 0.0)) & np.isfinite(slow)
-    if not good.any():
-        return np.full(len(way), 1e3 * float(np.median(speed)))
-    # Long ramps tell the acceleration best: the median weighted by their length.
-    order = np.argsort(slow[good])
-    weight = np.cumsum(over[good][order])
-    one = float(slow[good][order][np.searchsorted(weight, 0.5 * weight[-1])])
-    ramp = speed / one
-    said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / one))
-    digits = max(np.nan_to_num(resolution), 1e-4)
-    if np.mean(np.abs(said - sim)[stops] <= 1.01 * digits) >= 0.9:
-        return np.full(len(way), one)
-    return np.where(good, slow, one)
 
 
 # --- circumstances ----------------------------------------------------------------------------------------------------

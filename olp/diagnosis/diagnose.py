@@ -16,7 +16,7 @@ from olp.diagnosis.findings import Told, findings_of
 from olp.diagnosis.fitting import Noise, fit
 from olp.diagnosis.folds import Folds, folds_of
 from olp.diagnosis.locate import mismatch_of
-from olp.diagnosis.logs_alone import diagnosis_of_logs, no_case
+from olp.diagnosis.logs_alone import diagnosis_of_logs, in_seconds, no_case
 from olp.diagnosis.model import Model
 from olp.diagnosis.naming import Named, name
 from olp.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
@@ -93,7 +93,7 @@ def _answer(
     log: LogDiagnosis | None,
     notes: tuple[str, ...],
 ) -> Outcome:
-    sigma = floor_of(floor, named)
+    sigma, told_by = floor_of(floor, named)
     told = findings_of(named, case, sigma)
     verdict = verdict_of(named, floor, bool(told.findings))
     if verdict in ("unexplained", "no-mismatch"):
@@ -111,6 +111,7 @@ def _answer(
         moves=len(case),
         held_out_by=named.folds.by,
         noise_floor=sigma,
+        noise_from=told_by,
         mismatch=mismatch_of(case, sigma, model, named.waiting),
         findings=findings,
         indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),
@@ -135,7 +136,7 @@ def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Findin
     seen = {f.term: f for f in found}
     logged = [
         replace(f, moves=seen[f.term].moves, contribution=seen[f.term].contribution) if f.term in seen else f
-        for f in log.findings
+        for f in in_seconds(log)
     ]
     names = {f.term for f in logged}
     return (*logged, *(f for f in found if f.term not in names))
@@ -187,5 +188,8 @@ def _held_out(model: Model, case: Case, noise: Noise, folds: Folds) -> float:
         seen = np.nonzero(folds.labels != label)[0].astype(np.int64)
         held = np.nonzero(folds.labels == label)[0].astype(np.int64)
         test = case.take(held)
+        if not len(seen):
+            left[held] = test.residual
+            continue
         left[held] = test.measured - fit(model, case.take(seen), noise, 6).model.seconds(test)
     return rms(left)

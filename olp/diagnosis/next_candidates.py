@@ -218,12 +218,13 @@ def _motion(
         round_end=blend,
         least=np.zeros(count),
         added=np.zeros(count),
+        corners=None,
     ).with_(**middle)
 
 
 def _passing(base: Motion) -> Motion:
     """Where no recorded corner is rounded, nothing tells how the simulation passes one: at full speed."""
-    return base if (base.round_end > 0).any() else base.with_(law="full", overlap=1.0)
+    return base if (base.round_end > 0).any() else base.with_(law="full", overlap=1.0, split=0.5)
 
 
 def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -> Rates | None:
@@ -268,7 +269,7 @@ def joined(case: Case, more: Case) -> Case:
         )
     return replace(
         case,
-        base=replace(_passing(case.base), **base),  # type: ignore[arg-type]
+        base=replace(_passing(case.base), corners=None, **base),  # type: ignore[arg-type]
         job=case.job + more.job,
         rates=rates,
         covariates={name: np.concatenate([v, more.covariates[name]]) for name, v in case.covariates.items()},

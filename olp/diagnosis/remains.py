@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.diagnosis.result import Correlate
+from olp.diagnosis.scatter import neighbours
 from olp.physics._case import Case
 
 Floats = NDArray[np.float64]
@@ -21,6 +22,8 @@ Labels = NDArray[np.int64]
 LEVEL = 0.01
 _FEWEST = 8
 _LAGS = 5
+_GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
+_MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
 
 
 class Remains(NamedTuple):
@@ -40,6 +43,7 @@ def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remai
     found = [
         *_by_order(clipped),
         *_by_columns(clipped, case),
+        *_by_neighbours(clipped, case),
         *_by_groups(clipped, {**groups, "repeat": case.repeats}),
     ]
     looks = len(found)
@@ -49,6 +53,8 @@ def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remai
             break
         kept.append(look)
     order = next((c.statistic for c in kept if c.column == "previous move"), 0.0)
+    if any(c.column == "speed_mm_s" for c in kept):
+        kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
     return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)))
 
 
@@ -74,20 +80,20 @@ def _by_order(residual: Floats) -> list[Correlate]:
 
 
 def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
-    """Spearman's rank correlation with every number known of a move."""
+    """Spearman's rank correlation with every number known of a move, by the name of its column in a recording."""
     columns: dict[str, Floats] = {
-        "length": case.length,
-        "speed": case.base.speed,
-        "simulated": case.simulated,
+        "length_mm": case.length,
+        "speed_pct" if case.unit == "rad" else "speed_mm_s": case.base.speed,
+        "sim_s": case.simulated,
         "incline": case.rise,
         "t_start_s": case.t_start,
         "move": np.arange(len(case), dtype=float),
-        "turn": case.turn,
+        "turn_deg": case.turn,
         "payload_kg": case.payload,
         "payload_inertia_kg_m2": case.payload_inertia,
-        "corner": np.where(case.stop_end, np.nan, case.corner),
+        "corner_deg": np.where(case.stop_end, np.nan, case.corner),
         **{
-            f"{axis} of the {end}": points[:, k]
+            f"{axis}_{end}_mm": points[:, k]
             for end, points in (("start", case.start), ("end", case.end))
             for k, axis in enumerate("xyz")
         },
@@ -103,16 +109,47 @@ def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
     return found
 
 
+def _by_neighbours(residual: Floats, case: Case) -> list[Correlate]:
+    """Whether moves that are alike have residuals alike, whatever the curve: ranks against the most similar move's.
+
+    One look per programmed move, as repeats would count a neighbour many times. Two moves may be each other's nearest,
+    which makes chance coincidences less rare (P. Moran, Biometrika 37, 1950).
+    """
+    one, means = _programmed(residual, case)
+    found = []
+    for name, near in neighbours(case.take(one)).items():
+        known = near >= 0
+        if known.sum() < 3 * _FEWEST:
+            continue
+        r = _spearman(means[known], means[near[known]])
+        z = max(r, 0.0) * math.sqrt(known.sum()) / _MUTUAL  # a pattern makes neighbours alike, never opposite
+        found.append(Correlate(f"moves of like {name}", r, _two_sided(z)))
+    return found
+
+
+def _programmed(residual: Floats, case: Case) -> tuple[Labels, Floats]:
+    """The first row of each programmed move, and the means of the residuals of its repeats."""
+    if len(case.repeats) != len(case):
+        return np.arange(len(case)), residual
+    _, one, group, count = np.unique(case.repeats, return_index=True, return_inverse=True, return_counts=True)
+    order = np.argsort(one)
+    return one[order], (np.bincount(group, residual) / count)[order]
+
+
 def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
     """Analysis of variance on ranks (W. Kruskal, W. Wallis, JASA 47, 1952)."""
-    found = []
+    found, seen = [], set[bytes]()
     ranked = ranks(residual)
     for name, labels in groups.items():
         if len(labels) != len(residual):
             continue
-        names, inverse, count = np.unique(labels, return_inverse=True, return_counts=True)
-        if len(names) < 2 or len(names) > len(labels) // 2:
+        names, first, inverse, count = np.unique(
+            labels, return_index=True, return_inverse=True, return_counts=True
+        )
+        parted = first[inverse].tobytes()
+        if len(names) < 2 or len(names) > len(labels) // 2 or parted in seen:
             continue
+        seen.add(parted)
         means = np.bincount(inverse, ranked) / count
         between = float((count * (means - ranked.mean()) ** 2).sum())
         total = float(((ranked - ranked.mean()) ** 2).sum())
@@ -120,7 +157,9 @@ def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
             continue
         k, n = len(names), len(labels)
         ratio = (between / (k - 1)) / max((total - between) / (n - k), 1e-12 * total)
-        found.append(Correlate(name, math.sqrt(between / total), f_tail(ratio, k - 1, n - k)))
+        found.append(
+            Correlate(_GROUPS.get(name, name), math.sqrt(between / total), f_tail(ratio, k - 1, n - k))
+        )
     return found
 
 

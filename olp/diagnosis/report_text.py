@@ -98,8 +98,11 @@ def _errors(diagnosis: Diagnosis) -> Iterator[str]:
     unseen = (
         f"moves the fit never saw (by {diagnosis.held_out_by})" if diagnosis.held_out_by else "unseen moves"
     )
+    whole = f"all {words.counted(diagnosis.moves, 'move')}"
+    if not diagnosis.moves:  # positions of axes, as seconds at their usual speed
+        unseen, whole = "unseen blocks of the log", "positions in the log"
     rows = [
-        (f"all {words.counted(diagnosis.moves, 'move')}, simulation as it is", diagnosis.before),
+        (f"{whole}, simulation as it is", diagnosis.before),
         (f"{unseen}, before", diagnosis.heldout_before),
         (f"{unseen}, after", diagnosis.heldout_after),
     ][: 3 if diagnosis.findings else 1]
@@ -107,7 +110,8 @@ def _errors(diagnosis: Diagnosis) -> Iterator[str]:
     size = max((len(name) for name, _ in known), default=0)
     for name, errors in known:
         yield f"{name.ljust(size)}  {_error(errors)}"
-    yield f"{'noise floor'.ljust(size)}  {words.seconds(diagnosis.noise_floor)}"
+    how = f" (from {diagnosis.noise_from})" if diagnosis.noise_from else ""
+    yield f"{'noise floor'.ljust(size)}  {words.seconds(diagnosis.noise_floor)}{how}"
     if math.isfinite(diagnosis.placebo):
         share = f"{diagnosis.placebo * 100:.0f} % of searches"
         yield f"{'names found in shuffled data'.ljust(size)}  {share}"

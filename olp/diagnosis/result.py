@@ -140,6 +140,7 @@ class Diagnosis:
     notes: tuple[str, ...] = ()  # what was assumed, could not be paired, or would need more columns
     unpaired: tuple[str, ...] = ()
     log: Mapping[str, Any] | None = None  # what logs tell beside the findings, ready for JSON
+    noise_from: str = ""  # what told the noise floor: repeats, what remains, neighbours, the clock's digits
 
     def to_json(self) -> dict[str, Any]:
         """The contract's object; numbers that are not known are null."""
@@ -150,6 +151,7 @@ class Diagnosis:
                 "moves": self.moves,
                 "held_out_by": self.held_out_by,
                 "noise_floor_s": _number(self.noise_floor),
+                "noise_floor_from": self.noise_from,
             },
             "mismatch": _mismatch(self.mismatch),
             "findings": [_finding(finding) for finding in self.findings],
@@ -203,13 +205,16 @@ def _mismatch(mismatch: Mismatch) -> dict[str, Any]:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
+    acts = set(finding.moves)
     return {
         "term": finding.term,
         "says": finding.says,
         "equation": finding.equation,
         "parameters": {name: _parameter(p) for name, p in finding.parameters.items()},
         "moves": list(finding.moves),
-        "contribution_s": {str(move): _number(value) for move, value in finding.contribution.items()},
+        "contribution_s": {
+            str(move): _number(value) for move, value in finding.contribution.items() if move in acts
+        },
         "evidence": {
             "delta_bic": _number(finding.evidence.delta_bic),
             "p_value": _number(finding.evidence.p_value),

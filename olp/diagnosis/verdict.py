@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from olp.diagnosis.naming import Named
 from olp.diagnosis.remains import LEVEL, f_tail, remains_of
+from olp.diagnosis.scatter import Scatter, scatter_of
 from olp.diagnosis.waits import spread
 
 if TYPE_CHECKING:
@@ -28,13 +29,11 @@ _FEW, _MOST_ELSEWHERE = 0.05, 0.35  # of the moves, and of the mean square that 
 _LITTLE = 0.02  # of the mean square: what remains does not matter
 
 
-def floor_of(floor: NoiseFloor, named: Named) -> float:
-    """[s] of repeats where there are enough; else what the clock's digits leave, and the middle of what remains when
-    that is scatter (a remainder with structure is no noise)."""
-    if floor.freedom >= _ENOUGH:
-        return float(floor.floor)
-    known = max(float(np.nan_to_num(floor.resolution) / np.sqrt(12.0)), named.noise.least)
-    return known if named.remains.structured else max(known, spread(left_over(named), named.noise.least))
+def floor_of(floor: NoiseFloor, named: Named) -> Scatter:
+    """Of repeats where there are enough, else of what remains or of moves that are alike; at least the digits."""
+    digits = float(np.nan_to_num(floor.resolution)) / np.sqrt(12.0)
+    least = max(digits, named.noise.least)
+    return scatter_of(left_over(named), named.clean, least, named.remains.structured)
 
 
 def _within_digits(named: Named, floor: NoiseFloor) -> bool:

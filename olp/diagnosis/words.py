@@ -145,6 +145,10 @@ def _quoted(term: str) -> str:
 def promise(diagnosis: Diagnosis) -> str:
     """What naming the effects is worth, on moves that neither search nor fit saw; "" where nothing is known."""
     before, after = diagnosis.heldout_before, diagnosis.heldout_after
+    if not diagnosis.moves and math.isfinite(before.rmse):
+        late = f"axes are typically off by as much as {seconds(before.rmse)} at their usual speed"
+        left = f", and by {seconds(after.rmse)} with what was found" if diagnosis.findings else ""
+        return f"In parts of the log that the fit never saw, {late}{left}; {floor(diagnosis)}."
     if not diagnosis.findings:
         told = math.isfinite(diagnosis.before.rmse)
         return f"The typical error is {errors(diagnosis.before)}; {floor(diagnosis)}." if told else ""

@@ -63,6 +63,16 @@ class Gravity(MoveTerm):
                 (steep,),
                 r"a_{acc} = a\,(1 - k\sin\gamma),\; a_{dec} = a\,(1 + k\sin\gamma)",
             ),
+            Form(
+                "against alone",
+                (steep,),
+                r"a_{acc} = a\,\min(1, 1 - k\sin\gamma),\; a_{dec} = a\,\min(1, 1 + k\sin\gamma)",
+            ),
+            Form(
+                "up and down apart",
+                _apart(),
+                r"a_\gamma = a\,(1 - k_u \max(\sin\gamma, 0) - k_d \max(-\sin\gamma, 0))",
+            ),
         )
 
     def lacks(self, case: Case) -> str:
@@ -75,6 +85,8 @@ class Gravity(MoveTerm):
             return np.array([[0.2, 0.0], [0.3, 0.2], [0.5, 0.3]])
         if form.key == "whole arm":
             return np.array([[0.2, 0.2], [0.5, 0.1], [0.1, 0.5]])
+        if form.key == "up and down apart":
+            return np.array([[0.3, 0.0], [0.0, 0.3], [0.3, 0.3]])
         return np.array([[-0.2], [0.2]]) if form.key in ("both ramps", "steep") else np.array([[0.2], [0.5]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
@@ -98,11 +110,19 @@ class Gravity(MoveTerm):
                 decelerate=motion.decelerate * np.maximum(1.0 + pull, _LEAST),
             )
         rise = case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
-        pull = values[0] * (np.abs(rise) if form.key == "steep" else rise)
-        sign = 1.0 if form.key == "against and with" else -1.0
+        if form.key == "up and down apart":
+            pull = values[0] * np.maximum(rise, 0.0) + values[1] * np.maximum(-rise, 0.0)
+            start = end = 1.0 - pull
+        else:
+            pull = values[0] * (np.abs(rise) if form.key == "steep" else rise)
+            start, end = (
+                1.0 - pull,
+                1.0 + (pull if form.key in ("against and with", "against alone") else -pull),
+            )
+        most = 1.0 if form.key == "against alone" else np.inf
         return motion.with_(
-            accelerate=motion.accelerate * np.maximum(1.0 - pull, _LEAST),
-            decelerate=motion.decelerate * np.maximum(1.0 + sign * pull, _LEAST),
+            accelerate=motion.accelerate * np.clip(start, _LEAST, most),
+            decelerate=motion.decelerate * np.clip(end, _LEAST, most),
         )
 
     def doubt(self, form: Form, values: Floats) -> float:
@@ -133,7 +153,21 @@ class Gravity(MoveTerm):
             way, back = ("up", "down") if values[0] > 0 else ("down", "up")
             less = f"{abs(values[0]):.0%} less acceleration"
             return f"straight {way} both ramps have {less}, straight {back} as much more"
+        if form.key == "up and down apart":
+            up, down = (f"{abs(v):.0%} {'less' if v >= 0 else 'more'}" for v in values)
+            return f"straight up both ramps have {up} acceleration, straight down {down}"
+        if form.key == "against alone":
+            return f"gravity takes {values[0]:.0%} of the acceleration straight up, and of the braking straight down"
         return f"straight up gravity takes {values[0]:.0%} of the acceleration and gives it to the braking"
+
+
+def _apart() -> tuple[Parameter, Parameter]:
+    """One number for moves that go up, one for those that go down: whatever sign a controller's table has."""
+    up, down = (
+        Parameter(name, "1", -0.9, 0.9, 0.0, False, f"of the acceleration that a move straight {name} loses")
+        for name in ("up", "down")
+    )
+    return up, down
 
 
 def _lifts(case: Case, end: int) -> Floats:

@@ -9,6 +9,7 @@ from typing import Final
 from olp.expression import Number, Quantity
 from olp.interpreter.world import DEFAULT_ZONES
 from olp.program import Blend, BlendKind, Move, Path, Program, Statement
+from olp.translate.rewrite import edited
 from olp.translate.rows import Row, Rows, moves_at_all
 from olp.translate.work import Fate, Work
 from olp.units import mm, percent
@@ -16,6 +17,7 @@ from olp.units import mm, percent
 STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _LEVEL_STOP: Final = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))
 _ORDER: Final = (BlendKind.RADIUS, BlendKind.LEVEL, BlendKind.SHARE, BlendKind.SPEED)
+_SIZED: Final = frozenset({BlendKind.RADIUS, BlendKind.LEVEL})
 _NOTHING: Final = 1e-6  # [m] below this two blends are one
 _ACCELERATION: Final = 5.0  # [m/s²] where no robot says; only to bring shares of speed and lengths together
 _LEAST_TIME: Final = 0.1  # [s] of braking, as olp.blending.fanuc assumes it
@@ -35,6 +37,8 @@ def blends(program: Program, work: Work) -> Program:
 class _Blends:
     work: Work
     rows: Rows = field(init=False)
+    known: dict[tuple[object, ...], Blend] = field(default_factory=dict)
+    plain: dict[Blend, Blend] = field(default_factory=dict)  # without the source's names
 
     def __post_init__(self) -> None:
         self.rows = Rows(self.work)
@@ -42,7 +46,7 @@ class _Blends:
     def move(self, s: Statement) -> Statement:
         assert isinstance(s, Move)
         new = self._blend(s)
-        return s if new is s.blend else replace(s, blend=new)
+        return s if new is s.blend else edited(s, {"blend": new})
 
     def _blend(self, s: Move) -> Blend | None:
         blend, limits = s.blend, self.work.limits
@@ -60,13 +64,29 @@ class _Blends:
         ):
             return stop
         if blend.kind in allowed and blend.kind is not BlendKind.LEVEL:
-            return blend._replace(native="")
+            if not blend.native:
+                return blend
+            plain = self.plain.get(blend)
+            if plain is None:
+                plain = self.plain[blend] = blend._replace(native="")
+            return plain
         if size is None:
             says = (
                 "the size of a blend is in a variable, in a kind that the target does not have: an exact stop"
             )
             self.work.lose(s, Fate.APPROXIMATED, "blend", says)
             return stop
+        if blend.kind in _SIZED and next((k for k in _ORDER if k in allowed), None) in _SIZED:
+            # What a level or a length becomes does not depend on the move.
+            key = (blend.kind, size, allowed)
+            known = self.known.get(key)
+            if known is not None:
+                return known
+            losses = len(self.work.losses)
+            made = self._converted(s, blend.kind, size, allowed) or stop
+            if len(self.work.losses) == losses:
+                self.known[key] = made
+            return made
         return self._converted(s, blend.kind, size, allowed) or stop
 
     def _unsized(self, s: Move, allowed: frozenset[BlendKind]) -> Blend | None:

@@ -5,6 +5,7 @@ Codes: X011 something that the target cannot say.
 
 from __future__ import annotations
 
+import gc
 import inspect
 from dataclasses import dataclass, field, replace
 from importlib import import_module
@@ -52,6 +53,19 @@ def convert(
     refuse_unwritable(vendor)
     context = context or Context()
     raise_errors([found.at(program.path) for found in program.diagnostics])
+    # Statements are many, small and without cycles: looking for some takes a third of the time.
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        return _converted(program, vendor, context, encoding, date)
+    finally:
+        if collecting:
+            gc.enable()
+
+
+def _converted(
+    program: Program, vendor: str, context: Context, encoding: str | None, date: str | None
+) -> Converted:
     left_out: set[int] = set()
     for _ in range(_ROUNDS):
         translated = canonical(program, vendor, context, left_out)

@@ -24,7 +24,7 @@ from olp.program import (
 )
 from olp.translate.known import system_of
 from olp.translate.records import literal_of, pose_of_literal
-from olp.translate.rewrite import mapped
+from olp.translate.rewrite import edited, mapped
 from olp.translate.symbols import Symbols, kind_of_value, symbols_of
 from olp.translate.work import Fate, Work
 
@@ -53,6 +53,7 @@ class _Systems:
     values: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)
     made: dict[tuple[str, Expression], Named] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
+    known: dict[tuple[object, ...], Expression] = field(default_factory=dict)  # what moves' references became
     counted: set[tuple[str, str]] = field(
         default_factory=set
     )  # variables that hold a number of a tool or frame
@@ -166,6 +167,8 @@ class _Systems:
             return e
         if number == 0:
             return _BASE if kind == "user" else e
+        if (made := self.made.get((kind, e))) is not None:
+            return made
         return self._made(kind, e, stem, literal_of(self._known(kind, number)))
 
     def _known(self, kind: str, number: int) -> Pose:
@@ -195,16 +198,31 @@ class _Systems:
     # --- statements -------------------------------------------------------------------------------------
 
     def move(self, s: Move) -> Move:
-        by = self.numbered if self.work.target in _NUMBERED else self.named
         changes: dict[str, Any] = {}
-        if s.tool is not None and (tool := by("tool", s.tool, s)) != s.tool:
+        if s.tool is not None and (tool := self._said("tool", s.tool, s)) is not s.tool:
             changes["tool"] = tool
         frame = s.frame
-        if frame is not None and frame != _BASE and (frame := by("user", frame, s)) != s.frame:
+        if frame is not None and frame != _BASE and (frame := self._said("user", frame, s)) is not s.frame:
             changes["frame"] = frame
         if self.work.target == "urscript":
             self._folded(s, frame, changes)
-        return replace(s, **changes) if changes else s
+        return edited(s, changes) if changes else s
+
+    def _said(self, kind: str, e: Expression, s: Move) -> Expression:
+        """A tool or frame as the target says it; moves name few of them, over and over."""
+        key: tuple[object, ...] | None = None
+        if type(e) is Named:
+            key = (kind, self.routine, e.name)
+        elif type(e) is FrameRef and type(e.number) is Number:
+            key = (kind, e.kind, e.number.value)
+        known = None if key is None else self.known.get(key)
+        if known is not None:
+            return e if known == e else known
+        losses = len(self.work.losses)
+        said = self.numbered(kind, e, s) if self.work.target in _NUMBERED else self.named(kind, e, s)
+        if key is not None and len(self.work.losses) == losses:
+            self.known[key] = said
+        return e if said == e else said
 
     def _folded(self, s: Move, frame: Expression | None, changes: dict[str, Any]) -> None:
         """URScript: the target seen from the base."""

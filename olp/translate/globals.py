@@ -18,8 +18,8 @@ from olp.expression import (
     State,
     Text,
 )
-from olp.program import Assign, Call, Declare, Parameter, Program, Return, Routine, Statement
-from olp.translate.rewrite import expressions_of, mapped, statements_mapped
+from olp.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
+from olp.translate.rewrite import calls_nothing, expressions_of, mapped, statements_mapped
 from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm
@@ -88,8 +88,11 @@ class _Shared:
             return e
 
         rows: list[Statement] = []
+        renamed = any(where == routine.name and old != new for (where, old), new in self.names.items())
         for s in routine.body:
-            if isinstance(s, Declare):
+            if type(s) is Move and not renamed and calls_nothing(s):
+                rows.append(s)
+            elif isinstance(s, Declare):
                 rows += self._local(routine, s, change)
             else:
                 rows += self._statement(routine, mapped(s, change))
@@ -163,6 +166,8 @@ def paired(
 
 def called_in(s: Statement) -> list[str]:
     """The routines that a statement calls."""
+    if calls_nothing(s):
+        return []
     found = [s.routine] if isinstance(s, Call) else []
     return found + [e.routine for e in expressions_of(s) if type(e) is CallValue]
 

@@ -45,7 +45,7 @@ from olp.program import (
     While,
 )
 from olp.translate.hoist_values import Values, is_condition, is_number
-from olp.translate.rewrite import mapped
+from olp.translate.rewrite import calls_nothing, mapped
 from olp.translate.symbols import kind_of_value, symbols_of
 from olp.translate.tree import Block, Node, flat, negated, parse
 from olp.translate.work import Work
@@ -77,6 +77,9 @@ class _Hoist(Values):
     def nodes(self, nodes: list[Node]) -> list[Node]:
         result: list[Node] = []
         for node in nodes:
+            if calls_nothing(node) and _is_written_out(node):
+                result.append(node)
+                continue
             self.used.clear()
             if isinstance(node, Block):
                 result += _stamped(self._block(node), node.opener.line)
@@ -261,6 +264,12 @@ _INFORM_SCALES: Final[dict[float, float]] = {
     round(3.141592653589793 / 180, 12): 3.141592653589793 / 1800,
     1.0: 0.01,
 }
+
+
+def _is_written_out(s: Any) -> bool:
+    """Whether a move's speed and blend are numbers."""
+    measured = [q.value for q in (s.speed, s.blend) if q is not None and q.value is not None]
+    return all(type(value.written) is Number for value in measured)
 
 
 def _stamped(nodes: list[Node], line: int) -> list[Node]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Final
 
 from olp.expression import Expression, Item, Named, Store, Taught, Variable
 from olp.points import PointKind, PointState
 from olp.program import Move, Path, Routine, Statement
 from olp.translate.lift_points import Points, frame_of, tool_of
+from olp.translate.rewrite import edited, is_usual
 from olp.translate.work import Fate
 
 Value = Callable[[Any], Any]  # of whatever holds expressions
@@ -45,8 +45,10 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
             other = points.taught(routine, s.via.store, s.via.number)
             via = other if other is not None else via
     name, state = target
-    changes: dict[str, Any] = {"targets": (name,), "via": via}
-    for field in _VALUES:
+    changes: dict[str, Any] = {"via": via} if via is not None else {}
+    if name is not s.targets[0]:
+        changes["targets"] = (name,)
+    for field in ("speed", "blend") if is_usual(s) else _VALUES:
         old = getattr(s, field)
         if old is not None:
             new = value(old)
@@ -62,15 +64,16 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
             changes["tool"] = tool_of(state)
         if s.frame is None:
             changes["frame"] = frame_of(state)
+    changes = {name: new for name, new in changes.items() if new is not None}
     if state is None and s.tool is None and s.relative is None and points.work.source.vendor == "inform":
         says = "in which frame and with which tool this position is meant is not known: base and flange are written"
         points.work.lose(s, Fate.APPROXIMATED, "frame", says)
-    return [replace(s, **changes)]
+    return [edited(s, changes) if changes else s]
 
 
 def _state(points: Points, routine: Routine, target: Expression, value: Value) -> PointState | None:
     if isinstance(target, Taught):
-        point = routine.points.find(target.store, True, target.number)
+        point = points.point(routine, target.store, target.number)
         return None if point is None else point.state
     if isinstance(target, Variable) and points.work.source.vendor == "inform":
         # A position register of FANUC stands in whatever frame holds.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from olp.translate.work import Fate, Work
 from olp.units import deg, mm
 
 _POSE = 6
+_LETTERS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}
 
 
 @dataclass(slots=True)
@@ -25,18 +27,33 @@ class Points:
     names: dict[tuple[str, Store, bool, int], str] = field(default_factory=dict)
     states: dict[str, PointState] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
+    found: dict[tuple[str, Store], dict[int, Point]] = field(default_factory=dict)  # the taught points of a routine
+
+    def point(self, routine: Routine, store: Store, number: int) -> Point | None:
+        """A taught point; all of a routine are taken out of their columns at once."""
+        known = self.found.get((routine.name, store))
+        if known is None:
+            known = self.found[(routine.name, store)] = {}
+            block = routine.points.blocks.get((store, True))
+            if block is not None:
+                states, kinds = routine.points.states, block.state.tolist()
+                values, lines = block.values.tolist(), block.lines.tolist()
+                for at, row in block.rows.items():
+                    known[at] = Point(at, tuple(values[row]), states[kinds[row]], lines[row])
+        return known.get(number)
 
     def taught(self, routine: Routine, store: Store, number: int) -> Named | None:
         """The name of a taught point, None where the routine does not teach it or its place is not known."""
         key = (routine.name, store, True, number)
         name = self.names.get(key)
         if name is None:
-            point = routine.points.find(store, True, number)
+            point = self.point(routine, store, number)
             literal = None if point is None else self.literal(point, store)
             if point is None or literal is None:
                 return None
-            name = self.names[key] = self.add(_point_name(store, number), literal, point.state, point.line)
-            self.work.names[("point", f"{routine.name}.{_point_name(store, number)}")] = name
+            stem = _point_name(store, number)
+            name = self.names[key] = self.add(stem, literal, point.state, point.line)
+            self.work.names[("point", f"{routine.name}.{stem}")] = name
         return Named(name)
 
     def add(self, stem: str, literal: PositionLiteral, state: PointState, line: int) -> str:
@@ -55,7 +72,7 @@ class Points:
         if store is not Store.ROBOT:
             return PositionLiteral("joint", _trimmed(values)) if state.kind is not PointKind.PULSE else None
         if state.kind is PointKind.POSE:
-            further = tuple(v / deg for v in values[_POSE:] if not math.isnan(v))
+            further = tuple([v / deg for v in values[_POSE:] if v == v]) if len(values) > _POSE else ()
             return PositionLiteral("pose", values[:_POSE], further, state.configuration)
         if state.kind is PointKind.JOINT:
             return PositionLiteral("joint", _trimmed(values))
@@ -97,13 +114,23 @@ def frame_of(state: PointState) -> Expression | None:
     if state.kind is not PointKind.POSE:
         return FrameRef("base")
     if state.frame == "user":
-        return None if state.user is None else FrameRef("user", Number(state.user))
+        return None if state.user is None else _user(state.user)
     return FrameRef("base") if state.frame in ("base", "robot") else FrameRef(state.frame)
 
 
 def tool_of(state: PointState) -> Expression | None:
     """The tool that a position with this state was taught with, None where it says none (FANUC UT : F)."""
-    return FrameRef("tool", Number(state.tool)) if state.tool >= 0 else None
+    return _tool(state.tool) if state.tool >= 0 else None
+
+
+@lru_cache(maxsize=1000)
+def _user(number: int) -> FrameRef:
+    return FrameRef("user", Number(number))
+
+
+@lru_cache(maxsize=1000)
+def _tool(number: int) -> FrameRef:
+    return FrameRef("tool", Number(number))
 
 
 def further_axes(points: list[PositionLiteral | None], linear: list[bool]) -> tuple[float, ...] | None:
@@ -128,5 +155,4 @@ def _trimmed(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _point_name(store: Store, number: int) -> str:
-    letter = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}.get(store, "P")
-    return f"{letter}{number}"
+    return f"{_LETTERS.get(store, 'P')}{number}"

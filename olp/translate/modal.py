@@ -31,7 +31,7 @@ from olp.program import (
     Statement,
 )
 from olp.translate.reaching import UNSET, Key, Reaching, Values, reaching
-from olp.translate.rewrite import expressions_of
+from olp.translate.rewrite import edited, expressions_of
 from olp.translate.symbols import LITERALS, Symbols, symbols_of
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm, percent
@@ -59,6 +59,8 @@ _BLENDS: Final[Mapping[object, float]] = {
 _CHANGING: Final = frozenset(
     {"Named", "Item", "Member", "Signal", "Function", "CallValue", "SystemValue", "Variable"}
 )
+_MODAL_KINDS: Final = frozenset(_MODAL)
+_NO_KEYS: Final[Mapping[Key, int]] = {}
 _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
@@ -79,22 +81,24 @@ class _Modal:
     assigned: dict[int, tuple[Key, Named]] = field(default_factory=dict)  # definition -> its variable
     routine: str = ""
     flow: Reaching = field(default_factory=Reaching)
+    keys: set[Key] = field(default_factory=set)  # that any statement sets
 
     # --- definitions ------------------------------------------------------------------------------------
 
     def of(self, s: Statement) -> Mapping[Key, int]:
         """The keys that a statement sets."""
-        if isinstance(s, Move):
-            if s.speed is None or self.program.vendor != "inform":
-                return {}
+        if type(s) is Move:
+            if self.program.vendor != "inform" or s.speed is None:
+                return _NO_KEYS
             return {(_LAST, s.speed.unit): self._number(s, (_LAST, s.speed.unit), s.speed.value)}
-        if not isinstance(s, _MODAL):
-            return {}
+        if type(s) not in _MODAL_KINDS:
+            return _NO_KEYS
         return {key: self._number(s, key, value) for key, value in _settings(s).items()}
 
     def _number(self, s: Statement, key: Key, value: object) -> int:
         number = self.numbers.get((id(s), key))
         if number is None:
+            self.keys.add(key)
             number = self.numbers[(id(s), key)] = len(self.definitions)
             self.definitions.append(value)
         return number
@@ -103,9 +107,16 @@ class _Modal:
 
     def value(self, index: int, key: Key, unset: object = None) -> object:
         """What holds at a statement: a value, a variable where it depends on the way there, or `unset`."""
-        found = self.flow.at(self.routine, index, key)
-        if found == {UNSET}:
+        if key not in self.keys:
             return unset
+        found = self.flow.at(self.routine, index, key)
+        if len(found) == 1:
+            (number,) = found
+            if number == UNSET:
+                return unset
+            only = self.definitions[number]
+            if type(only) is Quantity and type(only.written) is Number:
+                return only
         values = [unset if number == UNSET else self.definitions[number] for number in found]
         first = values[0]
         if all(value == first for value in values) and self._is_fixed(first):
@@ -123,6 +134,8 @@ class _Modal:
         """Whether a value is the same whenever it is looked at."""
         if isinstance(value, (Named, Item)):
             return self.symbols.fixed_value(self.routine, value) is not None
+        if type(value) is FrameRef and type(value.number) is Number:
+            return True
         return not any(
             type(e).__name__ in _CHANGING and self.symbols.fixed_value(self.routine, e) is None
             for e in expressions_of(value)
@@ -169,7 +182,7 @@ class _Modal:
             changes["frame"] = self.value(index, _FRAME, FrameRef("base"))
         if not self.work.limits.has_override:
             self._fold_override(index, s, changes)
-        return replace(s, **changes) if changes else s
+        return edited(s, changes) if changes else s
 
     def _speed(self, index: int, s: Move, joint: bool) -> Speed | None:
         units = (SpeedUnit.FRACTION, SpeedUnit.AXIS) if joint else (SpeedUnit.TRAVEL,)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from olp.expression import CallValue, Expression, Named, NamedArgument
-from olp.program import Call, Declare, Jump, Label, Program, Routine, StartTask, Statement
+from olp.program import Call, Declare, Jump, Label, Move, Program, Routine, StartTask, Statement
 from olp.translate.rewrite import mapped
 from olp.translate.work import Work
 
@@ -112,6 +112,8 @@ class _Names:
 
     def _statement(self, s: Statement, scope: str) -> Statement:
         kind = type(s)
+        if kind is Move:
+            return mapped(s, self._change)
         if kind is Label or kind is Jump:
             return self._jump(s, scope)
         if isinstance(s, Declare):
@@ -130,7 +132,7 @@ class _Names:
 
     def _change(self, e: Expression) -> Expression:
         if type(e) is Named:
-            new = self.name("variable", e.name)
+            new = self.known.get(("variable", e.name)) or self.name("variable", e.name)
             return e if new == e.name else Named(new)
         if type(e) is CallValue:
             return replace(e, routine=self.name("routine", e.routine))

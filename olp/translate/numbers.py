@@ -32,7 +32,7 @@ from olp.program import (
 )
 from olp.translate.number_positions import MEMBERS, Numbers, counts_of
 from olp.translate.point_table import Place, place_of, table
-from olp.translate.rewrite import mapped
+from olp.translate.rewrite import edited, is_usual, mapped
 from olp.translate.symbols import kind_of_value, symbols_of
 from olp.translate.work import Work
 
@@ -66,6 +66,9 @@ _LETTERS: Final = {
     "tp": {Store.REAL: "R", Store.STRING: "SR", Store.ROBOT: "PR"},
 }
 _FIRST: Final = {"inform": 0, "tp": 1}
+_VALUES: Final = (
+    "speed", "blend", "acceleration", "deceleration", "rate", "turn", "offset", "tool_offset", "until"
+)  # fmt: skip
 
 
 def number(program: Program, work: Work) -> Program:
@@ -104,11 +107,11 @@ class _Numbers(Numbers):
         return rows
 
     def _statement(self, s: Statement, before: list[Statement]) -> list[Statement]:
+        if type(s) is Move:
+            return [self._move(s, before)]
         match s:
             case Declare():
                 return []
-            case Move():
-                return [self._move(s, before)]
             case Assign():
                 return self._assign(s, before)
             case DefineFrame(points=points):
@@ -118,26 +121,16 @@ class _Numbers(Numbers):
 
     def _move(self, s: Move, before: list[Statement]) -> Move:
         place = place_of(s)
-        changes: dict[str, Any] = {"targets": tuple(self._target(t, place, before, s) for t in s.targets)}
+        changes: dict[str, Any] = {"targets": tuple([self._target(t, place, before, s) for t in s.targets])}
         if s.via is not None:
             changes["via"] = self._target(s.via, place, before, s)
-        for name in (
-            "speed",
-            "blend",
-            "acceleration",
-            "deceleration",
-            "rate",
-            "turn",
-            "offset",
-            "tool_offset",
-            "until",
-        ):
+        for name in ("speed", "blend") if is_usual(s) else _VALUES:
             old = getattr(s, name)
             if old is not None and (new := mapped(old, self._change)) is not old:
                 changes[name] = new
         if self.inform:
             changes |= {"tool": None, "frame": None}
-        return replace(s, **changes)
+        return edited(s, changes)
 
     def _target(self, e: Expression, place: Place, before: list[Statement], s: Move) -> Expression:
         fixed = self._fixed(e)

@@ -15,20 +15,30 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
     """A point table of (taught, number, value, place)."""
     states: list[PointState] = []
     blocks: dict[tuple[Store, bool], PointBlock] = {}
+    configured = any(literal.configuration for _, _, literal, _ in rows)
     for taught in (True, False):
         own = [row for row in rows if row[0] is taught]
         if not own:
             continue
-        width = max(6, *(len(_values(literal)) for _, _, literal, _ in own))
+        width = max(6, *(len(literal.values) for _, _, literal, _ in own))
         values = np.full((len(own), width), np.nan)
         kinds = []
+        known: dict[tuple[str, tuple[int, ...], Place], int] = {}
         for at, (_, _, literal, place) in enumerate(own):
-            row_values = _values(literal)
+            row_values = literal.values
             values[at, : len(row_values)] = row_values
-            state = _state(literal, place, any(literal.configuration for _, _, literal, _ in rows))
-            if state not in states:
-                states.append(state)
-            kinds.append(states.index(state))
+            key = (literal.kind, literal.configuration, place)
+            kind = known.get(key)
+            if kind is None:
+                state = _state(literal, place, configured)
+                if state not in states:
+                    states.append(state)
+                kind = known[key] = states.index(state)
+            kinds.append(kind)
+        for at, (_, _, literal, _) in enumerate(own):
+            # What is not written is nothing; behind a row's end the table stays empty.
+            if any(v != v for v in literal.values):
+                values[at, : len(literal.values)] = _values(literal)
         found = np.array([number for _, number, _, _ in own], dtype=np.int64)
         blocks[(Store.ROBOT, taught)] = PointBlock(
             Store.ROBOT,
@@ -37,7 +47,7 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
             values,
             np.array(kinds, dtype=np.int32),
             np.zeros(len(own), dtype=np.int32),
-            {int(n): at for at, n in enumerate(found)},
+            {n: at for at, n in enumerate(found.tolist())},
         )
     return PointTable(tuple(states), blocks)
 

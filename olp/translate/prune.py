@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from olp.expression import Named, RecordLiteral
-from olp.program import Declare, Program
-from olp.translate.rewrite import expressions_of
+from olp.expression import Named, Number, PositionLiteral, RecordLiteral
+from olp.program import Declare, Move, Program
+from olp.translate.rewrite import calls_nothing, expressions_of
 from olp.translate.work import Work
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
@@ -14,20 +14,25 @@ _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"
 
 def prune(program: Program, work: Work) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
-    used = {
-        e.name
-        for s in program.statements()
-        if not isinstance(s, Declare)
-        for e in expressions_of(s)
-        if type(e) is Named
-    }
+    used: set[str] = set()
+    for s in program.statements():
+        if calls_nothing(s):
+            assert isinstance(s, Move)
+            used.update([e.name for e in (s.targets[0], s.tool, s.frame) if type(e) is Named])
+            plain = [q for q in (s.speed, s.blend) if q is not None and q.value is not None]
+            if all(type(q.value.written) is Number for q in plain if q.value is not None):
+                continue
+        if not isinstance(s, Declare):
+            used.update(e.name for e in expressions_of(s) if type(e) is Named)
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
     everything += [s for s in program.statements() if isinstance(s, Declare)]
     by_name = {d.name: d for d in everything}
     todo = list(used)
     while todo:
         declare = by_name.get(todo.pop())
-        inner = [e.name for e in expressions_of(declare) if type(e) is Named] if declare is not None else []
+        if declare is None or type(declare.value) is PositionLiteral:
+            continue
+        inner = [e.name for e in expressions_of(declare) if type(e) is Named]
         todo += [name for name in inner if name not in used]
         used.update(inner)
 

@@ -25,6 +25,7 @@ from olp.program import (
     For,
     If,
     Jump,
+    Move,
     Next,
     Program,
     Return,
@@ -178,7 +179,7 @@ class _Graph:
         calls: dict[int, list[str]],
         summaries: Mapping[str, Mapping[Key, Values]],
     ) -> State:
-        for called in calls.get(index, ()):
+        for called in calls.get(index, ()) if calls else ():
             changes = summaries[called]
             if changes:
                 new = dict(state)
@@ -196,6 +197,8 @@ class _Graph:
         body, flow = self.routine.body, self.flow
         s = body[index]
         onward = index + 1
+        if type(s) is Move and (onward >= len(body) or type(body[onward]) is Move):
+            return [onward]
         if onward < len(body) and isinstance(body[onward], _MARKERS) and not isinstance(s, Switch):
             onward = flow.end.get(onward, onward)  # the branch is done, and so is the whole block
         match s:

@@ -13,6 +13,7 @@ from typing import Final
 from olp.expression import Binary, Number, Quantity
 from olp.program import Move, Path, Program, Speed, SpeedUnit, Statement
 from olp.robot import Robot
+from olp.translate.rewrite import edited
 from olp.translate.rows import Row, Rows, moves_at_all
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm, percent
@@ -68,7 +69,7 @@ class _Speeds:
             allowed = allowed - {SpeedUnit.FRACTION}
         if speed.unit in allowed and not (self.scaled and speed.unit is SpeedUnit.FRACTION):
             changed = self._rounded(s, speed)
-            return s if changed is speed else replace(s, speed=changed)
+            return s if changed is speed else edited(s, {"speed": changed})
         # A linear move with a share of the axes' speed means what it means; its time is what can be said.
         return replace(s, speed=self._rounded(s, self._converted(s, speed, allowed)))
 

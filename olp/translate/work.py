@@ -139,8 +139,11 @@ class Work:
         """A name that neither the program nor the translation uses yet."""
         if not self._made:
             self._made.update(name.lower() for name in _names_in(self.source))
-        known = {name.lower() for name in taken}
-        count, name = 1, stem
+        known = {name.lower() for name in taken} if taken else ()
+        count, name, low = 1, stem, stem.lower()
+        if low not in self._made and low not in known:
+            self._made.add(low)
+            return name
         while name.lower() in self._made or name.lower() in known:
             count += 1
             name = f"{stem}{count}"

@@ -11,6 +11,7 @@ from olp.diagnosis.html.fit_charts import Ladder
 from olp.diagnosis.html.mathml import mathml
 from olp.diagnosis.html.rows import Floats, Rows, groups_of
 from olp.diagnosis.result import PHASES, Diagnosis, Errors, Finding, NextMove
+from olp.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, REPEATS
 
 if TYPE_CHECKING:
     from olp.physics._case import Case
@@ -30,18 +31,20 @@ def summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]
     before, after = diagnosis.heldout_before, diagnosis.heldout_after
     tiles = []
     if diagnosis.findings and math.isfinite(before.rmse):
-        tiles.append(("Typical error before", words.seconds(before.rmse), _share(before), "before"))
+        tiles.append(
+            ("Typical error before", words.seconds(before.rmse), _share(before, diagnosis), "before")
+        )
     elif math.isfinite(diagnosis.before.rmse):
         tiles.append(
             (
                 "Typical error",
                 words.seconds(diagnosis.before.rmse),
-                _share(diagnosis.before),
+                _share(diagnosis.before, diagnosis),
                 "before",
             )
         )
     if diagnosis.findings and math.isfinite(after.rmse):
-        tiles.append(("Typical error after", words.seconds(after.rmse), _share(after), "after"))
+        tiles.append(("Typical error after", words.seconds(after.rmse), _share(after, diagnosis), "after"))
     tiles.append(("Noise floor", words.seconds(diagnosis.noise_floor), _floor_note(diagnosis, recording), ""))
     held = f"held out by {diagnosis.held_out_by}" if diagnosis.held_out_by else ""
     tiles.append(("Moves compared", str(diagnosis.moves), held, ""))
@@ -56,9 +59,21 @@ def summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]
     }
 
 
+_FLOORS = {
+    REPEATS: "from repeated moves",
+    REMAINS: "scatter of what remains",
+    NEIGHBOURS: "from moves that are alike, as what remains has a pattern",
+    DIGITS: "from the clock’s resolution",
+}
+
+
 def _floor_note(diagnosis: Diagnosis, recording: Recording | None) -> str:
     """Where the noise floor comes from, as far as the recording shows it."""
-    if recording is None or not math.isfinite(diagnosis.noise_floor):
+    if not math.isfinite(diagnosis.noise_floor):
+        return "what is smaller cannot be told"
+    if diagnosis.noise_from in _FLOORS:
+        return _FLOORS[diagnosis.noise_from]
+    if recording is None:
         return "what is smaller cannot be told"
     noise = recording.noise_floor()
     if math.isfinite(noise.floor) and diagnosis.noise_floor > _MUCH * noise.floor:
@@ -70,8 +85,9 @@ def _floor_note(diagnosis: Diagnosis, recording: Recording | None) -> str:
     )
 
 
-def _share(errors: Errors) -> str:
-    return f"{words.percent(errors.mape)} of the duration on average" if math.isfinite(errors.mape) else ""
+def _share(errors: Errors, diagnosis: Diagnosis) -> str:
+    whole = "the duration" if diagnosis.moves else "the axes’ travel"  # of logs alone, see `logs_alone`
+    return f"{words.percent(errors.mape)} of {whole} on average" if math.isfinite(errors.mape) else ""
 
 
 def _facts(recording: Recording | None) -> list[tuple[str, str]]:
@@ -95,10 +111,13 @@ def _facts(recording: Recording | None) -> list[tuple[str, str]]:
 
 def fit(diagnosis: Diagnosis, rows: Rows) -> dict[str, Any]:
     noise = diagnosis.noise_floor
+    whole, unseen = "all moves", "moves the fit never saw"
+    if not diagnosis.moves:
+        whole, unseen = "positions in the log", "blocks of the log that the fit never saw"
     errors = [
-        ("all moves, simulation as it is", diagnosis.before),
-        ("moves the fit never saw, before", diagnosis.heldout_before),
-        ("moves the fit never saw, after", diagnosis.heldout_after),
+        (f"{whole}, simulation as it is", diagnosis.before),
+        (f"{unseen}, before", diagnosis.heldout_before),
+        (f"{unseen}, after", diagnosis.heldout_after),
     ][: 3 if diagnosis.findings else 1]
     return {
         "scatter": fit_charts.scatter(rows),

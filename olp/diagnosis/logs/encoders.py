@@ -16,7 +16,7 @@ from olp.diagnosis.logs.guess import direction
 from olp.diagnosis.logs.select import Column, Products, best, gain, held_out, intervals, products
 from olp.diagnosis.logs.series import hermite
 from olp.diagnosis.logs.torque import Motion
-from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
 from olp.recording.log import Log
 from olp.units import deg, mm
 
@@ -115,8 +115,9 @@ def _axis(log: Log, moved: Motion, usable: Mask, axis: int, link: Floats, about:
     )
     sizes = np.linalg.lstsq(library[use], difference[use], rcond=None)[0]
     run = runs(log.time, use)
-    a = autoregression(np.where(use, difference - library @ sizes, 0.0), run)
-    keep = kept(run)
+    order = order_of(run)
+    a = autoregression(np.where(use, difference - library @ sizes, 0.0), run, order)
+    keep = kept(run, order)
     target = np.where(use, difference, 0.0)
     table = products(whiten(library, a, keep), whiten(target, a, keep), _COLUMNS)
     raw = products(library[use], target[use], _COLUMNS)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from olp.diagnosis.logs.select import Column, Products, products
 from olp.diagnosis.logs.series import Spectrum
-from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
 from olp.physics.backlash import play
 from olp.physics.clock import shift
 from olp.physics.joint_compliance import swing
@@ -97,7 +97,7 @@ class Follower:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitened:
-    """A follower's noise: its filter (8,) and the samples that have their neighbours."""
+    """A follower's noise: its filter (at most 8,) and the samples that have their neighbours."""
 
     filter: Floats
     keep: Mask
@@ -109,7 +109,8 @@ class Whitened:
 def whitened(follower: Follower, left: Floats) -> Whitened:
     """From what all terms together leave (n,)."""
     run = runs(follower.time, follower.use)
-    return Whitened(autoregression(left, run), kept(run))
+    order = order_of(run)
+    return Whitened(autoregression(left, run, order), kept(run, order))
 
 
 NAMES = ("lag", "frequency", "damping", "swing", "play", "twist", "push", "give")

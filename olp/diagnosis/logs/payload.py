@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from olp.diagnosis.logs.select import BLOCKS, FOLDS, Column, Products, left, products, solve
 from olp.diagnosis.logs.statistics import student_quantile, student_tail
 from olp.diagnosis.logs.torque import Motion
-from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
 from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
@@ -60,8 +60,9 @@ def payload(robot: Robot, moved: Motion, residual: Floats, usable: Mask) -> Payl
             continue
         fit = np.linalg.lstsq(library[use], residual[use, axis], rcond=1e-10)[0]
         run = runs(moved.time, use)
-        a = autoregression(np.where(use, residual[:, axis] - library @ fit, 0.0), run)
-        keep = kept(run)
+        order = order_of(run)
+        a = autoregression(np.where(use, residual[:, axis] - library @ fit, 0.0), run, order)
+        keep = kept(run, order)
         if keep.sum() < _FEWEST:
             continue
         white = products(

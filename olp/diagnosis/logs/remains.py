@@ -11,7 +11,7 @@ from olp.diagnosis.logs.result import AxisResidual, LogCorrelate
 from olp.diagnosis.logs.select import Column, held_out, products
 from olp.diagnosis.logs.series import rests
 from olp.diagnosis.logs.statistics import student_tail
-from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -42,8 +42,9 @@ def goes_with_motion(time: Floats, residual: Floats, motion: dict[str, Floats], 
     """p-value that columns of motion help to predict a residual on blocks that no fit saw."""
     library = np.column_stack([np.ones(len(residual)), *motion.values()])
     run = runs(time, use)
-    a = autoregression(np.where(use, residual, 0.0), run)
-    keep = kept(run)
+    order = order_of(run)
+    a = autoregression(np.where(use, residual, 0.0), run, order)
+    keep = kept(run, order)
     if keep.sum() < 300:
         return 1.0
     columns = (Column(""), *(Column("motion") for _ in motion))

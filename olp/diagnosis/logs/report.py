@@ -23,7 +23,9 @@ from olp.diagnosis.result import Alternative, MoveResidual
 from olp.recording.log import Log
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 _RIVAL = 10.0  # BIC: a story less worse than that is as good
+_STILL = 0.01  # of an axis' highest speed: slower is rest
 _FAR = 3.0  # times the noise: a rest of that size in motion is no noise, whatever it goes with
 
 
@@ -68,6 +70,7 @@ class Report:
             (*remains, *others),
             _NEXT if groups else "",
             tuple(dict.fromkeys(self.notes)),
+            float(self.log.time[-1] - self.log.time[0]),
         )
 
     def _positions(
@@ -97,7 +100,9 @@ class Report:
             before = math.sqrt(held_out(one.raw, ()).mean())
             after = math.sqrt(held_out(one.raw, (*fixed, *one.terms)).mean())
             unit = "m" if self.log.slides[j] else "rad"
-            axes.append(AxisResidual(j + 1, "position", unit, before, after, floor))
+            pace, late = _pace_and_lateness(f.residual, speed[:, j], f.use)
+            reach = float(np.ptp(reference.grid.values[:, j]))
+            axes.append(AxisResidual(j + 1, "position", unit, before, after, floor, pace, reach, late))
             columns = _motion_columns(j, speed, acceleration, self.log.q)
             still = f.use & (np.abs(speed[:, j]) <= 0.01 * np.abs(speed[:, j]).max())
             moving = float(left[f.use & ~still].std()) if (f.use & ~still).any() else 0.0
@@ -164,6 +169,16 @@ _NEXT = (
     "run the same moves at the highest acceleration and with the shortest ramps: a lag rounds them, a late clock "
     "does not"
 )
+
+
+def _pace_and_lateness(residual: Floats, speed: Floats, use: Mask) -> tuple[float, float]:
+    """RMS speed while the axis moves, and how late [s] it is: what a delay would leave is minus the speed times it."""
+    moves = use & (np.abs(speed) > _STILL * np.abs(speed).max(initial=0.0))
+    power = float((speed[moves] ** 2).sum())
+    if not power > 0:
+        return math.nan, math.nan
+    off = residual[moves] - residual[use].mean()
+    return math.sqrt(power / moves.sum()), -float((off * speed[moves]).sum()) / power
 
 
 def _motion_columns(axis: int, speed: Floats, acceleration: Floats, q: Floats) -> dict[str, Floats]:

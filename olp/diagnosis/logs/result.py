@@ -42,7 +42,10 @@ class AxisEvidence(NamedTuple):
 
 
 class AxisResidual(NamedTuple):
-    """What is left of one axis, RMS on blocks that no fit saw. `floor`: its noise, nan where nothing tells it."""
+    """What is left of one axis, RMS on blocks that no fit saw. `floor`: its noise, nan where nothing tells it.
+
+    `pace`, `reach`, `late`: of positions; nan of all else.
+    """
 
     axis: int  # from 1
     signal: str
@@ -50,6 +53,9 @@ class AxisResidual(NamedTuple):
     before: float
     after: float
     floor: float
+    pace: float = math.nan  # RMS speed [unit/s] while it moves
+    reach: float = math.nan  # from its least to its greatest position
+    late: float = math.nan  # [s] behind its reference before anything is explained, by least squares
 
 
 class LogCorrelate(NamedTuple):
@@ -83,6 +89,7 @@ class LogDiagnosis:
     correlates: tuple[LogCorrelate, ...] = ()
     next_experiment: str = ""
     notes: tuple[str, ...] = ()
+    span: float = math.nan  # [s] from the first sample to the last
 
     def finding(self, term: str) -> Finding | None:
         return next((f for f in self.findings if f.term == term), None)

@@ -106,6 +106,8 @@ def criterion(products: Products, chosen: tuple[str, ...]) -> float:
     if any(products.columns[i].positive and s < 0 for i, s in zip(members, sizes, strict=True)):
         return math.inf
     count = products.count.sum()
+    if not count > 0:
+        return math.inf  # gaps everywhere: nothing tells one set from another
     cost = sum(products.columns[i].parameters for i in members)
     return float(count * math.log(left(products.total, members, sizes) / count) + cost * math.log(count))
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from olp.diagnosis.logs.select import Column, Products, products
 from olp.diagnosis.logs.series import Spectrum, even
-from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
 from olp.physics.coulomb_friction import coulomb
 from olp.physics.viscous_friction import viscous
 from olp.recording.log import Log
@@ -117,7 +117,7 @@ class AxisTorque:
     residual: Floats  # (n,) raw
     library: Floats  # (n, p) raw
     use: Mask  # (n,)
-    filter: Floats  # (8,)
+    filter: Floats  # (8,), fewer between many gaps
     products: Products
     raw: Products  # not whitened
     slower: Products  # not whitened, with speeds behind a Gaussian twice as wide
@@ -161,8 +161,9 @@ def axis_torque(
     raw = products(library[use], residual[use], columns, prior)
     fit = raw.fit(tuple(range(len(columns))))
     run = runs(moved.time, use)
-    a = autoregression(np.where(use, residual - library @ fit, 0.0), run)
-    keep = kept(run)
+    order = order_of(run)
+    a = autoregression(np.where(use, residual - library @ fit, 0.0), run, order)
+    keep = kept(run, order)
     if keep.sum() < 300:
         return None
     white = whiten(library, a, keep)

@@ -13,6 +13,8 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 ORDER = 8
+_ORDERS = (ORDER, 4, 2, 1, 0)  # where gaps leave no run of samples that is long enough for more
+_SHARE = 0.25  # of the used samples that a filter has to leave
 
 
 def runs(time: Floats, use: Mask) -> Labels:
@@ -21,6 +23,12 @@ def runs(time: Floats, use: Mask) -> Labels:
     broken = (step > 1.6 * max(float(np.median(np.diff(time))), 1e-12)) | ~use | ~np.append(True, use[:-1])
     labels = np.cumsum(broken).astype(np.int64)
     return np.where(use, labels, -1)
+
+
+def order_of(run: Labels) -> int:
+    """The filter's order: less than `ORDER` where so many samples were dropped that hardly any has its neighbours."""
+    used = max(int((run >= 0).sum()), 1)
+    return next((order for order in _ORDERS if kept(run, order).sum() >= _SHARE * used), 0)
 
 
 def autoregression(noise: Floats, run: Labels, order: int = ORDER) -> Floats:
@@ -48,7 +56,7 @@ def autoregression(noise: Floats, run: Labels, order: int = ORDER) -> Floats:
 def kept(run: Labels, order: int = ORDER) -> Mask:
     """(n,) samples that have `order` neighbours before them in their run."""
     result = np.zeros(len(run), dtype=bool)
-    result[order:] = (run[order:] >= 0) & (run[order:] == run[:-order])
+    result[order:] = (run[order:] >= 0) & (run[order:] == run[: len(run) - order])
     return result
 
 

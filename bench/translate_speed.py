@@ -1,0 +1,89 @@
+"""How fast programs are read, converted and written: all pairs of languages, and each language into itself.
+
+    python bench/translate_speed.py [--moves N] [--from VENDOR] [--to VENDOR] [--profile]
+
+One program of N straight moves, each to a point of its own, in all five languages. Prints moves per CPU second of
+reading, converting and writing together, the best of three; the plans are not compared (bench/translate.py does that).
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "bench"), str(ROOT / "tests")]
+
+from translate import ROBOT, _long_job  # noqa: E402
+from translate_programs import VENDORS, written  # noqa: E402
+
+import olp  # noqa: E402
+from olp.robot import Robot, load_robot  # noqa: E402
+from olp.translate import Context  # noqa: E402
+from olp.translate.convert import convert  # noqa: E402
+
+ASKED, ASKED_OWN = 15_000, 40_000  # moves/s: between languages, and INFORM alone
+
+
+def programs(moves: int, folder: Path, robot: Robot) -> dict[str, Path]:
+    """The same program in every language: the file that runs."""
+    job = folder / "LONG.JBI"
+    job.write_bytes(_long_job(moves))
+    files = {"inform": job}
+    program = olp.read(job)
+    for vendor in VENDORS:
+        if vendor != "inform":
+            made = convert(program, vendor, Context(robot=robot))
+            written(made, vendor, folder / vendor)
+            files[vendor] = folder / vendor / made.main
+    return files
+
+
+def seconds(file: Path, source: str, target: str, robot: Robot) -> float:
+    """CPU time of one reading, converting and writing."""
+    gc.collect()
+    start = time.process_time()
+    convert(olp.read(file, vendor=source), target, Context(robot=robot))
+    return time.process_time() - start
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--moves", type=int, default=20_000)
+    parser.add_argument("--from", dest="source", choices=VENDORS)
+    parser.add_argument("--to", dest="target", choices=VENDORS)
+    parser.add_argument("--repeat", type=int, default=3, help="the best of so many")
+    parser.add_argument("--profile", action="store_true", help="where the time goes, by function")
+    chosen = parser.parse_args()
+    robot = load_robot(ROBOT)
+    with tempfile.TemporaryDirectory() as folder:
+        files = programs(chosen.moves, Path(folder), robot)
+        print(f"{chosen.moves:,} moves: moves per CPU second of read + convert + write\n")
+        print(f"{'from':<10}{'to':<10}{'moves/s':>10}{'asked':>10}")
+        for source in VENDORS if chosen.source is None else (chosen.source,):
+            for target in VENDORS if chosen.target is None else (chosen.target,):
+                if chosen.profile:
+                    _profile(files[source], source, target, robot)
+                    continue
+                best = min(seconds(files[source], source, target, robot) for _ in range(chosen.repeat))
+                asked = ASKED_OWN if source == target == "inform" else ASKED
+                print(f"{source:<10}{target:<10}{chosen.moves / best:>10,.0f}{asked:>10,}", flush=True)
+
+
+def _profile(file: Path, source: str, target: str, robot: Robot) -> None:
+    import cProfile
+    import pstats
+
+    seconds(file, source, target, robot)
+    with cProfile.Profile() as profile:
+        seconds(file, source, target, robot)
+    print(f"\n{source} {target}")
+    pstats.Stats(profile).sort_stats("tottime").print_stats(45)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+"""Rounded corners: named wherever a recorder books them, and no hindrance where the simulation rounds them itself."""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import diagnosis_cases as planted
+import numpy as np
+import pytest
+
+from olp.diagnosis import diagnose
+from olp.diagnosis.case_making import case_of
+from olp.recording import read_recording
+
+A, NOISE = planted.ACCELERATION, 0.001
+
+
+def programmed(seed=5, moves=110):
+    rng = np.random.default_rng(seed)
+    made = planted.program(rng, moves, rounded=0.5)
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.005, 0.01, 0.02, 0.05], moves))
+    return made, rng
+
+
+def driven(made, slow=A):
+    whole = np.full(len(made.length), slow)
+    return planted.play(made.length, made.speed, whole, whole)
+
+
+def top(made, slow=A):
+    return np.minimum(made.speed, np.sqrt(made.length * slow))
+
+
+def shorter(made):
+    return np.minimum(made.length, np.append(made.length[1:], np.inf))
+
+
+def braked(made, slow=A, reach=0.5):
+    """[s] that the last millimetres of each move take, of its rounding, at most a part of the shorter neighbour."""
+    left, fast = np.minimum(made.blend, reach * shorter(made)), top(made, slow)
+    brake = fast**2 / (2 * slow)
+    late = np.where(left < brake, np.sqrt(2 * left / slow), fast / slow + (left - brake) / fast)
+    return np.where(made.stop, 0.0, late)
+
+
+def ramped(made):
+    return np.where(made.stop, 0.0, top(made) / A)
+
+
+def flown(made):
+    return np.where(made.stop, 0.0, 2 * np.minimum(made.blend, 0.45 * shorter(made)) / top(made))
+
+
+def booked(saved, split):
+    """What corners save, `split` of it on the move before."""
+    return split * saved + (1 - split) * np.append(0.0, saved[:-1])
+
+
+def recorded(folder, made, real, sim, rng, drop=()):
+    path = planted.write(folder / "recording", made, real, sim, NOISE, rng)
+    if drop:
+        lines = [line.split(",") for line in (path / "moves.csv").read_text().splitlines()]
+        keep = [k for k, name in enumerate(lines[0]) if name not in drop]
+        (path / "moves.csv").write_text("\n".join(",".join(row[k] for k in keep) for row in lines) + "\n")
+    return read_recording(path)
+
+
+def diagnosed(made, real, sim, rng, drop=()):
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(diagnose, "_PLACEBOS", 0)
+        return diagnose.diagnose_recording(recorded(Path(folder), made, real, sim, rng, drop)).diagnosis
+
+
+@pytest.mark.parametrize(
+    ("saved", "share", "split"),
+    [(braked, 0.4, 1.0), (ramped, 0.3, 0.5), (flown, 0.2, 0.0), (braked, 0.4, 0.0)],
+)
+def test_rounded_corners_are_named_whichever_move_they_are_booked_on_and_nothing_else_is(saved, share, split):
+    made, rng = programmed()
+    sim = driven(made)
+    found = diagnosed(made, sim - booked(share * saved(made), split), sim, rng)
+    assert [f.term for f in found.findings] == ["blending"]
+    assert found.findings[0].parameters["split"].value == pytest.approx(split, abs=0.06)
+
+
+def test_without_a_column_of_accelerations_an_exact_stop_at_a_rounded_end_is_still_seen():
+    made, rng = programmed()
+    sim = driven(made)
+    found = diagnosed(made, sim - 0.3 * ramped(made), sim, rng, drop=("accel_mm_s2",))
+    assert [f.term for f in found.findings] == ["blending"]
+
+
+@pytest.mark.parametrize("split", [1.0, 0.5])
+@pytest.mark.parametrize("reach", [0.5, 0.45])
+def test_how_the_simulation_rounds_its_own_corners_is_read_off_its_times(split, reach, tmp_path):
+    made, rng = programmed()
+    sim = driven(made) - booked(0.5 * braked(made, reach=reach), split)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng)).case
+    assert np.abs(case.base.duration() - sim).mean() < 1e-3
+    assert (case.base.law, case.base.split, case.base.reach) == ("share", split, reach)
+    assert case.base.overlap == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_robot_that_shares_the_simulations_corners_and_ramps_slower_differs_in_its_ramps_alone():
+    made, rng = programmed()
+    sim = driven(made) - 0.5 * braked(made)
+    real = driven(made, 0.7 * A) - 0.5 * braked(made, 0.7 * A) + 0.03 * made.stop
+    found = diagnosed(made, real, sim, rng)
+    assert {f.term for f in found.findings} == {"acceleration", "settling"}
+
+
+def test_corners_of_some_of_the_moves_are_those_of_the_whole(tmp_path):
+    made, rng = programmed()
+    sim = driven(made) - booked(0.5 * braked(made), 0.5)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng)).case
+    rows = np.flatnonzero(rng.random(len(case)) < 0.4)
+    assert case.take(rows).base.duration() == pytest.approx(case.base.duration()[rows])
+
+
+def test_a_single_move_is_judged_without_a_word_of_the_libraries(tmp_path, recwarn):
+    made, rng = programmed()
+    sim = driven(made)
+    one = replace(recorded(tmp_path, made, sim + 0.01, sim, rng))
+    few = replace(one, moves=one.moves.take(np.arange(1))) if hasattr(one.moves, "take") else one
+    diagnose.diagnose_recording(few)
+    assert not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]

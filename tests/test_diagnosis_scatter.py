@@ -1,0 +1,71 @@
+"""The noise floor: what scatters, not what has a pattern; and which of the two remains."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from olp.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, REPEATS, neighbours, scatter_of
+
+SIGMA = 0.001
+
+
+class Moves(SimpleNamespace):
+    def __len__(self):
+        return len(self.start)
+
+
+def moves(count=150, repeats=1, seed=3):
+    """Moves between random points; every one `repeats` times, cycle by cycle."""
+    rng = np.random.default_rng(seed)
+    start, end = (np.tile(rng.uniform(-1, 1, (count, 3)), (repeats, 1)) for _ in range(2))
+    way = np.linalg.norm(end - start, axis=1)
+    speed = np.tile(rng.choice([0.1, 0.2, 0.5], count), repeats)
+    case = Moves(
+        start=start,
+        end=end,
+        base=SimpleNamespace(way=way, speed=speed),
+        moving=np.ones(count * repeats, bool),
+        repeats=np.tile(np.arange(count), repeats),
+    )
+    return case, rng
+
+
+PATTERNS = {
+    "a side": lambda case: np.where(case.end[:, 1] > case.start[:, 1], 0.006, -0.006),
+    "a drift": lambda case: 0.01 * np.arange(len(case)) / len(case),
+    "a step": lambda case: np.where(np.arange(len(case)) > len(case) / 2, 0.008, 0.0),
+    "lengths": lambda case: 0.01 * np.exp(-(((case.base.way - 1) / 0.3) ** 2)),
+}
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("repeats", [1, 4])
+def test_a_pattern_is_not_taken_for_noise(pattern, repeats):
+    case, rng = moves(repeats=repeats)
+    left = PATTERNS[pattern](case) + SIGMA * rng.normal(size=len(case))
+    found = scatter_of(left, case, 1e-5, True)
+    assert found.value == pytest.approx(SIGMA, rel=0.6)
+    assert found.source == (REPEATS if repeats > 1 else NEIGHBOURS)
+    assert left.std() > 1.8 * SIGMA
+
+
+@pytest.mark.parametrize("repeats", [1, 4])
+def test_plain_scatter_is_what_it_is(repeats):
+    for seed in range(5):
+        case, rng = moves(repeats=repeats, seed=seed)
+        found = scatter_of(SIGMA * rng.normal(size=len(case)), case, 1e-5, False)
+        assert found.value == pytest.approx(SIGMA, rel=0.15)
+        assert found.source == (REPEATS if repeats > 1 else REMAINS)
+
+
+def test_the_floor_is_never_below_the_clocks_digits():
+    case, _ = moves()
+    assert scatter_of(np.zeros(len(case)), case, 2e-4, False) == (2e-4, DIGITS)
+
+
+def test_no_move_is_its_own_neighbour_nor_are_its_repeats():
+    case, _ = moves(60, 3)
+    for near in neighbours(case).values():
+        assert (near >= 0).all()
+        assert (case.repeats[near] != case.repeats).all()
