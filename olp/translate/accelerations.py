@@ -8,6 +8,7 @@ import numpy as np
 
 from olp.expression import Number, Quantity
 from olp.program import Acceleration, AccelerationUnit, Move, Path, Program, Statement
+from olp.translate.rewrite import edited
 from olp.translate.work import Fate, Work
 from olp.units import percent
 
@@ -29,10 +30,10 @@ def _move(s: Statement, work: Work) -> Statement:
     rated = _rated(s, work)
     if s.rate is not None and s.rate.unit not in allowed:
         value = s.rate.value.literal
-        s = replace(s, rate=None)
+        s = edited(s, {"rate": None})
         if AccelerationUnit.FRACTION in allowed and rated and value is not None:
             return _bounded(
-                replace(s, acceleration=Quantity(Number(_clean(100 * value / rated)), percent)), work
+                edited(s, {"acceleration": Quantity(Number(_clean(100 * value / rated)), percent)}), work
             )
         says = "the acceleration is left out: what share of the rated one it is, is not known"
         work.lose(s, Fate.APPROXIMATED, "acceleration", says)
@@ -58,7 +59,9 @@ def _one_share(s: Move, work: Work) -> Move:
 
 def _as_rate(s: Move, work: Work, rated: float | None) -> Move:
     share = s.acceleration or s.deceleration
-    s = replace(s, acceleration=None, deceleration=None)
+    if share is None:
+        return s
+    s = edited(s, {"acceleration": None, "deceleration": None})
     unit = AccelerationUnit.AXIS if s.path is Path.JOINT else AccelerationUnit.TRAVEL
     if share is None or s.rate is not None:
         return s
@@ -66,7 +69,7 @@ def _as_rate(s: Move, work: Work, rated: float | None) -> Move:
     if value is None or rated is None or unit not in work.limits.accelerations:
         work.lose(s, Fate.APPROXIMATED, "acceleration", "the share of the rated acceleration is left out")
         return s
-    return replace(s, rate=Acceleration(unit, Quantity(Number(_clean(value * rated)), 1.0)))
+    return edited(s, {"rate": Acceleration(unit, Quantity(Number(_clean(value * rated)), 1.0))})
 
 
 def _bounded(s: Move, work: Work) -> Move:

@@ -27,7 +27,9 @@ class Points:
     names: dict[tuple[str, Store, bool, int], str] = field(default_factory=dict)
     states: dict[str, PointState] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
-    found: dict[tuple[str, Store], dict[int, Point]] = field(default_factory=dict)  # the taught points of a routine
+    found: dict[tuple[str, Store], dict[int, Point]] = field(
+        default_factory=dict
+    )  # the taught points of a routine
 
     def point(self, routine: Routine, store: Store, number: int) -> Point | None:
         """A taught point; all of a routine are taken out of their columns at once."""

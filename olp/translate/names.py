@@ -108,7 +108,8 @@ class _Names:
         )
 
     def declare(self, s: Declare) -> Declare:
-        return replace(mapped(s, self._change), name=self.name("variable", s.name))
+        changed, name = mapped(s, self._change), self.name("variable", s.name)
+        return changed if name == s.name else replace(changed, name=name)
 
     def _statement(self, s: Statement, scope: str) -> Statement:
         kind = type(s)

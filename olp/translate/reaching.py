@@ -84,7 +84,7 @@ def reaching(program: Program, definitions: Definitions) -> Reaching:
             result.before[name] = before
             if leaving != summaries[name]:
                 summaries[name], changed = leaving, True
-        if not changed:
+        if not changed or not any(graph.calls(names) for graph in graphs.values()):
             break
     _enter(program, graphs, names, result)
     return result

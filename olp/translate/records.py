@@ -38,10 +38,15 @@ def _without_frames(program: Program) -> Program:
         used |= {
             e.name for part in found if part is not None for e in expressions_of(part) if isinstance(e, Named)
         }
+    set_to = [
+        (s.target.name, s.value)
+        for s in program.statements()
+        if type(s) is Assign and isinstance(s.target, Named)
+    ]
     for _ in range(5):
-        for s in program.statements():
-            if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name in used:
-                used |= {e.name for e in expressions_of(s.value) if isinstance(e, Named)}
+        for name, value in set_to:
+            if name in used:
+                used |= {e.name for e in expressions_of(value) if isinstance(e, Named)}
 
     def plain(d: Declare) -> Declare:
         return replace(d, type="position") if d.type in ("tool", "frame") and d.name not in used else d

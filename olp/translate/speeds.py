@@ -15,6 +15,8 @@ from olp.program import Move, Path, Program, Speed, SpeedUnit, Statement
 from olp.robot import Robot
 from olp.translate.rewrite import edited
 from olp.translate.rows import Row, Rows, moves_at_all
+from olp.translate.straight import Segment, segments
+from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm, percent
 
@@ -35,7 +37,7 @@ _LEAST, _MOST = 0.01, 1.0
 
 def speeds(program: Program, work: Work) -> Program:
     """Every move's speed in a unit that the target has."""
-    own = _Speeds(work)
+    own = _Speeds(work, program)
     routines = tuple(
         replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
         for r in program.routines
@@ -46,7 +48,9 @@ def speeds(program: Program, work: Work) -> Program:
 @dataclass(slots=True)
 class _Speeds:
     work: Work
+    program: Program
     rows: Rows = field(init=False)
+    shown: dict[int, Segment] | None = None
     scaled: bool = False  # the robots differ, so that a percent of one is not a percent of the other
 
     def __post_init__(self) -> None:
@@ -71,7 +75,7 @@ class _Speeds:
             changed = self._rounded(s, speed)
             return s if changed is speed else edited(s, {"speed": changed})
         # A linear move with a share of the axes' speed means what it means; its time is what can be said.
-        return replace(s, speed=self._rounded(s, self._converted(s, speed, allowed)))
+        return edited(s, {"speed": self._rounded(s, self._converted(s, speed, allowed))})
 
     def _rounded(self, s: Move, speed: Speed) -> Speed:
         """Whole percents where the target writes no others."""
@@ -94,19 +98,21 @@ class _Speeds:
         assert s.turn is not None
         bound, speed = s.turn.literal, None if s.speed is None else s.speed.value.literal
         worst = 0.0
-        for row in self.rows.of(s):
-            if (
-                bound
-                and speed
-                and s.speed is not None
-                and s.speed.unit is SpeedUnit.TRAVEL
-                and row.length > 0
-            ):
-                worst = max(worst, row.angle / bound / (row.length / speed) - 1.0)
+        if bound and speed and s.speed is not None and s.speed.unit is SpeedUnit.TRAVEL:
+            for length, angle in self._segments(s):
+                if length > 0:
+                    worst = max(worst, angle / bound / (length / speed) - 1.0)
         if worst > _SAME:
             says = "the bound on the tool's turning is left out, and would have slowed this move"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * worst, "%")
-        return replace(s, turn=None)
+        return edited(s, {"turn": None})
+
+    def _segments(self, s: Move) -> list[Segment]:
+        """Length and turn of each execution: from the text where it shows them, else from the plan."""
+        if self.shown is None:
+            self.shown = segments(self.program, symbols_of(self.program))
+        known = self.shown.get(id(s))
+        return [known] if known is not None else [(row.length, row.angle) for row in self.rows.of(s)]
 
     # --- other units ------------------------------------------------------------------------------------
 

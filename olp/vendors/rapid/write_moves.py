@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Final
 
 from olp.expression import (
@@ -22,6 +23,11 @@ from olp.vendors.rapid.write_positions import CannotSayError, decimal, literal
 from olp.vendors.rapid.write_values import Words
 
 _WORDS: Final = {Path.LINEAR: "MoveL", Path.CIRCULAR: "MoveC", Path.JOINT: "MoveJ"}
+# What few moves have, and what they have then.
+_READ_RARE: Final = attrgetter(
+    "parts", "rate", "relative", "search", "until", "arc", "offset", "tool_offset", "coordinated"
+)
+_NO_RARE: Final = ((), None, None, None, None, None, None, None, False)
 _USUAL_TURN: Final = 500.0  # [deg/s] of the predefined speeds
 _FULL_NAMES: Final = {values: name for name, values in SPEEDS.items() if name != "vmax"}
 _ZONE_NAMES: Final = {zone.values[0]: name for name, zone in ZONES.items() if name != "fine"}
@@ -35,6 +41,7 @@ class MoveWriter:
         self.declared: dict[str, str] = {}
         self._speeds: dict[tuple[int, int], tuple[object, object, str]] = {}
         self._blends: dict[int, tuple[Blend, str]] = {}
+        self._named_speeds: dict[tuple[float, float | None], str] = {}
 
     def move(self, s: Move) -> str:
         """The instruction without its indent."""
@@ -93,7 +100,11 @@ class MoveWriter:
             if isinstance(value.written, Member) and value.written.name == "v_tcp":
                 return self.words.value(value.written.base)
             return f"v1000\\V:={self.words.scaled(value, mm)}"
-        return self._literal_speed(value.literal / mm, None if turn is None else turn.literal)
+        wanted = (value.literal / mm, None if turn is None else turn.literal)
+        known = self._named_speeds.get(wanted)
+        if known is None:
+            known = self._named_speeds[wanted] = self._literal_speed(*wanted)
+        return known
 
     def _literal_speed(self, travel: float, turn: float | None) -> str:
         """The predefined one of these numbers, else one that is declared. [mm/s], [rad/s]"""
@@ -137,8 +148,8 @@ class MoveWriter:
 
     def _declare(self, name: str, kind: str, value: str) -> str:
         text = f"{kind} {{}}:={value};"
-        names = (name, *(f"{name}_{count}" for count in range(1, 1000)))
-        for one in names:
+        for count in range(1000):
+            one = f"{name}_{count}" if count else name
             if self.declared.get(one) == text:
                 return one
             if (
@@ -224,6 +235,8 @@ class MoveWriter:
 
 
 def _refuse_what_is_not_said(s: Move) -> None:
+    if _READ_RARE(s) == _NO_RARE and len(s.targets) == 1:
+        return
     lost = {
         "a second control group": bool(s.parts),
         "an acceleration of this move alone": s.rate is not None,

@@ -1,0 +1,89 @@
+"""Lengths and turns of moves that the text alone shows: from one written pose straight to the next."""
+
+from __future__ import annotations
+
+from math import isnan
+from typing import Final
+
+import numpy as np
+
+from olp.expression import CallValue, Named, Number, PositionLiteral, State, Text, Variable
+from olp.geometry import rotation_angle, rotation_from_angles
+from olp.program import Assign, Call, Move, Path, Program, StartTask, Statement, Update
+from olp.translate.rewrite import expressions_of, is_usual
+from olp.translate.symbols import Symbols
+
+# What runs between two moves without leading elsewhere; nothing jumps there either.
+_BETWEEN: Final = frozenset(
+    {"Comment", "SetOutput", "PulseOutput", "Dwell", "Wait", "Message", "Declare", "Begin"}
+)
+_SETTING: Final = frozenset({"Assign", "Update", "DefineFrame"})
+_PLAIN: Final = (Number, Text, State)
+_HOLDERS: Final = frozenset({Named, Variable})  # no component of a tool or of a frame
+Segment = tuple[float, float]  # [m] and [rad]
+
+
+def segments(program: Program, symbols: Symbols) -> dict[int, Segment]:
+    """By the id of a move: its length and its turn, for all whose start and end the text shows.
+
+    The main routine's first move starts where it ends, as the interpreter takes it, unless something calls that one.
+    """
+    main = program.main or (program.routines[0].name if program.routines else "")
+    called = {s.routine.casefold() for s in program.statements() if isinstance(s, (Call, StartTask))}
+    found: dict[int, Segment] = {}
+    pairs: list[tuple[Move, tuple[float, ...], tuple[float, ...]]] = []
+    for routine in program.routines:
+        before: tuple[Move, tuple[float, ...]] | None = None
+        first = routine.name == main and main.casefold() not in called
+        for s in routine.body:
+            if type(s) is not Move:
+                if type(s).__name__ in _SETTING and not any(type(e) is CallValue for e in expressions_of(s)):
+                    before = before if _keeps_systems(s) else None
+                elif type(s).__name__ not in _BETWEEN:
+                    before, first = None, False
+                continue
+            pose = _pose(s, routine.name, symbols)
+            if pose is not None and before is not None and _same_place(before[0], s):
+                pairs.append((s, before[1], pose))
+            elif first:
+                found[id(s)] = (0.0, 0.0)
+            before, first = (None if pose is None else (s, pose)), False
+    if pairs:
+        start, end = (np.array([pair[at] for pair in pairs]) for at in (1, 2))
+        lengths = np.linalg.norm(end[:, :3] - start[:, :3], axis=1).tolist()
+        turns = rotation_angle(rotation_from_angles(start[:, 3:]), rotation_from_angles(end[:, 3:])).tolist()
+        found.update(
+            (id(pair[0]), row) for pair, row in zip(pairs, zip(lengths, turns, strict=True), strict=True)
+        )
+    return found
+
+
+def _keeps_systems(s: Statement) -> bool:
+    """Whether an assignment changes no tool and no frame: it sets a number, a text or a state."""
+    if not isinstance(s, (Assign, Update)) or type(s.target) not in _HOLDERS:
+        return False
+    return isinstance(s.value if isinstance(s, Assign) else s.operand, _PLAIN)
+
+
+def _pose(s: Move, routine: str, symbols: Symbols) -> tuple[float, ...] | None:
+    if s.via is not None or s.path is Path.CIRCULAR or len(s.targets) != 1 or not _is_whole(s):
+        return None
+    value = symbols.fixed_value(routine, s.targets[0])
+    if type(value) is not PositionLiteral or value.kind != "pose":
+        return None
+    values = value.values[:6]
+    return values if len(values) == 6 and not any(map(isnan, values)) else None
+
+
+def _is_whole(s: Move) -> bool:
+    """Whether the move ends where its target is."""
+    if is_usual(s):
+        return True
+    return not s.parts and all(
+        e is None for e in (s.relative, s.search, s.until, s.offset, s.tool_offset, s.via, s.arc)
+    )
+
+
+def _same_place(one: Move, other: Move) -> bool:
+    tools = one.tool is other.tool or one.tool == other.tool
+    return tools and (one.frame is other.frame or one.frame == other.frame)
