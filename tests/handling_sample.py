@@ -57,6 +57,10 @@ def check_plan(plan: Plan) -> None:
         np.testing.assert_allclose(np.degrees(axes), home, atol=1e-9)
     for pose, expected in zip(poses(plan)[1:-1], wanted, strict=True):
         np.testing.assert_allclose(pose, expected, atol=1e-7)
+    # The axes show which tool held.
+    other = olp.read(SAMPLES / "krl/handling.src").plan("yaskawa/gp25")
+    ours, theirs = (one.positions.axes[one.moves.target, :6] for one in (plan, other))
+    np.testing.assert_allclose(ours, theirs, atol=1e-6)
     assert list(plan.moves.fraction[[0, 1, -1]]) == pytest.approx([0.4, 0.55, 0.4])
     assert list(plan.moves.travel[2:8]) == pytest.approx([0.25, 0.1205, 0.1205, 0.1205, 0.15, 0.3])
     assert list(plan.moves.blend[[1, 3, 4, 5, 6]]) == pytest.approx([0.025, 0.005, 0.005, 0.005, 0.010])

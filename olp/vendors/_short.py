@@ -40,7 +40,7 @@ _MOST_OPERATORS: Final = 100  # of one line: what is nested deeper is no program
 _MOST_BROKEN: Final = 2000
 _OPERATORS: Final = "+-*/([{:"
 _LONG_NUMBER = re.compile(r"\d{19,}")
-_WORD = re.compile(r"[^\s(,;=]+")
+_WORD = re.compile(r"[^\s(,;:=]+")
 _COMPARE: Final = {
     "==": "=",
     "=": "=",
