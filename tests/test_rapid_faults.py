@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 from rapid_modules import NO_AXES, module, move, read, statement
 
-from olp.expression import Function
-from olp.program import Assign, BlendKind
+from olp.expression import FrameRef, Function, Number, PositionLiteral, Quantity
+from olp.points import PointTable
+from olp.program import Assign, Blend, BlendKind, Move, Path, Program, Routine, Speed, SpeedUnit
 from olp.robot import load_robot
+from olp.source import decode
+from olp.templating import shipped
+from olp.vendors.rapid.writer import write
 
 TURNED = "[0.70710678118,0,0,0.70710678118]"  # 90 deg about Z
 
@@ -56,3 +60,28 @@ def test_a_displacement_leads_from_the_programmed_point_to_the_one_that_is_reach
     # 100 mm along y, turned with the displacement by 45 deg.
     half = 0.1 * np.sqrt(0.5)
     np.testing.assert_allclose(second.target, [0.95 - half, 0.15 + half, 0.52], atol=1e-6)
+
+
+# --- written for another language's program -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("travel", "name", "value"),
+    [(0.25, "v250", 250.0), (0.1, "v100", 100.0), (0.1234, "v123_4", 123.4), (2.75, "v2750", 2750.0)],
+)
+def test_a_speed_in_metres_per_second_is_written_in_millimetres_per_second(travel, name, value):
+    place = PositionLiteral("pose", (0.9, 0.1, 0.5, 3.0, 0.1, 0.2))
+    speed = Speed(SpeedUnit.TRAVEL, Quantity(Number(travel), 1.0))
+    blend = Blend(BlendKind.RADIUS, Quantity(Number(0), 1.0))
+    moved = Move(
+        1, Path.LINEAR, (place,), speed, blend, tool=FrameRef("tool", Number(0)), frame=FrameRef("base")
+    )
+    program = Program(
+        "krl", decode(b"\n" * 20, "job.src"), (Routine("work", 1, (moved,), PointTable()),), main="work"
+    )
+    values, problems = write(program, "")
+    assert not problems
+    text = shipped("rapid").render(values)
+    assert f",{name},fine,tool0;" in text
+    (again,) = (s for s in read(text).statements() if isinstance(s, Move))
+    assert again.speed.value.literal == pytest.approx(value / 1000)

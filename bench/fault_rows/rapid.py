@@ -139,8 +139,8 @@ FAULTS: Final = (
     ),
     Fault(
         "write_moves.py",
-        "self._literal_speed(value.literal / mm,",
-        "self._literal_speed(value.literal,",
+        "(value.literal / mm, None if turn",
+        "(value.literal, None if turn",
         "speeds written in m/s",
     ),
     Fault("write_moves.py", "round(turn / deg, 6)", "round(turn, 6)", "v_ori written in rad/s"),

@@ -151,13 +151,13 @@ FAULTS: Final = (
     ),
     Fault(
         "lift_points.py",
-        'return FrameRef("tool", Number(state.tool)) if state.tool >= 0 else None',
-        'return FrameRef("tool", Number(0)) if state.tool >= 0 else None',
+        "return _tool(state.tool) if state.tool >= 0 else None",
+        "return _tool(0) if state.tool >= 0 else None",
         "taught points: tool lost",
     ),
     Fault(
         "lift_points.py",
-        'return None if state.user is None else FrameRef("user", Number(state.user))',
+        "return None if state.user is None else _user(state.user)",
         'return FrameRef("base")',
         "taught points: user frame lost",
     ),
