@@ -9,6 +9,7 @@ from olp.diagnostic import Diagnostic
 from olp.program import Program
 from olp.translate.accelerations import accelerations
 from olp.translate.arcs import arcs
+from olp.translate.arguments import arguments
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
 from olp.translate.flat import executed
@@ -27,6 +28,7 @@ from olp.translate.records import records
 from olp.translate.relative import relative
 from olp.translate.signals import signals
 from olp.translate.speeds import speeds
+from olp.translate.vectors import vectors
 from olp.translate.words import comment_lengths, comment_out, foreign_words
 from olp.translate.work import Context, Fate, Loss, Work, work_for
 
@@ -53,11 +55,13 @@ def passes(work: Work) -> tuple[Pass, ...]:
     first: tuple[Pass, ...] = (
         foreign_words,
         records,
+        vectors,
         lift,
         known_systems,
         modal,
         *((executed,) if work.context.flat else ()),
         configurations,
+        arguments,
         functions,
         relative,
         arcs,

@@ -15,14 +15,17 @@ from olp.expression import (
     NamedArgument,
     Number,
     PositionLiteral,
+    RecordLiteral,
     State,
     Text,
 )
 from olp.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
 from olp.translate.rewrite import calls_nothing, expressions_of, mapped, statements_mapped
 from olp.translate.symbols import symbols_of
-from olp.translate.work import Fate, Work
+from olp.translate.work import Fate, Handed, Work
 from olp.units import deg, mm
+
+_SYSTEMS_AND_PLACES = ("tool", "frame", "position", "joints")
 
 
 def share_variables(program: Program, work: Work) -> Program:
@@ -57,7 +60,20 @@ class _Shared:
                 returned = Named(self.work.fresh(f"{routine.name}_result"))
                 self.results[routine.name.casefold()] = returned
                 self.declared.append(Declare(0, returned.name, routine.returns or "real", None, shared=True))
+            self._hand_over(routine)
         self._refuse_recursion()
+
+    def _hand_over(self, routine: Routine) -> None:
+        """Calls that come up later, out of expressions, are handed their arguments as the first ones were."""
+        key = routine.name.casefold()
+        known = self.work.handed.get(key)
+        if known is None:
+            names = {p.name: self.names[(routine.name, p.name)] for p in routine.parameters}
+            self.work.handed[key] = Handed(routine.parameters, names, self.results.get(key))
+            return
+        self.parameters[key] = known.parameters
+        if known.result is not None:
+            self.results[key] = known.result
 
     def _refuse_recursion(self) -> None:
         calls = {
@@ -106,7 +122,8 @@ class _Shared:
         name = self.names.get((routine.name, s.name), s.name)
         value = mapped(s.value, change)
         again = s.storage == "variable" and not s.shared and value is not None and not s.sizes
-        kept = None if again and s.type not in ("tool", "frame", "position", "joints") else value
+        literal = isinstance(value, (PositionLiteral, RecordLiteral)) or s.type in ("tool", "frame")
+        kept = value if not again or (literal and s.type in _SYSTEMS_AND_PLACES) else None
         self.declared.append(replace(s, line=0, name=name, value=kept, shared=True, comment=""))
         if again and kept is None:
             assert value is not None
@@ -131,12 +148,12 @@ class _Shared:
     ) -> tuple[list[Statement], list[Statement]]:
         """What sets the variables of a routine's parameters, and what takes back those passed by reference."""
         parameters = self.parameters[called.casefold()]
-        routine = next(r.name for r in self.program.routines if r.name.casefold() == called.casefold())
+        names = self.work.handed[called.casefold()].names
         before: list[Statement] = []
         after: list[Statement] = []
         given = dict(paired(parameters, arguments))
         for parameter in parameters:
-            target = Named(self.names[(routine, parameter.name)])
+            target = Named(names[parameter.name])
             value = given.get(parameter.name, parameter.default)
             if parameter.switch:
                 value = State(parameter.name in given)

@@ -34,7 +34,7 @@ from olp.translate.number_positions import MEMBERS, Numbers, counts_of
 from olp.translate.point_table import Place, place_of, table
 from olp.translate.rewrite import edited, is_usual, mapped
 from olp.translate.symbols import kind_of_value, symbols_of
-from olp.translate.work import Work
+from olp.translate.work import Fate, Work
 
 _STORES: Final[dict[str, dict[str, Store]]] = {
     "inform": {
@@ -148,10 +148,16 @@ class _Numbers(Numbers):
             value = self.position(s.value, place, before, s.line)
             return [replace(s, target=mapped(s.target, self._change), value=value)]
         if self.inform and isinstance(s.target, Member):
+            if s.target.name not in MEMBERS:
+                says = f"a position has no element '{s.target.name}' that can be set on its own"
+                self.work.lose(s, Fate.REFUSED, "element", says)
+                return [s]
             return self._set_element(s)
         value = mapped(s.value, self._change)
         match value:
-            case Binary("*", Member(base, name), Number(factor)) if self.inform and factor in (1000, 10_000):
+            case Binary("*", Member(base, name), Number(factor)) if (
+                self.inform and factor in (1000, 10_000) and name in MEMBERS
+            ):
                 value = Element(base, Number(MEMBERS.index(name) + 1))  # type: ignore[arg-type]
         return [replace(s, target=mapped(s.target, self._change), value=value)]
 

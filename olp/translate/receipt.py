@@ -77,7 +77,7 @@ def receipt_of(
         files,
         (_name(robots[0]), _name(robots[1] or robots[0])),
         counts_of(program, translated.losses),
-        translated.losses,
+        tuple(loss for loss in translated.losses if loss.fate is not Fate.EXACT),
         translated.mapping,
         translated.notes,
         {loss.line: linked.place(loss.line) for loss in translated.losses},

@@ -31,6 +31,8 @@ from olp.translate.work import Fate, Work
 _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
 # Options that change nothing where they are left out: offsets of external axes, and names of the data set.
 _HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
+# KUKA's advance run goes on past the next statement, and its stop handler that every program of its editor declares.
+_TIMELESS = frozenset({"continue", "stop-handler"})
 _FOREIGN = (Opaque, Process, Reference)
 
 
@@ -53,6 +55,11 @@ def foreign_words(program: Program, work: Work) -> Program:
                 rows.append(s)
             elif isinstance(s, Move) and s.other:
                 rows.append(_without_options(s, work))
+            elif isinstance(s, Process) and program.vendor == "krl" and s.name in _TIMELESS:
+                says = f"{s.name} takes no time and moves nothing: it stands there as a comment"
+                work.lose(s, Fate.EXACT, "statement", says)
+                work.notes.append(f"line {s.line}: {says}")
+                rows.append(Comment(s.line, _text(program, s)))
             elif isinstance(s, _FOREIGN):
                 fate = Fate.COMMENTED if comments else Fate.REFUSED
                 says = f"words of {program.vendor} that mean nothing in {work.target}"

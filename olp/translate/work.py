@@ -9,8 +9,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from olp.diagnostic import Diagnostic, error
-from olp.expression import Expression, PositionLiteral
-from olp.program import Program, Routine, Statement
+from olp.expression import Expression, Named, PositionLiteral
+from olp.program import Parameter, Program, Routine, Statement
 from olp.translate.limits import Limits, limits_of
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ class Loss:
 
     `line`: of the source, 0 for the program as a whole. `statement`: the kind of statement, `part` what of it.
     `size` in `unit` (mm, deg, mm/s, % …): how far the target's way is from the source's; nan where nobody can say.
+    A statement with the fate EXACT takes no time and moves nothing: it is a comment, and nothing is lost.
     """
 
     line: int
@@ -47,7 +48,7 @@ class Loss:
     @property
     def leaves_out(self) -> bool:
         """Whether nothing of the statement is left in the target but a comment."""
-        return self.fate in (Fate.COMMENTED, Fate.REFUSED) and self.part == "statement"
+        return self.fate is not Fate.APPROXIMATED and self.part == "statement"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +82,15 @@ class Context:
     flat: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Handed:
+    """How a routine takes its arguments and gives its value where there are only variables of the whole program."""
+
+    parameters: tuple[Parameter, ...]
+    names: collections.abc.Mapping[str, str]  # of the variable that each parameter has become
+    result: Named | None
+
+
 @dataclass(slots=True)
 class Work:
     """One translation under way. `names`: (kind, name in the source, name in the target), for the receipt."""
@@ -97,6 +107,7 @@ class Work:
     states: dict[str, str] = field(
         default_factory=dict
     )  # the kind of frame that a named position was written in
+    handed: dict[str, Handed] = field(default_factory=dict)  # routines whose parameters have become variables
     problems: list[Diagnostic] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     _cell: list[Cell] = field(default_factory=list)
@@ -182,7 +193,6 @@ def kind_of(statement: Statement) -> str:
 
 
 def _names_in(program: Program) -> set[str]:
-    from olp.expression import Named
     from olp.program import Declare
     from olp.translate.rewrite import mapped
 
