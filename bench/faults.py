@@ -66,7 +66,7 @@ PARTS: Final = {
             "interpreter_moves",
             "inform_jobs",
         ),
-        ("inform_faults", "inform_jobs"),
+        ("inform_faults", "export", "inform_jobs"),
     ),
     "krl": Part(
         "olp/vendors/krl",
