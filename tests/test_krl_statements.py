@@ -161,6 +161,7 @@ def test_an_arc_has_its_auxiliary_point_and_may_turn_by_an_angle() -> None:
 def test_relative_moves_are_zero_where_nothing_is_written() -> None:
     move = one("LIN_REL {Z 100} #TOOL C_DIS")
     assert move.relative == FrameRef("tool")
+    assert one("LIN_REL {Z 100} C_DIS #TOOL") == move
     assert move.targets == (pose(0, 0, 100, 0, 0, 0),)
     assert one("PTP_REL {A1 5}").targets[0].values == (5 * DEG, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert one("LIN_REL{X 1} #BASE").relative == one("LIN_REL {X 1}").relative == FrameRef("own")

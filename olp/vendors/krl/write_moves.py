@@ -84,7 +84,7 @@ class MoveWriter:
         lines = self._modal(s)
         target = self._target(s)
         passed = "" if blend is None else self._blend_words(blend, s.path)
-        lines.append(f"{self._word(s)} {target}{passed}")
+        lines.append(f"{self._word(s)} {target}{passed}{_frame_word(s.relative)}")
         return lines
 
     def _native(self, blend: Blend | None) -> str:
@@ -120,14 +120,7 @@ class MoveWriter:
             raise CannotSayError("an arc of single points", "an arc in KRL names its auxiliary point")
         if s.arc is not None:
             text += f",CA {self.words.quantity(s.arc, deg)}"
-        if s.relative is not None:
-            text += self._relative(s.relative)
         return text
-
-    def _relative(self, frame: FrameRef) -> str:
-        if frame.kind in ("own", "tool"):
-            return " #TOOL" if frame.kind == "tool" else ""
-        raise CannotSayError("a relative move in another frame", "#BASE or #TOOL")
 
     def _blend_words(self, blend: Blend, path: Path) -> str:
         if _is_stop(blend):
@@ -155,9 +148,10 @@ class MoveWriter:
         text = f"{word} {self._target(s)}"
         if settings:
             text += f" WITH {', '.join(f'{name}={value}' for name, value in settings)}"
-        if self.in_block or s.blend is None or _is_stop(s.blend):
-            return text
-        return f"{text} {native.removeprefix('S ')}" if native else text + self._blend_words(s.blend, s.path)
+        passed = ""
+        if not (self.in_block or s.blend is None or _is_stop(s.blend)):
+            passed = f" {native.removeprefix('S ')}" if native else self._blend_words(s.blend, s.path)
+        return f"{text}{passed}{_frame_word(s.relative)}"
 
     def _settings(self, s: Move) -> Iterator[tuple[str, str]]:
         quantity = self.words.quantity
@@ -333,6 +327,15 @@ def _whole(share: Quantity, text: str) -> str:
 
 def _axes(name: str, text: str) -> list[str]:
     return [f"{name}[{axis}]={text}" for axis in range(1, 7)]
+
+
+def _frame_word(frame: FrameRef | None) -> str:
+    """Of a relative move: behind the blend, as the manuals have it."""
+    if frame is None or frame.kind == "own":
+        return ""
+    if frame.kind == "tool":
+        return " #TOOL"
+    raise CannotSayError("a relative move in another frame", "#BASE or #TOOL")
 
 
 def _is_stop(blend: Blend) -> bool:
