@@ -4,33 +4,79 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from olp.expression import Expression, Named, PositionLiteral
+import numpy as np
+
+from olp.expression import Expression, Function, Named, PositionLiteral
+from olp.plan import StepKind
 from olp.program import Move, Path, Program, Statement
-from olp.translate.rewrite import mapped
+from olp.translate.rewrite import edited, mapped
 from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Work
 
+_SAME = 1e-6  # [rad] below this two ends are one
+
 
 def configurations(program: Program, work: Work) -> Program:
-    """Poses without arm flags for languages that have none, with a loss for each joint move that led to one."""
+    """Poses without arm flags for languages that have none; URScript is told the joint values that the plan takes.
+
+    Each other joint move that led to a pose with flags is a loss.
+    """
     if work.limits.has_configuration:
         return program
     symbols = symbols_of(program)
+    configured = any(isinstance(x.value, PositionLiteral) and x.value.configuration for x in symbols) or any(
+        type(e) is PositionLiteral and e.configuration
+        for s in program.statements()
+        if isinstance(s, Move)
+        for e in s.targets
+    )
+    routines = []
     for routine in program.routines:
+        rows: list[Statement] = []
         for s in routine.body:
-            if isinstance(s, Move) and s.path is Path.JOINT:
+            row = _row(s)
+            if isinstance(s, Move) and configured:
                 literal = symbols.fixed_value(routine.name, s.targets[0])
                 if isinstance(literal, PositionLiteral) and literal.configuration:
-                    says = "which way the arm stands is left to the controller: it takes the nearest"
-                    work.lose(s, Fate.APPROXIMATED, "configuration", says)
-    return replace(
-        program,
-        data=tuple(mapped(d, _without) for d in program.data),
-        routines=tuple(
-            replace(r, body=tuple([_row(s) for s in r.body]), data=tuple(mapped(d, _without) for d in r.data))
-            for r in program.routines
-        ),
-    )
+                    assert isinstance(row, Move)
+                    row = _near(row, work) if s.path is Path.JOINT else _kept(row, literal, work)
+            rows.append(row)
+        routines.append(
+            replace(routine, body=tuple(rows), data=tuple(mapped(d, _without) for d in routine.data))
+        )
+    data = tuple(mapped(d, _without) for d in program.data)
+    return replace(program, data=data, routines=tuple(routines))
+
+
+def _near(s: Move, work: Work) -> Move:
+    """The move to the joint values near which the pose is reached, where each run of it ends in the same ones."""
+    axes = _ends(s.line, work) if work.target == "urscript" else None
+    if axes is None:
+        says = "which way the arm stands is left to the controller: it takes the nearest"
+        work.lose(s, Fate.APPROXIMATED, "configuration", says)
+        return s
+    near = PositionLiteral("joint", axes)
+    return edited(s, {"targets": (Function("inverse", (s.targets[0], near)),)})
+
+
+def _kept(s: Move, literal: PositionLiteral, work: Work) -> Move:
+    """A straight move goes on as the arm stands; where its flags are not the usual ones that is told."""
+    if any(literal.configuration) and work.target == "urscript":
+        says = "a straight move says no arm flags: the arm keeps the way it stands"
+        work.lose(s, Fate.APPROXIMATED, "configuration", says)
+    return s
+
+
+def _ends(line: int, work: Work) -> tuple[float, ...] | None:
+    """[rad] Where the source's plan has the arm at the end of a line; None where that is not known."""
+    robot, plan = work.robot, work.plan()
+    if robot is None or plan is None or work.target_robot is None or work.target_robot.name != robot.name:
+        return None
+    steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0) & (plan.line == line))[0]
+    rows = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(robot.axes)]
+    if not len(rows) or np.isnan(rows).any() or np.ptp(rows, axis=0).max() > _SAME:
+        return None
+    return tuple(float(f"{value:.9g}") for value in rows[0])
 
 
 def _row(s: Statement) -> Statement:

@@ -240,6 +240,8 @@ class _Systems:
             changes["via"] = self._in_base(frame, s.via)
 
     def _in_base(self, frame: Expression, target: Expression) -> Expression:
+        if type(target) is Function and target.name == "inverse" and len(target.arguments) == 2:
+            return replace(target, arguments=(self._in_base(frame, target.arguments[0]), target.arguments[1]))
         if kind_of_value(self.symbols, self.routine, target) == "joints":
             return target
         here = Function("pose-product", (Function("pose-inverse", (frame,)), SystemValue("current-pose")))

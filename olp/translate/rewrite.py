@@ -110,7 +110,7 @@ def edited(s: Move, changes: dict[str, Any]) -> Move:
 
 def is_usual(s: Move) -> bool:
     """Whether a move has nothing beside targets, speed, blend, tool and frame."""
-    return _READ_RARE(s) == _NO_RARE  # type: ignore[no-any-return]
+    return _READ_RARE(s) == _NO_RARE
 
 
 def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
