@@ -52,6 +52,7 @@ from olp.program import (
     Message,
     Move,
     Opaque,
+    Parameter,
     Path,
     Pause,
     Program,
@@ -59,6 +60,7 @@ from olp.program import (
     SetOutput,
     Speed,
     SpeedUnit,
+    StartTask,
     Statement,
     Wait,
 )
@@ -618,3 +620,37 @@ def test_a_random_program_moves_as_python_says_and_comes_back_the_same(seed: int
     for one, other in zip(places(robot), places(written), strict=True):
         np.testing.assert_allclose(one[1], other[1], atol=1e-9)
     assert_same(program.plan(robot="yaskawa/gp25"), robot)
+
+
+# --- what the controller would refuse --------------------------------------------------------------------
+
+
+def several(*routines: Routine) -> str:
+    program = Program("inform", decode(b"x\n" * 20, "a.jbi"), routines, main=routines[0].name)
+    values, problems = write(program, "")
+    raise_errors(problems)
+    return shipped("urscript").render(values)
+
+
+def test_a_routine_that_is_started_is_a_thread() -> None:
+    main = Routine("main", 1, (StartTask(1, "side", "SUB1"), Call(2, "other")), PointTable())
+    side = Routine("side", 3, (Dwell(3, Quantity(Number(0.5), 1.0)),), PointTable())
+    text = several(main, side, Routine("other", 4, (), PointTable()))
+    assert "thread side():" in text
+    assert "def other():" in text
+    assert [type(s) for s in read(text).routines[0].body] == [StartTask, Call]
+
+
+def test_a_thread_is_neither_called_nor_handed_anything() -> None:
+    main = Routine("main", 1, (StartTask(1, "side", "SUB1"), Call(2, "side")), PointTable())
+    with pytest.raises(OlpError, match="both called and started"):
+        several(main, Routine("side", 3, (), PointTable()))
+    handed = Routine("side", 3, (), PointTable(), parameters=(Parameter("a", "integer"),))
+    with pytest.raises(OlpError, match="handed something"):
+        several(Routine("main", 1, (StartTask(1, "side", "SUB1"),), PointTable()), handed)
+
+
+def test_joint_angles_have_no_components_of_a_pose() -> None:
+    joints = Declare(1, "q", "joints", PositionLiteral("joint", (0.0,) * 6))
+    with pytest.raises(OlpError, match="the component z of joint angles"):
+        foreign(Assign(1, Named("n"), Member(Named("q"), "z")), data=(joints,))

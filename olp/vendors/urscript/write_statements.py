@@ -114,7 +114,7 @@ def store(words: Words, target: Expression, value: Expression) -> str:
             return f"{words.value(base)}[{place}] = {written}"
         case Member(base, "rx" | "ry" | "rz" as name) if words.kind(base) in ("", "position"):
             return _angle_stored(words, base, name, value)
-        case Member(base, name):
+        case Member(base, name) if words.kind(base) not in ("joints", "list"):
             return f"{words.value(base)}.{name} = {words.value(value)}"
         case Function("pose-element"):
             return f"{words.value(target)} = {words.value(value)}"

@@ -178,7 +178,10 @@ class Words:
         return f"{self.at_least(e, 6)} - 1"
 
     def _member(self, e: Member) -> tuple[str, int]:
-        record = self.kind(e.base) not in ("", "position")
+        kind = self.kind(e.base)
+        if kind in ("joints", "list"):
+            raise CannotSayError(f"the component {e.name} of joint angles or a list")
+        record = kind not in ("", "position")
         if e.name in _PLACES and not record:
             text = f"{self.at_least(e.base, _WHOLE)}[{_PLACES[e.name]}]"
             return (text, _WHOLE) if _PLACES[e.name] > 2 else (f"{text} * 1000.0", 7)

@@ -28,6 +28,7 @@ from olp.program import (
     Program,
     Routine,
     SetTool,
+    StartTask,
     Statement,
     While,
 )
@@ -65,6 +66,7 @@ class _ProgramWriter:
         for declare in program.data:
             _note(self.words.types, declare)
         self.words.returns = {routine.name: routine.returns for routine in program.routines}
+        self.started = set() if self.own else self._started()
         self.late = {one.name for one in program.data if one.value is None} if self.own else set()
 
     def values(self) -> tuple[dict[str, object], list[Diagnostic]]:
@@ -98,7 +100,7 @@ class _ProgramWriter:
         return "".join(f"{line}\n" for line in lines)
 
     def _function(self, routine: Routine, depth: int) -> Function:
-        kind = routine.details.get("kind", "def") if self.own else "def"
+        kind = routine.details.get("kind", "def") if self.own else self._kind(routine)
         types = self.words.types
         self.words.types = {**types, **{one.name: one.type for one in routine.parameters}}
         for declare in routine.data:
@@ -112,6 +114,25 @@ class _ProgramWriter:
         finally:
             self.words.types = types
         return Function(head, _remark(routine.comment), "".join(f"{line}\n" for line in lines))
+
+    def _started(self) -> set[str]:
+        """The routines that run beside the one that starts them."""
+        found = (s.routine for one in self.program.routines for s in one.body if isinstance(s, StartTask))
+        return {name.casefold() for name in found}
+
+    def _kind(self, routine: Routine) -> str:
+        """`run` takes a thread only, and a thread can neither be called nor be handed anything."""
+        if routine.name.casefold() not in self.started:
+            return "def"
+        called = (s.routine for one in self.program.routines for s in one.body if isinstance(s, Call))
+        if routine.name == self.program.main or any(
+            name.casefold() == routine.name.casefold() for name in called
+        ):
+            problem = CannotSayError("a routine that is both called and started", "give it under two names")
+            self.lose(problem, routine.line)
+        if routine.parameters:
+            self.lose(CannotSayError("a task that is handed something", "store it before"), routine.line)
+        return "thread"
 
     def _parameters(self, routine: Routine) -> str:
         texts = []
@@ -243,7 +264,6 @@ class _BodyWriter:
 
 def _stored_name(s: Statement) -> str:
     from olp.expression import Named
-    from olp.program import StartTask
 
     if isinstance(s, Assign) and isinstance(s.target, Named):
         return s.target.name
