@@ -65,6 +65,7 @@ PARTS: Final = {
             "inform_fast",
             "interpreter_moves",
             "inform_jobs",
+            "export",
         ),
         ("inform_faults", "export", "inform_jobs"),
     ),
