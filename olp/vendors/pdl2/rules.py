@@ -166,7 +166,7 @@ class Pdl2Rules(ValueRules):
 
     # --- moves ------------------------------------------------------------------------------------------
 
-    def arm(self, children: list[Any]) -> Expression:
+    def arm(self, children: list[Any]) -> Any:
         return children[0]
 
     def via(self, children: list[Any]) -> tuple[str, Any]:

@@ -1,0 +1,184 @@
+"""VAL3: its turns, data, frames, speeds, corners and blocks, against independent values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from handling_sample import SAMPLES, check_damage, check_plan, check_whole
+from scipy.spatial.transform import Rotation
+
+import olp
+from olp.expression import FrameRef, Named, Number, PositionLiteral, Signal, Text
+from olp.program import Declare, Move, Program, SpeedUnit
+from olp.reading import read_source
+from olp.source import decode
+from olp.units import mm
+
+FOLDER = SAMPLES / "val3"
+DATA = """<Database><Datas>
+<Data name="f" type="frame" size="1"><Value key="0" x="100" rz="90" fatherId="g[0]" /></Data>
+<Data name="g" type="frame" size="1"><Value key="0" z="50" fatherId="world[0]" /></Data>
+<Data name="p" type="pointRx" size="2">
+  <Value key="0" x="10" fatherId="f[0]" />
+  <Value key="1" x="20" y="5" fatherId="f[0]" />
+</Data>
+<Data name="q" type="pointRx" size="2">
+  <Value key="0" x="10" fatherId="f[0]" />
+  <Value key="1" x="20" fatherId="world[0]" />
+</Data>
+<Data name="m" type="mdesc" size="1"><Value key="0" tmax="250" vel="40" blend="cartesian" leave="5" reach="9" /></Data>
+<Data name="still" type="mdesc" size="1"><Value key="0" tmax="250" blend="off" /></Data>
+<Data name="j" type="jointRx" size="1"><Value key="0" j1="10" j3="-20" /></Data>
+<Data name="out" type="dio" size="1"><Value key="0" link="x" /></Data>
+</Datas></Database>
+"""
+
+
+def text(*lines: str, head: str = "") -> bytes:
+    code = "".join(f"{line}\n" for line in lines)
+    code = f"<Code><![CDATA[begin\n{code}end]]></Code>"
+    return f'<Programs>\n<Program name="start">\n{head}\n{code}\n</Program>\n</Programs>\n'.encode()
+
+
+def program(*lines: str, head: str = "") -> Program:
+    return read_source(decode(text(*lines, head=head), "start.pgx"), vendor="val3")
+
+
+def codes(found: Program) -> list[str]:
+    return [d.code for d in found.diagnostics]
+
+
+def with_data(folder: Path, *lines: str, head: str = "") -> Program:
+    (folder / "data.dtx").write_text(DATA)
+    (folder / "start.pgx").write_bytes(text(*lines, head=head))
+    return olp.read(folder / "start.pgx")
+
+
+def moves(found: Program) -> list[Move]:
+    return [one for one in found.routines[0].body if isinstance(one, Move)]
+
+
+@pytest.mark.parametrize("turn", [(30, 15, -72), (-113.3, 2.7, 146.3), (10, 0, 20), (5, 90, 7)])
+def test_the_turn_of_a_point_is_rx_ry_rz(turn: tuple[float, float, float]) -> None:
+    x, y, z = turn
+    row = f'<Value key="0" x="10.5" y="-20" z="30" rx="{x}" ry="{y}" rz="{z}" />'
+    raw = f'<Database><Datas>\n<Data name="p" type="pointRx" size="1">\n{row}\n</Data></Datas></Database>\n'
+    (found,) = read_source(decode(raw.encode(), "a.dtx")).data
+    assert isinstance(found, Declare)
+    assert isinstance(found.value, PositionLiteral)
+    np.testing.assert_allclose(found.value.values[:3], [10.5 * mm, -20 * mm, 30 * mm])
+    ours = Rotation.from_euler("xyz", found.value.values[3:]).as_matrix()
+    np.testing.assert_allclose(ours, Rotation.from_euler("XYZ", turn, degrees=True).as_matrix(), atol=1e-12)
+
+
+def test_computed_braces_turn_like_written_ones(tmp_path: Path) -> None:
+    plan = with_data(
+        tmp_path,
+        "n=31.5",
+        "movel(appro(p,{1,2,3,n,15,-72}),flange,m)",
+        "movel(appro(p,{1,2,3,31.5,15,-72}),flange,m)",
+    ).plan()
+    first, second = plan.moves.target
+    np.testing.assert_allclose(
+        plan.positions.quaternion[first], plan.positions.quaternion[second], atol=1e-12
+    )
+
+
+def test_points_stand_in_their_frames_and_frames_in_theirs(tmp_path: Path) -> None:
+    plan = with_data(tmp_path, "movel(p[1],flange,m)").plan()
+    np.testing.assert_allclose(plan.positions.position[plan.moves.target[0]], [0.095, 0.02, 0.05], atol=1e-12)
+
+
+def test_each_element_has_a_frame_of_its_own(tmp_path: Path) -> None:
+    found = with_data(tmp_path, "movel(q[0],flange,m)", "movel(q[1],flange,m)", "movel(q[n],flange,m)")
+    assert [one.frame for one in moves(found)] == [Named("f"), FrameRef("base")]
+    assert codes(found) == ["P576", "P575"]
+
+
+def test_a_move_takes_speed_and_corner_from_its_descriptor(tmp_path: Path) -> None:
+    found = with_data(tmp_path, "movej(j,flange,m)", "movel(p,flange,m)", "movel(p[1],flange,still)")
+    units = [one.speed.unit for one in moves(found) if one.speed is not None]
+    assert units == [SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.TRAVEL]
+    plan = found.plan("yaskawa/gp25")
+    assert plan.moves.fraction[0] == pytest.approx(0.4)
+    assert list(plan.moves.travel[1:]) == pytest.approx([0.25, 0.25])
+    assert list(plan.moves.blend[:2]) == pytest.approx([0.005, 0.005])
+    assert plan.moves.blend_code[2] == 0
+    np.testing.assert_allclose(
+        np.degrees(plan.positions.axes[plan.moves.target[0], :3]), [10, 0, -20], atol=1e-12
+    )
+
+
+def test_a_descriptor_changed_by_the_program_holds(tmp_path: Path) -> None:
+    plan = with_data(tmp_path, "m.tmax=80", "m.blend=off", "movel(p,flange,m)").plan()
+    assert plan.moves.travel[0] == pytest.approx(0.08)
+    assert plan.moves.blend_code[0] == 0
+
+
+def test_ports_are_signals_by_their_names(tmp_path: Path) -> None:
+    body = with_data(tmp_path, "out=true", "wait(out==false)").routines[0].body
+    assert body[0].signal == Signal("out", Text("out"))  # type: ignore[union-attr]
+    assert body[0].value == Number(1)  # type: ignore[union-attr]
+
+
+def test_break_ends_a_case_and_leaves_a_loop() -> None:
+    found = program(
+        "n=2", "while true", "switch n", "case 1", "delay(0.1)", "break", "case 2,3", "delay(0.2)", "break", "default",
+        "delay(0.3)", "break", "endSwitch", "break", "endWhile",
+    )  # fmt: skip
+    assert codes(found) == []
+    assert [step.duration for step in found.plan().steps()] == pytest.approx([0.2])
+
+
+def test_a_watch_waits_and_says_whether_it_came() -> None:
+    found = program("if watch(di==true,2.5)==false", "endIf", "bCame=watch(di==true,1.5)")
+    waits = [one.timeout.literal for one in found.routines[0].body if hasattr(one, "timeout") and one.timeout]
+    assert waits == [2.5, 1.5]
+
+
+def test_code_that_is_escaped_instead_of_quoted_is_read() -> None:
+    raw = (
+        b'<programList><program name="a"><source>\n<code>begin\nif 1 &lt; 2\ndelay(0.5)\nendIf\nend</code>\n'
+        b"</source></program></programList>\n"
+    )
+    found = read_source(decode(raw, "a.pgx"))
+    assert codes(found) == []
+    assert [step.duration for step in found.plan().steps()] == [0.5]
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("movel(p,flange)", "P570"),
+        ("while", "P570"),
+        ("enablePower()", "P571"),
+        ("n=" + "(" * 150 + "1" + ")" * 150, "P572"),
+        ("while true", "P573"),
+        ("alterMovel(p)", "P575"),
+    ],
+)
+def test_each_mistake_has_its_code_and_a_place(line: str, code: str) -> None:
+    (found,) = program(line).diagnostics
+    assert (found.code, found.line) == (code, 5)
+    assert found.help
+
+
+def test_files_and_missing_data_have_codes() -> None:
+    assert codes(read_source(decode(b"poem\n", "a.pgx"))) == ["P574"]
+    assert codes(read_source(decode(b'<Programs><Program name="a">\n<Code>begin\n', "a.pgx"))) == ["P573"]
+    assert codes(program("movel(pNowhere,flange,m)")) == ["P576", "P577"]
+
+
+def test_the_sample_goes_where_its_numbers_say() -> None:
+    check_plan(olp.read(FOLDER / "start.pgx").plan("yaskawa/gp25"))
+
+
+def test_the_sample_is_read_whole() -> None:
+    check_whole(sorted(FOLDER.iterdir()), frozenset({"P576"}))
+
+
+@pytest.mark.parametrize("name", ["start.pgx", "handling.dtx", "handling.pjx"])
+def test_no_damage_makes_the_reader_raise_or_hang(name: str) -> None:
+    check_damage(FOLDER / name, 9)
