@@ -15,6 +15,11 @@ from olp.units import percent
 
 def accelerations(program: Program, work: Work) -> Program:
     """Every move's accelerations as the target says them; what it cannot say is left out, with a loss."""
+    if not any(
+        type(s) is Move and not (s.acceleration is None and s.deceleration is None and s.rate is None)
+        for s in program.statements()
+    ):
+        return program
     routines = tuple(
         replace(r, body=tuple([_move(s, work) if type(s) is Move else s for s in r.body]))
         for r in program.routines

@@ -42,7 +42,7 @@ from olp.program import (
 )
 from olp.translate.lift_moves import lifted_move
 from olp.translate.lift_points import Points
-from olp.translate.rewrite import expressions_of, mapped
+from olp.translate.rewrite import calls_nothing, expressions_of, mapped
 from olp.translate.work import Fate, Work
 
 TYPES: Final = {
@@ -105,7 +105,7 @@ class _Lift:
     def __post_init__(self) -> None:
         self.points = Points(self.work)
         for routine in self.program.routines:
-            for expression in (e for s in routine.body for e in expressions_of(s)):
+            for expression in _expressions(routine):
                 if type(expression) is Variable and type(expression.index) is not Number:
                     self._array(routine.name if expression.local else "", expression.store)
         self.whole = _whole_registers(self.program)
@@ -248,9 +248,9 @@ class _Lift:
         )
 
     def statement(self, routine: Routine, s: Statement) -> list[Statement]:
+        if type(s) is Move:
+            return lifted_move(self.points, routine, s, self.value)
         match s:
-            case Move():
-                return lifted_move(self.points, routine, s, self.value)
             case Update():
                 return self._update(s)
             case Clear():
@@ -383,6 +383,11 @@ class _Lift:
         return Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
 
 
+def _expressions(routine: Routine) -> list[Expression]:
+    """All expressions of a routine but those of plain moves."""
+    return [e for s in routine.body if not calls_nothing(s) for e in expressions_of(s)]
+
+
 def _owner(e: Any) -> Named | None:
     """The name of a position, or of the array that it is in."""
     base = e.base if isinstance(e, Item) else e
@@ -399,7 +404,7 @@ def _is_position(e: Expression | None) -> bool:
 
 def _arguments(routine: Routine) -> tuple[Store | None, ...]:
     """What a routine takes: as its header says, else as its body reads."""
-    read = [e.number for s in routine.body for e in expressions_of(s) if type(e) is Argument]
+    read = [e.number for e in _expressions(routine) if type(e) is Argument]
     count = max((len(routine.arguments), *read))
     return (*routine.arguments, *[None] * (count - len(routine.arguments)))
 

@@ -186,11 +186,11 @@ class _Modal:
 
     def _speed(self, index: int, s: Move, joint: bool) -> Speed | None:
         units = (SpeedUnit.FRACTION, SpeedUnit.AXIS) if joint else (SpeedUnit.TRAVEL,)
-        found = [(unit, self.value(index, (_SPEED, unit))) for unit in units]
-        found += [(unit, self.value(index, (_LAST, unit))) for unit in units]
-        for unit, value in found:
-            if value is not None:
-                return Speed(unit, value)  # type: ignore[arg-type]
+        for kind in (_SPEED, _LAST):
+            for unit in units:
+                value = self.value(index, (kind, unit))
+                if value is not None:
+                    return Speed(unit, value)  # type: ignore[arg-type]
         self.work.lose(
             s, Fate.APPROXIMATED, "speed", "no speed was set before this move: the target's default holds"
         )
@@ -292,7 +292,10 @@ def modal(program: Program, work: Work) -> Program:
         own.routine = routine.name
         rows: list[Statement] = []
         for original, s in zip(routine.body, body, strict=True):
-            rows += own.kept(original) if isinstance(original, _MODAL) else [s]
+            if type(original) in _MODAL_KINDS:
+                rows += own.kept(original)
+            else:
+                rows.append(s)
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines), data=(*program.data, *own.declared))
 

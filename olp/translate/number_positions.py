@@ -150,16 +150,25 @@ class Numbers:
         """In which frame and with which tool each position variable is used."""
         for routine in program.routines:
             for s in routine.body:
-                if isinstance(s, Move):
+                if type(s) is Move and not (s.via is None and self._is_fixed(s.targets[0])):
                     place = place_of(s)
                     for target in (*s.targets, *(() if s.via is None else (s.via,))):
                         self._note(target, place)
+        set_to = [
+            (s.target.name, _leading(s.value))
+            for s in program.statements()
+            if type(s) is Assign and isinstance(s.target, Named)
+        ]
         for _ in range(4):
-            for routine in program.routines:
-                for s in routine.body:
-                    if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name in self.places:
-                        for name in _leading(s.value):
-                            self.places.setdefault(name, self.places[s.target.name])
+            for target_name, names in set_to:
+                if target_name in self.places:
+                    for name in names:
+                        self.places.setdefault(name, self.places[target_name])
+
+    def _is_fixed(self, target: Expression) -> bool:
+        """Whether a move goes to a name that nothing changes."""
+        symbol = self.symbols.find("", target.name) if type(target) is Named else None
+        return symbol is not None and symbol.is_fixed
 
     def _note(self, target: Expression, place: Place) -> None:
         for name in _leading(target):
@@ -194,8 +203,9 @@ class Numbers:
         if self.inform or literal.kind != "pose" or literal.configuration or self.work.robot is None:
             return literal
         says = "the source names no arm configuration: the one that its plan takes is written, check it"
-        self.work.notes.append(says)
-        return replace(literal, configuration=(0,) * 6)
+        if says not in self.work.notes[-1:]:
+            self.work.notes.append(says)
+        return PositionLiteral(literal.kind, literal.values, literal.external, (0,) * 6, literal.native)
 
     def _literal_or(self, e: Expression) -> Expression:
         fixed = self._fixed(e)

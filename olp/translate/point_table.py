@@ -67,8 +67,8 @@ def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointSta
 
 def place_of(s: Move) -> Place:
     """The tool and the frame of a move by their numbers."""
-    tool = s.tool.number.value if isinstance(s.tool, FrameRef) and isinstance(s.tool.number, Number) else 0
-    user = None
-    if isinstance(s.frame, FrameRef) and s.frame.kind == "user" and isinstance(s.frame.number, Number):
-        user = int(s.frame.number.value)
-    return int(tool), user
+    tool, frame = s.tool, s.frame
+    number = int(tool.number.value) if type(tool) is FrameRef and type(tool.number) is Number else 0
+    if type(frame) is FrameRef and frame.kind == "user" and type(frame.number) is Number:
+        return number, int(frame.number.value)
+    return number, None

@@ -16,7 +16,9 @@ from olp.program import (
     Break,
     Call,
     Case,
+    Comment,
     Continue,
+    Declare,
     Default,
     Else,
     ElseIf,
@@ -30,6 +32,11 @@ from olp.program import (
     Program,
     Return,
     Routine,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetSpeed,
+    SetTool,
     Statement,
     Switch,
     Until,
@@ -47,6 +54,9 @@ Definitions = Callable[[Statement], Mapping[Key, int]]
 _FROM_OUTSIDE: Final[Values] = frozenset({ENTRY})
 _NOTHING: Final[Values] = frozenset({UNSET})
 _MARKERS: Final = (ElseIf, Else, Case, Default)
+_MARKER_KINDS: Final = frozenset(_MARKERS)
+# Statements behind which the next one comes; the commonest ones, all others are looked at more closely.
+_ONWARD: Final = frozenset({Move, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame, Comment, Declare})
 _ROUNDS: Final = 50
 
 
@@ -197,7 +207,7 @@ class _Graph:
         body, flow = self.routine.body, self.flow
         s = body[index]
         onward = index + 1
-        if type(s) is Move and (onward >= len(body) or type(body[onward]) is Move):
+        if type(s) in _ONWARD and (onward >= len(body) or type(body[onward]) not in _MARKER_KINDS):
             return [onward]
         if onward < len(body) and isinstance(body[onward], _MARKERS) and not isinstance(s, Switch):
             onward = flow.end.get(onward, onward)  # the branch is done, and so is the whole block

@@ -27,10 +27,9 @@ _READ_MOVE: Final = attrgetter(*(f.name for f in fields(Move)))
 _AT: Final = {f.name: at for at, f in enumerate(fields(Move))}
 # What few moves have: where it is all absent, targets, tool, frame, speed and blend are all that can hold expressions.
 _READ_RARE: Final = attrgetter(
-    "parts", "acceleration", "deceleration", "relative", "search", "until", "other", "via", "arc", "rate",
-    "turn", "offset", "tool_offset",
-)  # fmt: skip
-_NO_RARE: Final = ((), None, None, None, None, None, (), None, None, None, None, None, None)
+    "parts", "deceleration", "relative", "search", "until", "other", "via", "arc", "offset", "tool_offset"
+)
+_NO_RARE: Final = ((), None, None, None, None, (), None, None, None, None)
 Change = Callable[[Expression], Expression]
 
 EXPRESSIONS: Final = frozenset(get_args(Expression))
@@ -55,7 +54,7 @@ def _mapped(node: Any, change: Change) -> Any:
     kind = type(node)
     if kind in _LEAVES:
         return change(node)
-    if kind is Move and _READ_RARE(node) == _NO_RARE:
+    if kind is Move and is_usual(node):
         return _mapped_move(node, change)
     if kind is FrameRef and type(node.number) is Number:
         return change(node)
@@ -109,8 +108,15 @@ def edited(s: Move, changes: dict[str, Any]) -> Move:
 
 
 def is_usual(s: Move) -> bool:
-    """Whether a move has nothing beside targets, speed, blend, tool and frame."""
-    return _READ_RARE(s) == _NO_RARE
+    """Whether a move has nothing beside targets, speed, blend, tool, frame and numbers that are written out."""
+    if _READ_RARE(s) != _NO_RARE:
+        return False
+    turn, rate, share = s.turn, s.rate, s.acceleration
+    return (
+        (turn is None or type(turn.written) is Number)
+        and (rate is None or type(rate.value.written) is Number)
+        and (share is None or type(share.written) is Number)
+    )
 
 
 def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
@@ -162,7 +168,7 @@ def expressions_of(node: object) -> list[Expression]:
 
 def calls_nothing(s: object) -> bool:
     """Whether a statement is a move to a plain target, so that no call and no computation is in it."""
-    return type(s) is Move and type(s.targets[0]) in _LEAVES and _READ_RARE(s) == _NO_RARE
+    return type(s) is Move and type(s.targets[0]) in _LEAVES and is_usual(s)
 
 
 def statements_mapped(body: tuple[Statement, ...], change: Change) -> tuple[Statement, ...]:
