@@ -82,7 +82,7 @@ def point(number: int, place: list[float], turn: tuple[float, ...] = _TURN) -> s
 def clean(draw: random.Random, count: int = 24) -> Text:
     """A path that bends gently, in pieces of 60 to 120 mm; it stops where an output is set or something is awaited."""
     text = Text([], [])
-    place, heading = [draw.uniform(820, 1000), -380.0, draw.uniform(380, 560)], 1.6
+    place, heading = [draw.uniform(840, 960), -340.0, draw.uniform(420, 560)], 1.6
     for n in range(count):
         text.points.append(point(n, place, (_TURN[0], _TURN[1], _TURN[2] + draw.uniform(-1, 1))))
         stops = n % 6 == 5
@@ -95,7 +95,7 @@ def clean(draw: random.Random, count: int = 24) -> Text:
             )
         # Round the middle of the reach, so that the way never leads out of it.
         heading = 1.6 + 2 * math.pi * n / count + draw.uniform(-0.25, 0.25)
-        step = draw.uniform(60, 85)
+        step = draw.uniform(60, 80)
         place = [
             place[0] + step * math.cos(heading),
             place[1] + step * math.sin(heading),

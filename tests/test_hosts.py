@@ -274,7 +274,7 @@ def cells(pytester) -> Path:
 
 
 def outcomes(pytester, *words: str):
-    return pytester.runpytest_subprocess(*words, "-p", "no:cacheprovider")
+    return pytester.runpytest(*words, "-p", "no:cacheprovider")
 
 
 def test_each_budget_is_a_test(pytester, cells, monkeypatch):

@@ -167,4 +167,5 @@ def _sentence(found: Sequence[Difference]) -> str:
     changes = [d.change_s for d in found if d.change_s is not None]
     changed = sum(abs(c) > 5e-7 for c in changes)
     total = sum(changes)
-    return f"{len(found)} program{'' if len(found) == 1 else 's'}, {changed} with another time, {_signed(total)} s in all"
+    programs = f"{len(found)} program{'' if len(found) == 1 else 's'}"
+    return f"{programs}, {changed} with another time, {_signed(total)} s in all"
