@@ -229,8 +229,8 @@ def words(file: str, files: list[Path]) -> Rejections:
 
 
 def python(_: str, files: list[Path]) -> Rejections:
-    """Runs the scripts; one that waits for ever was accepted."""
-    from urscript_python import run
+    """Runs the scripts; one that waits for ever was accepted. One that is handed something is compiled only."""
+    from urscript_python import run, to_python
 
     def stop(*_: object) -> None:
         raise TimeoutError
@@ -239,8 +239,11 @@ def python(_: str, files: list[Path]) -> Rejections:
     rejected: Rejections = {}
     for path in files:
         signal.alarm(_SECONDS)
+        text = path.read_bytes().decode("utf-8", "replace")
         try:
-            run(path.read_bytes().decode("utf-8", "replace"))
+            compile(to_python(text), str(path), "exec")
+            if re.search(r"^def\s+\w+\s*\(\)\s*:", text, re.MULTILINE):
+                run(text)
         except TimeoutError:
             pass
         except Exception as problem:

@@ -102,8 +102,8 @@ def to_python(text: str) -> str:
 
 
 def _code(line: str) -> str:
-    line = line.strip()
-    if line.startswith("$"):
+    line = re.sub(r"\brun (?=\w+\()", "", line.strip())  # a thread runs to its end at once
+    if line.startswith(("$", "join ", "kill ")):
         return ""
     return re.sub(r'("[^"]*")|#.*', lambda m: m[1] or "", line).strip().replace("halt", "halt_()") or ""
 
@@ -188,6 +188,8 @@ def _stand_ins(robot: Robot) -> dict[str, Any]:
         "set_tcp": set_tcp,
         "sleep": lambda t: robot.done.append(("sleep", t)),
         "set_standard_digital_out": lambda n, on: robot.done.append(("out", n, bool(on))),
+        "set_standard_analog_out": lambda n, value: robot.done.append(("analog out", n, value)),
+        "get_actual_tcp_pose": lambda: Pose([0.0] * 6),
         "set_digital_out": lambda n, on: robot.done.append(("out", n, bool(on))),
         "get_standard_digital_in": read,
         "get_digital_in": read,
