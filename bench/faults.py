@@ -30,6 +30,12 @@ from fault_rows import Fault, inform, krl, rapid, tp, translate, urscript
 ROOT: Final = Path(__file__).resolve().parent.parent
 COPIED: Final = ("olp", "grammars", "templates", "samples", "tests", "docs", "pyproject.toml")
 LIMIT: Final = 300  # [s] for the tests of one fault
+# A failing example is enough: making it small takes minutes.
+_CONFTEST: Final = """from hypothesis import Phase, settings
+
+settings.register_profile("faults", phases=(Phase.explicit, Phase.generate), database=None)
+settings.load_profile("faults")
+"""
 _SUMMARY: Final = re.compile(r"^(?:FAILED|ERROR) tests/(\S+?\.py)(?:::(.*?))?(?: - (.*))?$", re.MULTILINE)
 _CRASH: Final = re.compile(r"(?:Name|Syntax|Indentation|Import|UnboundLocal)Error\b|ModuleNotFound")
 
@@ -142,6 +148,7 @@ def make_copy(folder: Path) -> Path:
             shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copy(source, folder / name)
+    (folder / "conftest.py").write_text(_CONFTEST, encoding="utf-8")
     compiling = [sys.executable, "-m", "compileall", "-q", "--invalidation-mode", "checked-hash", "olp"]
     subprocess.run(compiling, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     return folder

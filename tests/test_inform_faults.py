@@ -3,7 +3,9 @@
 import re
 
 import pytest
+from inform_jobs import job, read_lines
 
+from olp.export import export
 from olp.reading import read_source
 from olp.robot import load_robot
 from olp.source import decode
@@ -27,3 +29,10 @@ def test_the_status_of_a_kuka_position_is_the_configuration_of_a_job(status, fla
     (found,) = re.findall(r"///RCONF ([\d,]+)", written)
     assert found.split(",")[:3] == flags.split(",")
     assert len(found.split(",")) == 24
+
+
+@pytest.mark.parametrize("row", ["FOR I001 START= 1 TO 9 STEP= 2", "FOR I001 START= 9 TO 1 STEP= -1"])
+def test_a_loop_keeps_its_step(row):
+    program = read_lines(job([row, "TIMER T=0.50", "NEXT I001"]))
+    assert not [d.render() for d in program.diagnostics if d.is_error]
+    assert row in export(program, "inform").decode()
