@@ -44,11 +44,12 @@ def json_in_page(value: Any) -> Markup:
     return Markup(text)
 
 
+_KEPT = "\t\n\u00a0\u202f"  # besides printable characters: also the blanks that keep a number and its unit together
+
+
 def printable(text: str) -> str:
-    """The text with a mark in place of what no page may hold: control characters and halves of characters."""
-    return "".join(
-        c if c in "\t\n" or (c.isprintable() and not "\ud800" <= c <= "\udfff") else "\ufffd" for c in text
-    )
+    """The text with a mark in place of what no page may hold: control characters, what turns the reading direction."""
+    return "".join(c if c.isprintable() or c in _KEPT else "\ufffd" for c in text)
 
 
 def _clean(value: Any) -> Any:
