@@ -628,3 +628,8 @@ def test_the_header_of_a_foreign_program_is_complete() -> None:
     assert text.startswith('/PROG  MADE\r\n/ATTR\r\nOWNER\t\t= MNEDITOR;\r\nCOMMENT\t\t= "";\r\n')
     assert "CREATE\t\t= DATE 25-03-04  TIME 10:11:00;" in text
     assert text.endswith("/APPL\r\n/MN\r\n/POS\r\n/END\r\n")
+
+
+def test_a_condition_that_begins_with_a_number_is_mixed_logic() -> None:
+    jump = Jump(1, "1", Compare(">", Number(2), Number(1)))
+    assert "IF (2>1),JMP LBL[1]" in " ".join(instructions(made(jump, Label(2, "1"))))

@@ -269,8 +269,9 @@ class Words:
         return f"{self.expression(left, 4)}{operator}{self.expression(right, 4)}"
 
     def condition(self, it: Expression, parentheses: bool = False) -> str:
-        """A condition: plain where it compares two single values, else mixed logic in parentheses."""
-        if isinstance(it, Compare) and isinstance(it.left, _SINGLE) and isinstance(it.right, _SINGLE):
+        """A condition: plain where it compares a single value with another, else mixed logic in parentheses."""
+        single = isinstance(it, Compare) and isinstance(it.left, _SINGLE) and isinstance(it.right, _SINGLE)
+        if isinstance(it, Compare) and single and not isinstance(it.left, (Number, State)):
             text = self._comparison(it.operator, it.left, it.right)
             return f"({text})" if parentheses else text
         return f"({self._truth(it, 0)})"
