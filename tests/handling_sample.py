@@ -61,6 +61,9 @@ def check_plan(plan: Plan) -> None:
     other = olp.read(SAMPLES / "krl/handling.src").plan("yaskawa/gp25")
     ours, theirs = (one.positions.axes[one.moves.target, :6] for one in (plan, other))
     np.testing.assert_allclose(ours, theirs, atol=1e-6)
+    rounds = [one.positions.position[one.moves.via[one.moves.via >= 0]] for one in (plan, other)]
+    assert len(rounds[0]) == 1
+    np.testing.assert_allclose(rounds[0], rounds[1], atol=1e-7)
     assert list(plan.moves.fraction[[0, 1, -1]]) == pytest.approx([0.4, 0.55, 0.4])
     assert list(plan.moves.travel[2:8]) == pytest.approx([0.25, 0.1205, 0.1205, 0.1205, 0.15, 0.3])
     assert list(plan.moves.blend[[1, 3, 4, 5, 6]]) == pytest.approx([0.025, 0.005, 0.005, 0.005, 0.010])
@@ -69,7 +72,7 @@ def check_plan(plan: Plan) -> None:
 
 
 def check_whole(paths: Sequence[Path], told: frozenset[str] = frozenset()) -> None:
-    """Files without a finding but those `told`, each line of which is accounted for, and which come back as they are."""
+    """Files without a finding but those `told`, each line accounted for, which come back as they are."""
     for path in paths:
         found = olp.read(path)
         assert [d.render() for d in found.diagnostics if d.code not in told] == []

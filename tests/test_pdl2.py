@@ -81,6 +81,11 @@ def test_a_move_carries_what_stands_behind_with_over_several_lines() -> None:
     assert move.tool is not None
 
 
+def test_a_program_goes_on_during_a_move_with_advance() -> None:
+    first, second = moves(program("MOVE LINEAR TO p ADVANCE", "MOVE LINEAR TO p"))
+    assert (first.no_wait, second.no_wait) == (True, False)
+
+
 def test_only_a_flying_move_rounds_its_corner() -> None:
     first, second = moves(program("MOVE LINEAR TO p", "MOVEFLY LINEAR TO p"))
     assert first.blend is not None

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, Final
 
-from olp.diagnostic import Severity
-from olp.expression import Expression, Item, Named, Number, PositionLiteral, Quantity, Text
+from olp.diagnostic import Severity, Span
+from olp.expression import (
+    Binary,
+    Expression,
+    Function,
+    Item,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    Text,
+    Unary,
+)
 from olp.points import PointTable
 from olp.program import (
     Assign,
@@ -75,6 +87,7 @@ _KNOWN: Final = words(
 _MOVES: Final = words("DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
 _UNTAUGHT: Final = PositionLiteral("pose", (float("nan"),) * 6)
 _MOST_ELEMENTS: Final = 5000  # per index of an array
+_MOST_ROOM: Final = 500_000  # elements of all arrays together
 _SIZES: Final = {1: 1000, 2: 100}  # of an array that only the program fills, by its number of indices
 
 
@@ -92,6 +105,7 @@ class _File:
         self.rules = AsRules()
         self.parser = LineParser(findings, "as", self.rules, _CODES, _KNOWN, _MOVES)
         self.data: dict[str, Declare] = {}
+        self.room = _MOST_ROOM
         self.elements: dict[str, dict[tuple[int, ...], Expression]] = {}
 
     def read(self) -> Program:
@@ -174,9 +188,21 @@ class _File:
             first = next(iter(kept.values()))
             type_, missing = _gap(first)
             sizes = tuple(Number(max(index[at] for index in kept) + 1) for at in range(width))
+            if not self._takes(sizes):
+                message, help = (
+                    f"{name} makes the arrays too large",
+                    f"at most {_MOST_ROOM:,} elements in all",
+                )
+                self.findings.once(Severity.ERROR, "P586", "room", message, Span(0), help)
+                continue
             self.data[name.casefold()] = Declare(
                 0, name, type_, array(type_, kept, missing), sizes, shared=True
             )
+
+    def _takes(self, sizes: tuple[Number, ...]) -> bool:
+        """Whether there is room for one more array of these sizes."""
+        self.room -= math.prod(int(size.value) for size in sizes)
+        return self.room >= 0
 
     # --- programs ---------------------------------------------------------------------------------------
 
@@ -220,13 +246,28 @@ class _File:
                 continue
             count = len(target.indices) if isinstance(target, Item) else 0
             sizes = (Number(_SIZES.get(count, 20)),) * count
+            if base.name.casefold() not in self.data.keys() | own.keys() and not self._takes(sizes):
+                sizes = (Number(1),) * count
             local = "." in base.name[:2]
             place = own if local else self.data
-            place.setdefault(
-                base.name.casefold(),
-                Declare(0 if not local else routine.line, base.name, "variable", None, sizes),
-            )
+            type_ = self._type(one.value) if isinstance(one, Assign) else "integer"
+            if base.name.startswith("$"):
+                type_ = "string"
+            line = routine.line if local else 0
+            place.setdefault(base.name.casefold(), Declare(line, base.name, type_, None, sizes))
         return replace(routine, body=(*own.values(), *routine.body)) if own else routine
+
+    def _type(self, value: Expression) -> str:
+        """Of a variable that gets this value."""
+        base = value.base if isinstance(value, Item) else value
+        if isinstance(base, Named):
+            known = self.data.get(base.name.casefold())
+            return known.type if known else "variable"
+        if isinstance(value, PositionLiteral):
+            return "position" if value.kind == "pose" else "joints"
+        if isinstance(value, Function) and value.name.startswith(("pose-", "forward")):
+            return "position"
+        return "real" if isinstance(value, (Number, Binary, Unary)) else "variable"
 
     def _with_defaults(self, routine: Routine) -> Routine:
         """What a controller holds before any instruction: corners of 1 mm."""
@@ -357,6 +398,8 @@ def _value(word: str, text: str) -> Expression | None:
     if not words or not all(_NUMBER.fullmatch(one) for one in words) or any(len(one) > 40 for one in words):
         return None
     numbers = [float(one) for one in words]
+    if not all(map(math.isfinite, numbers)):
+        return None
     if word == ".TRANS":
         return zyz_pose(numbers[:6]) if len(numbers) >= 6 else None
     if word == ".JOINTS":

@@ -48,7 +48,7 @@ _CONSTANT = re.compile(rf"{_NAME}\s*=\s*(.+)", re.IGNORECASE)
 _SIZED = re.compile(r"ARRAY\s*(?:\[([^\]]*)\])?\s*OF\s+(\w+).*", re.IGNORECASE)
 _END = re.compile(rf"END(?:\s+{_NAME})?", re.IGNORECASE)
 _WRITE = re.compile(r"WRITE\b\s*(?:\w+\s*)?\(?(.*?)\)?", re.IGNORECASE)
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?", re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d{1,2})?", re.IGNORECASE)
 _KNOWN: Final = words(
     "MOVE MOVEFLY DELAY IF ELSIF ELSE ENDIF WHILE ENDWHILE FOR ENDFOR REPEAT UNTIL SELECT CASE ENDSELECT GOTO PULSE "
     "RETURN"

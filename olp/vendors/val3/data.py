@@ -5,6 +5,7 @@ All data of VAL3 are arrays. One element is read as a plain variable, more as an
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -29,6 +30,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 # A new motion descriptor, so also what a file leaves out. `blend` is 0 for off: it multiplies `leave`.
 MDESC: Final = {"accel": 100.0, "vel": 100.0, "decel": 100.0, "tmax": 99999.0, "rmax": 99999.0}
 _MOST: Final = 5000  # elements of an array
+_MOST_ROOM: Final = 500_000  # elements of all data together
 _MOST_FILES, _MOST_BYTES = 8, 4_000_000
 
 
@@ -94,6 +96,7 @@ def read_data(source: Source) -> list[Datum]:
 def declarations(data: list[Datum]) -> list[Declare]:
     """The data as declarations, frames behind those that they stand in."""
     made: list[Declare] = []
+    room = _MOST_ROOM
     for one in sorted(data, key=_depth(data)):
         type_ = (
             "position" if one.type in POSES else "joints" if one.type in JOINTS else _TYPES.get(one.type, "")
@@ -109,7 +112,10 @@ def declarations(data: list[Datum]) -> list[Declare]:
                 Declare(one.line, one.name, type_, values.get(0, plain), shared=True, native=one.type)
             )
             continue
-        filled: dict[tuple[int, ...], Expression] = {(key,): value for key, value in values.items()}
+        room -= one.size
+        if room < 0:  # larger than any controller's memory: what has no value is left out
+            one = Datum(one.name, one.type, max(values, default=0) + 1 if room > -_MOST_ROOM else 1, one.line)
+        filled: dict[tuple[int, ...], Expression] = {(k,): v for k, v in values.items() if k < one.size}
         filled.setdefault((one.size - 1,), plain)
         sizes = (Number(one.size),)
         made.append(
@@ -156,7 +162,8 @@ def named(father: str) -> Expression:
 def _value(type_: str, attributes: Mapping[str, str]) -> Expression:
     def number(name: str, default: float = 0.0) -> float:
         text = attributes.get(name, "")
-        return float(text) if _NUMBER.fullmatch(text) and len(text) < 40 else default
+        value = float(text) if _NUMBER.fullmatch(text) and len(text) < 40 else default
+        return value if math.isfinite(value) else default
 
     if type_ in POSES:
         native = tuple((n, attributes[n]) for n in ("shoulder", "elbow", "wrist") if n in attributes)

@@ -48,7 +48,7 @@ _CODES: Final = Codes("P570", "P571", "P572", "P573", "P574", "P575")
 _MARK = re.compile(r"<(?:Programs|programList|Database|dataList|Project)\b", re.IGNORECASE)
 _DATA = re.compile(r"<(?:Database|dataList)\b", re.IGNORECASE)
 _PROJECT = re.compile(r"<Project\b", re.IGNORECASE)
-_OPEN = re.compile(r"<(?:Code|code)\b[^>]*>\s*(<!\[CDATA\[)?")
+_OPEN = re.compile(r"<(?:Code|code)\b[^<>]*>\s*(<!\[CDATA\[)?")
 _CLOSE = re.compile(r"(?:\]\]>\s*)?</(?:Code|code)>|\]\]>")
 _KNOWN: Final = words(
     "IF ELSEIF ELSE ENDIF WHILE ENDWHILE FOR ENDFOR DO UNTIL SWITCH CASE DEFAULT ENDSWITCH BREAK MOVEJ MOVEL MOVEC CALL"
@@ -98,10 +98,9 @@ class _File:
             stop = self._code(body, opened, number)
             routines.append(self._routine(head, body, stop))
             head, number = [], stop + 1
-        if not routines and any(
-            tag.name.lower() == "program" for found in self.tags.values() for tag in found
-        ):
-            self._tell_unclosed(1, "a program without <Code>")
+        programs = [tag for found in self.tags.values() for tag in found if tag.name.lower() == "program"]
+        if not routines and programs and not any(_PROJECT.search(line) for line in lines[:20]):
+            self._tell_unclosed(programs[0].line, "a program without <Code>")
         return routines
 
     def _names(self, head: list[Tag]) -> Known:
