@@ -5,12 +5,12 @@ Codes: X011 something that the target cannot say.
 
 from __future__ import annotations
 
-import gc
 import inspect
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from olp.collecting import no_garbage_collection
 from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
 from olp.export import refuse_unwritable
 from olp.program import Program, Routine
@@ -53,14 +53,9 @@ def convert(
     refuse_unwritable(vendor)
     context = context or Context()
     raise_errors([found.at(program.path) for found in program.diagnostics])
-    # Statements are many, small and without cycles: looking for some takes a third of the time.
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
+    # Statements are many, small and without cycles.
+    with no_garbage_collection():
         return _converted(program, vendor, context, encoding, date)
-    finally:
-        if collecting:
-            gc.enable()
 
 
 def _converted(

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Iterator
-from contextlib import contextmanager
 
+from olp.collecting import no_garbage_collection
 from olp.program import LineKind, Program, Routine
 from olp.source import Source
 from olp.vendors.inform import checks
@@ -20,23 +19,11 @@ def read_program(source: Source) -> Program:
     findings = Findings(source)
     routines: tuple[Routine, ...] = ()
     if checks.is_readable(findings):
-        with _no_garbage_collection():
+        with no_garbage_collection():
             routines = tuple(_routines(findings))
         checks.check_names(findings, routines)
         checks.check_text(findings)
     return Program("inform", source, routines, findings.result(), bytes(findings.kinds))
-
-
-@contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _routines(findings: Findings) -> Iterator[Routine]:

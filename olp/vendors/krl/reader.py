@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 
+from olp.collecting import no_garbage_collection
 from olp.diagnostic import Diagnostic, Severity
 from olp.points import PointTable
 from olp.program import Declare, LineKind, Parameter, Program, Routine, Statement
@@ -29,7 +27,7 @@ def read_program(source: Source, given: tuple[Source, ...] | None = None) -> Pro
     data: tuple[Declare, ...] = ()
     told: tuple[Diagnostic, ...] = ()
     if checks.check_readable(findings):
-        with _no_garbage_collection():
+        with no_garbage_collection():
             scope = Scope()
             beside = read_neighbours(source, scope, findings, given)
             reader = _FileReader(findings, scope)
@@ -40,18 +38,6 @@ def read_program(source: Source, given: tuple[Source, ...] | None = None) -> Pro
     main = _main(routines, source.path)
     kinds = bytes(findings.kinds)
     return Program("krl", source, routines, (*findings.result(), *told), kinds, data, main, found)
-
-
-@contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _main(routines: tuple[Routine, ...], path: str) -> str:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 
+from olp.collecting import no_garbage_collection
 from olp.program import Declare, Program, Routine
 from olp.source import Source
 from olp.vendors.inform.findings import Findings
@@ -33,7 +31,7 @@ def read_modules(source: Source) -> Program:
     routines: tuple[Routine, ...] = ()
     data: tuple[Declare, ...] = ()
     if checks.is_readable(findings):
-        with _no_garbage_collection():
+        with no_garbage_collection():
             clauses = list(Cutter(source.lines).cut())
             names = gather(clauses)
             reader = ModuleReader(findings, names)
@@ -52,15 +50,3 @@ def main_of(routines: tuple[Routine, ...]) -> str:
     if main is None:
         main = next((one for one in called if all(p.optional for p in one.parameters)), None)
     return "" if main is None else main.name
-
-
-@contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()

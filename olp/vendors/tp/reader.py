@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 
+from olp.collecting import no_garbage_collection
 from olp.diagnostic import Span
 from olp.expression import Number
 from olp.program import ControlGroup, Declare, Program, Routine
@@ -31,25 +29,13 @@ def read_program(source: Source) -> Program:
     findings = Findings(source)
     routines: tuple[Routine, ...] = ()
     if checks.is_readable(findings):
-        with _no_garbage_collection():
+        with no_garbage_collection():
             routines = tuple(_routine(findings, listing) for listing in listings(findings))
     text = "\n".join(source.lines) if routines else ""
     data: tuple[Declare, ...] = ()
     if values.TIMEOUT in text or "TIMEOUT" in text:
         data = (Declare(0, values.TIMEOUT, "integer", Number(values.USUAL_TIMEOUT)),)
     return Program("tp", source, routines, findings.result(), bytes(findings.kinds), data)
-
-
-@contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """A read builds many objects and no cycles; collecting them over and over doubles its time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _routine(findings: Findings, listing: Listing) -> Routine:

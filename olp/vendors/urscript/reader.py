@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import gc
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import PurePath
 
+from olp.collecting import no_garbage_collection
 from olp.diagnostic import Span
 from olp.program import Declare, LineKind, Program, Routine
 from olp.source import Source
@@ -36,7 +35,7 @@ def read_lines(source: Source) -> Program:
     findings = Findings(source)
     if not _is_readable(findings):
         return Program("urscript", source, (), findings.result(), bytes(findings.kinds))
-    with _no_garbage_collection():
+    with no_garbage_collection():
         root = Outliner(findings).read(LineReader(findings).read())
         _forget_helpers(root)
         main = _main(root, source)
@@ -92,18 +91,6 @@ def _refused(findings: Findings) -> bool:
     for number, line in enumerate(findings.source.lines):
         findings.kinds[number] = LineKind.ERROR if line.strip() else LineKind.BLANK
     return False
-
-
-@contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """A read builds many objects and few cycles; collecting them over and over doubles its time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _main(root: Part, source: Source) -> Part:
