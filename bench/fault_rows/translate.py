@@ -13,12 +13,6 @@ FAULTS: Final = (
     ),
     Fault(
         "speeds.py",
-        "SpeedUnit.FRACTION: percent,",
-        "SpeedUnit.FRACTION: 1.0,",
-        "shares of speed written as fractions",
-    ),
-    Fault(
-        "speeds.py",
         "return row.length / value if",
         "return row.length / (value * mm) if",
         "mm/s taken as m/s",
