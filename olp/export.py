@@ -100,9 +100,9 @@ def rendered(
     from olp.templating import Limits, given, shipped
 
     renderer = shipped(vendor) if template is None else given(template)
-    size = len(program.source.raw) + sum(
-        len(routine.body) + len(routine.points) for routine in program.routines
-    )
+    # What was read from several files has little text of its own.
+    size = len(program.source.raw) + len(program.data)
+    size += sum(len(routine.body) + len(routine.points) for routine in program.routines)
     limits = Limits(steps=100_000 + 10 * size, characters=1_000_000 + 100 * size, seconds=60.0)
     return renderer.render(values, limits)
 

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from olp.expression import CallValue, Named, Number, PositionLiteral, State, Text, Variable
+from olp.expression import CallValue, Function, Named, Number, PositionLiteral, State, Text, Variable
 from olp.geometry import rotation_angle, rotation_from_angles
 from olp.program import Assign, Call, Move, Path, Program, StartTask, Statement, Update
 from olp.translate.rewrite import expressions_of, is_usual
@@ -68,7 +68,10 @@ def _keeps_systems(s: Statement) -> bool:
 def _pose(s: Move, routine: str, symbols: Symbols) -> tuple[float, ...] | None:
     if s.via is not None or s.path is Path.CIRCULAR or len(s.targets) != 1 or not _is_whole(s):
         return None
-    value = symbols.fixed_value(routine, s.targets[0])
+    target = s.targets[0]
+    if type(target) is Function and target.name == "pose-product" and _outer(s) is not None:
+        target = target.arguments[1]  # seen from the frame that both ends stand in
+    value = symbols.fixed_value(routine, target)
     if type(value) is not PositionLiteral or value.kind != "pose":
         return None
     values = value.values[:6]
@@ -86,4 +89,12 @@ def _is_whole(s: Move) -> bool:
 
 def _same_place(one: Move, other: Move) -> bool:
     tools = one.tool is other.tool or one.tool == other.tool
-    return tools and (one.frame is other.frame or one.frame == other.frame)
+    frames = one.frame is other.frame or one.frame == other.frame
+    return tools and frames and _outer(one) == _outer(other)
+
+
+def _outer(s: Move) -> Named | None:
+    """The named frame that a target is multiplied with."""
+    target = s.targets[0]
+    first = target.arguments[0] if type(target) is Function and target.name == "pose-product" else None
+    return first if type(first) is Named else None
