@@ -394,10 +394,6 @@ def _owner(e: Any) -> Named | None:
     return base if isinstance(base, Named) else None
 
 
-def _is_count(e: Expression | None) -> bool:
-    return isinstance(e, Variable) and TYPES.get(e.store) == "integer"
-
-
 def _is_position(e: Expression | None) -> bool:
     return isinstance(e, Variable) and e.store in POSITION_STORES
 
