@@ -18,7 +18,10 @@ JOBS = sorted(path for path in SAMPLES.rglob("*") if path.suffix.lower() == ".jb
 BROKEN = [path for path in JOBS if path.parent.name == "broken"]
 WHOLE = [path for path in JOBS if path.parent.name != "broken"]
 # Points for a seven-axis arm, whose pulses nobody has published.
-SAYS_WHY_NOT = {"seven-axis.jbi", "DROP.JBI"}  # an arm nobody knows; an arc that begins where the caller stood
+SAYS_WHY_NOT = {
+    "seven-axis.jbi",
+    "DROP.JBI",
+}  # an arm nobody knows; an arc that begins where the caller stood
 
 
 def name(path: Path) -> str:
