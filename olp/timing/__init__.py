@@ -83,13 +83,9 @@ def time_plan(
     report_inferred(plan, wanted.length > 0, limits.report)
     settling = _settling(plan, joined, limits, effects, signed)
     durations = np.where(wanted.unknown, np.nan, np.maximum(profile.duration - joined.saving + settling, 0.0))
-    told = plan.moves.duration
-    if not np.isnan(told).all():
-        # A programmed time includes the ramps; where the arm needs longer at its limits it takes longer.
+    if not np.isnan(plan.moves.duration).all():
         least = _profile(chosen, _at_limits(plan, wanted), joined, parameters).duration
-        durations = np.where(
-            np.isnan(told) | np.isnan(durations), durations, np.maximum(told / effects.override, least)
-        )
+        durations = _programmed(plan.moves.duration / effects.override, durations, least)
     if signed is not None and signed.told is not None:
         durations[signed.told.rows] = signed.told.duration
     timing = _gather(plan, chosen.name, wanted, profile, durations, joined, effects, signed)
@@ -115,6 +111,11 @@ def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dic
         joined.end_speed,
         **parameters,
     )
+
+
+def _programmed(told: Floats, durations: Floats, least: Floats) -> Floats:
+    """Durations with programmed times in their place [s]: they include the ramps, and no arm is faster than `least`."""
+    return np.where(np.isnan(told) | np.isnan(durations), durations, np.maximum(told, least))
 
 
 def _at_limits(plan: Plan, wanted: Demand) -> Demand:

@@ -34,7 +34,7 @@ from olp.translate.rewrite import mapped
 from olp.translate.symbols import Symbol, Symbols
 from olp.translate.work import Fate, Work
 
-_STORES: Final[dict[str, dict[str, Store]]] = {
+STORES: Final[dict[str, dict[str, Store]]] = {
     "inform": {
         "integer": Store.DOUBLE,
         "real": Store.REAL,
@@ -52,7 +52,7 @@ _STORES: Final[dict[str, dict[str, Store]]] = {
         "joints": Store.ROBOT,
     },
 }
-_LETTERS: Final = {
+LETTERS: Final = {
     "inform": {
         Store.DOUBLE: "D",
         Store.REAL: "R",
@@ -94,7 +94,7 @@ class Numbers:
     # --- variables --------------------------------------------------------------------------------------
 
     def _store(self, symbol: Symbol) -> Store:
-        stores = _STORES[self.work.target]
+        stores = STORES[self.work.target]
         return stores.get(symbol.type or "real", Store.REAL if symbol.type != "position" else Store.ROBOT)
 
     def variable(self, e: Named) -> Variable:
@@ -123,7 +123,7 @@ class Numbers:
             self.work.lose(
                 0, Fate.REFUSED, "variable", f"more than {largest} variables of the kind {store.value}"
             )
-        letter = _LETTERS[self.work.target].get(store, "")
+        letter = LETTERS[self.work.target].get(store, "")
         shown = f"{letter}{start:03d}" if self.inform else f"{letter}[{start}]"
         self.work.names[("variable", name)] = shown
         return start

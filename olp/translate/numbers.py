@@ -14,7 +14,6 @@ from olp.expression import (
     Number,
     PositionLiteral,
     State,
-    Store,
     Text,
 )
 from olp.program import (
@@ -36,35 +35,6 @@ from olp.translate.rewrite import edited, is_usual, mapped
 from olp.translate.symbols import kind_of_value, symbols_of
 from olp.translate.work import Fate, Work
 
-_STORES: Final[dict[str, dict[str, Store]]] = {
-    "inform": {
-        "integer": Store.DOUBLE,
-        "real": Store.REAL,
-        "boolean": Store.BYTE,
-        "string": Store.STRING,
-        "position": Store.ROBOT,
-        "joints": Store.ROBOT,
-    },
-    "tp": {
-        "integer": Store.REAL,
-        "real": Store.REAL,
-        "boolean": Store.REAL,
-        "string": Store.STRING,
-        "position": Store.ROBOT,
-        "joints": Store.ROBOT,
-    },
-}
-_LETTERS: Final = {
-    "inform": {
-        Store.DOUBLE: "D",
-        Store.REAL: "R",
-        Store.BYTE: "B",
-        Store.STRING: "S",
-        Store.ROBOT: "P",
-        Store.INTEGER: "I",
-    },
-    "tp": {Store.REAL: "R", Store.STRING: "SR", Store.ROBOT: "PR"},
-}
 _FIRST: Final = {"inform": 0, "tp": 1}
 _VALUES: Final = (
     "speed", "blend", "acceleration", "deceleration", "rate", "turn", "offset", "tool_offset", "until"

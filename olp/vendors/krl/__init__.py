@@ -27,7 +27,6 @@ class Krl(Vendor):
     trailing_comment_prefix = " ;"
     comment_length = 200
     blending = "kuka"
-    blending = "kuka"
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])
