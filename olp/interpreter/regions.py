@@ -23,7 +23,23 @@ from olp.expression import (
     Unary,
     Variable,
 )
-from olp.program import Break, Call, Case, ElseIf, End, If, Jump, Return, Statement, Switch, Until, While
+from olp.program import (
+    Assign,
+    Break,
+    Call,
+    Case,
+    ElseIf,
+    End,
+    If,
+    Jump,
+    ReadInput,
+    Return,
+    Statement,
+    Switch,
+    Until,
+    Update,
+    While,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +69,24 @@ def region(body: tuple[Statement, ...], flow: ControlFlow, first: int, last: int
         deciding.extend(
             c for i in range(first, index) if _skips(body[i], flow, i, index) for c in _conditions(body[i])
         )
-    return Region(exits, frozenset(read for condition in deciding for read in reads_of(condition)))
+    reads = {read for condition in deciding for read in reads_of(condition)}
+    return Region(exits, frozenset(reads | _behind(body, flow, range(first, last), reads)))
+
+
+Read = tuple[str, int | None, bool]
+
+
+def _behind(body: tuple[Statement, ...], flow: ControlFlow, inside: range, reads: set[Read]) -> set[Read]:
+    """What conditions inside the loop read that decide whether a deciding variable is set: progress in them is some."""
+    found: set[Read] = set()
+    for opener, end in flow.end.items():
+        if opener not in inside or flow.opener.get(opener) != opener or isinstance(body[opener], While):
+            continue
+        targets = (s.target for s in body[opener:end] if isinstance(s, (Assign, Update, ReadInput)))
+        if any(read in reads for target in targets for read in reads_of(target)):
+            conditions = (c for marker in _markers(flow, opener) for c in _conditions(body[marker]))
+            found.update(read for condition in conditions for read in reads_of(condition))
+    return found
 
 
 def _leaves(statement: Statement, flow: ControlFlow, first: int, last: int) -> bool:
