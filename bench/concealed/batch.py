@@ -1,4 +1,4 @@
-"""Makes many cases in several processes. The seeds of both sets are fixed here."""
+"""Makes many cases in several processes. The seeds of all sets are fixed here."""
 
 from __future__ import annotations
 
