@@ -332,3 +332,13 @@ def test_the_plugin_costs_nothing_where_it_is_not_used():
         [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True
     )
     assert done.stdout.strip() == b"[]"
+
+
+HOSTS = sorted(folder.name for folder in (ROOT / "hosts").iterdir() if folder.is_dir())
+
+
+@pytest.mark.parametrize("host", HOSTS)
+def test_a_host_has_a_page_and_a_test_of_its_own(host):
+    folder = ROOT / "hosts" / host
+    assert (folder / "README.md").read_text(encoding="utf-8").startswith("# ")
+    assert (folder / "test").read_text(encoding="utf-8").startswith("#!/bin/sh\n# ")
