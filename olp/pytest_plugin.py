@@ -78,6 +78,7 @@ class BudgetTest(pytest.Item):
         **more: Any,
     ) -> None:
         super().__init__(**more)
+        self.funcargs: dict[str, Any] = {}  # as all items of pytest have it: plugins read it unasked
         self.says, self.budget, self.paths, self.judge = says, budget, paths or [], judge
 
     def runtest(self) -> None:

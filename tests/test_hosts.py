@@ -274,7 +274,8 @@ def cells(pytester) -> Path:
 
 
 def outcomes(pytester, *words: str):
-    return pytester.runpytest(*words, "-p", "no:cacheprovider")
+    # pytest-asyncio wants a setting of every project, whether it has coroutines or not.
+    return pytester.runpytest(*words, "-p", "no:cacheprovider", "-p", "no:asyncio")
 
 
 def test_each_budget_is_a_test(pytester, cells, monkeypatch):
