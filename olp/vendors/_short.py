@@ -30,7 +30,7 @@ from olp.program import LineKind, Opaque, Program, Statement
 from olp.resources import read_text
 from olp.source import Source
 from olp.units import deg, mm
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput

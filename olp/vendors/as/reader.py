@@ -54,6 +54,7 @@ from olp.program import (
 )
 from olp.source import Source
 from olp.units import mm
+from olp.vendors._findings import Findings
 from olp.vendors._short import (
     Codes,
     LineParser,
@@ -66,7 +67,6 @@ from olp.vendors._short import (
     words,
     zyz_pose,
 )
-from olp.vendors.inform.findings import Findings
 
 from .rules import Arc, AsRules, End, NextMove, PercentOfPath
 

@@ -11,7 +11,7 @@ from olp.diagnostic import Severity, Span
 from olp.expression import Element, Store, Taught
 from olp.points import PointBlock, PointKind, PointState
 from olp.program import Assign, Begin, Comment, End, Label, LineKind, Move, Reference, Routine, Statement
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.inform.header import Header
 
 _FAMILY = {Store.ROBOT: "C", Store.BASE: "BC", Store.STATION: "EC"}

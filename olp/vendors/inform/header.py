@@ -11,7 +11,7 @@ from olp.diagnostic import Severity, Span
 from olp.expression import FrameRef, Store, Variable
 from olp.points import PointTable
 from olp.program import ControlGroup, LineKind
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.inform.positions import KINDS, ROW, Positions
 from olp.vendors.inform.values import STORES, number
 

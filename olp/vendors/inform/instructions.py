@@ -18,8 +18,8 @@ from olp.program import (
     Opaque,
     Statement,
 )
+from olp.vendors._findings import Findings
 from olp.vendors.inform.fast import MoveLines
-from olp.vendors.inform.findings import Findings
 from olp.vendors.inform.markers import MARKERS
 from olp.vendors.inform.positions import ROW
 

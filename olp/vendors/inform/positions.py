@@ -20,7 +20,7 @@ from olp.expression import Store
 from olp.points import PointBlock, PointKind, PointState, PointTable
 from olp.program import LineKind
 from olp.units import deg, mm
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 
 FAMILIES: Final = {
     "C": (Store.ROBOT, True),

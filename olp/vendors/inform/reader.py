@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from olp.collecting import no_garbage_collection
 from olp.program import LineKind, Program, Routine
 from olp.source import Source
+from olp.vendors._findings import Findings
 from olp.vendors.inform import checks
 from olp.vendors.inform.fast import MoveLines
-from olp.vendors.inform.findings import Findings
 from olp.vendors.inform.header import HeaderReader
 from olp.vendors.inform.instructions import Instructions
 

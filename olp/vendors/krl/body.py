@@ -35,7 +35,7 @@ from olp.program import (
     Until,
     While,
 )
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.krl import lines
 from olp.vendors.krl.declarations import Head, Tail
 from olp.vendors.krl.fast import ACTUAL, MoveLines

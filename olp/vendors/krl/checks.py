@@ -31,7 +31,7 @@ from olp.program import (
     Until,
     While,
 )
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.krl.scope import Scope
 
 _OPENS: Final[dict[type, tuple[type, str, str]]] = {

@@ -10,7 +10,7 @@ from typing import Final
 
 from olp.expression import Expression, Item, Member, Named, Number, RecordLiteral, Unknown
 from olp.program import Assign, Declare, LineKind
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.krl import fast, lines
 from olp.vendors.krl.declarations import Head, Tail
 from olp.vendors.krl.parsing import LineReader

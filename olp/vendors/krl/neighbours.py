@@ -12,7 +12,7 @@ from olp.diagnostic import Diagnostic, Span
 from olp.expression import Number, RecordLiteral, Text
 from olp.program import Declare
 from olp.source import Source
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.krl import checks, companions, lines
 from olp.vendors.krl.lists import ListReader
 from olp.vendors.krl.parsing import LineReader

@@ -6,7 +6,7 @@ import re
 from typing import Any, Final
 
 from olp.diagnostic import Severity, Span
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.krl.scope import Scope
 
 _OPERATORS = re.compile(r"[-+*/:({\[<>=]|\bNOT\b", re.IGNORECASE)

@@ -9,7 +9,7 @@ from olp.diagnostic import Diagnostic, Severity
 from olp.points import PointTable
 from olp.program import Declare, LineKind, Parameter, Program, Routine, Statement
 from olp.source import Source
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.krl import checks, lines
 from olp.vendors.krl.body import BodyReader
 from olp.vendors.krl.declarations import Head

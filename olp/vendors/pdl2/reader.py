@@ -26,6 +26,7 @@ from olp.program import (
     While,
 )
 from olp.source import Source
+from olp.vendors._findings import Findings
 from olp.vendors._short import (
     Codes,
     LineParser,
@@ -35,7 +36,6 @@ from olp.vendors._short import (
     with_comment,
     words,
 )
-from olp.vendors.inform.findings import Findings
 from olp.vendors.pdl2.rules import MoveType, Pdl2Rules, Untyped
 
 _CODES: Final = Codes("P590", "P591", "P592", "P593", "P594", "P595")

@@ -21,7 +21,7 @@ from olp.program import (
     Switch,
     While,
 )
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.rapid.clauses import Clause
 
 _OPENERS: Final = {If: "IF", While: "WHILE", For: "FOR", Switch: "TEST"}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from olp.diagnostic import Severity, Span
 from olp.expression import Expression, Item, Member, Named, RecordLiteral, State, Text, Unknown
 from olp.program import Declare, Jump, Label, LineKind, Move, Routine, Speed
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.rapid.names import Names
 from olp.vendors.rapid.words import FASTEST
 

@@ -10,7 +10,7 @@ from typing import Final
 from olp.diagnostic import Diagnostic, Span
 from olp.program import Declare, LineKind, Program, Routine, Statement
 from olp.source import Source, load
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 
 _MODULE: Final = re.compile(r"<Module>\s*([^<]*?)\s*</Module>", re.IGNORECASE)
 _LARGEST: Final = 64 * 1024 * 1024  # bytes of all modules

@@ -10,7 +10,7 @@ from typing import Final
 from olp.diagnostic import Severity
 from olp.points import PointTable
 from olp.program import Comment, Declare, Disabled, LineKind, Opaque, Process, Routine, Statement
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.rapid.blocks import Blocks
 from olp.vendors.rapid.clauses import Clause, Remark
 from olp.vendors.rapid.fast import PlainClauses

@@ -7,7 +7,7 @@ from typing import Final
 
 from olp.diagnostic import Severity, Span
 from olp.program import LineKind, Statement
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.rapid.clauses import Clause
 from olp.vendors.rapid.grammar import RefusedError, clause_parser
 from olp.vendors.rapid.names import Names

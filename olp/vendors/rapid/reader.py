@@ -7,7 +7,7 @@ import re
 from olp.collecting import no_garbage_collection
 from olp.program import Declare, Program, Routine
 from olp.source import Source
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.rapid import checks
 from olp.vendors.rapid.clauses import Cutter
 from olp.vendors.rapid.modules import ModuleReader

@@ -11,7 +11,7 @@ from olp.diagnostic import Severity, Span
 from olp.expression import Expression, FrameRef, Number, Store, Taught
 from olp.points import PointKind
 from olp.program import Assign, Comment, Label, LineKind, Move, Routine, Statement
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.tp.header import Listing
 from olp.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, ROUTINE_LENGTH
 from olp.vendors.tp.positions import MODAL, Positions

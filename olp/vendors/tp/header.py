@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from olp.program import LineKind
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.tp.words import attribute, attribute_value
 
 SECTIONS: Final = ("/PROG", "/ATTR", "/APPL", "/MN", "/POS", "/END")

@@ -21,7 +21,7 @@ from olp.program import (
     Statement,
     Switch,
 )
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.tp.fast import MoveLines
 from olp.vendors.tp.lines import Line
 from olp.vendors.tp.parsing import LineParser

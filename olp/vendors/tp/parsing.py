@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from olp.diagnostic import Severity, Span
 from olp.expression import Number, Store, Variable
 from olp.program import Call, For, If, LineKind, Opaque, Statement
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.tp.lines import NUMBERED
 from olp.vendors.tp.words import in_english
 

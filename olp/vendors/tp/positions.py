@@ -18,7 +18,7 @@ from olp.expression import Store
 from olp.points import PointBlock, PointKind, PointState, PointTable
 from olp.program import LineKind
 from olp.units import deg, mm
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.tp.values import GROUP_STORES
 
 MODAL: Final = -1  # UT : F, the tool that is selected when the point is used

@@ -9,7 +9,7 @@ from olp.diagnostic import Span
 from olp.expression import Number
 from olp.program import ControlGroup, Declare, Program, Routine
 from olp.source import Source
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.tp import checks, values
 from olp.vendors.tp.fast import MoveLines
 from olp.vendors.tp.header import Listing, listings

@@ -43,7 +43,7 @@ from olp.program import (
     WaitTask,
     While,
 )
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.urscript import builtins, helpers
 from olp.vendors.urscript.calls import CallRules
 from olp.vendors.urscript.expressions import Expressions

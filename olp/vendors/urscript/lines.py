@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from olp.diagnostic import Severity, Span
 from olp.program import LineKind
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.urscript.fast import quick
 from olp.vendors.urscript.syntax import Instruction
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.urscript.lines import Broken, Line, Mark
 from olp.vendors.urscript.syntax import Closing, Definition, Node, Opening
 

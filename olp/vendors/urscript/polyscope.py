@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 from olp.diagnostic import Diagnostic, Severity, Span
 from olp.program import LineKind, Program
 from olp.source import Source
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 
 _LARGEST = 50_000_000  # bytes that are unpacked; the largest programs have a tenth
 

@@ -10,7 +10,7 @@ from olp.collecting import no_garbage_collection
 from olp.diagnostic import Span
 from olp.program import Declare, LineKind, Program, Routine
 from olp.source import Source
-from olp.vendors.inform.findings import Findings
+from olp.vendors._findings import Findings
 from olp.vendors.urscript import helpers
 from olp.vendors.urscript.bodies import Bodies
 from olp.vendors.urscript.lines import Line, LineReader, Mark

@@ -30,6 +30,7 @@ from olp.program import (
     While,
 )
 from olp.source import Source
+from olp.vendors._findings import Findings
 from olp.vendors._short import (
     Codes,
     LineParser,
@@ -40,7 +41,6 @@ from olp.vendors._short import (
     words,
     xyz_pose,
 )
-from olp.vendors.inform.findings import Findings
 from olp.vendors.val3.data import JOINTS, POSES, Known, Tag, beside, declarations, read_data, tags
 from olp.vendors.val3.rules import Leave, Val3Rules
 
