@@ -13,6 +13,7 @@ from olp.report import Options, Part, load_report
 
 if TYPE_CHECKING:
     from olp.assumptions import Assumptions
+    from olp.plan import Plan
     from olp.program import Program
     from olp.signature import Signature
     from olp.timing import Timing
@@ -100,7 +101,6 @@ def time_program(program: Program, job: Job, folder: str | os.PathLike[str] | No
     Raises OlpError when it cannot be planned at all.
     """
     from olp.interpreter import run
-    from olp.timing import time_plan
 
     plan = run(
         program,
@@ -110,6 +110,13 @@ def time_program(program: Program, job: Job, folder: str | os.PathLike[str] | No
         cycles=job.cycles,
         max_steps=job.max_steps,
     )
+    return time_plan_of(plan, job)
+
+
+def time_plan_of(plan: Plan, job: Job) -> Timing:
+    """Times a plan as `job` says. Raises OlpError like `time_plan`."""
+    from olp.timing import time_plan
+
     signature = _signature(job.signature)
     return time_plan(plan, job.model, job.acceleration, job.override, job.acceleration_law, signature)
 

@@ -11,6 +11,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from olp import overlay
+
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _LINE_END_BYTES = re.compile(rb"\r\n|\n|\r")
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
@@ -77,7 +79,10 @@ class Source:
 
 
 def load(path: str | os.PathLike[str], encoding: str | None = None) -> Source:
-    """Reads a file. Raises OSError when it cannot be read."""
+    """Reads a file, or what an editor holds of it. Raises OSError when it cannot be read."""
+    edited = overlay.text(path)
+    if edited is not None:
+        return decode(edited, os.fspath(path), "utf-8")
     with open(path, "rb") as file:
         return decode(file.read(), os.fspath(path), encoding)
 

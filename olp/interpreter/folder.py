@@ -8,6 +8,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from olp import overlay
+
 if TYPE_CHECKING:
     from olp.backup import Backup
     from olp.program import Program
@@ -87,7 +89,10 @@ def _modified(folder: Path) -> int:
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """(time of the last change [ns], size [bytes]); zeros where there is nothing."""
+    """(time of the last change [ns], size [bytes]); zeros where there is nothing. A text in an editor has its own."""
+    edited = overlay.stamp(path)
+    if edited is not None:
+        return edited
     try:
         status = os.stat(path)
     except OSError:

@@ -42,11 +42,11 @@ def lint(path: str, job: Job, asked: Choice | None = None) -> Linted:
     except OlpError as problem:
         return Linted(path, tuple(of_diagnostic(d, path) for d in problem.diagnostics), unreadable=True)
     found = sorted((f for rule in rules for f in rule.find(case)), key=lambda f: (f.line, f.code))
-    kept = [f for f in found if not _is_excused(case, f)]
+    kept = [f for f in found if not is_excused(case, f)]
     return Linted(path, (*broken, *kept), len(found) - len(kept))
 
 
-def _is_excused(case: Case, found: Finding) -> bool:
+def is_excused(case: Case, found: Finding) -> bool:
     """Whether a comment on the line, or alone on the line above, says so."""
     if not found.line:
         return False

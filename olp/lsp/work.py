@@ -1,0 +1,142 @@
+"""When what is computed: the newest text first, the rules when nobody types, nothing twice.
+
+Messages that have arrived are all handled before anything is computed, because the reader hands them over without a
+pause. So of many keystrokes only the last one is computed, and one that arrives meanwhile ends the computation.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from olp.language.analysis import Analysis, SupersededError
+from olp.language.findings import marks
+from olp.language.rules import rule_runs
+from olp.lsp.publishing import Publisher
+
+if TYPE_CHECKING:
+    from olp.lsp.server import Server
+
+_PATIENCE = 1.0  # [s] without an answer; then no keystroke ends a computation any more
+_IDLE = 0.25  # [s] without a message, before the rules run
+_TIDY = 3.0  # [s], before garbage is looked for
+
+
+class Work:
+    """`arrived`: counts the changes that the reader has seen, handled or not."""
+
+    def __init__(self, server: Server) -> None:
+        self._server = server
+        self._publisher = Publisher(server)
+        self._dirty: dict[str, None] = {}
+        self._waiting: dict[str, list[asyncio.Future[None]]] = {}
+        self._scheduled = False
+        self._idle: asyncio.TimerHandle | None = None
+        self._answered = time.monotonic()
+        self._handled = 0
+
+    def changed(self, path: str) -> None:
+        """The text of `path` is another one."""
+        self._handled += 1
+        self._dirty.pop(path, None)
+        self._dirty[path] = None
+        self._soon()
+
+    def refresh(self) -> None:
+        """Nothing that is known holds any more: settings or files of the disk have changed."""
+        self._server.service.forget()
+        for path in self._server.service.documents:
+            self._dirty.setdefault(path)
+        self._soon()
+
+    def closed(self, path: str) -> None:
+        self._dirty.pop(path, None)
+        self._release(path)
+        self._publisher.forget(path)
+
+    async def current(self, uri: str) -> Analysis | None:
+        """What is known of the newest text, None where none is open."""
+        from olp.lsp.places import path_of
+
+        path, service = path_of(uri), self._server.service
+        while path in service.documents and not service.is_current(path):
+            waiting: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+            self._waiting.setdefault(path, []).append(waiting)
+            self._dirty.setdefault(path)
+            self._soon()
+            await waiting
+        return service.analyses.get(path)
+
+    # --- one thing after the other ----------------------------------------------------------------------
+
+    def _soon(self) -> None:
+        if self._idle is not None:
+            self._idle.cancel()
+            self._idle = None
+        if not self._scheduled and self._dirty:
+            self._scheduled = True
+            asyncio.get_running_loop().call_soon(self._next)
+
+    def _next(self) -> None:
+        """The text that was changed last."""
+        self._scheduled = False
+        if self._dirty:
+            path, _ = self._dirty.popitem()
+            self._compute(path)
+        if self._dirty:
+            self._soon()
+        else:
+            self._later(_IDLE, self._rules)
+
+    def _compute(self, path: str) -> None:
+        before = self._server.service.analyses.get(path)
+        handled = self._server.arrived
+        patient = time.monotonic() - self._answered < _PATIENCE
+
+        def wanted() -> bool:
+            return not patient or self._server.arrived == handled
+
+        try:
+            analysis = self._server.service.current(path, wanted)
+        except SupersededError:
+            self._dirty[path] = None
+            return
+        self._answered = time.monotonic()
+        self._release(path)
+        if analysis is not None:
+            self._publisher.publish(path, marks(analysis))
+            if before is not None and before.edition == -1:
+                self._server.ask_again()
+
+    def _release(self, path: str) -> None:
+        for waiting in self._waiting.pop(path, ()):
+            if not waiting.done():
+                waiting.set_result(None)
+
+    # --- when nobody types ------------------------------------------------------------------------------
+
+    def _later(self, seconds: float, what: Callable[[], None]) -> None:
+        self._idle = asyncio.get_running_loop().call_later(seconds, what)
+
+    def _rules(self) -> None:
+        """The rules of lint over all open texts, one rule at a time, until a text changes."""
+        self._step(rule_runs(self._server.service))
+
+    def _step(self, runs: Iterator[str]) -> None:
+        self._idle = None
+        path = next(runs, None)
+        if path is None:
+            self._later(_TIDY, self._tidy)
+            return
+        if path and path in self._server.service.analyses:
+            self._publisher.publish(path, marks(self._server.service.analyses[path]))
+        self._later(0.0, lambda: self._step(runs))
+
+    def _tidy(self) -> None:
+        """Looks for garbage while nobody waits; the collector never runs by itself."""
+        self._idle = None
+        gc.collect()
+        gc.freeze()

@@ -1,0 +1,189 @@
+"""The language service without a protocol: texts that change, and what is known of them."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+
+from olp.batch import Job, plan_and_time
+from olp.language.analysis import Analysis
+from olp.language.document import Change, Document, Place
+from olp.language.findings import marks
+from olp.language.hints import hints
+from olp.language.rules import complete
+from olp.language.service import Service
+from olp.language.settings import settings_of
+from olp.lint.run import lint
+from olp.source import decode
+
+SAMPLES = Path(__file__).parent.parent / "samples"
+PROGRAMS = [
+    "inform/generations/dx200.jbi",
+    "inform/handling/HANDLING.JBI",
+    "krl/handling.src",
+    "rapid/handling.mod",
+    "tp/handling.ls",
+    "urscript/handling.script",
+]
+WORDS = ["", "x", "\n", "\r\n", "\r", "MOVL C00001 V=100.0\r\n", "ü", "😀", "  ", "\n\n\n", "a\rb\nc\r\nd"]
+
+
+@pytest.fixture
+def service():
+    made = Service()
+    yield made
+    for path in list(made.documents):
+        made.close(path)
+
+
+def known(service: Service, path: str) -> Analysis:
+    """What is known of a text that can be timed."""
+    analysis = service.current(path)
+    assert analysis is not None
+    assert analysis.timing is not None
+    return analysis
+
+
+def opened(service: Service, name: str) -> str:
+    path = str(SAMPLES / name)
+    service.open(path, Path(path).read_bytes().decode("utf-8"))
+    return path
+
+
+def test_any_edits_leave_the_text_that_the_same_edits_leave_in_a_string() -> None:
+    chance = random.Random(11)
+    for _ in range(60):
+        text = "".join(chance.choice(WORDS) for _ in range(chance.randrange(8)))
+        document = Document("", text)
+        for _ in range(12):
+            begin, end = sorted(chance.randrange(len(text) + 1) for _ in range(2))
+            word = chance.choice(WORDS)
+            places = [place_of(text, offset) for offset in (begin, end)]
+            begin, end = (offset_of(text, place) for place in places)
+            text = text[:begin] + word + text[end:]
+            document.change(Change(*places, word))
+            assert document.text == text
+            whole = Document("", text)
+            assert [document.line(n) for n in range(1, len(document) + 1)] == [
+                whole.line(n) for n in range(1, len(whole) + 1)
+            ]
+            assert document.source().lines == decode(text.encode()).lines
+
+
+def place_of(text: str, offset: int) -> Place:
+    """Of an offset; inside of a line end there is no place, so the one before it is meant."""
+    if text[offset - 1 : offset + 1] == "\r\n":
+        offset -= 1
+    before = text[:offset].replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return Place(len(before), len(before[-1]) + 1)
+
+
+def offset_of(text: str, place: Place) -> int:
+    offset = 0
+    for _ in range(place.line - 1):
+        ends = [text.find(end, offset) for end in "\r\n" if end in text[offset:]]
+        offset = min(ends)
+        offset += 2 if text[offset : offset + 2] == "\r\n" else 1
+    return offset + place.column - 1
+
+
+def test_splices_say_where_every_untouched_line_is_now() -> None:
+    chance = random.Random(5)
+    for _ in range(40):
+        lines = [f"line {n}" for n in range(20)]
+        document = Document("", "\n".join(lines))
+        for _ in range(4):
+            start = Place(chance.randrange(1, len(document) + 1), chance.randrange(1, 9))
+            stop = Place(chance.randrange(1, len(document) + 1), chance.randrange(1, 9))
+            document.change(Change(start, stop, chance.choice(["", "new", "new\n", "\nnew\nnewer\n"])))
+        for number, text in enumerate(lines, 1):
+            where: int | None = number
+            for splice in document.splices:
+                where = splice.moved(where) if where else None
+            if where:
+                assert document.line(where) == text
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_findings_and_times_are_those_of_the_command_line(service: Service, name: str) -> None:
+    path = opened(service, name)
+    analysis = complete(service, path)
+    assert analysis is not None
+    assert analysis.timing is not None
+    timing = plan_and_time(path, Job())
+    told = {(m.code, m.line, m.message.partition("\n")[0]) for m in marks(analysis)}
+    for found in timing.diagnostics:
+        assert (found.code, found.line, found.message) in told
+    for finding in lint(path, Job()).findings:
+        assert (finding.line, finding.message) in {(line, says) for _, line, says in told}
+    assert analysis.timing.total_s == timing.total_s
+    moves = {int(line) for line in timing.plan.line[timing.plan.source == 0][_moves(timing)]}
+    assert moves <= {hint.line for hint in hints(analysis)}
+
+
+def _moves(timing):
+    return (timing.plan.kind == 0)[timing.plan.source == 0]
+
+
+def test_hints_of_a_range_are_those_of_the_whole_that_lie_in_it(service: Service) -> None:
+    analysis = service.current(opened(service, PROGRAMS[0]))
+    assert analysis is not None
+    whole = hints(analysis)
+    assert [h.line for h in whole] == sorted({h.line for h in whole})
+    for first in range(1, 45, 7):
+        assert hints(analysis, first, first + 9) == [h for h in whole if first <= h.line <= first + 9]
+
+
+def test_a_line_in_a_loop_shows_its_sum_and_how_often_it_runs(service: Service) -> None:
+    analysis = known(service, opened(service, PROGRAMS[0]))
+    line = next(n for n, text in enumerate(analysis.source.lines, 1) if "MOVL C00002" in text)
+    (hint,) = hints(analysis, line, line)
+    steps = analysis.steps(line)
+    assert hint.times == len(steps) == 2
+    assert hint.seconds == pytest.approx(sum(analysis.timing.duration_s[steps]))
+    assert hint.text.startswith("2 × = ")
+    assert f"{hint.seconds:.3f} s" in hint.text
+
+
+def test_an_open_text_is_read_in_place_of_the_file_by_those_who_call_it(
+    service: Service, tmp_path: Path
+) -> None:
+    job = (SAMPLES / "inform/generations/dx200.jbi").read_text()
+    main = tmp_path / "MAIN.JBI"
+    called = tmp_path / "SUB.JBI"
+    called.write_text(job.replace("//NAME DX200", "//NAME SUB"))
+    main.write_text("/JOB\n//NAME MAIN\n//INST\n///GROUP1 RB1\nNOP\nCALL JOB:SUB\nEND\n")
+    service.open(str(main), main.read_text())
+    before = known(service, str(main))
+    assert str(called) in before.needs
+    service.open(str(called), called.read_text().replace("T=0.61", "T=5.61"))
+    assert str(main) in service.dependents(str(called))
+    service.forget(str(main))
+    after = known(service, str(main))
+    assert after.timing.wait_s == pytest.approx(before.timing.wait_s + 10.0)
+    (hint,) = hints(after)
+    assert (hint.line, hint.times) == (6, 1)
+    assert hint.seconds == pytest.approx(after.timing.total_s)
+    service.close(str(called))
+    service.forget(str(main))
+    again = known(service, str(main))
+    assert again.timing.wait_s == before.timing.wait_s
+
+
+def test_settings_are_those_of_the_command_line_and_wrong_ones_are_told(service: Service) -> None:
+    path = opened(service, PROGRAMS[0])
+    service.configure(settings_of({"olp": {"override": 50, "robot": "yaskawa/gp25"}}))
+    analysis = known(service, path)
+    wanted = plan_and_time(path, Job(robot="yaskawa/gp25", override=0.5))
+    assert analysis.timing.total_s == wanted.total_s
+    service.configure(settings_of({"override": "fast", "robot": 7, "model": ""}))
+    analysis = service.current(path)
+    assert analysis is not None
+    assert [d.code for d in analysis.diagnostics][:2] == ["C002", "C002"]
+    service.configure(settings_of({"robot": "yaskawa/nobody"}))
+    analysis = service.current(path)
+    assert analysis is not None
+    assert analysis.timing is None
+    assert analysis.diagnostics
