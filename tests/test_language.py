@@ -181,7 +181,7 @@ def test_settings_are_those_of_the_command_line_and_wrong_ones_are_told(service:
     service.configure(settings_of({"override": "fast", "robot": 7, "model": ""}))
     analysis = service.current(path)
     assert analysis is not None
-    assert [d.code for d in analysis.diagnostics][:2] == ["C002", "C002"]
+    assert [d.code for d in analysis.diagnostics][:2] == ["C013", "C013"]
     service.configure(settings_of({"robot": "yaskawa/nobody"}))
     analysis = service.current(path)
     assert analysis is not None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.commands._outputs import add_output_arguments, convert
-from olp.commands.time import add_timing_arguments, assumed, job_of, print_diagnostics
+from olp.commands.time import add_timing_arguments, job_of, print_diagnostics
 
 if TYPE_CHECKING:
     from olp.batch import Job
@@ -46,6 +46,7 @@ def _annotate(path: Path, job: Job, args: Namespace) -> tuple[bytes, Sequence[Di
     from olp.annotate import annotate
     from olp.batch import time_program
     from olp.reading import read
+    from olp.timing.assumed import assumed
 
     program = read(path, encoding=job.encoding)
     timing = time_program(program, job)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from olp.batch import Job
     from olp.diagnostic import Diagnostic
-    from olp.timing import Timing
 
 Result = TypeVar("Result")
 SUMMARY = "say how long every line of a program takes, and why"
@@ -189,16 +188,6 @@ def encode(text: str, output: str | None) -> bytes:
     if output is None:
         return text.encode(sys.stdout.encoding or "utf-8", "replace")
     return text.encode("utf-8")
-
-
-def assumed(timing: Timing) -> list[Diagnostic]:
-    """What was taken for granted, for the commands that write it nowhere else."""
-    from olp.diagnostic import Span, info
-
-    return [
-        info("A004", f"assumed: {says}", Span(line) if line else None, file=file)
-        for line, says, file in dict.fromkeys(timing.assumptions)
-    ]
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:

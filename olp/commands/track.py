@@ -6,7 +6,7 @@ import os
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from olp.commands.time import add_timing_arguments, assumed, job_of, positive, print_diagnostics
+from olp.commands.time import add_timing_arguments, job_of, positive, print_diagnostics
 from olp.diagnostic import OlpError, error
 from olp.files import write_output
 
@@ -30,6 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.batch import plan_and_time
+    from olp.timing.assumed import assumed
     from olp.track import track
 
     _refuse_other_suffixes(args.output)

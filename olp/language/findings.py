@@ -10,6 +10,7 @@ from olp.diagnostic import Diagnostic, Severity
 from olp.language.analysis import Analysis
 from olp.language.document import Splice
 from olp.outcome.model import Finding, Level
+from olp.timing.assumed import assumed
 
 
 class Weight(StrEnum):
@@ -93,10 +94,9 @@ def of_finding(found: Finding) -> Mark:
 
 
 def _assumed(analysis: Analysis) -> Iterator[Mark]:
-    """What was taken for granted, as quiet as an editor can be: code A004, as where a command writes it nowhere."""
-    assumptions = () if analysis.timing is None else analysis.timing.assumptions
-    for line, says, file in dict.fromkeys(assumptions):
-        yield Mark(file or analysis.path, line, 1, 0, "A004", Weight.HINT, f"assumed: {says}")
+    """What was taken for granted, as quiet as an editor can be."""
+    for found in () if analysis.timing is None else assumed(analysis.timing):
+        yield _of_diagnostic(found.at(analysis.path))._replace(weight=Weight.HINT)
 
 
 def _said(message: str, help: str) -> str:

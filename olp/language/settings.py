@@ -1,4 +1,7 @@
-"""What an editor may set: the same words as on the command line. What is left out stands in olp.toml."""
+"""What an editor may set: the same words as on the command line. What is left out stands in olp.toml.
+
+Code: C013.
+"""
 
 from __future__ import annotations
 
@@ -43,4 +46,4 @@ def settings_of(given: object) -> Settings:
 
 
 def _wrong(name: str, value: object, says: str) -> Diagnostic:
-    return error("C002", f"the setting olp.{name} cannot be {str(value)[:40]!r}", help=says)
+    return error("C013", f"the setting olp.{name} cannot be {str(value)[:40]!r}", help=says)
