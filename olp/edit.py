@@ -1,0 +1,236 @@
+"""Changes positions and speeds of a program, and nothing else: all other bytes of its files stay.
+
+A change is made in the text, number by number. The new text is read again, and only when the program it makes is the
+old one but for what was asked is it given back; with points that were placed it also runs.
+
+Codes: O002 no such position, O003 a position written twice, O004 numbers that are none, O005 no speed on this line,
+O006 a speed that cannot be, O008 a change that would do something else.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
+from olp.geometry import Pose
+from olp.moves import Move, SetSpeed, Speed, SpeedUnit
+from olp.placing import check_places, placed_values
+from olp.written import Token, WrittenPoint, WrittenSpeed, by_name, language, replaced
+
+if TYPE_CHECKING:
+    from olp.plan import Plan
+    from olp.program import Program
+    from olp.source import Source
+
+
+@dataclass(frozen=True, slots=True)
+class SetPoint:
+    """`values` as `WrittenPoint.values()`: x y z [m] rx ry rz [rad] in the point's frame, axes [rad], or pulses."""
+
+    name: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlacePoint:
+    """The tool centre point goes to `pose` in the robot's base, wherever the point's own frame stands."""
+
+    name: str
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeSpeed:
+    """`value` in SI of the kind that the line has: m/s, rad/s, s, or a fraction of rated speed."""
+
+    line: int
+    value: float
+
+
+Edit = SetPoint | PlacePoint | ChangeSpeed
+
+
+class Edited(NamedTuple):
+    """The changed program. `sources`: the files that are different now; `lines`: (path, line) of what changed."""
+
+    program: Program
+    sources: tuple[Source, ...]
+    lines: tuple[tuple[str, int], ...]
+
+
+def speed_of(program: Program, line: int) -> Speed | None:
+    """The speed that `line` would be given by `ChangeSpeed`; None where none is written as a number."""
+    found = _written_speed(program, line)
+    return None if found is None else found[1]
+
+
+def edited(
+    program: Program,
+    edits: Sequence[Edit],
+    plan: Plan | None = None,
+    replan: Callable[[Program], Plan] | None = None,
+) -> Edited:
+    """The program with all of `edits`. `plan`, `replan`: how it is run, needed to place points (default: plainly).
+
+    Raises OlpError with everything that stands against it; then nothing is changed.
+    """
+    run = replan or (lambda changed: changed.plan())
+    placed = [one for one in edits if isinstance(one, PlacePoint)]
+    if placed and plan is None:
+        plan = run(program)
+    problems: list[Diagnostic] = []
+    texts: dict[tuple[str, Token], str] = {}
+    sources = {one.path: one for one in (program.source, *program.companions)}
+    for edit in edits:
+        try:
+            changed, path = _texts(program, edit, plan)
+        except OlpError as problem:
+            problems.extend(one if one.file else one.at(program.path) for one in problem.diagnostics)
+            continue
+        texts.update({(path, token): text for token, text in changed.items()})
+    raise_errors(problems)
+    new = {
+        path: replaced(source, {token: text for (of, token), text in texts.items() if of == path})
+        for path, source in sources.items()
+    }
+    result = _reread(program, new)
+    lines = {(path, token.line) for path, token in texts}
+    _check_same(program, result, len(lines))
+    if placed and plan is not None:
+        check_places(program, result, {one.name: one.pose for one in placed}, plan, run)
+    different = tuple(one for path, one in new.items() if one.raw != sources[path].raw)
+    return Edited(result, different, tuple(sorted(lines)))
+
+
+def _texts(program: Program, edit: Edit, plan: Plan | None) -> tuple[dict[Token, str], str]:
+    if isinstance(edit, ChangeSpeed):
+        written, texts = _respelt_speed(program, edit)
+        return texts, written.source.path
+    point = _point(program, edit.name)
+    if isinstance(edit, PlacePoint):
+        assert plan is not None
+        values = placed_values(program, point, edit.pose, plan)
+    else:
+        values = edit.values
+    if len(values) != len(point.values()) or not all(map(math.isfinite, values)):
+        raise OlpError(
+            error(
+                "O004",
+                f"{point.name} needs {len(point.values())} numbers",
+                help="x y z rx ry rz, or the axes",
+            )
+        )
+    return point.respelt(values), point.source.path
+
+
+def _point(program: Program, name: str) -> WrittenPoint:
+    known: dict[str, list[WrittenPoint]] = by_name(program)
+    found = known.get(name, [])
+    if len(found) == 1:
+        return found[0]
+    if found:
+        lines = " and ".join(str(one.line) for one in found)
+        raise OlpError(error("O003", f"{name} is written twice, in lines {lines}", Span(found[1].line)))
+    near = difflib.get_close_matches(name, known, 3) or list(known)[:3]
+    raise OlpError(
+        error(
+            "O002",
+            f"no position {name!r} is written out with all of its numbers",
+            help=f"there are {', '.join(near)}" if near else "this program has none that can be changed",
+        )
+    )
+
+
+def _written_speed(program: Program, line: int) -> tuple[WrittenSpeed, Speed] | None:
+    """Where the speed of the statement on `line` stands, and what it is."""
+    for one in program.statements():
+        if not isinstance(one, Move | SetSpeed) or one.line != line:
+            continue
+        own = [speed for speed in _speeds(one) if speed.value.literal is not None]
+        for unit in [speed.unit for speed in own] or (SpeedUnit.FRACTION, SpeedUnit.TRAVEL):
+            written = language(program).speed(program, one, unit)
+            said = [] if written is None else _said(program, written.line, unit)
+            if said:
+                return written, said[0]
+    return None
+
+
+def _speeds(statement: Move | SetSpeed) -> tuple[Speed, ...]:
+    if isinstance(statement, SetSpeed):
+        return statement.speeds
+    return () if statement.speed is None else (statement.speed,)
+
+
+def _said(program: Program, line: int, unit: SpeedUnit) -> list[Speed]:
+    """The speeds of this unit that the statement on `line` says as numbers."""
+    statements = (
+        one for one in program.statements() if isinstance(one, Move | SetSpeed) and one.line == line
+    )
+    speeds = (speed for one in statements for speed in _speeds(one))
+    return [speed for speed in speeds if speed.unit is unit and speed.value.literal is not None]
+
+
+def _respelt_speed(program: Program, edit: ChangeSpeed) -> tuple[WrittenSpeed, dict[Token, str]]:
+    found = _written_speed(program, edit.line)
+    span = Span(edit.line) if 0 < edit.line <= len(program.source.lines) else None
+    if found is None:
+        raise OlpError(
+            error(
+                "O005",
+                "no speed of this line alone is written as a number",
+                span,
+                source_line=program.source.line(edit.line),
+                help="change the line that sets it, where it may hold for other moves as well",
+            )
+        )
+    written, speed = found
+    highest = 1.0 if speed.unit is SpeedUnit.FRACTION else math.inf
+    if not 0.0 < edit.value <= highest or not math.isfinite(edit.value):
+        most = " and at most 100 %" if highest == 1.0 else ""
+        raise OlpError(error("O006", f"a speed is above zero{most}, not {edit.value:g}", span))
+    number = edit.value / speed.value.scale
+    return written, written.respelt(float(f"{number:.9g}"))
+
+
+def _reread(program: Program, sources: Mapping[str, Source]) -> Program:
+    """The program of the new texts; lists that belong to it are taken from `sources`, not from the disk."""
+    from olp.vendors.vendor import find_vendor
+
+    source = sources[program.path]
+    companions = tuple(sources[one.path] for one in program.companions)
+    reread = getattr(language(program), "reread", None)
+    if reread is not None:
+        changed: Program = reread(source, companions)
+        return changed
+    return find_vendor(program.vendor).read(source)
+
+
+def _facts(program: Program) -> dict[tuple[object, ...], str]:
+    """All that a program says, piece by piece."""
+    facts: dict[tuple[object, ...], str] = {("data", i): repr(one) for i, one in enumerate(program.data)}
+    for routine in program.routines:
+        head = replace(routine, body=(), points=type(routine.points)())
+        facts["routine", routine.name] = repr(head)
+        for i, statement in enumerate(routine.body):
+            facts["statement", routine.name, i] = repr(statement)
+        for store, taught, point in routine.points:
+            facts["point", routine.name, store, taught, point.number] = repr(point)
+    return facts
+
+
+def _check_same(before: Program, after: Program, most: int) -> None:
+    """Raises OlpError (O008) when more than `most` pieces, one per line, are different."""
+    old, new = _facts(before), _facts(after)
+    different = [key for key in old.keys() | new.keys() if old.get(key) != new.get(key)]
+    worse = [one for one in after.diagnostics if one.is_error and one not in before.diagnostics]
+    if len(different) > most or old.keys() != new.keys() or worse:
+        raise OlpError(
+            error(
+                "O008", "the change would do something else as well: nothing was changed", file=before.path
+            ),
+            *worse,
+        )
