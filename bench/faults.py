@@ -1,16 +1,18 @@
 """Plants deliberate faults into readers, writers and the translation, one at a time: the tests catch every one.
 
-    python bench/faults.py [--vendor V] [--only TEXT] [--jobs N]
+    python bench/faults.py [--vendor V] [--only TEXT] [--jobs N] [--learn]
 
 The project is copied into a temporary folder, and nothing else is touched. Each row of `fault_rows` replaces one text
-of the copy, the fast tests of that language and then those of the translation run up to the first failure, and the
-text is put back. Exit status 1 when a fault survives; 2 when a row no longer fits the code, when its fault is a mere
-crash that any run would show, or when the tests fail without any fault.
+of the copy, tests run up to the first failure, and the text is put back. The test that caught the fault last time
+(`fault_rows/caught_by.json`, written by --learn) comes first; where it passes, the fast tests of that language follow,
+and then those of the translation. Exit status 1 when a fault survives; 2 when a row no longer fits the code, when its
+fault is a mere crash that any run would show, or when the tests fail without any fault.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import queue
 import re
@@ -30,6 +32,9 @@ from fault_rows import Fault, inform, krl, rapid, tp, translate, urscript
 ROOT: Final = Path(__file__).resolve().parent.parent
 COPIED: Final = ("olp", "grammars", "templates", "samples", "tests", "docs", "pyproject.toml")
 LIMIT: Final = 300  # [s] for the tests of one fault
+KNOWN: Final = (
+    ROOT / "bench" / "fault_rows" / "caught_by.json"
+)  # part/file: what breaks -> the test that said so
 # A failing example is enough: making it small takes minutes.
 _CONFTEST: Final = """from hypothesis import Phase, settings
 
@@ -59,7 +64,7 @@ class Outcome(NamedTuple):
     seconds: float
 
 
-_TRANSLATION: Final = ("translate_flow", "translate")
+_TRANSLATION: Final = ("translate_flow", "translate_faults", "translate")
 PARTS: Final = {
     "inform": Part(
         "olp/vendors/inform",
@@ -99,7 +104,12 @@ PARTS: Final = {
         ("urscript", "urscript_faults", "urscript_polyscope", "urscript_writing"),
         ("urscript_faults", "urscript_writing"),
     ),
-    "translate": Part("olp/translate", translate.FAULTS, ("translate_faults",), ("translate_faults",)),
+    "translate": Part(
+        "olp/translate",
+        translate.FAULTS,
+        ("translate_faults", "translate_places"),
+        ("translate_faults", "translate_places"),
+    ),
 }
 
 
@@ -110,6 +120,7 @@ def main(arguments: Sequence[str]) -> int:
         "--only", default="", metavar="TEXT", help="rows whose file or description holds TEXT"
     )
     parser.add_argument("--jobs", type=int, default=1, help="copies that are tested side by side (1)")
+    parser.add_argument("--learn", action="store_true", help="note which test catches what, to be run first")
     args = parser.parse_args(arguments)
     chosen = [
         (name, fault)
@@ -133,6 +144,8 @@ def main(arguments: Sequence[str]) -> int:
             print(f"the tests fail without any fault:\n{failing}")
             return 2
         outcomes = try_all(chosen, copies)
+    if args.learn:
+        learn(outcomes)
     return report(outcomes, time.monotonic() - began)
 
 
@@ -154,9 +167,12 @@ def make_copy(folder: Path) -> Path:
     return folder
 
 
-def run_tests(folder: Path, names: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """The tests of these files up to the first failure. Raises subprocess.TimeoutExpired."""
-    files = [f"tests/test_{name}.py" for name in names if (folder / f"tests/test_{name}.py").exists()]
+def files_of(folder: Path, names: Sequence[str]) -> list[str]:
+    return [f"tests/test_{name}.py" for name in names if (folder / f"tests/test_{name}.py").exists()]
+
+
+def run_tests(folder: Path, tests: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """These tests or files of tests up to the first failure. Raises subprocess.TimeoutExpired."""
     options = ["-x", "-q", "--tb=no", "-p", "no:cacheprovider", "--hypothesis-seed=0"]
     environment = {
         **os.environ,
@@ -164,7 +180,7 @@ def run_tests(folder: Path, names: Sequence[str]) -> subprocess.CompletedProcess
         "OPENBLAS_NUM_THREADS": "1",
         "COLUMNS": "250",
     }
-    command = [sys.executable, "-m", "pytest", *options, *files]
+    command = [sys.executable, "-m", "pytest", *options, *tests]
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False
     )
@@ -186,7 +202,7 @@ def without_faults(folder: Path, parts: set[str]) -> str:
         for name in (*PARTS[part].reader_tests, *PARTS[part].writer_tests)
     )
     for some in (tuple(names), _TRANSLATION):
-        done = run_tests(folder, some)
+        done = run_tests(folder, files_of(folder, some))
         if done.returncode:
             return done.stdout[-2000:]
     return ""
@@ -224,12 +240,39 @@ def try_fault(part: str, fault: Fault, folder: Path) -> Outcome:
     began = time.monotonic()
     path.write_text(text.replace(fault.old, fault.new), encoding="utf-8")
     try:
-        done = run_tests(folder, (*tests, *_TRANSLATION))
+        done = run_until_caught(folder, key_of(part, fault), (*tests, *_TRANSLATION))
     except subprocess.TimeoutExpired:
         return Outcome(part, fault, "unsound", f"no end within {LIMIT} s", time.monotonic() - began)
     finally:
         path.write_text(text, encoding="utf-8")
     return Outcome(part, fault, *judged(done), time.monotonic() - began)
+
+
+def key_of(part: str, fault: Fault) -> str:
+    return f"{part}/{fault.file}: {fault.breaks}"
+
+
+def known() -> dict[str, str]:
+    found: dict[str, str] = json.loads(KNOWN.read_text("utf-8")) if KNOWN.exists() else {}
+    return found
+
+
+def run_until_caught(folder: Path, key: str, names: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """The test that is known to catch this fault, then all of these files. Raises subprocess.TimeoutExpired."""
+    first = known().get(key)
+    if first is not None:
+        done = run_tests(folder, [f"tests/{first}"])
+        if done.returncode == 1:
+            return done
+    return run_tests(folder, files_of(folder, names))
+
+
+def learn(outcomes: Sequence[Outcome]) -> None:
+    """Notes which test caught each fault; of faults that are planted no more, nothing is kept."""
+    planted = {key_of(name, fault) for name, part in PARTS.items() for fault in part.faults}
+    found = known() | {key_of(one.part, one.fault): one.by for one in outcomes if one.state == "caught"}
+    kept = {key: found[key] for key in sorted(found) if key in planted}
+    KNOWN.write_text(json.dumps(kept, indent=0, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def judged(done: subprocess.CompletedProcess[str]) -> tuple[str, str]:

@@ -5,52 +5,12 @@ import re
 
 import numpy as np
 import pytest
+from translated_texts import ROBOT, converted, inform, krl, module, run_elsewhere, script, tp, translated
 
 from olp.kinematics import forward
 from olp.plan import WaitStep
-from olp.reading import read_source
-from olp.robot import load_robot
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert, run_converted
-from olp.translate.link import link
 
-ROBOT = load_robot("yaskawa/gp25")
 JOINTS = ([0.0, 0.0, 0.0, 0.0, -0.5, 0.0], [0.6, 0.1, 0.0, 0.0, -0.5, 0.0])
-NAMES = {
-    "inform": "part.jbi",
-    "krl": "part.src",
-    "rapid": "part.mod",
-    "tp": "part.ls",
-    "urscript": "part.script",
-}
-
-
-def read(text, vendor):
-    program = read_source(decode(text.encode("cp1252"), NAMES[vendor]), vendor=vendor)
-    assert not [d.render() for d in program.diagnostics if d.is_error]
-    return link(program).program
-
-
-def translated(text, vendor, target):
-    made = convert(
-        read(text, vendor), target, Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00"
-    )
-    return b"\n".join(made.files.values()).decode("cp1252")
-
-
-def module(*rows, data=()):
-    return "\r\n".join(["MODULE M", *data, "PROC main()", *rows, "ENDPROC", "ENDMODULE", ""])
-
-
-def krl(*rows):
-    return "\r\n".join(["DEF PART ( )", *rows, "END", ""])
-
-
-def inform(*rows):
-    head = ["/JOB", "//NAME PART", "//POS", "///NPOS 0,0,0,0,0,0", "//INST"]
-    head += ["///DATE 2026/03/02 14:07", "///ATTR SC,RW", "///GROUP1 RB1", "NOP"]
-    return "\r\n".join([*head, *rows, "END", ""])
 
 
 def found_number(pattern, text, at=-1):
@@ -61,8 +21,7 @@ def found_number(pattern, text, at=-1):
 
 
 def ur_joint_moves(speed):
-    rows = [f"  movej({joints}, a=1.0, v={speed})" for joints in JOINTS]
-    return "\n".join(["def part():", *rows, "end", ""])
+    return script(*[f"movej({joints}, a=1.0, v={speed})" for joints in JOINTS])
 
 
 def distance():
@@ -94,6 +53,48 @@ def test_the_tools_speed_of_a_joint_move_becomes_the_leading_axis_speed():
     assert found_number(r"\bv=([\d.]+)", text) == pytest.approx(0.6 / (length / 0.5), rel=1e-5)
 
 
+def test_a_move_with_several_lengths_gets_the_slowest_speed():
+    # The first way to A turns S (210 deg/s), every other one T (885 deg/s), which takes a smaller share for 0.5 rad/s.
+    home, a, b = "[0.0,0,0,0,-0.5,0]", "[0.6,0,0,0,-0.5,0]", "[0.6,0,0,0,-0.5,0.6]"
+    rows = [f"movej({home}, v=0.5)", "n = 0", "while n < 2:"]
+    rows += [f"  movej({a}, v=0.5)", f"  movej({b}, v=0.5)", "  n = n + 1", "end"]
+    made = converted(script(*rows), "urscript", "inform")
+    text = made.files[made.main].decode("cp1252")
+    shares = [float(share) for share in re.findall(r"VJ=([\d.]+)", text)]
+    slow, fast = (100 * math.degrees(0.5) / rated for rated in (885, 210))
+    assert shares[-2:] == pytest.approx([slow, slow], abs=0.01)
+    (loss,) = [one for one in made.translated.losses if "several lengths" in one.says]
+    assert loss.size == pytest.approx(100 * (fast / slow - 1), rel=0.01)
+
+
+# --- accelerations --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("target", "written"), [("inform", "ACC=50"), ("tp", "ACC50"), ("rapid", "AccSet 50,")]
+)
+def test_an_axis_acceleration_becomes_the_percent_of_the_rated_one(target, written):
+    # L needs 0.5 s to its 210 deg/s: 420 deg/s² is the smallest rated acceleration of the axes.
+    assert [axis.acceleration for axis in ROBOT.axes][1] == pytest.approx(math.radians(420))
+    text = translated(script(f"movej({JOINTS[1]}, a={math.radians(210)!r}, v=0.5)"), "urscript", target)
+    assert written in text
+
+
+@pytest.mark.parametrize(
+    ("target", "pattern"), [("urscript", r"a=([\d.]+)"), ("krl", r"ACC_AXIS\[1\]=([\d.]+)")]
+)
+def test_a_percent_of_the_axis_acceleration_is_of_the_rated_one(target, pattern):
+    points = [
+        "///TOOL 0",
+        "///POSTYPE ANGLE",
+        "///ANGLE",
+        "C00000=34.0000,0.0000,0.0000,0.0000,-28.0000,0.0000",
+    ]
+    source = inform("MOVJ C00000 VJ=25.00 PL=0 ACC=50", points=points).replace("NPOS 0", "NPOS 1")
+    expected = {"urscript": math.radians(210), "krl": 50.0}[target]
+    assert found_number(pattern, translated(source, "inform", target)) == pytest.approx(expected, rel=1e-6)
+
+
 # --- blends ---------------------------------------------------------------------------------------------
 
 
@@ -119,11 +120,9 @@ def test_a_radius_stays_a_radius_in_millimetres():
 
 @pytest.mark.parametrize("level", [1, 3, 8])
 def test_a_position_level_is_the_robots_zone_of_that_number(level):
-    source = inform(f"MOVL P001 V=200.0 PL={level}", "MOVL P002 V=200.0 PL=0").replace(
-        "///NPOS 0,0,0,0,0,0",
-        "///NPOS 0,0,0,2,0,0\r\n///TOOL 0\r\n///POSTYPE BASE\r\n///RECTAN\r\n"
-        "P001=900.0,100.0,500.0,180.0,0.0,0.0\r\nP002=900.0,300.0,500.0,180.0,0.0,0.0",
-    )
+    points = ["///TOOL 0", "///POSTYPE BASE", "///RECTAN"]
+    points += ["P001=900.0,100.0,500.0,180.0,0.0,0.0", "P002=900.0,300.0,500.0,180.0,0.0,0.0"]
+    source = inform(f"MOVL P001 V=200.0 PL={level}", "MOVL P002 V=200.0 PL=0", points=points)
     text = translated(source, "inform", "krl")
     assert found_number(r"CDIS=([\d.]+)", text) == pytest.approx(1000 * ROBOT.blend_zones[level - 1])
 
@@ -138,18 +137,9 @@ def test_a_radius_on_a_joint_move_is_the_level_with_that_zone(level):
 
 def test_half_a_corner_speed_begins_at_a_quarter_of_the_distance():
     def radius(share):
-        rows = [
-            "/PROG  PART", "/ATTR", "DEFAULT_GROUP\t= 1,*,*,*,*;", "/APPL", "/MN",
-            f"   1:L P[1] 400mm/sec CNT{share} ;", f"   2:L P[2] 400mm/sec CNT{share} ;",
-            "   3:L P[1] 400mm/sec FINE ;", "/POS",
-        ]  # fmt: skip
-        for number, y in ((1, 100.0), (2, 500.0)):
-            rows += [
-                f"P[{number}]{{", "   GP1:", "\tUF : 0, UT : 0,\t\tCONFIG : 'N U T, 0, 0, 0',",
-                f"\tX = 900.000  mm,\tY = {y:.3f}  mm,\tZ = 500.000  mm,",
-                "\tW = 180.000 deg,\tP = 0.000 deg,\tR = 0.000 deg", "};",
-            ]  # fmt: skip
-        text = translated("\n".join([*rows, "/END", ""]), "tp", "rapid")
+        moves = (f"L P[1] 400mm/sec CNT{share}", f"L P[2] 400mm/sec CNT{share}", "L P[1] 400mm/sec FINE")
+        positions = [(n, 0, 0, 900.0, y, 500.0, 180.0, 0.0, 0.0) for n, y in ((1, 100.0), (2, 500.0))]
+        text = translated(tp(*moves, positions=positions), "tp", "rapid")
         return float(re.findall(r"MoveL P2,v400,z([\d_]+),", text)[0].replace("_", "."))
 
     assert radius(50) == pytest.approx(radius(100) / 4, rel=1e-4)
@@ -164,9 +154,7 @@ TURNED = "[0.70710678118,0,0,0.70710678118]"  # 90 deg about Z
 def test_the_object_frame_stands_in_the_user_frame(target):
     wobj = f'PERS wobjdata w:=[FALSE,TRUE,"",[[500,0,0],{TURNED}],[[300,0,0],[1,0,0,0]]];'
     place = "[[10,20,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
-    program = read(module(f"MoveL {place},v100,fine,tool0\\WObj:=w;", data=[wobj]), "rapid")
-    made = convert(program, target, Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
-    plan = run_converted(made, target, ROBOT, program)
+    plan = run_elsewhere(module(f"MoveL {place},v100,fine,tool0\\WObj:=w;", data=[wobj]), "rapid", target)
     # The user frame turns x into y: 500 + (-20), 300 + 10.
     (step,) = plan.steps()
     np.testing.assert_allclose(step.target, [0.48, 0.31, 0.5], atol=1e-6)
@@ -182,11 +170,9 @@ def test_signals_keep_the_numbers_of_their_names_and_others_are_apart():
 @pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
 def test_variables_that_a_variable_counts_are_those_that_their_numbers_name(target):
     source = inform(
-        "SET B000 2", "SET I002 7", "SET I003 9", "SET I[B000] 5",
-        "IFTHEN I002=5", "TIMER T=1.50", "ELSE", "TIMER T=2.50", "ENDIF",
-        "IFTHEN I003=9", "TIMER T=0.75", "ELSE", "TIMER T=3.50", "ENDIF",
+        "SET B000 0", "SET I000 7", "SET I001 9", "SET I[B000] 5",
+        "IFTHEN I000=5", "TIMER T=1.50", "ELSE", "TIMER T=2.50", "ENDIF",
+        "IFTHEN I001=9", "TIMER T=0.75", "ELSE", "TIMER T=3.50", "ENDIF",
     )  # fmt: skip
-    program = read(source, "inform")
-    made = convert(program, target, Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
-    plan = run_converted(made, target, ROBOT, program)
+    plan = run_elsewhere(source, "inform", target)
     assert [step.duration for step in plan.steps() if isinstance(step, WaitStep)] == [1.5, 0.75]

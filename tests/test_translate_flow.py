@@ -203,3 +203,41 @@ def test_a_random_program_with_jumps_runs_the_same_in_another_form(target, data)
         assert not kinds & {Repeat, Break, Continue}
     assert parse(changed.routines[0].body) is not None
     np.testing.assert_array_equal(trace(changed), trace(program))
+
+
+# --- by hand --------------------------------------------------------------------------------------------
+
+
+def wait(seconds):
+    return Dwell(0, Quantity(Number(seconds), 1.0))
+
+
+def fewer(value):
+    return Compare("<", counter(1), Number(value))
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_loop_that_is_jumped_into_asks_its_condition_where_it_did(target):
+    one_more = Update(0, "+", counter(1), Number(1))
+    loop = [While(0, fewer(3)), wait(0.1), Label(0, "IN"), wait(0.2), one_more, EndWhile(0)]
+    program = program_of([Assign(0, counter(1), Number(0)), Jump(0, "IN"), *loop, wait(0.5)])
+    changed = lowered(program, **TARGETS[target])
+    # Entered behind the first wait; the counter is 1, 2 and 3 when the condition is asked.
+    assert trace(changed) == [0.2, 0.1, 0.2, 0.1, 0.2, 0.5]
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_loop_that_asks_at_its_end_runs_once_at_least_wherever_it_is_entered(target):
+    one_more = Update(0, "+", counter(1), Number(1))
+    loop = [
+        Repeat(0),
+        wait(0.1),
+        Label(0, "IN"),
+        wait(0.2),
+        one_more,
+        Until(0, Compare(">=", counter(1), Number(2))),
+    ]
+    entered = program_of([Assign(0, counter(1), Number(5)), Jump(0, "IN"), *loop, wait(0.5)])
+    assert trace(lowered(entered, **TARGETS[target])) == [0.2, 0.5]
+    begun = program_of([Assign(0, counter(1), Number(0)), *loop, wait(0.5)])
+    assert trace(lowered(begun, **TARGETS[target])) == [0.1, 0.2, 0.1, 0.2, 0.5]

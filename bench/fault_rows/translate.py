@@ -64,14 +64,14 @@ FAULTS: Final = (
     ),
     Fault(
         "frames.py",
-        'Function("pose-product", (Function("pose-inverse", (frame,)), SystemValue("current-pose")))',
-        'Function("pose-product", (frame, SystemValue("current-pose")))',
+        'Function("pose-product", (Function("pose-inverse", (frame,)), HERE))',
+        'Function("pose-product", (frame, HERE))',
         "where the arm stands, in its frame: not inverse",
     ),
     Fault(
         "frames.py",
-        'return Function("pose-product", (frame, seen))',
-        'return Function("pose-product", (seen, frame))',
+        'return Function("pose-product", (frame, target))',
+        'return Function("pose-product", (target, frame))',
         "frame and target composed the wrong way round",
     ),
     Fault(
@@ -109,8 +109,8 @@ FAULTS: Final = (
     ),
     Fault(
         "relative.py",
-        'target = Function("pose-relative-tool", (_HERE, *values))',
-        'target = Function("pose-offset", (_HERE, *values[:3]))',
+        'Function("pose-relative-tool", (self._place(s.tool, s.frame), *values))',
+        'Function("pose-offset", (self._place(s.tool, s.frame), *values[:3]))',
         "a move along the tool goes along the base",
     ),
     Fault(
@@ -127,8 +127,8 @@ FAULTS: Final = (
     ),
     Fault(
         "names.py",
-        "(text[: longest - len(tail)] if longest else text) + tail",
-        "text[:longest] if longest and len(text) > 3 else text + tail",
+        "return self._unique(text[:longest] if longest else text, longest, room)",
+        "return text[:longest] if longest else text",
         "long names that become one",
     ),
     Fault(
@@ -157,9 +157,21 @@ FAULTS: Final = (
     ),
     Fault(
         "lift_points.py",
-        "value / (mm if slides else deg)",
-        "value / deg",
-        "slides in metres taken for angles",
+        "tuple([v / deg for v in values[_POSE:] if v == v])",
+        "tuple([v for v in values[_POSE:] if v == v])",
+        "external axes of a point in radians",
+    ),
+    Fault(
+        "here.py",
+        "last = (s.tool, s.frame)",
+        "last = (s.tool, last[1])",
+        "CRobT seen in the world, not in the last work object",
+    ),
+    Fault(
+        "modal.py",
+        "seen_in(tool, frame) if e == HERE",
+        'seen_in(tool, FrameRef("base")) if e == HERE',
+        "$POS_ACT seen in the world",
     ),
     Fault(
         "lift_moves.py",

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from olp.expression import Expression, Named
+from olp.expression import Expression, Named, NamedArgument
 from olp.geometry import (
     Pose,
     quaternion_from_rotation,
@@ -178,11 +178,8 @@ def _current(joints: bool) -> Computes:
     def where(m: Machine, arguments: Arguments) -> Value:
         from olp.interpreter.places import current
 
-        if arguments:
-            m.assume(
-                "the tool and the frame that a reading of the position names are taken as those that hold"
-            )
-        return current(m, joints)
+        named = {a.name.casefold(): a.value for a in arguments if isinstance(a, NamedArgument)}
+        return current(m, joints, named.get("tool"), named.get("wobj"))
 
     return where
 

@@ -46,6 +46,8 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
         m.assume_once(
             "external axes", "external axes are not in this plan: they are taken as never the slowest"
         )
+    if s.tool is not None and s.frame is not None:
+        m.active_tool, m.active_frame = tool, place  # for RAPID's CRobT(), behind this move
     return m.recorder.position(mechanism, value.state, value.values)
 
 
@@ -139,8 +141,10 @@ def _offset(m: Machine, mechanism: int, s: Move, value: PositionValue) -> Positi
     return value._replace(values=tuple(float(v) for v in pose.xyz_angles()))
 
 
-def current(m: Machine, joints: bool) -> PositionValue:
-    """Where the arm stands: its axes, or its pose in the frame and at the tool that hold."""
+def current(
+    m: Machine, joints: bool, tool: Expression | None = None, frame: Expression | None = None
+) -> PositionValue:
+    """Where the arm stands: its axes, or its pose in a frame and at a tool, those that hold where none is named."""
     from olp.interpreter.moves import role
 
     mechanism = role(m, 0, Store.ROBOT)
@@ -148,7 +152,9 @@ def current(m: Machine, joints: bool) -> PositionValue:
         here(m, mechanism)  # says that it is not known
     if joints:
         return PositionValue(PointState(PointKind.JOINT, "joint"), _joints_here(m, mechanism))
-    seen = _seen(m, mechanism, here(m, mechanism), m.active_frame, m.active_tool)
+    place = m.active_frame if frame is None else frame_place(m, frame)
+    number = m.active_tool if tool is None else tool_number(m, tool)
+    seen = _seen(m, mechanism, here(m, mechanism), place, number)
     return seen._replace(state=replace(seen.state, frame=ACTIVE, user=None))
 
 

@@ -17,6 +17,7 @@ from olp.translate.flow import flow
 from olp.translate.frames import frames
 from olp.translate.functions import functions
 from olp.translate.globals import fold_constants, share_variables
+from olp.translate.here import here
 from olp.translate.hoist import hoist
 from olp.translate.known import known_systems
 from olp.translate.lift import lift
@@ -59,6 +60,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         lift,
         known_systems,
         modal,
+        here,
         *((executed,) if work.context.flat else ()),
         configurations,
         arguments,

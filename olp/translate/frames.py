@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
-from olp.expression import Expression, FrameRef, Function, Item, Named, Number, PositionLiteral, SystemValue
+from olp.expression import Expression, FrameRef, Function, Item, Named, Number, PositionLiteral
 from olp.geometry import Pose
 from olp.program import (
     Assign,
@@ -22,12 +22,14 @@ from olp.program import (
     Routine,
     Statement,
 )
+from olp.translate.here import HERE, NAMING, seen_in, systems_of
 from olp.translate.known import system_of
 from olp.translate.records import literal_of, pose_of_literal
-from olp.translate.rewrite import edited, mapped
+from olp.translate.rewrite import calls_nothing, edited, mapped
 from olp.translate.symbols import Symbols, kind_of_value, symbols_of
 from olp.translate.work import Fate, Work
 
+T = TypeVar("T")
 _BASE: Final = FrameRef("base")
 _FLANGE: Final = FrameRef("tool", Number(0))
 _ZERO: Final = PositionLiteral("pose", (0.0,) * 6)
@@ -204,11 +206,15 @@ class _Systems:
         frame = s.frame
         if frame is not None and frame != _BASE and (frame := self._said("user", frame, s)) is not s.frame:
             changes["frame"] = frame
+        if self.work.target in NAMING and not calls_nothing(s):
+            targets = self._placed(s, s.targets)
+            if targets is not s.targets:
+                changes["targets"] = targets
         if self.work.target == "urscript":
             self._folded(s, frame, changes)
         return edited(s, changes) if changes else s
 
-    def _said(self, kind: str, e: Expression, s: Move) -> Expression:
+    def _said(self, kind: str, e: Expression, s: Statement) -> Expression:
         """A tool or frame as the target says it; moves name few of them, over and over."""
         key: tuple[object, ...] | None = None
         if type(e) is Named:
@@ -235,7 +241,8 @@ class _Systems:
             self.work.lose(s, Fate.REFUSED, "frame", "a frame that is not known here")
             return
         changes["frame"] = _BASE
-        changes["targets"] = tuple(self._in_base(frame, target) for target in s.targets)
+        targets = changes.get("targets", s.targets)
+        changes["targets"] = tuple(self._in_base(frame, target) for target in targets)
         if s.via is not None:
             changes["via"] = self._in_base(frame, s.via)
 
@@ -244,9 +251,25 @@ class _Systems:
             return replace(target, arguments=(self._in_base(frame, target.arguments[0]), target.arguments[1]))
         if kind_of_value(self.symbols, self.routine, target) == "joints":
             return target
-        here = Function("pose-product", (Function("pose-inverse", (frame,)), SystemValue("current-pose")))
-        seen = mapped(target, lambda e: here if e == SystemValue("current-pose") else e)
-        return Function("pose-product", (frame, seen))
+        return Function("pose-product", (frame, target))
+
+    def _placed(self, s: Statement, node: T) -> T:
+        """Readings of the position as the target says them: RAPID names tool and frame, URScript has the base."""
+
+        def change(e: Expression) -> Expression:
+            asked = systems_of(e)
+            if asked is None:
+                return e
+            tool, frame = asked
+            tool = None if tool is None else self._said("tool", tool, s)
+            frame = None if frame is None else self._said("user", frame, s)
+            if self.work.target != "urscript":
+                return seen_in(tool, frame)
+            if frame is None or frame == _BASE:
+                return HERE
+            return Function("pose-product", (Function("pose-inverse", (frame,)), HERE))
+
+        return mapped(node, change)
 
     def assigned(self, s: Assign) -> list[Statement]:
         """An assignment to a name that stands for a numbered tool or frame sets that one's values."""
@@ -306,6 +329,8 @@ class _Systems:
         self.routine = routine.name
         rows: list[Statement] = []
         for s in routine.body:
+            if self.work.target in NAMING and not isinstance(s, Move):
+                s = self._placed(s, s)
             if isinstance(s, Assign):
                 rows += self.assigned(s)
             elif not (

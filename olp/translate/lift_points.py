@@ -12,8 +12,8 @@ from olp.diagnostic import OlpError
 from olp.expression import Expression, FrameRef, Named, Number, PositionLiteral, Store
 from olp.points import Point, PointKind, PointState
 from olp.program import Declare, Routine
-from olp.translate.work import Fate, Work
-from olp.units import deg, mm
+from olp.translate.work import Work
+from olp.units import deg
 
 _POSE = 6
 _LETTERS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}
@@ -133,20 +133,6 @@ def _user(number: int) -> FrameRef:
 @lru_cache(maxsize=1000)
 def _tool(number: int) -> FrameRef:
     return FrameRef("tool", Number(number))
-
-
-def further_axes(points: list[PositionLiteral | None], linear: list[bool]) -> tuple[float, ...] | None:
-    """The further axes of tracks and stations [mm or deg], None where one of them is not known."""
-    found: list[float] = []
-    for literal, slides in zip(points, linear, strict=True):
-        if literal is None:
-            return None
-        found += [value / (mm if slides else deg) for value in literal.values]
-    return tuple(found)
-
-
-def refuse_frame(work: Work, line: int) -> None:
-    work.lose(line, Fate.REFUSED, "frame", "the position is written in a frame that moves with the arm")
 
 
 def _trimmed(values: tuple[float, ...]) -> tuple[float, ...]:

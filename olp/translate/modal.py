@@ -30,8 +30,9 @@ from olp.program import (
     SpeedUnit,
     Statement,
 )
+from olp.translate.here import HERE, NAMING, seen_in
 from olp.translate.reaching import UNSET, Key, Reaching, Values, reaching
-from olp.translate.rewrite import edited, expressions_of
+from olp.translate.rewrite import edited, expressions_of, mapped
 from olp.translate.symbols import LITERALS, Symbols, symbols_of
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm, percent
@@ -211,6 +212,14 @@ class _Modal:
         product = Binary("*", speed.value.written, share.written)
         changes["speed"] = Speed(speed.unit, Quantity(product, speed.value.scale * share.scale))
 
+    def placed(self, index: int, s: Statement) -> Statement:
+        """KRL and FANUC read the position in the frame and with the tool that hold."""
+        if type(s) is not Assign or HERE not in expressions_of(s) or self.work.target not in NAMING:
+            return s
+        tool: Any = self.value(index, _TOOL, FrameRef("tool", Number(0)))
+        frame: Any = self.value(index, _FRAME, FrameRef("base"))
+        return mapped(s, lambda e: seen_in(tool, frame) if e == HERE else e)
+
     def kept(self, s: Statement) -> list[Statement]:
         """What a modal statement becomes: assignments to the variables that need it, and its comment."""
         rows: list[Statement] = []
@@ -285,7 +294,10 @@ def modal(program: Program, work: Work) -> Program:
     for routine in program.routines:
         own.routine = routine.name
         bodies.append(
-            [own.move(index, s) if isinstance(s, Move) else s for index, s in enumerate(routine.body)]
+            [
+                own.move(index, s) if isinstance(s, Move) else own.placed(index, s)
+                for index, s in enumerate(routine.body)
+            ]
         )
     routines = []
     for routine, body in zip(program.routines, bodies, strict=True):

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from olp.expression import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral, SystemValue
+from olp.expression import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral
 from olp.program import Assign, Move, Program, ShiftOff, ShiftOn, Statement
+from olp.translate.here import HERE, NAMING, seen_in
 from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm
@@ -19,7 +20,6 @@ _NATIVE: Final = {
 }
 _TURNS: Final = ("rx", "ry", "rz")
 _ZEROS: Final = (Number(0), Number(0.0))
-_HERE: Final = SystemValue("current-pose")
 
 
 def relative(program: Program, work: Work) -> Program:
@@ -66,7 +66,7 @@ class _Relative:
             return s
         values = _written(by)
         if s.relative.kind == "tool":
-            target = Function("pose-relative-tool", (_HERE, *values))
+            target = Function("pose-relative-tool", (self._place(s.tool, s.frame), *values))
             return replace(s, targets=(target,), relative=None)
         own_frame = s.relative.kind == "own" or s.relative == s.frame
         if not own_frame and not _is_base(s.relative):
@@ -79,8 +79,15 @@ class _Relative:
             return s
         frame = s.frame if own_frame else FrameRef("base")
         return replace(
-            s, targets=(Function("pose-offset", (_HERE, *values[:3])),), relative=None, frame=frame
+            s,
+            targets=(Function("pose-offset", (self._place(s.tool, frame), *values[:3])),),
+            relative=None,
+            frame=frame,
         )
+
+    def _place(self, tool: Expression | None, frame: Expression | None) -> Expression:
+        """Where the arm stands, in the frame of the move."""
+        return seen_in(tool, frame) if self.work.target in NAMING else HERE
 
     def _offset(self, s: Move) -> Move:
         target = s.targets[0]

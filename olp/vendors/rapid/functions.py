@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from olp.expression import (
     Expression,
+    FrameRef,
     Function,
     Named,
     NamedArgument,
@@ -20,6 +21,10 @@ from olp.vendors.rapid.syntax import BrokenError, Given
 if TYPE_CHECKING:
     from olp.vendors.rapid.expressions import ExpressionRules
 
+_USUAL: Final[Mapping[tuple[str, str], Expression]] = {
+    ("tool", "tool0"): FrameRef("tool", Number(0)),
+    ("wobj", "wobj0"): FrameRef("base"),
+}
 _EULER: Final = ("x", "y", "z")
 _ZEROS: Final = (Number(0), Number(0), Number(0))
 
@@ -85,10 +90,16 @@ def _joints_now(rules: ExpressionRules, given: list[Given]) -> Expression:
 
 def _kept(rules: ExpressionRules, given: list[Given]) -> list[tuple[str, Expression | None]]:
     return [
-        (option.name, None if option.value is None else rules.coerce(option.value, ""))
+        (option.name, None if option.value is None else _system(rules, option.name, option.value))
         for one in given
         for option in one.options
     ]
+
+
+def _system(rules: ExpressionRules, name: str, value: Expression | literals.Aggregate) -> Expression:
+    """tool0 and wobj0 are the flange and the base."""
+    key = (name.lower(), value.name.lower()) if isinstance(value, Named) else ("", "")
+    return _USUAL.get(key) or rules.coerce(value, "")
 
 
 def _solved(name: str, kind: str) -> Callable[[ExpressionRules, list[Given]], Expression]:

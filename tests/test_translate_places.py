@@ -1,0 +1,151 @@
+"""Places in translations, each computed here by hand: moves from where the arm stands, arcs, frames, arms' own data."""
+
+import re
+
+import numpy as np
+import pytest
+from translated_texts import ROBOT, converted, inform, krl, module, read, run_elsewhere, tp, translated
+
+from olp.diagnostic import OlpError
+from olp.translate.convert import run_converted
+
+VENDORS = ("inform", "krl", "rapid", "tp", "urscript")
+# Turned by 30 deg about Z: cos 0.8660254, sin 0.5.
+TABLE = "{X 700,Y 100,Z 0,A 30,B 0,C 0}"
+WORK = 'PERS wobjdata w:=[FALSE,TRUE,"",[[700,100,0],[0.9659258263,0,0,0.2588190451]],[[0,0,0],[1,0,0,0]]];'
+DOWN = "[[100,-50,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+FIRST = (811.6025, 106.6987, 500.0)  # 700 + 100 cos + 50 sin, 100 + 100 sin - 50 cos
+
+
+def places(plan):
+    """[mm] of the moves' targets, seen from the base."""
+    return [tuple(1000 * step.target) for step in plan.steps()]
+
+
+def assert_places(plan, *expected):
+    np.testing.assert_allclose(places(plan), expected, atol=2e-3)
+
+
+# --- from where the arm stands --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
+def test_a_move_by_an_offset_goes_along_its_own_frame(target):
+    rows = (f"$BASE={TABLE}", "$VEL.CP=0.1", "LIN {X 100,Y -50,Z 500,A 0,B 0,C 180}", "LIN_REL {X 50}")
+    plan = run_elsewhere(krl(*rows), "krl", target)
+    # 50 mm along the table's X: 43.3013 and 25.
+    assert_places(plan, FIRST, (854.9038, 131.6987, 500.0))
+
+
+@pytest.mark.parametrize("target", ["inform", "rapid", "urscript"])
+def test_a_move_by_an_offset_along_the_tool_goes_where_the_tool_points(target):
+    rows = ("$VEL.CP=0.1", "LIN {X 900,Y 100,Z 500,A 90,B 0,C 180}", "LIN_REL {X 20,Z 30} #TOOL")
+    # The tool's Z points down, and its X along the base's Y.
+    plan = run_elsewhere(krl(*rows), "krl", target)
+    assert_places(plan, (900.0, 100.0, 500.0), (900.0, 120.0, 470.0))
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+def test_where_the_arm_stands_is_seen_in_the_base_that_holds(target):
+    head = ("DECL FRAME HERE", f"$BASE={TABLE}", "$VEL.CP=0.1", "LIN {X 100,Y -50,Z 500,A 0,B 0,C 180}")
+    plan = run_elsewhere(
+        krl(*head, "HERE=$POS_ACT", "LIN {X 150,Y -50,Z 500,A 0,B 0,C 180}", "LIN HERE"), "krl", target
+    )
+    assert_places(plan, FIRST, (854.9038, 131.6987, 500.0), FIRST)
+
+
+@pytest.mark.parametrize("asked", ["", "\\Tool:=tool0\\WObj:=w"])
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_crobt_is_seen_in_the_work_object_that_it_names_or_of_the_move_before(target, asked):
+    rows = (f"MoveL {DOWN},v100,fine,tool0\\WObj:=w;", f"p1:=CRobT({asked});")
+    rows += ("MoveL Offs(p1,50,0,0),v100,fine,tool0\\WObj:=w;",)
+    text = module(*rows, data=(WORK, "VAR robtarget p1;"))
+    plan = (
+        read(text, "rapid").plan(robot=ROBOT) if target == "rapid" else run_elsewhere(text, "rapid", target)
+    )
+    assert_places(plan, FIRST, (854.9038, 131.6987, 500.0))
+
+
+def test_crobt_in_the_world_is_no_position_in_the_work_object():
+    rows = (f"MoveL {DOWN},v100,fine,tool0\\WObj:=w;", "p1:=CRobT(\\Tool:=tool0\\WObj:=wobj0);")
+    text = module(*rows, "MoveL Offs(p1,10,0,0),v100,fine,tool0;", data=(WORK, "VAR robtarget p1;"))
+    plan = run_elsewhere(text, "rapid", "urscript")
+    assert_places(plan, FIRST, (821.6025, 106.6987, 500.0))
+    with pytest.raises(OlpError, match="another frame"):
+        converted(text, "rapid", "krl", on_loss="error")
+
+
+# --- arcs -----------------------------------------------------------------------------------------------
+
+
+def points_of(text):
+    """[mm, deg] of the taught points of an INFORM job, by number."""
+    rows = re.findall(r"C(\d+)=([-\d.,]+)", text)
+    return {int(number): tuple(map(float, values.split(","))) for number, values in rows}
+
+
+def test_an_arc_with_another_tool_begins_where_that_tool_stands():
+    head = ("$VEL.CP=0.1", "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}", "LIN {X 900,Y 0,Z 500,A 0,B 0,C 180}")
+    arc = "CIRC {X 950,Y 50,Z 350,A 0,B 0,C 180},{X 900,Y 100,Z 350,A 0,B 0,C 180}"
+    text = translated(krl(*head, "$TOOL={X 30,Y 0,Z 250,A 0,B 0,C 0}", arc), "krl", "inform")
+    # The flange is 100 above the first tip; the second tip is 250 below the flange and 30 along X.
+    assert points_of(text)[1][:3] == pytest.approx((930.0, 0.0, 350.0), abs=1e-3)
+
+
+def test_an_arc_in_another_frame_begins_at_the_same_place_seen_from_there():
+    head = ("$VEL.CP=0.1", "$BASE={X 700,Y 0,Z 100,A 90,B 0,C 0}", "LIN {X 100,Y -200,Z 400,A 0,B 0,C 180}")
+    arc = "CIRC {X 0,Y 150,Z 500,A 0,B 0,C 180},{X 50,Y 100,Z 500,A 0,B 0,C 180}"
+    text = translated(krl(*head, "$BASE={X 800,Y 50,Z 0,A -90,B 0,C 0}", arc), "krl", "inform")
+    # The base sees (900, 100, 500), which is (100, 50, 500) from the second origin, turned by +90 deg.
+    place = points_of(text)[1]
+    assert place[:3] == pytest.approx((-50.0, 100.0, 500.0), abs=1e-3)
+    assert abs(place[5]) == pytest.approx(180.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+def test_the_point_on_the_way_stands_in_the_frame_of_its_arc(target):
+    head = ("$VEL.CP=0.1", "$BASE={X 700,Y 0,Z 0,A 90,B 0,C 0}", "LIN {X 0,Y -200,Z 500,A 0,B 0,C 180}")
+    text = krl(*head, "CIRC {X 50,Y -250,Z 500,A 0,B 0,C 180},{X 100,Y -200,Z 500,A 0,B 0,C 180}")
+    plan = run_elsewhere(text, "krl", target)
+    away = np.linalg.norm(1000 * plan.positions.position - np.array([950.0, 50.0, 500.0]), axis=1)
+    assert away.min() < 2e-3
+
+
+def test_a_chain_of_points_bulges_away_from_the_next_one():
+    points = ["///TOOL 0", "///POSTYPE BASE", "///RECTAN"]
+    # A circle of 100 mm about (900, 0): its points at 0, 60 and 90 deg, and one at 180.
+    for number, (x, y) in enumerate(((1000, 0), (950, 86.603), (900, 100), (800, 0))):
+        points.append(f"C{number:05d}={x:.3f},{y:.3f},500.000,180.0000,0.0000,0.0000")
+    rows = ["MOVC C00000 V=100.0", "MOVC C00001 V=100.0", "MOVC C00002 V=90.0", "MOVC C00003 V=80.0"]
+    text = translated(inform(*rows, points=points).replace("NPOS 0", "NPOS 4"), "inform", "rapid")
+    (way,) = re.findall(r"arc_point:=\[\[([-\d.]+),([-\d.]+),500\]", text)
+    assert tuple(map(float, way)) == pytest.approx((986.603, 50.0), abs=2e-3)  # at 30 deg
+    assert "MoveC arc_point,P1," in text
+
+
+# --- what points and frames are taught with -------------------------------------------------------------
+
+
+def test_taught_points_keep_their_tool_and_their_user_frame():
+    points = ["///USER 3", "///TOOL 2", "///POSTYPE USER", "///RECTAN"]
+    points.append("C00000=100.000,50.000,20.000,180.0000,0.0000,0.0000")
+    source = inform("MOVL C00000 V=100.0 PL=0", points=points).replace("NPOS 0", "NPOS 1")
+    text = translated(source, "inform", "krl")
+    assert "$TOOL=TOOL_DATA[2]" in text
+    assert "$BASE=BASE_DATA[3]" in text
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "urscript"])
+def test_the_plane_of_a_computed_frame_has_its_y_where_it_was(target):
+    rows = ("UFRAME_NUM=1", "UTOOL_NUM=0", "L P[1] 100mm/sec FINE")
+    head = (
+        "PR[1,1]=700",
+        "PR[1,2]=100",
+        "PR[1,3]=0",
+        "PR[1,4]=0",
+        "PR[1,5]=0",
+        "PR[1,6]=30",
+        "UFRAME[1]=PR[1]",
+    )
+    text = tp(*head, *rows, positions=[(1, 1, 0, 100.0, -50.0, 500.0, 180.0, 0.0, 0.0)])
+    assert_places(run_converted(converted(text, "tp", target), target, ROBOT, read(text, "tp")), FIRST)
