@@ -1,0 +1,222 @@
+"""Pages of the documentation as programs: their fenced blocks, and how each kind is executed.
+
+    console   lines that start with `$ `: olp (also as scripts/olp), `echo $?`, git, cp and mkdir are run in order in
+              one folder per page that has the repository's `samples`; what follows is what they print. "…" stands
+              for any text in a line, and alone on a line for any lines
+    python    is run in the same folder, after the blocks of the page before it
+    sh        commands with names of the reader's own: command and options must exist
+    toml, yaml, json, jinja, sql    must be what they say they are
+    text      is no code
+
+A block with title="NAME" is written into the folder as that file first, so that the next command finds it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import sqlite3
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from olp import commands
+from olp.commands.command import Parser
+from olp.diagnostic import OlpError
+from olp.templating import Sandbox
+
+ROOT = Path(__file__).parent.parent
+ANYTHING = "…"
+FENCE = re.compile(
+    r"^(?P<fence>```+|~~~+) *(?P<kind>\w*)(?P<more>[^\n]*)\n(?P<body>.*?)^(?P=fence) *$", re.M | re.S
+)
+OTHERS = ("git", "cp", "mkdir")
+
+
+class Block(NamedTuple):
+    line: int  # of the page where the body begins, 1-based
+    kind: str
+    title: str
+    body: str
+
+
+class Example(NamedTuple):
+    line: int  # of the page, 1-based
+    command: str
+    output: str
+
+
+def blocks(page: str) -> Iterator[Block]:
+    """The fenced blocks of a page."""
+    for block in FENCE.finditer(page):
+        title = re.search(r'title="([^"]+)"', block["more"])
+        line = page.count("\n", 0, block.start("body")) + 1
+        yield Block(line, block["kind"], title[1] if title else "", block["body"])
+
+
+def examples(block: Block) -> list[Example]:
+    """The commands of a console block, each with the output shown below it."""
+    found: list[Example] = []
+    for number, line in enumerate(block.body.splitlines(), block.line):
+        if line.startswith("$ "):
+            found.append(Example(number, line[2:].strip(), ""))
+        elif found:
+            found[-1] = found[-1]._replace(output=f"{found[-1].output}{line}\n")
+    return found
+
+
+def matches(shown: str, printed: str) -> bool:
+    """Whether the output is the one shown; blanks at line ends and blank lines at the end do not count."""
+    pattern = "".join(
+        r"(?:.*\n)*?"
+        if line.strip() == ANYTHING
+        else f"{'.*'.join(map(re.escape, line.rstrip().split(ANYTHING)))}\n"
+        for line in shown.rstrip().splitlines()
+    )
+    text = "".join(f"{line.rstrip()}\n" for line in printed.rstrip().splitlines())
+    return re.fullmatch(pattern, text) is not None
+
+
+def differences(page: str, folder: Path) -> list[str]:
+    """Every block of a page that does not do what the page shows, with both."""
+    (folder / "samples").symlink_to(ROOT / "samples")
+    wrong: list[str] = []
+    python = ""
+    status = 0
+    for block in blocks(page):
+        if block.title:
+            file = folder / block.title
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.body, encoding="utf-8")
+        if block.kind == "console":
+            for line, command, shown in examples(block):
+                printed, status = (f"{status}\n", status) if command == "echo $?" else run(command, folder)
+                if not matches(shown, printed):
+                    wrong.append(f"line {line}: $ {command}\nshown:\n{shown}printed:\n{printed}")
+            continue
+        if block.kind == "python":
+            python += block.body
+            says = run_python(python, folder)
+        else:
+            says = KINDS.get(block.kind, _unknown)(block.body)
+        if says:
+            wrong.append(f"line {block.line}: {block.kind or 'a block without a kind'}: {says}")
+    return wrong
+
+
+def run(command: str, folder: Path) -> tuple[str, int]:
+    """What a command prints, both streams in one, and its status."""
+    words = shlex.split(command, comments=True)
+    if words[0] in ("olp", "scripts/olp"):
+        words = [sys.executable, "-m", "olp", *words[1:]]
+    elif words[0] not in OTHERS:
+        return f"a page may run olp, {', '.join(OTHERS)}, not {words[0]}\n", 2
+    return _execute(words, folder)
+
+
+def run_python(text: str, folder: Path) -> str:
+    """What went wrong."""
+    printed, status = _execute([sys.executable, "-W", "error", "-c", text], folder)
+    return printed if status else ""
+
+
+def _execute(words: list[str], folder: Path) -> tuple[str, int]:
+    somebody = {
+        f"GIT_{who}_{what}": "a@b.example" for who in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")
+    }
+    done = subprocess.run(
+        words,
+        cwd=folder,
+        env={
+            **os.environ,
+            **somebody,
+            "PYTHONPATH": str(ROOT),
+            "COLUMNS": "100",
+            "NO_COLOR": "1",
+            "PYTHONUTF8": "1",
+            "GIT_CONFIG_GLOBAL": os.devnull,
+        },
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+    )
+    return done.stdout, done.returncode
+
+
+def _sh(body: str) -> str:
+    """Lines of olp must be commands with options that there are; scripts must exist."""
+    return "\n".join(filter(None, map(_line, body.replace("\\\n", " ").splitlines())))
+
+
+def _line(line: str) -> str:
+    words = shlex.split(line, comments=True)
+    if "&&" in words:
+        return "\n".join(filter(None, map(_line, line.split("&&"))))
+    if not words:
+        return ""
+    if words[0] in ("olp", "scripts/olp"):
+        return _arguments(words[1:])
+    if words[0] == "python":
+        script = f"{words[2].replace('.', '/')}/__main__.py" if words[1] == "-m" else words[1]
+        return "" if (ROOT / script).exists() or words[1:3] == ["-m", "pip"] else f"no {script}"
+    if words[0].startswith("scripts/") and not (ROOT / words[0]).exists():
+        return f"no {words[0]}"
+    return ""
+
+
+def _arguments(words: list[str]) -> str:
+    if words in (["--version"], ["--help"]):
+        return ""
+    name, rest = commands.split(words)
+    if not name:
+        return f"no command {words}"
+    command = commands.load(name)
+    parser = Parser(f"olp {name}", command.SUMMARY)
+    command.add_arguments(parser)
+    try:
+        parser.parse_intermixed_args(rest)
+    except OlpError as problem:
+        return str(problem)
+    return ""
+
+
+def _tried(load: Callable[[str], object]) -> Callable[[str], str]:
+    def check(body: str) -> str:
+        try:
+            load(body)
+        except Exception as problem:
+            return f"{type(problem).__name__}: {problem}"
+        return ""
+
+    return check
+
+
+def _unknown(body: str) -> str:
+    return f"no kind of block that is known ({', '.join(['console', 'python', *KINDS])}): {body[:60]!r}"
+
+
+def _sql(body: str) -> None:
+    from olp.guard.store import _SCHEMA
+
+    store = sqlite3.connect(":memory:")
+    store.executescript(_SCHEMA)
+    store.execute(body)
+
+
+KINDS: dict[str, Callable[[str], str]] = {
+    "sh": _sh,
+    "toml": _tried(tomllib.loads),
+    "yaml": _tried(yaml.safe_load),
+    "json": _tried(json.loads),
+    "jinja": _tried(lambda body: Sandbox(None).from_string(body)),
+    "sql": _tried(_sql),
+    "text": lambda body: "",
+}
