@@ -398,3 +398,38 @@ def signature(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("signature") / "robot.json"
     write_signature(calibrate(read_recording(UP20), "factors")[0], path)
     return path
+
+
+def test_one_run_tells_several_ways_and_each_as_if_alone(tmp_path, capsys, monkeypatch):
+    cell(tmp_path, "[[budget]]\nname = 'b'\nlimit_s = 1\n")
+    monkeypatch.chdir(tmp_path)
+    for command in (["check"], ["lint", "--fail-on", "note"], ["diff", "MAIN.JBI", "GRIP.JBI"]):
+        files = {form: f"{command[0]}.{form}" for form in ("junit", "sarif", "markdown")}
+        also = [word for form, file in files.items() for word in ("--also", f"{form}={file}")]
+        status = main([*command, *also])
+        text = capsys.readouterr().out
+        assert main(command) == status
+        assert capsys.readouterr().out == text
+        for form, file in files.items():
+            assert main([*command, "--format", form, "-o", "alone"]) == status
+            assert Path(file).read_bytes() == Path("alone").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["--also", "junit"], "C002"),
+        (["--also", "=x"], "C002"),
+        (["--also", "junit="], "C002"),
+        (["--also", "nonsense=x"], "C011"),
+        (["-o", "x", "--also", "junit=./x"], "C002"),
+        (["--also", "junit=MAIN.JBI"], "C006"),
+    ],
+)
+def test_files_of_further_formats_that_make_no_sense_are_refused(tmp_path, capsys, monkeypatch, words, code):
+    path = cell(tmp_path, "[[budget]]\nlimit_s = 100\n")
+    before = path.read_bytes()
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", *words]) == 2
+    assert f"error[{code}]" in capsys.readouterr().err
+    assert path.read_bytes() == before

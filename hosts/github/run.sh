@@ -1,6 +1,7 @@
 #!/bin/sh
 # What the GitHub Action does (action.yml): annotations to the log, the page of the run, SARIF and a comment for files.
 #   OLP_CHECK, OLP_LINT   paths, separated by blanks; empty: not done
+#   OLP_BASELINE          file of known mistakes (olp lint --write-baseline); empty: none
 #   OLP_DIFF              revision to compare with; empty: the base of the pull request; none: not done
 #   OLP_SARIF             folder for check.sarif and lint.sarif; empty: none
 #   OLP_COMMENT           file for the comparison in Markdown
@@ -8,23 +9,26 @@
 set -f # paths hold no patterns: olp expands its own
 worst=0
 
-annotated() { # the exit status of one command, told three ways
+annotated() { # one command, told three ways
   command=$1
   shift
+  page=${RUNNER_TEMP:-.}/olp-$command.md
+  [ -z "$GITHUB_STEP_SUMMARY" ] || set -- "$@" --also "markdown=$page"
+  if [ -n "$OLP_SARIF" ]; then
+    mkdir -p "$OLP_SARIF"
+    set -- "$@" --also "sarif=$OLP_SARIF/$command.sarif"
+  fi
   olp "$command" "$@" --format github
   status=$?
   [ "$status" -le "$worst" ] || worst=$status
-  [ -z "$GITHUB_STEP_SUMMARY" ] || olp "$command" "$@" --format markdown >>"$GITHUB_STEP_SUMMARY" 2>/dev/null
-  if [ -n "$OLP_SARIF" ]; then
-    mkdir -p "$OLP_SARIF"
-    olp "$command" "$@" --format sarif -o "$OLP_SARIF/$command.sarif" 2>/dev/null
-  fi
+  [ -z "$GITHUB_STEP_SUMMARY" ] || cat "$page" >>"$GITHUB_STEP_SUMMARY"
+  rm -f "$page"
 }
 
 # shellcheck disable=SC2086 # the inputs are lists
 [ -z "$OLP_CHECK" ] || annotated check $OLP_CHECK
 # shellcheck disable=SC2086
-[ -z "$OLP_LINT" ] || annotated lint $OLP_LINT
+[ -z "$OLP_LINT" ] || annotated lint $OLP_LINT ${OLP_BASELINE:+--baseline "$OLP_BASELINE"}
 
 base=$OLP_DIFF
 if [ -z "$base" ] && [ -n "$GITHUB_BASE_REF" ]; then

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from olp.commands._telling import add_format_arguments, telling
 from olp.commands.command import expand_paths
-from olp.files import write_output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,15 +23,11 @@ _CACHE = ".olp-cache"
 
 def add_arguments(parser: ArgumentParser) -> None:
     from olp.commands.time import add_timing_arguments, positive_int
-    from olp.outcome import format_names
 
     parser.add_argument(
         "paths", nargs="*", default=["."], metavar="PATH", help="programs, or folders (default: .)"
     )
-    parser.add_argument(
-        "--format", default="text", metavar="F", help=f"one of {', '.join(format_names())} (default: text)"
-    )
-    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    add_format_arguments(parser)
     parser.add_argument(
         "--budgets",
         metavar="FILE",
@@ -52,14 +48,13 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.commands.time import encode, settings_of, with_progress
+    from olp.commands.time import settings_of, with_progress
     from olp.guard import store
     from olp.guard.run import Settings, tasks
     from olp.guard.run import run as judge_all
-    from olp.outcome import load_format
     from olp.vendors.vendor import vendor_suffixes
 
-    form = load_format(args.format)
+    told = telling(args)
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     job = settings_of(args)
     work = tasks(paths, args.budgets)
@@ -69,7 +64,7 @@ def run(args: Namespace) -> int:
     settings = Settings(job, args.workers, cache, args.scheduler)
     results = with_progress(len(paths), lambda done: judge_all(work.tasks, settings, done))
     outcome = outcome_of(results, [*work.diagnostics, *work.idle(results, args.paths)])
-    write_output(args.output, encode(form.render(outcome), args.output), inputs=paths)
+    told.write(outcome, paths)
     if args.store:
         store.keep(Path(args.store), results, Path.cwd())
     return outcome.exit_status

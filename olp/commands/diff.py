@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from olp.files import write_output
+from olp.commands._telling import add_format_arguments, telling
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,17 +21,13 @@ _SHOWN = 12  # lines per program in text; JSON has them all
 
 def add_arguments(parser: ArgumentParser) -> None:
     from olp.commands.time import add_timing_arguments, positive
-    from olp.outcome import format_names
 
     parser.add_argument("old", metavar="OLD", help="a program, a folder, or a git revision")
     parser.add_argument("new", metavar="NEW", help="the same; . is the working copy when OLD is a revision")
     parser.add_argument(
         "paths", nargs="*", metavar="PATH", help="of two revisions: only these files and folders"
     )
-    parser.add_argument(
-        "--format", default="text", metavar="F", help=f"one of {', '.join(format_names())} (default: text)"
-    )
-    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    add_format_arguments(parser)
     parser.add_argument(
         "--allow", type=positive, metavar="S", help="fail when a program takes this much longer than before"
     )
@@ -42,16 +38,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.commands.time import encode, settings_of
+    from olp.commands.time import settings_of
     from olp.difference.versions import open_versions
-    from olp.outcome import load_format
 
-    form, job = load_format(args.format), settings_of(args)
+    told, job = telling(args), settings_of(args)
     with open_versions(args.old, args.new, args.paths) as versions:
         found = [versions.compare(pair, job) for pair in versions.pairs]
         outcome = outcome_of(found, args.allow, None if args.all else _SHOWN)
-        text = form.render(outcome)
-    write_output(args.output, encode(text, args.output), inputs=[args.old, args.new])
+        told.write(outcome, [args.old, args.new])
     return outcome.exit_status
 
 

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from olp.commands._telling import add_format_arguments, telling
 from olp.commands.command import expand_paths
 from olp.files import write_output
 
@@ -24,15 +25,11 @@ _WORTH_WORKERS = 24
 
 def add_arguments(parser: ArgumentParser) -> None:
     from olp.commands.time import add_timing_arguments, positive_int
-    from olp.outcome import format_names
 
     parser.add_argument(
         "paths", nargs="*", default=["."], metavar="PATH", help="programs, or folders (default: .)"
     )
-    parser.add_argument(
-        "--format", default="text", metavar="F", help=f"one of {', '.join(format_names())} (default: text)"
-    )
-    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    add_format_arguments(parser)
     parser.add_argument(
         "--select", default="", metavar="CODES", help="only these rules: W001,W01 (default: all)"
     )
@@ -62,13 +59,12 @@ def run(args: Namespace) -> int:
     from olp.lint.baseline import baseline_text, read_baseline
     from olp.lint.run import without_known
     from olp.lint.settings import choice
-    from olp.outcome import load_format
     from olp.vendors.vendor import vendor_suffixes
 
     if args.rules:
         write_output(args.output, encode(_rules(), args.output), inputs=[])
         return 0
-    form, job = load_format(args.format), settings_of(args)
+    told, job = telling(args), settings_of(args)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     asked = choice(_codes(args.select), _codes(args.ignore))
@@ -82,7 +78,7 @@ def run(args: Namespace) -> int:
         return 0
     fresh = without_known((f for r in results for f in r.findings), known)
     outcome = outcome_of(results, fresh, args.fail_on)
-    write_output(args.output, encode(form.render(outcome), args.output), inputs=paths)
+    told.write(outcome, paths)
     return outcome.exit_status
 
 
