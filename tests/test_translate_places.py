@@ -149,3 +149,29 @@ def test_the_plane_of_a_computed_frame_has_its_y_where_it_was(target):
     )
     text = tp(*head, *rows, positions=[(1, 1, 0, 100.0, -50.0, 500.0, 180.0, 0.0, 0.0)])
     assert_places(run_converted(converted(text, "tp", target), target, ROBOT, read(text, "tp")), FIRST)
+
+
+# --- external axes --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("target", "written"), [("krl", r"E1 ([\d.]+),E2 ([\d.]+)"), ("rapid", r",\[([\d.]+),([\d.]+),9E9")]
+)
+def test_external_axes_keep_their_millimetres_and_degrees(target, written):
+    text = tp("J P[1] 50% FINE", positions=[(1, 0, 0, 900.0, 0.0, 500.0, 180.0, 0.0, 0.0)])
+    text = text.replace("R = 0.000 deg", "R = 0.000 deg,\n\tE1 = 250.000 mm,\tE2 = 30.000 deg")
+    ((slide, turn),) = re.findall(written, translated(text, "tp", target))
+    assert (float(slide), float(turn)) == pytest.approx((250.0, 30.0))
+
+
+@pytest.mark.parametrize("target", ["inform", "tp", "urscript"])
+def test_external_axes_are_no_part_of_the_arm_elsewhere_and_never_dropped(target):
+    place = "X 900,Y 0,Z 500,A 0,B 0,C 180"
+    still = krl("$VEL.CP=0.1", f"LIN {{{place},E1 0,E2 0}}")
+    assert not converted(still, "krl", target).translated.losses
+    slid = krl("$VEL.CP=0.1", "DECL E6POS P1", f"LIN {{{place},E1 250.0,E2 0}}")
+    with pytest.raises(OlpError, match="external axes"):
+        converted(slid, "krl", target, on_loss="error")
+    (loss,) = converted(slid, "krl", target).translated.losses
+    assert (loss.line, loss.fate.value) == (4, "commented")
+    assert "external axes" in loss.says

@@ -157,10 +157,11 @@ FAULTS: Final = (
     ),
     Fault(
         "lift_points.py",
-        "tuple([v / deg for v in values[_POSE:] if v == v])",
-        "tuple([v for v in values[_POSE:] if v == v])",
-        "external axes of a point in radians",
+        'v / (mm if unit == "mm" else deg)',
+        "v / deg",
+        "slides in metres taken for angles",
     ),
+    Fault("externals.py", "v == v and v != 0.0", "v != v", "tracks and stations left out in silence"),
     Fault(
         "here.py",
         "last = (s.tool, s.frame)",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Set
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from olp.diagnostic import Diagnostic
@@ -12,6 +12,7 @@ from olp.translate.arcs import arcs
 from olp.translate.arguments import arguments
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
+from olp.translate.externals import externals
 from olp.translate.flat import executed
 from olp.translate.flow import flow
 from olp.translate.frames import frames
@@ -61,6 +62,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         known_systems,
         modal,
         here,
+        externals,
         *((executed,) if work.context.flat else ()),
         configurations,
         arguments,
@@ -90,23 +92,23 @@ def passes(work: Work) -> tuple[Pass, ...]:
 
 
 def canonical(
-    program: Program, target: str, context: Context | None = None, left_out: Set[int] = frozenset()
+    program: Program, target: str, context: Context | None = None, left_out: Mapping[int, str] | None = None
 ) -> Translated:
     """`program` as the writer of the language `target` takes it. Raises OlpError (X010) for one that cannot be written.
 
-    A program of the same language stays as it is. `left_out`: lines of the source that become comments. With
+    A program of the same language stays as it is. `left_out`: lines of the source that become comments, and why. With
     `on_loss` "comment" so does every line that a pass refuses.
     """
     context = context or Context()
     if program.vendor == target and not context.flat:
         return Translated(program, (), {})
-    lines = set(left_out)
+    lines = dict(left_out or {})
     for _ in range(_ROUNDS):
         result, work = _translated(program, target, context, lines)
-        refused = {loss.line for loss in work.losses if loss.fate is Fate.REFUSED and loss.line}
-        if context.on_loss != "comment" or refused <= lines:
+        refused = {x.line: x.says for x in work.losses if x.fate is Fate.REFUSED and x.line}
+        if context.on_loss != "comment" or refused.keys() <= lines.keys():
             break
-        lines |= refused
+        lines = refused | lines
     return Translated(
         result,
         tuple(dict.fromkeys(work.losses)),
@@ -120,7 +122,9 @@ def canonical(
     )
 
 
-def _translated(program: Program, target: str, context: Context, lines: Set[int]) -> tuple[Program, Work]:
+def _translated(
+    program: Program, target: str, context: Context, lines: Mapping[int, str]
+) -> tuple[Program, Work]:
     work = work_for(program, target, context)
     result = comment_out(program, lines, work)
     for step in passes(work):

@@ -61,15 +61,15 @@ def convert(
 def _converted(
     program: Program, vendor: str, context: Context, encoding: str | None, date: str | None
 ) -> Converted:
-    left_out: set[int] = set()
+    left_out: dict[int, str] = {}
     for _ in range(_ROUNDS):
         translated = canonical(program, vendor, context, left_out)
         raise_errors(translated.problems)
         files, main, problems = _written(translated.program, vendor, encoding, date)
-        lines = {found.line for found in problems if found.line}
-        if not problems or context.on_loss != "comment" or lines <= left_out:
+        lines = {found.line: found.message for found in problems if found.line}
+        if not problems or context.on_loss != "comment" or lines.keys() <= left_out.keys():
             break
-        left_out |= lines
+        left_out = lines | left_out
     told = [*refusals(program, vendor, translated), *problems]
     if told:
         raise OlpError(*dict.fromkeys(told))

@@ -157,7 +157,7 @@ class _Lift:
                 continue
             for number in block.rows:
                 point = routine.points.find(store, False, number)
-                literal = None if point is None else self.points.literal(point, store)
+                literal = None if point is None else self.points.literal(routine, point, store)
                 name = self.variable(Variable(store, Number(int(number))))
                 if point is None or literal is None:
                     continue

@@ -13,7 +13,7 @@ from olp.expression import Expression, FrameRef, Named, Number, PositionLiteral,
 from olp.points import Point, PointKind, PointState
 from olp.program import Declare, Routine
 from olp.translate.work import Work
-from olp.units import deg
+from olp.units import deg, mm
 
 _POSE = 6
 _LETTERS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}
@@ -50,7 +50,7 @@ class Points:
         name = self.names.get(key)
         if name is None:
             point = self.point(routine, store, number)
-            literal = None if point is None else self.literal(point, store)
+            literal = None if point is None else self.literal(routine, point, store)
             if point is None or literal is None:
                 return None
             stem = _point_name(store, number)
@@ -67,18 +67,32 @@ class Points:
         self.declared.append(Declare(0, name, kind, literal, storage=storage, shared=True))
         return name
 
-    def literal(self, point: Point, store: Store) -> PositionLiteral | None:
+    def literal(self, routine: Routine, point: Point, store: Store) -> PositionLiteral | None:
         """The numbers of a point; pulses need the robot. None where they cannot be known."""
         values = tuple(point.values)
         state = point.state
         if store is not Store.ROBOT:
             return PositionLiteral("joint", _trimmed(values)) if state.kind is not PointKind.PULSE else None
         if state.kind is PointKind.POSE:
-            further = tuple([v / deg for v in values[_POSE:] if v == v]) if len(values) > _POSE else ()
+            further = self._further(routine, values) if len(values) > _POSE else ()
             return PositionLiteral("pose", values[:_POSE], further, state.configuration)
         if state.kind is PointKind.JOINT:
+            if self.work.source.vendor == "tp" and len(values) > _POSE:
+                return PositionLiteral("joint", _trimmed(values[:_POSE]), self._further(routine, values))
             return PositionLiteral("joint", _trimmed(values))
         return self._joints_of(values)
+
+    def _further(self, routine: Routine, values: tuple[float, ...]) -> tuple[float, ...]:
+        """What follows the six values of a position, as it was written: FANUC's E1 in mm or deg, or a seventh axis."""
+        group = routine.details.get("group 1", "1")
+        units = (routine.details.get(f"unit GP{group} E{n}", "deg") for n in range(1, len(values)))
+        return tuple(
+            [
+                v / (mm if unit == "mm" else deg)
+                for v, unit in zip(values[_POSE:], units, strict=False)
+                if v == v
+            ]
+        )
 
     def _joints_of(self, pulses: tuple[float, ...]) -> PositionLiteral | None:
         robot = self.work.robot

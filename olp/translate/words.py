@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -122,45 +122,46 @@ def _without_options(s: Move, work: Work) -> Move:
     )
 
 
-def comment_out(program: Program, lines: Set[int], work: Work) -> Program:
-    """The statements of these lines as comments; a block of which a part is among them, as a whole."""
+def comment_out(program: Program, lines: Mapping[int, str], work: Work) -> Program:
+    """The statements of these lines as comments, and why; a block of which a part is among them, as a whole."""
     if not lines:
         return program
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
 
 
-def _commented(program: Program, routine: Routine, lines: Set[int], work: Work) -> Routine:
+def _commented(program: Program, routine: Routine, lines: Mapping[int, str], work: Work) -> Routine:
     nodes = parse(routine.body)
     if nodes is None:
         return routine
     return replace(routine, body=tuple(flat(_nodes(program, nodes, lines, work))))
 
 
-def _nodes(program: Program, nodes: list[Node], lines: Set[int], work: Work) -> list[Node]:
+def _nodes(program: Program, nodes: list[Node], lines: Mapping[int, str], work: Work) -> list[Node]:
     result: list[Node] = []
     for node in nodes:
         if isinstance(node, Block):
             markers = [*(m for m, _ in node.branches), node.closer]
             if any(m.line in lines for m in markers):
-                result += _all(program, list(flat([node])), work)
+                says = next(lines[m.line] for m in markers if m.line in lines)
+                result += _all(program, list(flat([node])), says, work)
             else:
                 branches = [(m, _nodes(program, inside, lines, work)) for m, inside in node.branches]
                 result.append(Block(branches, node.closer))
         elif node.line in lines and not isinstance(node, (Begin, End, Declare, Comment)):
-            result += _all(program, [node], work)
+            result += _all(program, [node], lines[node.line], work)
         else:
             result.append(node)
     return result
 
 
-def _all(program: Program, statements: list[Statement], work: Work) -> list[Node]:
+def _all(program: Program, statements: list[Statement], says: str, work: Work) -> list[Node]:
     rows: list[Node] = []
     last = 0
     for s in statements:
         if isinstance(s, Comment):
             rows.append(s)
             continue
-        work.lose(s, Fate.COMMENTED, "statement", "the target cannot say it")
+        work.lose(s, Fate.COMMENTED, "statement", says)
         if s.line != last:
             rows.append(Comment(s.line, _text(program, s)))
         last = s.line

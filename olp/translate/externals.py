@@ -1,0 +1,67 @@
+"""External axes of positions (E1, extax): for languages where a track or a station is an arm of its own, or none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from olp.expression import Expression, PositionLiteral
+from olp.program import Move, Program, Statement
+from olp.translate.rewrite import calls_nothing, expressions_of, mapped
+from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.work import Fate, Work
+
+_SAYS: Final = {
+    "inform": "external axes: in INFORM a track or a station has points of its own",
+    "tp": "external axes: the program does not say which of them slide [mm] and which turn [deg]",
+    "urscript": "external axes: UR arms have none",
+}
+
+
+def externals(program: Program, work: Work) -> Program:
+    """Positions without external axes. Those that stand at zero all the time are nothing; others are refused."""
+    if work.target not in _SAYS or not _any(program):
+        return program
+    symbols = symbols_of(program)
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            if any(_stands(e, symbols, routine.name) for e in _positions(s)):
+                work.lose(s, Fate.REFUSED, "external", _SAYS[work.target])
+            rows.append(mapped(s, _without))
+        data = tuple(mapped(d, _without) for d in routine.data)
+        routines.append(replace(routine, body=tuple(rows), data=data))
+    return replace(program, data=tuple(mapped(d, _without) for d in program.data), routines=tuple(routines))
+
+
+def _any(program: Program) -> bool:
+    declared = (*program.data, *(d for routine in program.routines for d in routine.data))
+    found = [e for d in declared if d.value is not None for e in _literals(d.value)]
+    return any(e.external for e in found) or any(
+        e.external for s in program.statements() for part in _positions(s) for e in _literals(part)
+    )
+
+
+def _literals(e: Expression) -> list[PositionLiteral]:
+    if type(e) is PositionLiteral:
+        return [e]
+    return [one for one in expressions_of(e) if type(one) is PositionLiteral]
+
+
+def _positions(s: Statement) -> tuple[Expression, ...]:
+    """Whatever in a statement may hold a position."""
+    if calls_nothing(s):
+        assert isinstance(s, Move)
+        return s.targets
+    return tuple(expressions_of(s))
+
+
+def _stands(e: Expression, symbols: Symbols, routine: str) -> bool:
+    """Whether a position has an external axis that is not at zero."""
+    value = symbols.fixed_value(routine, e)
+    return type(value) is PositionLiteral and any(v == v and v != 0.0 for v in value.external)
+
+
+def _without(e: Expression) -> Expression:
+    return replace(e, external=()) if type(e) is PositionLiteral and e.external else e
