@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from olp.diagnostic import Diagnostic, OlpError
 from olp.language.document import Document
 from olp.language.settings import Settings
+from olp.memory import Memory, remembering
 from olp.outcome.model import Finding
 from olp.program import Program
 from olp.source import Source
@@ -82,11 +83,22 @@ def _always() -> bool:
     return True
 
 
-def analyse(document: Document, settings: Settings, wanted: Callable[[], bool] = _always) -> Analysis:
+def analyse(
+    document: Document,
+    settings: Settings,
+    wanted: Callable[[], bool] = _always,
+    memory: Memory | None = None,
+) -> Analysis:
     """Reads, runs and times the text. Never raises for a bad program.
 
+    `memory`: of earlier texts of the document, whose unchanged lines and moves are not worked out again.
     Raises SupersededError as soon as `wanted` says that nobody waits for it.
     """
+    with remembering(Memory() if memory is None else memory):
+        return _analysed(document, settings, wanted)
+
+
+def _analysed(document: Document, settings: Settings, wanted: Callable[[], bool]) -> Analysis:
     from olp.language.reading import read_document
 
     source = document.source()

@@ -11,6 +11,7 @@ from olp.language.analysis import Analysis, analyse
 from olp.language.document import Change, Document
 from olp.language.findings import moved
 from olp.language.settings import Settings
+from olp.memory import Memory
 
 
 class Service:
@@ -20,6 +21,7 @@ class Service:
         self.settings = Settings()
         self.documents: dict[str, Document] = {}
         self.analyses: dict[str, Analysis] = {}
+        self._memories: dict[str, Memory] = {}
 
     # --- texts ------------------------------------------------------------------------------------------
 
@@ -27,6 +29,7 @@ class Service:
         """From now on the text of `path` is the editor's."""
         document = Document(path, text, language, version)
         self.documents[path] = document
+        self._memories[path] = Memory()
         self.analyses.pop(path, None)
         self._overlay(document)
         return document
@@ -48,6 +51,7 @@ class Service:
         """The file on the disk counts again. False where no such text is open."""
         overlay.drop(path)
         self.analyses.pop(path, None)
+        self._memories.pop(path, None)
         return self.documents.pop(path, None) is not None
 
     # --- what is known of them --------------------------------------------------------------------------
@@ -76,7 +80,7 @@ class Service:
             return self.analyses[path]
         before = self.analyses.get(path)
         self._overlay(document)
-        analysis = analyse(document, self.settings, wanted)
+        analysis = analyse(document, self.settings, wanted, self._memories[path])
         if before is not None:
             # Until the rules have run again, what they found stays where it was.
             analysis = replace(analysis, lint=moved(before.lint, document.splices))

@@ -9,6 +9,7 @@ from olp.kinematics import clearance, within_limits
 from olp.plan import PATHS, Plan
 from olp.program import Path
 from olp.retiming.findings import findings
+from olp.retiming.known import Known
 from olp.retiming.limits import PathLimits, Singular
 from olp.retiming.path import SampledPath
 from olp.retiming.retime import retime
@@ -62,12 +63,20 @@ def along_path(
             if samples == 2:
                 _ends(plan, robot, part, change[np.searchsorted(rows, part)], speeds, result)
                 continue
-            looked = sample(plan, robot, part, samples)
+            known = Known(plan, robot, samples, part, speeds, pushes)
+            fresh = known.fresh(result)
+            if not len(fresh):
+                known.keep(result)
+                continue
+            looked = sample(plan, robot, fresh, samples)
             _inside(plan, robot, looked, speeds, pushes, result)
             # Where axes move further between two samples than was wanted, a singularity may be near: look closer.
-            again = part[coarse(looked)][: MOST // (_CLOSER * samples)]
+            doubtful = fresh[coarse(looked)]
+            again = doubtful[: MOST // (_CLOSER * samples)]
             if len(again):
                 _inside(plan, robot, sample(plan, robot, again, _CLOSER * samples), speeds, pushes, result)
+            if len(again) == len(doubtful):
+                known.keep(result)
     unsure = (result.singular >= 0) | ~np.isnan(result.lost) | ~result.known
     for column in (result.speed, result.place, result.acceleration):
         column[unsure] = np.nan

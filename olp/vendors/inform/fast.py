@@ -9,7 +9,9 @@ from __future__ import annotations
 import re
 from typing import Final
 
+from olp import memory
 from olp.expression import Position, Store, Taught
+from olp.memory import Shelf
 from olp.program import Blend, BlendKind, Move, MovePart, Path, Speed
 from olp.vendors.inform import values
 
@@ -76,6 +78,29 @@ class MoveLines:
             speed = self._speed(spoken) if spoken else None
             self._parts[text] = (MovePart(Path.JOINT, (_position(position),), speed),)
         return self._parts[text]
+
+
+class RememberedLines(MoveLines):
+    """The same for a text that was read before: lines that stand where they stood are taken from memory."""
+
+    def __init__(self, shelf: Shelf) -> None:
+        super().__init__()
+        self._shelf = shelf
+
+    def read(self, line: str, number: int) -> Move | None:
+        known: Move | None = self._shelf.get(line)
+        if known is not None and known.line == number:
+            return known
+        found = super().read(line, number)
+        if found is not None:
+            self._shelf.put(line, found)
+        return found
+
+
+def move_lines() -> MoveLines:
+    """The reader of plain lines for one file."""
+    shelf = memory.shelf("inform moves")
+    return MoveLines() if shelf is None else RememberedLines(shelf)
 
 
 def _position(word: str) -> Position:

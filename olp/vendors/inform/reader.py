@@ -9,7 +9,7 @@ from olp.program import LineKind, Program, Routine
 from olp.source import Source
 from olp.vendors._findings import Findings
 from olp.vendors.inform import checks
-from olp.vendors.inform.fast import MoveLines
+from olp.vendors.inform.fast import MoveLines, move_lines
 from olp.vendors.inform.header import HeaderReader
 from olp.vendors.inform.instructions import Instructions
 
@@ -33,7 +33,7 @@ def _routines(findings: Findings) -> Iterator[Routine]:
     early = next((number for number in range(first) if lines[number].strip()), None)
     if early is not None and _before_job(findings, early, first):
         starts.insert(0, early)
-    moves = MoveLines()
+    moves = move_lines()
     for start, stop in zip(starts, [*starts[1:], len(lines)], strict=False):
         yield _routine(findings, moves, start, stop)
 

@@ -6,6 +6,7 @@ import re
 from typing import Any, Final
 
 from olp.diagnostic import Severity, Span
+from olp.memory import remembered
 from olp.vendors._findings import Findings
 from olp.vendors.krl.scope import Scope
 
@@ -69,7 +70,7 @@ class LineReader:
             self._give_up(number)
             return None
         try:
-            parsed = line_parser().parse(code, self._scope)
+            parsed = remembered("krl lines", code, self._scope, lambda s: line_parser().parse(code, s))
         except UnexpectedInput as refused:
             self._report(number, code, *_explain(refused, code))
             return None

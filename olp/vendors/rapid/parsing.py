@@ -6,6 +6,7 @@ import re
 from typing import Final
 
 from olp.diagnostic import Severity, Span
+from olp.memory import remembered
 from olp.program import LineKind, Statement
 from olp.vendors._findings import Findings
 from olp.vendors.rapid.clauses import Clause
@@ -70,7 +71,12 @@ class Parsing:
     def _parse(self, text: str, head: Frame | None, component: bool = False) -> Found:
         main = head is not None and head.name.lower() == "main"
         returns = "" if head is None else head.returns
-        return clause_parser().parse(text, self._names, main=main, returns=returns, component=component)
+        return remembered(
+            "rapid clauses",
+            (text, main, returns, component),
+            self._names,
+            lambda names: clause_parser().parse(text, names, main=main, returns=returns, component=component),
+        )
 
     def _mended(
         self, clause: Clause, refused: RefusedError, head: Frame | None
