@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,10 +35,12 @@ _SPEEDS = (0.05, 0.15, 0.4, 0.9)  # [m/s]
 _ACCELERATION = 2.5  # [m/s²]
 
 
-def rich_case(moves: int = 60, joint_moves: int = 8, seed: int = 5) -> Case:
+def rich_case(
+    moves: int = 60, joint_moves: int = 8, seed: int = 5, speeds: Sequence[float] = _SPEEDS
+) -> Case:
     """A case in which every term has all its forms; nothing is planted in it but the cycle and 30 ms per move."""
     rng = np.random.default_rng(seed)
-    rows = _programmed(rng, moves, joint_moves)
+    rows = _programmed(rng, moves, joint_moves, speeds)
     began = 0.0
     for row in rows:
         row["duration_s"] = f"{np.ceil((float(str(row['sim_s'])) + 0.03) / CYCLE) * CYCLE:.3f}"
@@ -55,7 +57,9 @@ def rich_case(moves: int = 60, joint_moves: int = 8, seed: int = 5) -> Case:
         return case_of(read_recording(folder)).case
 
 
-def _programmed(rng: np.random.Generator, moves: int, joint_moves: int) -> list[dict[str, object]]:
+def _programmed(
+    rng: np.random.Generator, moves: int, joint_moves: int, speeds: Sequence[float]
+) -> list[dict[str, object]]:
     """Straight moves, joint moves and two waits, each from where the last one ended, with what a simulation says."""
     total, robot = moves + joint_moves, load_robot(ROBOT)
     places, angles, joints = _points(rng, total + 1)
@@ -66,7 +70,7 @@ def _programmed(rng: np.random.Generator, moves: int, joint_moves: int) -> list[
         lead = int(np.argmax(turned / robot.speeds))
         share = float(rng.choice([0.2, 0.5, 1.0]))
         way = float(np.linalg.norm(places[k + 1] - places[k])) if straight else float(turned[lead])
-        top = float(rng.choice(_SPEEDS)) if straight else share * float(robot.speeds[lead])
+        top = float(rng.choice(speeds)) if straight else share * float(robot.speeds[lead])
         slow = _ACCELERATION if straight else float(robot.accelerations[lead])
         load = float(rng.choice([0.0, 6.0, 12.0]))
         row: dict[str, object] = {
@@ -118,6 +122,11 @@ diagnosis takes at most one (limits of axes: one per axis). Its value where it d
 | term | what it means | told by | may look like |
 |---|---|---|---|
 """
+_PICTURES = """
+The pictures show each effect alone in 160 straight moves (`python bench/physics_pictures.py`): a dot is a move, up is
+later than simulated, over the column that orders the dots best. Where a second column parts what the first leaves, blue
+dots are the lower half of it and orange ones the upper. It is what to look at in a recording of one's own.
+"""
 _BOUNDS = """
 Bounds are those of a recording of a GP25 with everything in it (`rich_case` in `bench/physics_page.py`); those that
 hang on speeds, accelerations, loads or distances of the recording are others elsewhere. Where all moves are joint
@@ -133,7 +142,7 @@ def page() -> str:
         f"| [`{t.name}`](#{t.name}) | {t.summary} | {_told_by(t)} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
         for t in terms
     )
-    return _HEAD + table + _BOUNDS + "".join(_section(t, case) for t in terms)
+    return _HEAD + table + _PICTURES + _BOUNDS + "".join(_section(t, case) for t in terms)
 
 
 def _told_by(term: Term) -> str:
@@ -143,11 +152,18 @@ def _told_by(term: Term) -> str:
 
 def _section(term: Term, case: Case) -> str:
     lines = [f"\n## {term.name}\n", f"{_sentence(term.summary)} Trace: {term.does}.\n"]
+    if (PAGE.parent / _picture(term)).exists():
+        lines.append(f"![How much later moves are by {term.name}]({_picture(term)})\n")
     lines += _forms(term, case) if isinstance(term, MoveTerm) else []
     if isinstance(term, LogTerm):
         lines.append(f"- in logs: ${term.equation}$")  # type: ignore[attr-defined]
         lines += [_parameter(p) for p in term.parameters]  # type: ignore[attr-defined]
     return "\n".join([*lines, f"\nSource: {_sentence(term.source)}\n"])
+
+
+def _picture(term: Term) -> str:
+    """Seen from the page."""
+    return f"images/physics/{term.name}.svg"
 
 
 def _forms(term: MoveTerm, case: Case) -> Iterator[str]:
@@ -168,7 +184,7 @@ def _forms(term: MoveTerm, case: Case) -> Iterator[str]:
 def _parameter(p: Parameter) -> str:
     null = "" if np.isnan(p.null) else f"; null {_number(p.null)}"
     unit = "" if p.unit == "1" else f" {p.unit}"
-    return f"  - `{p.name}`, {p.meaning}: {_number(p.low)} to {_number(p.high)}{unit}{null}"
+    return f"    - `{p.name}`, {p.meaning}: {_number(p.low)} to {_number(p.high)}{unit}{null}"
 
 
 def _number(value: float) -> str:

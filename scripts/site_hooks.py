@@ -9,10 +9,11 @@ from __future__ import annotations
 import posixpath
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
@@ -26,6 +27,7 @@ DOCS = ROOT / "docs"
 OUTSIDE = "repository"
 # [text](target#anchor), not ![image]; a target with a scheme is none of ours.
 LINK = re.compile(r"(?P<head>\]\()(?P<target>(?![a-z]+:)[^)#\s]+)(?P<anchor>#[^)\s]*)?(?P<tail>\))")
+MATH = re.compile(r"(`[^`\n]*`)|\$(?! )([^$`\n]+)(?<! )\$")
 ROW = re.compile(r"^\| (?P<what>[^|]+) \| (?P<pages>.*\]\(.*) \|$", re.M)
 
 
@@ -93,13 +95,18 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
             return link[0]
         return f"{link['head']}{posixpath.relpath(to, here.parent.as_posix())}{link['anchor'] or ''}{link['tail']}"
 
-    return _outside_code(markdown, led)
+    return _outside_code(markdown, lambda text: MATH.sub(_formula, LINK.sub(led, text)))
 
 
-def _outside_code(markdown: str, led: Any) -> str:
-    """Replaces links, but not in fenced blocks."""
+def _outside_code(markdown: str, change: Callable[[str], str]) -> str:
+    """Changes all but fenced blocks."""
     parts = re.split(r"(^```.*?^```[^\n]*$)", markdown, flags=re.M | re.S)
-    return "".join(part if number % 2 else LINK.sub(led, part) for number, part in enumerate(parts))
+    return "".join(part if number % 2 else change(part) for number, part in enumerate(parts))
+
+
+def _formula(found: re.Match[str]) -> str:
+    """A formula as MathML, which browsers draw without a script; code in a line stays."""
+    return found[1] or str(convert(found[2]))
 
 
 def _targets(page: Path) -> Iterator[str]:
