@@ -22,15 +22,20 @@ def rules_part() -> str:
     """From the heading on to the end of the page."""
     rows = ["| code | level | what | `--fix` |", "|---|---|---|---|"]
     rows += [
-        f"| [{rule.code}](#{rule.code.lower()}) | {rule.level} | {rule.title} | {'yes' if rule.fixable else ''} |"
+        f"| [{rule.code}](#{rule.code.lower()}) | {rule.level} | {rule.title} | {fix(rule)} |"
         for rule in all_rules()
     ]
     return "\n".join([BEGIN, *rows, "", *(section(rule) for rule in all_rules())])
 
 
+def fix(rule: Rule) -> str:
+    return "yes" if rule.fixable else "unsafe" if rule.suggests else ""
+
+
 def section(rule: Rule) -> str:
     """One rule: what it is, why, an example, what is better."""
-    fix = "`olp lint --fix` does it.\n" if rule.fixable else ""
+    words = "--fix" if rule.fixable else "--fix --unsafe-fixes" if rule.suggests else ""
+    mend = f"`olp lint {words}` does it where it can.\n" if words else ""
     why = textwrap.fill(rule.why, 118)
     example = f"```text\n{rule.example}\n```"
     better = (
@@ -39,7 +44,7 @@ def section(rule: Rule) -> str:
         else f"{rule.better[:1].upper()}{rule.better[1:]}."
     )
     head = f"### {rule.code}\n\n**{rule.title[:1].upper()}{rule.title[1:]}** ({rule.level})."
-    return "\n\n".join(filter(None, (head, why, example, f"Better:\n\n{better}", fix.rstrip()))) + "\n"
+    return "\n\n".join(filter(None, (head, why, example, f"Better:\n\n{better}", mend.rstrip()))) + "\n"
 
 
 def page() -> str:

@@ -281,17 +281,6 @@ def test_a_fix_leaves_excused_findings_alone(tmp_path):
     assert path.read_bytes() == before
 
 
-def test_only_rules_that_say_so_fix(prepared):
-    for rule in all_rules():
-        text = bench.clean(random.Random(1))
-        bench.PLANTS[rule.code](text, random.Random(2))
-        path = prepared / "PART.JBI"
-        path.write_text("\r\n".join([*text.lines(), ""]), newline="")
-        found = [f for f in lint(str(path), Job()).findings if f.code == rule.code]
-        assert found
-        assert all(bool(f.fixes) == rule.fixable for f in found)
-
-
 def test_many_programs_on_several_processes_say_the_same(tmp_path, capsys):
     write_jobs(tmp_path, {f"J{n:03d}": f"WAIT IN#({n + 1})=ON\n*L{n}" for n in range(60)})
     told = []

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.commands._telling import add_format_arguments, telling
 from olp.commands.command import expand_paths
+from olp.diagnostic import OlpError, error
 from olp.files import write_output
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from olp.batch import Job
+    from olp.lint.fix import Fixed
+    from olp.lint.rule import Rule
     from olp.lint.run import Linted
     from olp.lint.settings import Choice
     from olp.outcome import Finding, Item, Outcome
@@ -47,6 +51,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--fix", action="store_true", help="change the programs where that alters neither path nor time"
     )
+    parser.add_argument(
+        "--unsafe-fixes",
+        action="store_true",
+        help="with --fix: change also what alters the motion or its time, as a rounded corner does",
+    )
     parser.add_argument("--rules", action="store_true", help="list the rules")
     parser.add_argument(
         "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
@@ -64,20 +73,25 @@ def run(args: Namespace) -> int:
     if args.rules:
         write_output(args.output, encode(_rules(), args.output), inputs=[])
         return 0
+    if args.unsafe_fixes and not args.fix:
+        raise OlpError(error("C002", "--unsafe-fixes goes with --fix", help="olp lint --fix --unsafe-fixes"))
     told, job = telling(args), settings_of(args)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     asked = choice(_codes(args.select), _codes(args.ignore))
     work = partial(_lint_all, paths, job, asked, args.workers)
     results = with_progress(len(paths), work)
+    changes: list[Fixed] = []
     if args.fix:
-        results = [_fixed(result, job, asked) for result in results]
+        results = [_fixed(result, job, asked, args.unsafe_fixes, changes) for result in results]
     if args.write_baseline:
         text = baseline_text(f for r in results for f in r.findings)
         write_output(args.write_baseline, text.encode("utf-8"), inputs=paths)
         return 0
     fresh = without_known((f for r in results for f in r.findings), known)
     outcome = outcome_of(results, fresh, args.fail_on)
+    if args.fix:
+        outcome = replace(outcome, summary=(*outcome.summary, _mended(changes)))
     told.write(outcome, paths)
     return outcome.exit_status
 
@@ -116,12 +130,34 @@ def _codes(text: str) -> list[str]:
     return text.replace(",", " ").split()
 
 
-def _fixed(result: Linted, job: Job, asked: Choice) -> Linted:
-    """What remains of a file's findings after its fixes."""
-    from olp.lint.fix import apply
+def _fixed(result: Linted, job: Job, asked: Choice, unsafe: bool, changes: list[Fixed]) -> Linted:
+    """What remains of a file's findings after its fixes, which are added to `changes`."""
+    from olp.batch import time_program
+    from olp.lint.fix import fix_file
     from olp.lint.run import lint
 
-    return lint(result.path, job, asked) if apply(result.path, result.findings, job.encoding) else result
+    if result.unreadable or not result.findings:
+        return result
+    run = partial(time_program, job=job)
+    done = fix_file(result.path, result.findings, run, unsafe=unsafe, encoding=job.encoding)
+    if done is None:
+        return result
+    changes.append(done)
+    return lint(result.path, job, asked) if done.done else result
+
+
+def _mended(changes: Sequence[Fixed]) -> str:
+    """What was changed, and how much was left alone because it would not do what it promises."""
+    lines = [edit for change in changes for edit in change.done]
+    left = {
+        (n, edit.code, edit.line)
+        for n, change in enumerate(changes)
+        for edit in change.refused
+        if not any((edit.code, edit.line) == (d.code, d.line) for d in change.done)
+    }
+    told = f"{len(lines)} mended"
+    told += f", {sum(not e.safe for e in lines)} of them unsafe" if any(not e.safe for e in lines) else ""
+    return told + (f", {len(left)} left alone: the change would do something else as well" if left else "")
 
 
 def outcome_of(results: Sequence[Linted], findings: Sequence[Finding], fail_on: str = "warning") -> Outcome:
@@ -160,11 +196,12 @@ def _item(result: Linted, findings: Sequence[Finding], fail_on: str) -> Item:
     return Item(result.path, result.path, status, says, group="lint", details=details)
 
 
+def _fix_of(rule: Rule) -> str:
+    return ", --fix" if rule.fixable else ", --fix --unsafe-fixes" if rule.suggests else ""
+
+
 def _rules() -> str:
     from olp.lint import all_rules
 
-    rows = [
-        f"{rule.code}  {rule.level!s:8s} {rule.title}{', --fix' if rule.fixable else ''}"
-        for rule in all_rules()
-    ]
+    rows = [f"{rule.code}  {rule.level!s:8s} {rule.title}{_fix_of(rule)}" for rule in all_rules()]
     return "\n".join(rows) + "\n"

@@ -11,13 +11,18 @@ from typing import ClassVar, final
 
 from olp.lint.case import Case
 from olp.outcome.model import Finding, Level
+from olp.program import Program
+
+# First line, last line, the lines that take their place ("": none), and what that does in a few words.
+Suggestion = tuple[int, int, str, str]
 
 
 class Rule(ABC):
     """A mistake that a program can hold.
 
     `code` never changes. `why`: what it costs, in a paragraph; `example` and `better`: lines with and without it.
-    `fixable`: whether findings carry a change that cannot alter where the robot goes.
+    `fixable`: whether findings can carry a change that alters neither path nor time. `suggests`: whether there are
+    changes that do, for people to choose.
     """
 
     code: ClassVar[str] = ""
@@ -27,10 +32,15 @@ class Rule(ABC):
     example: ClassVar[str]
     better: ClassVar[str]
     fixable: ClassVar[bool] = False
+    suggests: ClassVar[bool] = False
 
     @abstractmethod
     def find(self, case: Case) -> Iterator[Finding]:
         """The places where the program holds the mistake, in order of lines."""
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        """Changes that would mend a finding of this rule but alter the motion or its time, the best one first."""
+        yield from ()
 
     @final
     def finding(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import dropwhile, takewhile
 
 from olp.guard.budget import budgets_for
 from olp.lint.case import Case, routines
-from olp.lint.rule import Rule
+from olp.lint.rule import Rule, Suggestion
 from olp.outcome.model import Finding, Level
 from olp.program import (
     Call,
@@ -22,6 +23,7 @@ from olp.program import (
     Jump,
     Label,
     Next,
+    Program,
     Return,
     Statement,
     Until,
@@ -42,6 +44,7 @@ class UnreachableCode(Rule):
     why = "The statements never run. Somebody believes they do: a gripper that opens, a check that is made."
     example = "JUMP *NEXT\nDOUT OT#(3) ON\n*NEXT"
     better = "remove them, or the jump before them"
+    suggests = True
 
     def find(self, case: Case) -> Iterator[Finding]:
         for routine in routines(case):
@@ -57,6 +60,19 @@ class UnreachableCode(Rule):
                     )
                 if _leaves(statement):
                     dead = True
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        for routine in program.routines:
+            dead = [
+                s.line
+                for s in takewhile(
+                    lambda s: not isinstance(s, _ARRIVALS),
+                    dropwhile(lambda s: s.line != found.line, routine.body),
+                )
+            ]
+            if dead:
+                yield found.line, max(dead), "", "remove what never runs"
+                return
 
 
 def _leaves(statement: Statement) -> bool:

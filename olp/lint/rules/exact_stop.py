@@ -8,9 +8,11 @@ from math import degrees, radians
 import numpy as np
 
 from olp.lint.case import Case
-from olp.lint.rule import Rule
+from olp.lint.rule import Rule, Suggestion
+from olp.lint.zones import rounded
 from olp.outcome.model import Finding
 from olp.plan import BlendCode, StepKind
+from olp.program import Program
 
 _SHARP = radians(75)  # from here on a stop may be meant: the tool turns back or round a corner
 _SHORT = 1e-3  # [m]
@@ -28,6 +30,7 @@ class ExactStop(Rule):
     )
     example = "MOVL C00001 V=300.0 PL=0\nMOVL C00002 V=300.0"
     better = "MOVL C00001 V=300.0 PL=1\nMOVL C00002 V=300.0"
+    suggests = True
 
     def find(self, case: Case) -> Iterator[Finding]:
         plan, told = case.plan, set()
@@ -40,6 +43,11 @@ class ExactStop(Rule):
                 told.add(line)
                 says = f"the robot stops here, and goes on at {degrees(turn):.0f} deg to where it came from"
                 yield self.finding(case, line, says, "give the corner a rounding, if nothing needs the stop")
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        text = rounded(program.vendor, program.source.line(found.line))
+        if text is not None:
+            yield found.line, found.line, text, "round the corner a little"
 
     def _stops(self, case: Case, step: int) -> bool:
         """Whether the step ends in an exact stop and the very next step travels on."""

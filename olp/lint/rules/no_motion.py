@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from olp.lint.case import Case
-from olp.lint.rule import Rule
+from olp.lint.rule import Rule, Suggestion
 from olp.outcome.model import Finding, Level
 from olp.plan import PATHS
-from olp.program import Path
+from olp.program import Path, Program
 from olp.units import mm
 
 _NOTHING = 1e-3 * mm
@@ -29,6 +29,7 @@ class NoMotion(Rule):
     )
     example = "MOVL C00004 V=300.0\nMOVL C00005 V=300.0   with C00005 = C00004"
     better = "leave the second one out"
+    suggests = True
 
     def find(self, case: Case) -> Iterator[Finding]:
         plan = case.plan
@@ -44,6 +45,9 @@ class NoMotion(Rule):
                 and not self._first(case, steps)
             ):
                 yield self.finding(case, line, "the arm stands at this target already", "leave the move out")
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        yield found.line, found.line, "", "leave the move out"
 
     @staticmethod
     def _still(case: Case, row: int) -> bool:

@@ -11,7 +11,7 @@ from olp.lint.case import Case, mentioned, routines
 from olp.lint.rule import Rule
 from olp.outcome.model import Finding, Level
 from olp.points import PointKind
-from olp.program import Routine
+from olp.program import Declare, Routine
 
 _SAME = 1e-6  # [m] and [rad]; pulses are whole numbers
 
@@ -25,6 +25,7 @@ class UnusedPoint(Rule):
     why = "Nobody moves to the point. It is left over, or the move to it was lost: a touch-up of it does nothing."
     example = "C00007=…   and no MOVL C00007"
     better = "delete the point, or move to it"
+    fixable = True
 
     def find(self, case: Case) -> Iterator[Finding]:
         for routine in routines(case):
@@ -42,19 +43,21 @@ class UnusedPoint(Rule):
 
     def _named(self, case: Case, routine: Routine) -> Iterator[Finding]:
         """Points of languages that name them, declared in this routine."""
-        from olp.program import Declare
-
-        own = [
-            s
-            for s in routine.body
-            if isinstance(s, Declare) and s.type in ("position", "joints") and not s.shared
-        ]
+        own = [s for s in routine.body if isinstance(s, Declare) and _is_own(case, s)]
         used = {p.name.casefold() for s in routine.body for p in mentioned(s) if isinstance(p, Named)}
         for s in own:
             if s.name.casefold() not in used and s.line:
-                yield self.finding(
-                    case, s.line, f"{s.name} is declared and never used", "delete it, or move to it"
-                )
+                says, text = f"{s.name} is declared and never used", case.text(s.line)
+                # One declaration on one line; what its lines are is known of no longer one.
+                alone = sum(other.line == s.line for other in routine.body) == 1
+                whole = s.name.casefold() in text.casefold() and text.count("{") == text.count("}")
+                fixes = ((s.line, s.line, ""),) if alone and whole else ()
+                yield self.finding(case, s.line, says, "delete it, or move to it", fixes=fixes)
+
+
+def _is_own(case: Case, s: Declare) -> bool:
+    """Whether a declared point is seen in this file only; what a routine of RAPID declares is, whatever it says."""
+    return s.type in ("position", "joints") and (not s.shared or case.program.vendor == "rapid")
 
 
 class DuplicatedPoint(Rule):

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from olp.lint.rule import Told
-from olp.outcome.model import Level
+from collections.abc import Iterator
+
+from olp.lint.rule import Suggestion, Told
+from olp.lint.zones import smaller
+from olp.outcome.model import Finding, Level
+from olp.program import Move, Program
 
 
 class LongZone(Told):
@@ -18,6 +22,14 @@ class LongZone(Told):
     )
     example = "MOVL C00001 V=300.0 PL=8\nMOVL C00002 V=300.0   20 mm further"
     better = "MOVL C00001 V=300.0 PL=1"
+    suggests = True
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        moves = [s.line for s in program.statements() if isinstance(s, Move) and s.line <= found.line]
+        # The corner is told at the line whose zone it is, or at the short move behind it.
+        for line in sorted(set(moves), reverse=True)[:2]:
+            for text in smaller(program.vendor, program.source.line(line)):
+                yield line, line, text, "make the zone smaller"
 
 
 class OutsideLimits(Told):

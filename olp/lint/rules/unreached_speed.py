@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import ceil
 
 import numpy as np
 
 from olp.lint.case import Case
-from olp.lint.rule import Rule
+from olp.lint.rule import Rule, Suggestion
 from olp.outcome.model import Finding, Level
+from olp.program import Program
+from olp.units import mm
 
 _SHARE = 0.5
 _SLOW = 50.0  # [mm/s] below this nobody gains anything
@@ -26,6 +29,7 @@ class UnreachedSpeed(Rule):
     )
     example = "MOVL C00001 V=1500.0\nMOVL C00002 V=1500.0   with 12 mm between them"
     better = "MOVL C00002 V=300.0"
+    suggests = True
 
     def find(self, case: Case) -> Iterator[Finding]:
         timing = case.timing
@@ -42,6 +46,24 @@ class UnreachedSpeed(Rule):
                     case, line, says, f"write what it reaches, about {_round(float(reached.max())):g}",
                     numbers={"speed_mm_s": float(speed[0]), "reached_mm_s": round(float(reached.max()), 3)},
                 )  # fmt: skip
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        from olp.diagnostic import OlpError
+        from olp.edit import ChangeSpeed, edited, speed_of
+        from olp.moves import SpeedUnit
+
+        old = speed_of(program, found.line)
+        reached = found.numbers.get("reached_mm_s")
+        if old is None or old.unit is not SpeedUnit.TRAVEL or not isinstance(reached, float):
+            return
+        speed = ceil(reached)  # no slower than the line is
+        try:
+            result = edited(program, [ChangeSpeed(found.line, speed * mm)])
+        except OlpError:
+            return
+        if [one.path for one in result.sources] == [program.path]:
+            for _, line in result.lines:
+                yield line, line, result.program.source.line(line), f"write V = {speed} mm/s"
 
 
 def _round(value: float) -> float:
