@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
+from olp.frozen import fast_init
+
 
 class Store(StrEnum):
     """The kind of a variable: what it can hold."""
@@ -49,6 +51,7 @@ class State:
     on: bool
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Variable:
     """A variable by kind and index. `name` is the alias it was written with; it does not take part in equality."""
@@ -116,6 +119,7 @@ class Unary:
     operand: Expression
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Binary:
     operator: str  # + - * / and or xor mod
@@ -123,6 +127,7 @@ class Binary:
     right: Expression
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Compare:
     operator: str  # = <> < > <= >=
@@ -138,6 +143,7 @@ class Logic:
     rest: tuple[tuple[str, Expression], ...]  # ("and" | "or", condition)
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Function:
     """A built-in: sqrt, pose-product, pose-inverse, convert, tool-data, step-position, parameter …"""
@@ -160,6 +166,7 @@ class Named:
     name: str
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Item:
     """An element of an array or of joint values; indices count from 1, whatever the language counts from."""
@@ -176,6 +183,7 @@ class Member:
     name: str
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class PositionLiteral:
     """A position written out where it is used, or as the value of a declaration.
@@ -192,6 +200,7 @@ class PositionLiteral:
     native: tuple[tuple[str, str], ...] = field(default=(), compare=False)
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class RecordLiteral:
     """A structure's value: (member, value) in order of writing; an array has members without names."""

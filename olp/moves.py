@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from olp.expression import Expression, FrameRef, Position, Quantity, Signal
+from olp.frozen import fast_init
 
 
 class Path(StrEnum):
@@ -84,6 +85,7 @@ class MovePart(NamedTuple):
     blend: Blend | None = None
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Move:
     """A motion of one or more control groups in step.
@@ -133,6 +135,7 @@ class Reference:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SetAcceleration:
     """Modal accelerations for moves that name none; FRACTION holds for all kinds of moves unless `path` says which."""
@@ -143,6 +146,7 @@ class SetAcceleration:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SetBlend:
     """Modal sizes of blends for moves whose blend names a kind and no size."""
@@ -152,6 +156,7 @@ class SetBlend:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SetTool:
     """The tool that holds from here on: FrameRef("tool", n), a name, or a pose on the flange."""
@@ -161,6 +166,7 @@ class SetTool:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SetFrame:
     """The frame that targets stand in from here on: FrameRef("user", n), FrameRef("base"), a name, or a pose."""
@@ -179,6 +185,7 @@ class SetOverride:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SetSpeed:
     """Modal speeds for moves that name none; `turn` [rad/s] bounds the tool's turning on all of them."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.expression import Store
+from olp.frozen import fast_init
 
 
 class PointKind(StrEnum):
@@ -35,6 +36,7 @@ class PointState:
     outside_limits: bool = False
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Point:
     """One position. `values`: pulses, or metres and radians; nan where a field was left empty."""

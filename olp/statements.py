@@ -8,9 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from olp.expression import Expression, FrameRef, Named, Position, Quantity, Signal, Variable
+from olp.frozen import fast_init
 from olp.moves import Move, Reference, SetAcceleration, SetBlend, SetFrame, SetOverride, SetSpeed, SetTool
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Assign:
     """target := value. The target may be a variable, an element of a position, a user frame or a tool."""
@@ -42,6 +44,7 @@ class Clear:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class SetOutput:
     line: int
@@ -112,6 +115,7 @@ class Jump:
     spelling: str = field(default="", compare=False)  # the vendor's word for the condition, see Wait
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Call:
     """Another routine by name, or a macro by number. `jump`: control does not come back."""
@@ -230,6 +234,7 @@ class Continue:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Declare:
     """A named variable comes into being.
@@ -376,6 +381,7 @@ class Process:
     comment: str = ""
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Comment:
     """A comment on a line of its own, without its mark."""

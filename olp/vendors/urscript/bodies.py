@@ -61,6 +61,7 @@ from olp.vendors.urscript.syntax import (
     Name,
     Node,
     Opening,
+    PoseOf,
     Running,
     Simple,
     Word,
@@ -173,6 +174,17 @@ class _Body:
                         self._preamble = False
                     index += 1
                     continue
+            if (
+                type(content) is Assignment
+                and type(content.value) is PoseOf
+                and type(content.target) is Name
+                and content.target.text != helpers.COUNTER
+            ):
+                assigned = self._named(content.target.text, content)
+                body.append(assigned)
+                self._preamble = self._preamble and isinstance(assigned, _BEFORE_DATA)
+                index += 1
+                continue
             waited = self._waits.at(index, line)
             if waited is not None:
                 body.append(waited[0])
@@ -315,15 +327,17 @@ class _Body:
 
     def _named(self, name: str, content: Assignment) -> Statement:
         names, part = self._names, self._part
-        wanted = names.holds_joints(part, name) or names.holds_joint_lists(part, name)
+        pose = type(content.value) is PoseOf
+        wanted = not pose and (names.holds_joints(part, name) or names.holds_joint_lists(part, name))
         value = self._expressions.lower(content.value, wanted)
         if content.operator != "=":
             value = Binary(content.operator[0], Named(name), value)
             return Assign(self._number, Named(name), value, self._comment)
         first = self._facts.first.get(name) == self._index and self._depth == 0
-        sizes = _sizes(content.value)
+        sizes = () if pose else _sizes(content.value)
         type_ = _plain(names.type_of(part, name), bool(sizes))
-        sizes = sizes if type_ not in ("joints", "list", "") or names.holds_joint_lists(part, name) else ()
+        if sizes and type_ in ("joints", "list", "") and not names.holds_joint_lists(part, name):
+            sizes = ()
         if names.is_shared(part, name):
             value_ = fold(value)
             # What is set once cannot be read before: it holds from the beginning on.
@@ -362,11 +376,13 @@ class _Body:
 
 
 def _is_constant(e: Expression) -> bool:
+    if type(e) is PositionLiteral:
+        return True
     if type(e) is RecordLiteral:
         return all(_is_constant(value) for _, value in e.members)
     if type(e) is Function and e.name in ("joints", "pose-vector"):
         return all(map(_is_constant, e.arguments))
-    return type(e) in (Number, Text, State, PositionLiteral)
+    return type(e) in (Number, Text, State)
 
 
 def _plain(type_: str, sized: bool = False) -> str:

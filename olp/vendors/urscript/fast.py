@@ -7,6 +7,7 @@ declines, and the grammar reads it.
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import Final
 
 from olp.vendors.urscript.syntax import (
@@ -38,6 +39,7 @@ _WORDS: Final = frozenset((
     "break", "continue", "global", "local", "join", "kill", "run", "True", "False", "true", "false",
 ))  # fmt: skip
 _LONGEST = 26  # characters of a number; longer ones are examined by the reader of lines
+_literal: Final = partial(tuple.__new__, Literal)  # of (value,): there are six of them in every point
 _arguments: dict[str, tuple[Given, ...] | None] = {"": ()}
 _MOST_CACHED = 20_000
 
@@ -83,7 +85,7 @@ def _place(text: str) -> Node | None:
     if max(map(len, numbers)) > _LONGEST:
         return None
     try:
-        items = tuple([Literal(_number(one)) for one in numbers])
+        items = tuple(map(_literal, [(float(one) if "." in one else _number(one),) for one in numbers]))
     except ValueError:
         return None
     if pose:

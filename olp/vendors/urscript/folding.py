@@ -14,20 +14,23 @@ _SAME_FACTOR = 1e-12
 
 def pose_literal(values: tuple[float, ...]) -> PositionLiteral:
     """A pose of x y z [m] and a rotation vector [rad], which is kept for writing it back."""
-    x, y, z, *vector = values
-    turn = angles_from_vector(*vector)
-    return PositionLiteral(
-        "pose", (x, y, z, *turn), native=(("vector", ", ".join([repr(one) for one in vector])),)
-    )
+    x, y, z, rx, ry, rz = values
+    turn = angles_from_vector(rx, ry, rz)
+    return PositionLiteral("pose", (x, y, z, *turn), (), (), (("vector", f"{rx!r}, {ry!r}, {rz!r}"),))
 
 
 def constants(items: tuple[Node, ...]) -> tuple[float, ...] | None:
     """The values of numbers written out, None when one is anything else."""
     values = []
     for item in items:
-        if type(item) is not Literal or type(item.value) not in (int, float):
+        if type(item) is not Literal:
             return None
-        values.append(float(item.value))
+        value = item.value
+        if type(value) is not float:
+            if type(value) is not int:
+                return None
+            value = float(value)
+        values.append(value)
     return tuple(values)
 
 

@@ -27,6 +27,7 @@ _PATHS: Final = {
 }
 _FASTEST = 20.0  # [m/s]; no arm is a tenth as fast
 BASE: Final = FrameRef("base")
+_TRANS: Final = Name("pose_trans")
 _STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), 1.0))
 
 
@@ -55,11 +56,14 @@ class MoveRules:
         self._expressions = expressions
         self._tell = tell
         self._manners: dict[tuple[str, tuple[Given, ...]], Manner] = {}
+        self._frames: dict[Node, Expression] = {}
 
     def move(self, word: str, given: tuple[Given, ...], line: int, comment: str) -> Move | None:
         """The move, None when it has no target (which is told)."""
         count = 2 if word == "movec" else 1
-        if all(not one.name for one in given[:count]) and len(given) >= count:
+        if count == 1 and given and not given[0].name:
+            targets, rest = [given[0].value], given[1:]
+        elif all(not one.name for one in given[:count]) and len(given) >= count:
             targets, rest = [one.value for one in given[:count]], given[count:]
         else:
             arguments = self._sorted(word, given, count)
@@ -191,16 +195,28 @@ class MoveRules:
 
     def _placed(self, targets: list[Node]) -> tuple[Expression, list[Node]]:
         """The frame that all targets stand in, and the targets in it."""
+        if len(targets) == 1:
+            only, place = self._in_frame(targets[0])
+            return (BASE, targets) if only is None else (self._frame(only), [place])
         split = [self._in_frame(target) for target in targets]
         frame = split[0][0]
         if frame is None or any(one[0] != frame for one in split):
             return BASE, targets
-        return self._expressions.lower(frame), [place for _, place in split]
+        return self._frame(frame), [place for _, place in split]
+
+    def _frame(self, node: Node) -> Expression:
+        """Few names of frames: all moves in one share it."""
+        if type(node) is not Name:
+            return self._expressions.lower(node)
+        found = self._frames.get(node)
+        if found is None:
+            found = self._frames[node] = self._expressions.lower(node)
+        return found
 
     def _in_frame(self, target: Node) -> tuple[Node | None, Node]:
         if (
             type(target) is not Invocation
-            or target.function != Name("pose_trans")
+            or target.function != _TRANS
             or len(target.arguments) != 2
         ):
             return None, target

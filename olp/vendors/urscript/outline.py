@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from olp.vendors._findings import Findings
 from olp.vendors.urscript.lines import Broken, Line, Mark
-from olp.vendors.urscript.syntax import Closing, Definition, Node, Opening
+from olp.vendors.urscript.syntax import Assignment, Closing, Definition, Evaluation, Node, Opening
 
 _MOST_NESTED = 100  # definitions in one another that are searched for a name
 
@@ -73,8 +73,11 @@ class Outliner:
         last = 0
         for line in lines:
             content = line.content
-            if type(content) is Mark:
+            kind = type(content)
+            if kind is Mark:
                 self._remark(line)
+            elif (kind is Assignment or kind is Evaluation) and not self._waiting:
+                self._here.lines.append((line, self._depth))
             else:
                 if self._waiting and (
                     type(content) is not Definition or self._waiting[-1].last + 1 < line.number

@@ -15,6 +15,7 @@ from olp.vendors.urscript.lines import Broken, Mark
 from olp.vendors.urscript.outline import Part
 from olp.vendors.urscript.syntax import (
     Assignment,
+    Evaluation,
     Given,
     Invocation,
     ListOf,
@@ -48,6 +49,7 @@ class Facts:
     shared: set[str] = field(default_factory=set)
     calls: list[tuple[Part, tuple[Given, ...]]] = field(default_factory=list)
     results: list[Node] = field(default_factory=list)
+    plain: set[str] = field(default_factory=set)  # functions that say nothing about their arguments
     joints: set[str] = field(default_factory=set)  # names that hold positions of the axes, if they hold lists
     tables: set[str] = field(default_factory=set)  # names whose elements do
     points: set[str] = field(default_factory=set)  # names that hold poses to move to
@@ -63,6 +65,10 @@ class Names:
         parts = [part for part in root.all() if part is not root or root is main]
         self.facts = {id(part): _gather(part) for part in parts}
         self.shared = self._find_shared()
+        self._seen = {
+            id(facts.part): self.shared - facts.local - {name for name, _ in facts.part.parameters}
+            for facts in self.facts.values()
+        }
         self.waypoints = self._find_waypoints()
         self._times = Counter(
             name
@@ -86,8 +92,7 @@ class Names:
 
     def is_shared(self, part: Part, name: str) -> bool:
         """Whether the name means the variable that all parts see."""
-        facts = self.of(part)
-        return name in self.shared and name not in facts.local and not _is_parameter(part, name)
+        return name in self._seen[id(part)]
 
     def type_of(self, part: Part, name: str) -> str:
         """The type as in `Declare.type`, "list" or "list:" and that of the elements; empty: not known."""
@@ -156,9 +161,14 @@ class Names:
         changed = False
         for facts in self.facts.values():
             part = facts.part
+            shared = self._seen[id(part)]
             for name, value in facts.given:
+                types = self.types if name in shared else facts.types
+                if type(value) is PoseOf:  # a path has thousands
+                    if types.get(name) != "position":
+                        changed |= _widen(types, name, "position")
+                    continue
                 wanted, tables = self.holds_joints(part, name), self.holds_joint_lists(part, name)
-                types = self.types if self.is_shared(part, name) else facts.types
                 changed |= _widen(types, name, self.infer(part, value, wanted, tables))
             for name, default in part.parameters:
                 if default is not None:
@@ -274,6 +284,9 @@ def _gather(part: Part) -> Facts:
         content = line.content
         if type(content) is Mark or type(content) is Broken:
             continue
+        if type(content) is Evaluation:
+            _use(facts, content.value)
+            continue
         simple = simple_of(content)  # type: ignore[arg-type]
         if type(simple) is Assignment:
             _assigned(facts, simple, index)
@@ -297,11 +310,30 @@ def _assigned(facts: Facts, simple: Assignment, index: int) -> None:
 
 
 def _use(facts: Facts, expression: Node) -> None:
+    kind = type(expression)
+    if kind is Name:
+        facts.used.add(expression.text)  # type: ignore[union-attr]
+        return
+    if kind is Invocation and type(expression.function) is Name:  # type: ignore[union-attr]
+        # As `walk` goes, the last argument first, without its generator: every move is a call.
+        name = expression.function.text  # type: ignore[union-attr]
+        facts.used.add(name)
+        arguments = expression.arguments  # type: ignore[union-attr]
+        if name not in facts.plain:
+            _called(facts, name, arguments)
+        for given in reversed(arguments):
+            if type(given.value) is not Literal:
+                _use(facts, given.value)
+        return
+    if kind is PoseOf and all([type(item) is Literal for item in expression.items]):  # type: ignore[union-attr]
+        return
     for node in walk(expression):
         if type(node) is Name:
             facts.used.add(node.text)
         elif type(node) is Invocation and type(node.function) is Name:
-            _called(facts, node.function.text, node.arguments)
+            name = node.function.text
+            if name not in facts.plain:
+                _called(facts, name, node.arguments)
 
 
 def _called(facts: Facts, name: str, arguments: tuple[Given, ...]) -> None:
@@ -313,6 +345,7 @@ def _called(facts: Facts, name: str, arguments: tuple[Given, ...]) -> None:
         facts.points.add(arguments[0].value.text)
     place = JOINT_ARGUMENTS.get(name)
     if place is None:
+        facts.plain.add(name)
         return
     for index, argument in enumerate(arguments):
         if argument.name == place[1] or (not argument.name and index == place[0]):

@@ -24,6 +24,7 @@ from olp.vendors.urscript.syntax import (
 )
 
 _INVERTED: Final = {"=": "<>", "<>": "=", "<": ">=", ">": "<=", "<=": ">", ">=": "<"}
+_COUNTER: Final = Name(helpers.COUNTER)
 
 
 class Waits:
@@ -106,7 +107,7 @@ def inverted(condition: Expression) -> Expression:
 
 def _is_count(content: object) -> bool:
     """Whether the counter of a wait gets a value."""
-    return isinstance(content, Assignment) and content.target == Name(helpers.COUNTER)
+    return isinstance(content, Assignment) and content.target == _COUNTER
 
 
 def _is_idle(simple: Simple) -> bool:
