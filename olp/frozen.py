@@ -6,10 +6,12 @@ Here the new object belongs, until its fields are set, to a class of the same la
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 T = TypeVar("T")
+_OPEN: Final[dict[type, type]] = {}  # of each class: the one that lets its fields be set
 
 
 def fast_init(cls: type[T]) -> type[T]:
@@ -21,31 +23,48 @@ def fast_init(cls: type[T]) -> type[T]:
     names = tuple(part.name for part in parts)
     if tuple(getattr(cls, "__slots__", ())) != names or hasattr(cls, "__post_init__"):
         raise TypeError(f"{cls.__name__} is no plain frozen dataclass with slots")
-    open_class = type(f"_Open{cls.__name__}", (), {"__slots__": names})
-    known: dict[str, Any] = {"_becomes": object.__setattr__, "_Open": open_class, "_Closed": cls}
+    _OPEN[cls] = type(f"_Open{cls.__name__}", (), {"__slots__": names})
+    known: dict[str, Any] = {"_default": MISSING}
     known |= {f"_default_{part.name}": part.default for part in parts if part.default is not MISSING}
-    known |= {
-        f"_make_{part.name}": part.default_factory for part in parts if part.default_factory is not MISSING
-    }
-    arguments = ", ".join(["self", *map(_argument, parts)])
-    rows = [f"def __init__({arguments}):", "    _becomes(self, '__class__', _Open)"]
+    known |= {f"_make_{part.name}": part.default_factory for part in parts if _is_made(part)}
+    rows = ["_becomes(self, '__class__', _Open)"]
     for part in parts:
-        value = part.name
-        if part.default_factory is not MISSING:
-            value = f"_make_{value}() if {value} is _default else {value}"
-            known["_default"] = MISSING
-        rows.append(f"    self.{part.name} = {value}")
-    rows.append("    self.__class__ = _Closed")
-    made: dict[str, Any] = {}
-    # As dataclasses do it themselves; all text in it is the class' own field names.
-    exec("\n".join(rows), known, made)
-    made["__init__"].__qualname__ = f"{cls.__qualname__}.__init__"
-    made["__init__"].__annotations__ = dict(cls.__init__.__annotations__)
-    cls.__init__ = made["__init__"]  # type: ignore[misc]
+        value = f"_make_{part.name}() if {part.name} is _default else {part.name}"
+        rows.append(f"self.{part.name} = {value if _is_made(part) else part.name}")
+    made = _function(cls, "__init__", ", ".join(["self", *map(_argument, parts)]), rows, known)
+    made.__annotations__ = dict(cls.__init__.__annotations__)
+    cls.__init__ = made  # type: ignore[assignment, method-assign]
     return cls
+
+
+def changer(cls: type[T]) -> Callable[[T, Mapping[str, Any]], T]:
+    """`dataclasses.replace` for a class of `fast_init`: (object, fields that change) -> a copy with them.
+
+    Fields must be those of the class: none other is noticed, or told.
+    """
+    rows = ["self = _new(_Open)"]
+    rows += [f"self.{part.name} = old.{part.name}" for part in fields(cls)]  # type: ignore[arg-type]
+    rows += ["for name in changes:", "    _becomes(self, name, changes[name])"]
+    return _function(cls, "changed", "old, changes", rows, {"_new": object.__new__}, "return self")
+
+
+def _function(
+    cls: type, name: str, arguments: str, rows: list[str], known: Mapping[str, Any], last: str = ""
+) -> Any:
+    """A function that ends with `self` as a `cls`, as dataclasses make theirs: all text in it is the fields' names."""
+    rows = [*rows, "self.__class__ = _Closed", *([last] if last else [])]
+    text = f"def {name}({arguments}):\n" + "".join(f"    {row}\n" for row in rows)
+    made: dict[str, Any] = {}
+    exec(text, {"_becomes": object.__setattr__, "_Open": _OPEN[cls], "_Closed": cls, **known}, made)
+    made[name].__qualname__ = f"{cls.__qualname__}.{name}"
+    return made[name]
+
+
+def _is_made(part: Field[Any]) -> bool:
+    return part.default_factory is not MISSING
 
 
 def _argument(part: Field[Any]) -> str:
     if part.default is not MISSING:
         return f"{part.name}=_default_{part.name}"
-    return f"{part.name}=_default" if part.default_factory is not MISSING else part.name
+    return f"{part.name}=_default" if _is_made(part) else part.name

@@ -16,11 +16,14 @@ def prune(program: Program, work: Work) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
     used: set[str] = set()
     for s in program.statements():
-        if calls_nothing(s):
-            assert isinstance(s, Move)
-            used.update([e.name for e in (s.targets[0], s.tool, s.frame) if type(e) is Named])
-            plain = [q for q in (s.speed, s.blend) if q is not None and q.value is not None]
-            if all(type(q.value.written) is Number for q in plain if q.value is not None):
+        if type(s) is Move and calls_nothing(s):
+            for e in (s.targets[0], s.tool, s.frame):
+                if type(e) is Named:
+                    used.add(e.name)
+            speed, blend = s.speed, s.blend
+            if (speed is None or type(speed.value.written) is Number) and (
+                blend is None or blend.value is None or type(blend.value.written) is Number
+            ):
                 continue
         if not isinstance(s, Declare):
             used.update(e.name for e in expressions_of(s) if type(e) is Named)
@@ -37,17 +40,18 @@ def prune(program: Program, work: Work) -> Program:
         used.update(inner)
 
     def kept(d: Declare) -> bool:
-        plain = d.type in _PLAIN and not isinstance(d.value, RecordLiteral)
-        return d.name in used or (plain and work.source.vendor != work.target)
+        if d.name in used:
+            return True
+        return work.source.vendor != work.target and d.type in _PLAIN and type(d.value) is not RecordLiteral
 
     return replace(
         program,
-        data=tuple(d for d in program.data if kept(d)),
+        data=tuple([d for d in program.data if d.name in used or kept(d)]),
         routines=tuple(
             replace(
                 r,
                 data=tuple(d for d in r.data if kept(d)),
-                body=tuple(s for s in r.body if not isinstance(s, Declare) or kept(s)),
+                body=tuple([s for s in r.body if type(s) is not Declare or kept(s)]),
             )
             for r in program.routines
         ),

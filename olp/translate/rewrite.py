@@ -19,12 +19,13 @@ from olp.expression import (
     Taught,
     Text,
 )
+from olp.frozen import changer
 from olp.moves import Acceleration, Blend, Move, Speed
-from olp.program import Statement
+from olp.program import Declare, Statement
 
 T = TypeVar("T")
-_READ_MOVE: Final = attrgetter(*(f.name for f in fields(Move)))
-_AT: Final = {f.name: at for at, f in enumerate(fields(Move))}
+_changed_move: Final = changer(Move)
+_changed_declare: Final = changer(Declare)
 # What few moves have: where it is all absent, targets, tool, frame, speed and blend are all that can hold expressions.
 _READ_RARE: Final = attrgetter(
     "parts", "deceleration", "relative", "search", "until", "other", "via", "arc", "offset", "tool_offset"
@@ -56,6 +57,9 @@ def _mapped(node: Any, change: Change) -> Any:
         return change(node)
     if kind is Move and is_usual(node):
         return _mapped_move(node, change)
+    if kind is Declare and type(node.value) in _LEAVES and not node.sizes:
+        value = change(node.value)
+        return node if value is node.value else _changed_declare(node, {"value": value})
     if kind is FrameRef and type(node.number) is Number:
         return change(node)
     if kind is tuple:
@@ -86,25 +90,28 @@ def _mapped(node: Any, change: Change) -> Any:
 def _mapped_move(s: Move, change: Change) -> Move:
     """A move without anything rare, as nearly all are."""
     changes: dict[str, Any] = {}
-    if (targets := _sequence(s.targets, change)) is not s.targets:
-        changes["targets"] = targets
-    if s.tool is not None and (tool := _mapped(s.tool, change)) is not s.tool:
-        changes["tool"] = tool
-    if s.frame is not None and (frame := _mapped(s.frame, change)) is not s.frame:
-        changes["frame"] = frame
-    if s.speed is not None and (speed := _mapped(s.speed, change)) is not s.speed:
-        changes["speed"] = speed
-    if s.blend is not None and (blend := _mapped(s.blend, change)) is not s.blend:
-        changes["blend"] = blend
-    return edited(s, changes) if changes else s
+    targets = s.targets
+    if len(targets) == 1 and type(targets[0]) in _LEAVES:
+        if (target := change(targets[0])) is not targets[0]:
+            changes["targets"] = (target,)
+    elif (new := _sequence(targets, change)) is not targets:
+        changes["targets"] = new
+    if (tool := s.tool) is not None and (new := _mapped(tool, change)) is not tool:
+        changes["tool"] = new
+    if (frame := s.frame) is not None and (new := _mapped(frame, change)) is not frame:
+        changes["frame"] = new
+    if (speed := s.speed) is not None and type(speed.value.written) is not Number:
+        if (new := _mapped(speed, change)) is not speed:
+            changes["speed"] = new
+    if (blend := s.blend) is not None and blend.value is not None and type(blend.value.written) is not Number:
+        if (new := _mapped(blend, change)) is not blend:
+            changes["blend"] = new
+    return _changed_move(s, changes) if changes else s
 
 
 def edited(s: Move, changes: dict[str, Any]) -> Move:
     """A move with some fields replaced, several times as fast as `dataclasses.replace`: there are as many as moves."""
-    values = list(_READ_MOVE(s))
-    for name, value in changes.items():
-        values[_AT[name]] = value
-    return Move(*values)
+    return _changed_move(s, changes)
 
 
 def is_usual(s: Move) -> bool:
@@ -133,6 +140,8 @@ def replaced(node: Any, changed: dict[str, Any]) -> Any:
     """A dataclass or named tuple with some fields replaced."""
     if type(node) is Move:
         return edited(node, changed)
+    if type(node) is Declare:
+        return _changed_declare(node, changed)
     if hasattr(node, "_replace"):
         return node._replace(**changed)
     values = {name: changed.get(name, getattr(node, name)) for name in type(node).__slots__}

@@ -67,9 +67,17 @@ class Symbols:
 
     table: dict[tuple[str, str], Symbol] = field(default_factory=dict)
     routines: dict[str, Routine] = field(default_factory=dict)
+    declared: dict[str, Declare] = field(default_factory=dict)  # of the whole program; not asked for so far
 
     def find(self, routine: str, name: str) -> Symbol | None:
-        return self.table.get((routine, name)) or self.table.get(("", name))
+        found = self.table.get((routine, name)) or self.table.get(("", name))
+        return self._asked_for(name) if found is None and name in self.declared else found
+
+    def _asked_for(self, name: str) -> Symbol:
+        """A symbol is made when somebody wants to know: most points are looked at by few passes."""
+        s = self.declared.pop(name)
+        found = self.table[("", name)] = Symbol(s.name, s.type, "", s.value, s.sizes, s.storage)
+        return found
 
     def fixed_value(self, routine: str, expression: Expression | None) -> Expression | None:
         """The literal that an expression always has: its own, or that of a name that nothing changes."""
@@ -96,6 +104,8 @@ class Symbols:
         return self.fixed_value(routine, array.members[at][1])
 
     def __iter__(self) -> Iterator[Symbol]:
+        for name in list(self.declared):
+            self._asked_for(name)
         return iter(self.table.values())
 
 
@@ -106,7 +116,10 @@ def symbols_of(program: Program) -> Symbols:
     """The names of `program`. Names that are used and nowhere declared come into being where they are assigned."""
     found = Symbols({}, {routine.name: routine for routine in program.routines})
     for declare in program.data:
-        _declare(found, "", declare)
+        if declare.name in found.declared or ("", declare.name) in found.table:
+            _declare(found, "", declare)
+        else:
+            found.declared[declare.name] = declare
     for routine in program.routines:
         for parameter in routine.parameters:
             key = (routine.name, parameter.name)
@@ -128,6 +141,8 @@ def symbols_of(program: Program) -> Symbols:
 
 def _declare(found: Symbols, scope: str, s: Declare) -> None:
     scope = "" if s.shared else scope
+    if not scope and s.name in found.declared:
+        found._asked_for(s.name)
     known = found.table.get((scope, s.name))
     if known is None:
         found.table[(scope, s.name)] = Symbol(s.name, s.type, scope, s.value, s.sizes, s.storage)

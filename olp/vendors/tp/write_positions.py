@@ -116,7 +116,10 @@ class PositionWriter:
     def _taught(
         self, number: int, row: int, texts: _Rows, others: list[tuple[int, PointBlock, _Rows]]
     ) -> Iterator[str]:
-        name = self.details.get(f"P[{number}]")
+        name = self.details.get(f"P[{number}]") if self.details else None
+        if not others and (plain := texts.plain(row, self._frames.get(number))) is not None:
+            yield f'P[{number}:"{name}"]{plain}' if name else f"P[{number}]{plain}"
+            return
         yield f'P[{number}:"{name}"]{{' if name else f"P[{number}]{{"
         yield f"   GP{self.group(1)}:"
         yield from texts.lines(row, self._frames.get(number))
@@ -152,6 +155,9 @@ class _Rows:
             for kind in (PointKind.POSE, PointKind.JOINT)
         ]
         self.table = [self._rounded(at) for at in (0, 1)]
+        self.kinds: list[int] = block.state.tolist()
+        self._patterns: dict[tuple[int, Frames | None], str] = {}
+        self._head = f"{{\n   GP{group}:\n"
 
     def _scale(self, joint: int) -> list[float]:
         units = self.units[joint]
@@ -171,6 +177,31 @@ class _Rows:
         else:
             plain = ~np.isnan(rounded).any(axis=1)
         return rounded.tolist(), plain.tolist(), decimals, scale
+
+    def plain(self, row: int, frames: Frames | None) -> str | None:
+        """What stands behind the number of a pose of six rounded values, as nearly all are; None for all others."""
+        table, plain, _, _ = self.table[0]
+        values = table[row]
+        if not plain[row] or len(values) != _ARM_AXES:
+            return None
+        key = (self.kinds[row], frames)
+        pattern = self._patterns.get(key)
+        if pattern is None:
+            pattern = self._patterns[key] = self._pattern(*key)
+        return pattern % tuple(values) if pattern else None
+
+    def _pattern(self, kind: int, frames: Frames | None) -> str:
+        """The text of a pose with this state, with places for its values; empty for what is no pose."""
+        state = self.states[kind]
+        if state.kind is not PointKind.POSE:
+            return ""
+        flags = configuration(state.configuration) if state.configuration else self.configuration
+        marks = [f"{at}" for at in range(_ARM_AXES)]
+        lines = _group_lines(state, frames or _frames_of(state), marks, self.units[0], flags)
+        text = "\n".join([*lines, "};"]).replace("%", "%%")
+        for mark, count in zip(marks, self.table[0][2], strict=True):
+            text = text.replace(f"= {mark:>9} ", f"= %9.{count}f ")
+        return self._head + text
 
     def lines(self, row: int, frames: Frames | None) -> Iterator[str]:
         """The lines of one row; `frames`: instead of its own."""
