@@ -20,7 +20,7 @@ from olp.expression import (
     Text,
 )
 from olp.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
-from olp.translate.rewrite import calls_nothing, expressions_of, mapped, statements_mapped
+from olp.translate.rewrite import calls_nothing, expressions_of, is_written_out, mapped
 from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Handed, Work
 from olp.units import deg, mm
@@ -221,5 +221,13 @@ def fold_constants(program: Program, work: Work) -> Program:
                 return Number(float(f"{written:.10g}"))
         return e
 
-    routines = tuple(replace(r, body=statements_mapped(r.body, change)) for r in program.routines)
+    def folded(s: Statement) -> Statement:
+        # A move to a plain name, nearly every one: a point is no number.
+        if type(s) is Move and is_written_out(s):
+            e = s.targets[0]
+            if type(symbols.fixed_value("", e) if type(e) is Named else e) is PositionLiteral:
+                return s
+        return mapped(s, change)
+
+    routines = tuple(replace(r, body=tuple(map(folded, r.body))) for r in program.routines)
     return replace(program, routines=routines)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.expression import CallValue, Expression, Named, NamedArgument
+from olp.expression import CallValue, Expression, Named, NamedArgument, PositionLiteral
 from olp.program import Call, Declare, Jump, Label, Move, Program, Routine, StartTask, Statement
 from olp.translate.rewrite import mapped
 from olp.translate.work import Work
@@ -54,6 +54,10 @@ class _Names:
     work: Work
     known: dict[tuple[str, str], str] = field(default_factory=dict)
     taken: dict[str, set[str]] = field(default_factory=dict)
+    legal: re.Pattern[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.legal = re.compile(self.work.limits.names)
 
     def name(self, kind: str, name: str, scope: str = "") -> str:
         """What `name` is called in the target."""
@@ -68,34 +72,39 @@ class _Names:
     def _legal(self, kind: str, name: str, scope: str) -> str:
         limits = self.work.limits
         wanted = self._wanted(kind).get(name)
-        text = wanted or name.translate(_LETTERS)
-        if wanted is None and not re.fullmatch(limits.names, text):
+        text = wanted or (name if name.isascii() else name.translate(_LETTERS))
+        if wanted is None and not self.legal.fullmatch(text):
             text = re.sub(r"[^A-Za-z0-9_]", "_", text) or "n"
-            if not re.fullmatch(limits.names, text):
-                text = f"n_{text}" if re.fullmatch(limits.names, f"n_{text}") else f"n{text.strip('_')}"
+            if not self.legal.fullmatch(text):
+                text = f"n_{text}" if self.legal.fullmatch(f"n_{text}") else f"n{text.strip('_')}"
         if text.upper() in limits.reserved:
             text = f"{text}_1"
-        longest = {
-            "routine": limits.routine_name,
-            "variable": limits.variable_name,
-            "label": limits.label_name,
-        }[kind]
+        longest = limits.variable_name
+        if kind != "variable":
+            longest = limits.routine_name if kind == "routine" else limits.label_name
         # Routines and variables share one room in most languages.
-        room = self.taken.setdefault(f"label {scope}" if kind == "label" else "name", set())
+        place = f"label {scope}" if kind == "label" else "name"
+        room = self.taken.get(place)
+        if room is None:
+            room = self.taken[place] = set()
         return self._unique(text[:longest] if longest else text, longest, room)
 
     def _unique(self, text: str, longest: int, room: set[str]) -> str:
-        count, name = 1, text
-        while (name if self.work.limits.case_sensitive else name.casefold()) in room:
+        count, name, exact = 1, text, self.work.limits.case_sensitive
+        seen = name if exact else name.casefold()
+        while seen in room:
             count += 1
             tail = f"_{count}"
             name = (text[: longest - len(tail)] if longest else text) + tail
-        room.add(name if self.work.limits.case_sensitive else name.casefold())
+            seen = name if exact else name.casefold()
+        room.add(seen)
         return name
 
     def _wanted(self, kind: str) -> Mapping[str, str]:
         mapping = self.work.context.mapping
-        return {"routine": mapping.routines, "variable": mapping.variables}.get(kind, {})
+        if kind == "variable":
+            return mapping.variables
+        return mapping.routines if kind == "routine" else {}
 
     # --- the program ------------------------------------------------------------------------------------
 
@@ -108,7 +117,8 @@ class _Names:
         )
 
     def declare(self, s: Declare) -> Declare:
-        changed, name = mapped(s, self._change), self.name("variable", s.name)
+        plain = type(s.value) is PositionLiteral and not s.sizes
+        changed, name = s if plain else mapped(s, self._change), self.name("variable", s.name)
         return changed if name == s.name else replace(changed, name=name)
 
     def _statement(self, s: Statement, scope: str) -> Statement:

@@ -20,13 +20,16 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
         own = [row for row in rows if row[0] is taught]
         if not own:
             continue
-        width = max(6, *(len(literal.values) for _, _, literal, _ in own))
+        width = max(6, *{len(literal.values) for _, _, literal, _ in own})
+        whole = all([len(literal.values) == width for _, _, literal, _ in own])
         values = np.full((len(own), width), np.nan)
+        if whole:
+            values[:] = [literal.values for _, _, literal, _ in own]
         kinds = []
         known: dict[tuple[str, tuple[int, ...], Place], int] = {}
         for at, (_, _, literal, place) in enumerate(own):
-            row_values = literal.values
-            values[at, : len(row_values)] = row_values
+            if not whole:
+                values[at, : len(literal.values)] = literal.values
             key = (literal.kind, literal.configuration, place)
             kind = known.get(key)
             if kind is None:
@@ -35,10 +38,10 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
                     states.append(state)
                 kind = known[key] = states.index(state)
             kinds.append(kind)
-        for at, (_, _, literal, _) in enumerate(own):
+        for at in np.nonzero(np.isnan(values).any(axis=1))[0].tolist():
             # What is not written is nothing; behind a row's end the table stays empty.
-            if any(v != v for v in literal.values):
-                values[at, : len(literal.values)] = _values(literal)
+            literal = own[at][2]
+            values[at, : len(literal.values)] = _values(literal)
         found = np.array([number for _, number, _, _ in own], dtype=np.int64)
         blocks[(Store.ROBOT, taught)] = PointBlock(
             Store.ROBOT,

@@ -21,7 +21,7 @@ from olp.expression import (
 )
 from olp.frozen import changer
 from olp.moves import Acceleration, Blend, Move, Speed
-from olp.program import Declare, Statement
+from olp.program import Declare
 
 T = TypeVar("T")
 _changed_move: Final = changer(Move)
@@ -126,6 +126,25 @@ def is_usual(s: Move) -> bool:
     )
 
 
+def is_written_out(s: Move) -> bool:
+    """Whether a move goes to one place, a name at most, and all else of it is numbers that are written out."""
+    tool, frame, speed, blend = s.tool, s.frame, s.speed, s.blend
+    return (
+        len(s.targets) == 1
+        and type(s.targets[0]) in _LEAVES
+        and (speed is None or type(speed.value.written) is Number)
+        and (blend is None or blend.value is None or type(blend.value.written) is Number)
+        and (
+            tool is None or (type(tool) is FrameRef and (tool.number is None or type(tool.number) is Number))
+        )
+        and (
+            frame is None
+            or (type(frame) is FrameRef and (frame.number is None or type(frame.number) is Number))
+        )
+        and is_usual(s)
+    )
+
+
 def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
     if not node:
         return node
@@ -178,8 +197,3 @@ def expressions_of(node: object) -> list[Expression]:
 def calls_nothing(s: object) -> bool:
     """Whether a statement is a move to a plain target, so that no call and no computation is in it."""
     return type(s) is Move and type(s.targets[0]) in _LEAVES and is_usual(s)
-
-
-def statements_mapped(body: tuple[Statement, ...], change: Change) -> tuple[Statement, ...]:
-    """All statements of a body, rewritten."""
-    return tuple([cast(Statement, _mapped(statement, change)) for statement in body])

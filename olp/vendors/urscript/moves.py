@@ -214,11 +214,7 @@ class MoveRules:
         return found
 
     def _in_frame(self, target: Node) -> tuple[Node | None, Node]:
-        if (
-            type(target) is not Invocation
-            or target.function != _TRANS
-            or len(target.arguments) != 2
-        ):
+        if type(target) is not Invocation or target.function != _TRANS or len(target.arguments) != 2:
             return None, target
         frame, place = (one.value for one in target.arguments)
         names = self._expressions.names
