@@ -31,7 +31,7 @@ from olp.program import (
     Statement,
 )
 from olp.translate.here import HERE, NAMING, seen_in
-from olp.translate.reaching import UNSET, Key, Reaching, Values, reaching
+from olp.translate.reaching import UNSET, Key, Reaching, State, Values, reaching
 from olp.translate.rewrite import edited, expressions_of, mapped
 from olp.translate.symbols import LITERALS, Symbols, symbols_of
 from olp.translate.work import Fate, Work
@@ -61,6 +61,7 @@ _CHANGING: Final = frozenset(
     {"Named", "Item", "Member", "Signal", "Function", "CallValue", "SystemValue", "Variable"}
 )
 _MODAL_KINDS: Final = frozenset(_MODAL)
+_NEVER: Final[Values] = frozenset({UNSET})
 _NO_KEYS: Final[Mapping[Key, int]] = {}
 _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
 _TOOL: Final[Key] = ("tool",)
@@ -83,6 +84,7 @@ class _Modal:
     routine: str = ""
     flow: Reaching = field(default_factory=Reaching)
     keys: set[Key] = field(default_factory=set)  # that any statement sets
+    states: list[State | None] = field(default_factory=list)  # before each statement of the routine
 
     # --- definitions ------------------------------------------------------------------------------------
 
@@ -110,14 +112,20 @@ class _Modal:
         """What holds at a statement: a value, a variable where it depends on the way there, or `unset`."""
         if key not in self.keys:
             return unset
-        found = self.flow.at(self.routine, index, key)
-        if len(found) == 1:
-            (number,) = found
-            if number == UNSET:
-                return unset
+        state = self.states[index]
+        if (
+            state is not None
+            and len(reached := state.get(key, _NEVER)) == 1
+            and (number := next(iter(reached))) >= 0
+        ):
             only = self.definitions[number]
             if type(only) is Quantity and type(only.written) is Number:
                 return only
+            if type(only) is FrameRef and type(only.number) is Number:
+                return only
+        found = self.flow.at(self.routine, index, key)
+        if found == _NEVER:
+            return unset
         values = [unset if number == UNSET else self.definitions[number] for number in found]
         first = values[0]
         if all(value == first for value in values) and self._is_fixed(first):
@@ -223,7 +231,7 @@ class _Modal:
     def kept(self, s: Statement) -> list[Statement]:
         """What a modal statement becomes: assignments to the variables that need it, and its comment."""
         rows: list[Statement] = []
-        for key, value in _settings(s).items():
+        for key, value in _settings(s).items() if self.assigned else ():
             wanted = self.assigned.get(self.numbers.get((id(s), key), UNSET))
             if wanted is not None:
                 rows.append(Assign(s.line, wanted[1], _counted(value, key)))
@@ -292,7 +300,7 @@ def modal(program: Program, work: Work) -> Program:
     own.flow = reaching(program, own.of)
     bodies = []
     for routine in program.routines:
-        own.routine = routine.name
+        own.routine, own.states = routine.name, own.flow.before[routine.name]
         bodies.append(
             [
                 own.move(index, s) if isinstance(s, Move) else own.placed(index, s)

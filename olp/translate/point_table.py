@@ -21,7 +21,7 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
         if not own:
             continue
         width = max(6, *{len(literal.values) for _, _, literal, _ in own})
-        whole = all([len(literal.values) == width for _, _, literal, _ in own])
+        whole = all(len(literal.values) == width for _, _, literal, _ in own)
         values = np.full((len(own), width), np.nan)
         if whole:
             values[:] = [literal.values for _, _, literal, _ in own]

@@ -108,6 +108,9 @@ def _enter(program: Program, graphs: dict[str, _Graph], names: dict[str, str], r
         for index, found in graph.calls(names).items()
         for called in found
     ]
+    if not sites:
+        result.entry |= {name: {} for name in graphs}
+        return
     keys = {key for states in result.before.values() for state in states if state for key in state}
     main = program.main or (program.routines[0].name if program.routines else "")
     called_at_all = {called for _, _, called in sites}
@@ -157,6 +160,7 @@ class _Graph:
         """What holds before each statement, and what the routine has set when it ends."""
         body, calls = self.routine.body, self.calls(names)
         before: list[State | None] = [None] * len(body)
+        last = len(body) - 1
         leaving: dict[Key, Values] | None = None
         work: list[tuple[int, State]] = [(0, {})]
         while work:
@@ -173,6 +177,13 @@ class _Graph:
                     state = joined
                 before[index] = state
                 after = self._after(index, state, definitions, calls, summaries)
+                if (
+                    index < last
+                    and type(body[index]) in _ONWARD
+                    and type(body[index + 1]) not in _MARKER_KINDS
+                ):
+                    index, state = index + 1, after
+                    continue
                 following = self._following(index)
                 if not following:
                     leaving = dict(after) if leaving is None else _joined(leaving, after)
@@ -199,7 +210,10 @@ class _Graph:
                 state = new
         made = definitions(self.routine.body[index])
         if made:
-            state = {**state, **{key: frozenset({number}) for key, number in made.items()}}
+            new = dict(state)
+            for key, number in made.items():
+                new[key] = frozenset((number,))
+            return new
         return state
 
     def _following(self, index: int) -> list[int]:

@@ -20,7 +20,7 @@ from olp.expression import (
     Text,
 )
 from olp.frozen import changer
-from olp.moves import Acceleration, Blend, Move, Speed
+from olp.moves import Acceleration, Blend, Move, SetBlend, SetSpeed, Speed
 from olp.program import Declare
 
 T = TypeVar("T")
@@ -62,6 +62,11 @@ def _mapped(node: Any, change: Change) -> Any:
         return node if value is node.value else _changed_declare(node, {"value": value})
     if kind is FrameRef and type(node.number) is Number:
         return change(node)
+    if kind is SetSpeed or kind is SetBlend:
+        parts = node.speeds if kind is SetSpeed else node.blends
+        turn = node.turn if kind is SetSpeed else None
+        if turn is None and all(p.value is None or type(p.value.written) is Number for p in parts):
+            return node  # of those, too
     if kind is tuple:
         return _sequence(node, change)
     if kind in _MEASURED and (node.value is None or type(node.value.written) is Number):
@@ -100,12 +105,14 @@ def _mapped_move(s: Move, change: Change) -> Move:
         changes["tool"] = new
     if (frame := s.frame) is not None and (new := _mapped(frame, change)) is not frame:
         changes["frame"] = new
-    if (speed := s.speed) is not None and type(speed.value.written) is not Number:
-        if (new := _mapped(speed, change)) is not speed:
-            changes["speed"] = new
-    if (blend := s.blend) is not None and blend.value is not None and type(blend.value.written) is not Number:
-        if (new := _mapped(blend, change)) is not blend:
-            changes["blend"] = new
+    if (
+        (speed := s.speed) is not None
+        and type(speed.value.written) is not Number
+        and (new := _mapped(speed, change)) is not speed
+    ):
+        changes["speed"] = new
+    if (blend := s.blend) is not None and (new := _mapped(blend, change)) is not blend:
+        changes["blend"] = new
     return _changed_move(s, changes) if changes else s
 
 

@@ -90,7 +90,8 @@ class BodyReader:
 
     def read(self, code: str, comment: str, number: int) -> Head | Tail | None:
         """One line without its comment. Heads and tails are given back."""
-        if self._block is None:
+        template = self._seen.get(code)
+        if template is None and self._block is None:
             move = self._moves.read(code, number, comment)
             if move is not None:
                 self._kinds[number - 1] = LineKind.STATEMENT
@@ -100,7 +101,6 @@ class BodyReader:
             if actual is not None and not comment:
                 self._actual(actual[1], actual[2], number)
                 return None
-        template = self._seen.get(code)
         if template is None:
             return self._parse(code, comment, number)
         kind, values, modal = template

@@ -7,6 +7,7 @@ list; each gives exactly what the grammar gives (a test compares the two). Whate
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import Final
 
 from olp.expression import Expression, Named, PositionLiteral
@@ -55,9 +56,7 @@ def literal(text: str, kind: str = "") -> PositionLiteral | None:
         pose = (x * mm, y * mm, z * mm, c * deg, b * deg, a * deg)
         if status is None and turn is None:
             return PositionLiteral("pose", pose)
-        native = tuple((key, str(int(one))) for key, one in (("S", status), ("T", turn)) if one is not None)
-        configuration = () if status is None else values.flags(int(status))
-        return PositionLiteral("pose", pose, (), configuration, native)
+        return PositionLiteral("pose", pose, (), *_arm(status, turn))
     colon = text.find(":")
     if colon > 0:
         kind = text[1:colon].strip().upper()
@@ -69,6 +68,13 @@ def literal(text: str, kind: str = "") -> PositionLiteral | None:
     if kind in POSES or (kind not in AXES and keys <= _POSE_KEYS):
         return _pose(given) if keys <= _POSE_KEYS else None
     return _axes(given) if keys <= _AXIS_KEYS else None
+
+
+@lru_cache(maxsize=1000)
+def _arm(status: str | None, turn: str | None) -> tuple[tuple[int, ...], tuple[tuple[str, str], ...]]:
+    """The configuration that S says, and S and T as they are written."""
+    native = tuple((key, str(int(one))) for key, one in (("S", status), ("T", turn)) if one is not None)
+    return () if status is None else values.flags(int(status)), native
 
 
 def _pose(given: dict[str, float]) -> PositionLiteral | None:

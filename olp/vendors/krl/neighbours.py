@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import replace
 from pathlib import PurePath, PureWindowsPath
 from typing import Final, NamedTuple
 
 from olp.diagnostic import Diagnostic, Span
 from olp.expression import Number, RecordLiteral, Text
+from olp.frozen import changer
 from olp.program import Declare
 from olp.source import Source
 from olp.vendors._findings import Findings
@@ -25,6 +26,8 @@ HEAD: Final = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
 TAIL: Final = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
 NAME: Final = re.compile(r"[$A-Za-z_][\w$]*")
 _BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
+_changed: Final = changer(Declare)
+_NO_LINE: Final = {"line": 0}
 
 # The public copies of $config.dat agree in these.
 _PUBLIC: Final[dict[str, tuple[str, tuple[tuple[str, float | str], ...]]]] = {
@@ -58,7 +61,7 @@ def read_neighbours(
     """The lists of `given`, else those on the disk, with what is wrong with them."""
     beside, config = companions.find(source.path) if given is None else _sorted(given)
     files = tuple(one for one in (beside, config) if one is not None)
-    used = _used(source, beside)
+    used = _used(source, beside, _PUBLIC.keys() | {"DEFDAT"} if config is None else None)
     rows = () if config is None else _config(config, scope, findings, used)
     data: tuple[Declare, ...] = ()
     told: tuple[Diagnostic, ...] = ()
@@ -66,7 +69,7 @@ def read_neighbours(
     if beside is not None:
         found = Findings(beside)
         if checks.check_readable(found):
-            data = tuple(replace(one, line=0) for one in _list(found, scope, None))
+            data = tuple([_changed(one, _NO_LINE) for one in _list(found, scope, None)])
             details = _details(beside)
         told = found.result()
     if "DEFDAT" not in used:
@@ -79,11 +82,16 @@ def _sorted(given: tuple[Source, ...]) -> tuple[Source | None, Source | None]:
     return next((one for one in given if one is not config), None), config
 
 
-def _used(source: Source, beside: Source | None) -> frozenset[str]:
+def _used(source: Source, beside: Source | None, asked: Set[str] | None) -> frozenset[str]:
+    """The names in the code of both files, in capitals; `asked`: only these are asked for."""
     used: set[str] = set()
     for one in (source, beside):
-        for line in one.lines if one is not None else ():
-            used.update(NAME.findall(lines.split(line)[0].upper()))
+        text = "\n".join(one.lines).upper() if one is not None else ""
+        if asked is not None and not any(name in text for name in asked):
+            continue
+        if ";" in text:
+            text = "\n".join([lines.split(line)[0] for line in text.split("\n")])
+        used.update(NAME.findall(text))
     return frozenset(used | {"TOOL_DATA", "BASE_DATA"} if used & _BY_NUMBER else used)
 
 
@@ -129,7 +137,8 @@ def _codes(source: Source) -> Iterator[tuple[int, str, str | None]]:
 def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
     reader = ListReader(findings, scope, LineReader(findings, scope), only)
     for number, code, comment in _codes(findings.source):
-        if code and code[0] != "&" and not HEAD.match(code) and not TAIL.fullmatch(code):
+        plain = code.startswith("DECL ")
+        if plain or (code and code[0] != "&" and not HEAD.match(code) and not TAIL.fullmatch(code)):
             reader.row(code, number, comment or "")
     return reader.finish()
 
@@ -140,6 +149,8 @@ def _details(source: Source) -> dict[str, str]:
     rows: list[str] = []
     head = ""
     for _, code, comment in _codes(source):
+        if code.startswith("DECL "):
+            continue
         if HEAD.match(code):
             head = code
         elif (not code and comment is not None) or (

@@ -34,6 +34,7 @@ from olp.vendors.urscript.syntax import (
 )
 
 _ROUNDS = 3  # a type passes from a value to a name, from a name to a parameter, and on
+_ONLY_LITERALS = {Literal}
 _COMPARISONS = frozenset({"==", "!=", "<", ">", "<=", ">=", "and", "or", "xor"})
 
 
@@ -325,7 +326,7 @@ def _use(facts: Facts, expression: Node) -> None:
             if type(given.value) is not Literal:
                 _use(facts, given.value)
         return
-    if kind is PoseOf and all([type(item) is Literal for item in expression.items]):  # type: ignore[union-attr]
+    if kind is PoseOf and set(map(type, expression.items)) == _ONLY_LITERALS:  # type: ignore[union-attr]
         return
     for node in walk(expression):
         if type(node) is Name:
