@@ -33,7 +33,7 @@ def fast_init(cls: type[T]) -> type[T]:
         rows.append(f"self.{part.name} = {value if _is_made(part) else part.name}")
     made = _function(cls, "__init__", ", ".join(["self", *map(_argument, parts)]), rows, known)
     made.__annotations__ = dict(cls.__init__.__annotations__)
-    cls.__init__ = made  # type: ignore[assignment, method-assign]
+    cls.__init__ = made  # type: ignore[method-assign]
     return cls
 
 
@@ -45,7 +45,10 @@ def changer(cls: type[T]) -> Callable[[T, Mapping[str, Any]], T]:
     rows = ["self = _new(_Open)"]
     rows += [f"self.{part.name} = old.{part.name}" for part in fields(cls)]  # type: ignore[arg-type]
     rows += ["for name in changes:", "    _becomes(self, name, changes[name])"]
-    return _function(cls, "changed", "old, changes", rows, {"_new": object.__new__}, "return self")
+    made: Callable[[T, Mapping[str, Any]], T] = _function(
+        cls, "changed", "old, changes", rows, {"_new": object.__new__}, "return self"
+    )
+    return made
 
 
 def _function(
