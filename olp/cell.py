@@ -204,6 +204,10 @@ class Cell:
 
         tool = self.tool_pose(state.tool).inverse()
         flange = compose(position, rotation, tool.position, tool.rotation)
+        if seed is not None and (not state.configuration or robot.geometry.links is None):
+            from olp.kinematics import nearest
+
+            return nearest(robot, *flange, seed)
         configuration = np.array((state.configuration or (0, 0, 0, 0, 0, 0))[:6], dtype=np.int64)
         axes, reachable = inverse(robot, *flange, configuration)
         axes[~reachable] = np.nan

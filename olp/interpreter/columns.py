@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from olp.cell import Cell, Floats, quaternions
 from olp.geometry import compose, quaternion_from_rotation, rotation_from_quaternion
+from olp.interpreter.arm_branch import keep_branches, named
 from olp.interpreter.paths import shape_paths, turn_between
 from olp.interpreter.whole_arcs import beyond_targets
 from olp.plan import PATHS, Moves, Positions
@@ -61,10 +62,11 @@ def columns(
     extras: Mapping[int, Extra] | None = None,
 ) -> tuple[Positions, Moves]:
     """The `count` positions and all moves of a plan."""
-    positions, tools = _resolve(cell, batches, count)
+    positions, tools, says = _resolve(cell, batches, count)
     moves, end_of_arc = _moves(rows)
     if not len(moves):
         return positions, moves
+    positions, moves, tools = keep_branches(cell, positions, tools, says, moves)
     positions, moves = _with_target_tools(cell, positions, tools, moves)
     extras = extras or {}
     with_via = {row: extra for row, extra in extras.items() if extra.via >= 0}
@@ -75,13 +77,16 @@ def columns(
     return positions, with_extras(moves, extras, units_of(rows))
 
 
-def _resolve(cell: Cell, batches: Iterable[Batch], count: int) -> tuple[Positions, NDArray[np.int32]]:
-    """All positions, and the tool that each was taught with (-1 for what carries none)."""
+def _resolve(
+    cell: Cell, batches: Iterable[Batch], count: int
+) -> tuple[Positions, NDArray[np.int32], NDArray[np.int8]]:
+    """All positions, the tool that each was taught with (-1 for what carries none), what it says of the arm (Named)."""
     width = max((len(m.robot.axes) for m in cell.mechanisms if m.robot), default=6)
     position = np.full((count, 3), np.nan)
     quaternion = np.full((count, 4), np.nan)
     axes = np.full((count, max(width, 6)), np.nan)
     tools = np.full(count, -1, dtype=np.int32)
+    says = np.zeros(count, dtype=np.int8)
     for batch in batches:
         rows = np.array(batch.rows)
         resolved = cell.resolve(batch.mechanism, batch.state, _rectangle(batch.values))
@@ -91,7 +96,8 @@ def _resolve(cell: Cell, batches: Iterable[Batch], count: int) -> tuple[Position
         axes[rows, :known] = resolved.axes[:, :known]
         if cell.mechanisms[batch.mechanism].is_robot:
             tools[rows] = batch.state.tool
-    return Positions(position, quaternion, axes), tools
+            says[rows] = named(cell, batch.mechanism, batch.state)
+    return Positions(position, quaternion, axes), tools, says
 
 
 def _rectangle(values: list[Sequence[float]]) -> Floats:

@@ -159,10 +159,12 @@ def _inverse(m: Machine, arguments: Arguments) -> Value:
     if len(arguments) > 1:
         near = evaluate(m, arguments[1])
         if isinstance(near, PositionValue) and near.state.kind is PointKind.JOINT:
-            m.assume_once(
-                "nearest joints", "the joint values that a program gives beside a pose are taken to reach it"
-            )
-            return near
+            try:
+                return joints_of(m, value, near)
+            except StatementError:
+                says = "the joint values that a program gives beside a pose are taken to reach it"
+                m.assume_once("nearest joints", says)
+                return near
     try:
         return joints_of(m, value)
     except StatementError:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.cell import in_frame
 from olp.expression import Expression, FrameRef, Number, Store
@@ -106,9 +107,8 @@ def _joints_here(m: Machine, mechanism: int) -> tuple[float, ...]:
     value = here(m, mechanism)
     if value.state.kind is PointKind.JOINT:
         return value.values
-    resolved = m.world.cell.resolve(mechanism, value.state, np.asarray([value.values], dtype=np.float64))
     robot = m.world.cell.robot(mechanism)
-    axes = resolved.axes[0][: len(robot.axes) if robot is not None else 6]
+    axes = m.recorder.axes_here(mechanism)[: len(robot.axes) if robot is not None else 6]
     if np.isnan(axes).any():
         raise StatementError(
             "I212",
@@ -116,6 +116,14 @@ def _joints_here(m: Machine, mechanism: int) -> tuple[float, ...]:
             "say which robot it is: --robot maker/model, or robot = … in olp.toml",
         )
     return tuple(float(v) for v in axes)
+
+
+def _seed(m: Machine, mechanism: int) -> NDArray[np.float64] | None:
+    """(k,) axes where the arm stands, None where nobody knows."""
+    try:
+        return np.array(_joints_here(m, mechanism))
+    except StatementError:
+        return None
 
 
 def _displaced(m: Machine, value: PositionValue) -> PositionValue:
@@ -158,8 +166,11 @@ def current(
     return seen._replace(state=replace(seen.state, frame=ACTIVE, user=None))
 
 
-def joints_of(m: Machine, value: PositionValue) -> PositionValue:
-    """The axes that reach a pose in the frame and with the tool that hold. Raises StatementError (I212)."""
+def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = None) -> PositionValue:
+    """The axes that reach a pose in the frame and with the tool that hold, nearest to `near`, or to where the arm is.
+
+    Raises StatementError (I212).
+    """
     from olp.interpreter.moves import role
 
     if value.state.kind is PointKind.JOINT:
@@ -168,7 +179,10 @@ def joints_of(m: Machine, value: PositionValue) -> PositionValue:
     placed = position_in(value, m.active_frame, m.active_tool)
     rows = np.asarray([placed.values[:6]], dtype=np.float64)
     robot = m.world.cell.robot(mechanism)
-    axes = m.world.cell.resolve(mechanism, placed.state, rows).axes[0]
+    seed = _seed(m, mechanism) if near is None else np.array(near.values)
+    if robot is None or (seed is not None and len(seed) != len(robot.axes)):
+        seed = None
+    axes = m.world.cell.resolve(mechanism, placed.state, rows, seed).axes[0]
     if robot is None or np.isnan(axes[: len(robot.axes)]).any():
         raise StatementError(
             "I212",

@@ -16,13 +16,18 @@ import numpy as np
 from olp.cell import Cell, Floats
 from olp.diagnostic import Diagnostic
 from olp.expression import Store
+from olp.interpreter.arm_branch import Named, axes_after, named
 from olp.interpreter.columns import NOWHERE, Batch, Extra, MoveRow, columns
-from olp.plan import Assumption, Plan, StepKind
+from olp.plan import PATHS, Assumption, Plan, StepKind
 from olp.points import PointKind, PointState, PointTable
+from olp.program import Path
 from olp.source import Source
 
 if TYPE_CHECKING:
     from olp.robot import Robot
+
+
+_JOINT = PATHS.index(Path.JOINT)
 
 
 @dataclass(slots=True)
@@ -42,6 +47,7 @@ class Recorder:
     _line: list[int] = field(default_factory=list)
     _durations: list[float] = field(default_factory=list)
     _moves: list[MoveRow] = field(default_factory=list)
+    _stood: dict[int, tuple[int, Floats]] = field(default_factory=dict)  # rows that led there, and its axes
     _extras: dict[int, Extra] = field(default_factory=dict)  # first row of a move -> what else it says
 
     def __post_init__(self) -> None:
@@ -83,6 +89,28 @@ class Recorder:
             if row < len(batch.rows) and batch.rows[row] == index:
                 return batch.state, batch.values[row]
         raise IndexError(index)
+
+    def axes_here(self, mechanism: int) -> Floats:
+        """(k,) axes where a mechanism stands now, nan where they are not known; it has moved, or begins somewhere."""
+        done, axes = self._stood.get(mechanism, (0, None))
+        entries: list[tuple[PointState, Sequence[float], bool]] = []
+        first = NOWHERE
+        for row in reversed(self._moves[done:]):
+            if row[2] != mechanism:
+                continue
+            joint, first = row[3] == _JOINT, row[0]
+            entries.append((*self.written(row[1]), joint))
+            says = named(self.cell, mechanism, entries[-1][0])
+            if says is Named.AXES or (says is Named.FLAGS and joint):
+                break
+        else:
+            if axes is not None:
+                entries.append((PointState(PointKind.JOINT, "joint"), axes.tolist(), True))
+            elif first != NOWHERE or not entries:
+                entries.append((*self.written(first if entries else self.at[mechanism]), True))
+        axes = axes_after(self.cell, mechanism, entries[::-1])
+        self._stood[mechanism] = len(self._moves), axes
+        return axes
 
     def pulse_span(self, mechanism: int) -> tuple[Floats, Floats] | None:
         """Smallest and largest pulse of each axis of all recorded positions, None when there are none in pulses."""

@@ -14,6 +14,7 @@ from olp.kinematics.configuration import (
     within_limits,
 )
 from olp.kinematics.inverse import branches, inverse
+from olp.kinematics.nearest import nearest
 from olp.kinematics.pulses import joints_to_pulses, pulses_to_joints
 from olp.kinematics.tool import with_tool, without_tool
 from olp.kinematics.tracking import track, track_branches
@@ -28,6 +29,7 @@ __all__ = [
     "inverse",
     "jacobian",
     "joints_to_pulses",
+    "nearest",
     "pulses_to_joints",
     "singularities",
     "track",

@@ -10,6 +10,7 @@ from olp.program import Program
 from olp.translate.accelerations import accelerations
 from olp.translate.arcs import arcs
 from olp.translate.arguments import arguments
+from olp.translate.arm_flags import with_flags
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
 from olp.translate.externals import externals
@@ -70,6 +71,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         relative,
         arcs,
         frames,
+        with_flags,
         speeds,
         blends,
         accelerations,

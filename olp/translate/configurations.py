@@ -17,7 +17,7 @@ _SAME = 1e-6  # [rad] below this two ends are one
 
 
 def configurations(program: Program, work: Work) -> Program:
-    """Poses without arm flags for languages that have none; URScript is told the joint values that the plan takes.
+    """Poses with the arm flags of the plan, or without any for languages that have none; URScript is told joint values.
 
     Each other joint move that led to a pose with flags is a loss.
     """

@@ -22,6 +22,8 @@ _ZEROS = (Number(0), Number(0.0))
 def functions(program: Program, work: Work) -> Program:
     """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
     symbols = symbols_of(program)
+    geometry = None if work.robot is None else work.robot.geometry
+    flagged = geometry is not None and geometry.links is not None
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -32,7 +34,7 @@ def functions(program: Program, work: Work) -> Program:
 
         for s in routine.body:
             if isinstance(s, Move) and s.path is Path.JOINT and work.target != "urscript":
-                s = replace(s, targets=tuple(_joints(t, symbols, routine.name) for t in s.targets))
+                s = replace(s, targets=tuple(_joints(t, symbols, routine.name, flagged) for t in s.targets))
             if work.target == "krl" and isinstance(s, Assign):
                 s = _rounded(s, symbols, routine.name)
             plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
@@ -60,11 +62,11 @@ def _rounded(s: Assign, symbols: Symbols, routine: str) -> Assign:
     return s
 
 
-def _joints(e: Expression, symbols: Symbols, routine: str) -> Expression:
-    """inverse(pose, near): where the joints are written out, they are where the move goes."""
+def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool) -> Expression:
+    """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints written beside it."""
     if not isinstance(e, Function) or e.name != "inverse":
         return e
-    if len(e.arguments) > 1:
+    if len(e.arguments) > 1 and not flagged:
         near = symbols.fixed_value(routine, e.arguments[1])
         if isinstance(near, PositionLiteral) and near.kind == "joint":
             return e.arguments[1]

@@ -1,0 +1,147 @@
+"""How the arm stands at poses that name no configuration: along lines as before, after joint moves nearest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from eaik.IK_HP import HPRobot
+
+from olp.kinematics import configuration_of, forward, nearest
+from olp.kinematics.configuration import wrap
+from olp.plan import PATHS
+from olp.program import Path
+from olp.reading import read
+from olp.robot import load_robot
+from olp.timing import time_plan
+from olp.track import states
+
+GP25 = load_robot("yaskawa/gp25")
+UR10E = load_robot("universal-robots/ur10e")
+JOINT = PATHS.index(Path.JOINT)
+
+
+def rotation_vector(rotation):
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(rotation).as_rotvec()
+
+
+def script(tmp_path, robot, start, moves):
+    """A URScript program: to joints `start`, then `moves` of (word, joints that reach the pose)."""
+    rows = [f"movej({list(map(float, start))})"]
+    for word, joints in moves:
+        position, rotation = forward(robot, joints)
+        numbers = [*position[0], *rotation_vector(rotation[0])]
+        rows.append(f"{word}(p[{', '.join(f'{value:.15f}' for value in numbers)}])")
+    path = tmp_path / "way.script"
+    path.write_text("\n".join(["def way():", *(f"  {row}" for row in rows), "end", "way()", ""]))
+    return read(path)
+
+
+def axes_of(program, robot):
+    plan = program.plan(robot=robot)
+    return plan.positions.axes[plan.moves.target][:, : len(robot.axes)]
+
+
+def near(robot, joints, by, generator):
+    return joints + generator.uniform(-by, by, len(robot.axes))
+
+
+@pytest.mark.parametrize("robot", [GP25, UR10E], ids=["GP25", "UR10e"])
+def test_lines_keep_the_branch_that_the_arm_is_on(robot, tmp_path):
+    generator = np.random.default_rng(3)
+    for _ in range(6):
+        start = generator.uniform(0.4, 1.2, 6) * generator.choice([-1, 1], 6)
+        ends = [near(robot, start, 0.08, generator) for _ in range(5)]
+        found = axes_of(script(tmp_path, robot, start, [("movel", end) for end in ends]), robot)
+        np.testing.assert_allclose(found, [start, *ends], atol=1e-7)
+
+
+def test_a_joint_move_takes_the_nearest_of_all_solutions_that_eaik_knows(tmp_path):
+    geometry = GP25.geometry
+    directions = np.array([joint.direction for joint in geometry.joints])
+    offsets = np.array([joint.offset for joint in geometry.joints] + [geometry.flange_offset])
+    other, flange = HPRobot(directions, offsets), np.array(geometry.flange_rotation)
+    generator = np.random.default_rng(5)
+    for _ in range(30):
+        start, end = generator.uniform(0.5 * GP25.lower, 0.5 * GP25.upper, (2, 6))
+        position, rotation = forward(GP25, end)
+        pose = np.eye(4)
+        pose[:3, 3], pose[:3, :3] = position[0], rotation[0] @ flange.T
+        solution = other.IK(pose)
+        all_ways = np.asarray(solution.Q)[~np.asarray(solution.is_LS, dtype=bool)]
+        turned = start + wrap(all_ways - start)
+        turned = turned[((turned >= GP25.lower) & (turned <= GP25.upper)).all(axis=1)]
+        best = turned[np.argmin(np.sum((turned - start) ** 2, axis=1))]
+        np.testing.assert_allclose(nearest(GP25, position, rotation, start)[0], best, atol=1e-7)
+        np.testing.assert_allclose(
+            axes_of(script(tmp_path, GP25, start, [("movej", end)]), GP25)[1], best, atol=1e-6
+        )
+
+
+def test_the_plan_ends_a_line_where_the_followed_path_ends(tmp_path):
+    # 0.7 m along the base's y axis with the tool turning: axes turn far, the wrist comes near its straight position.
+    generator = np.random.default_rng(8)
+    for _ in range(8):
+        start = np.radians([-40, 5, -20, 30, -50, 20]) + generator.uniform(-0.2, 0.2, 6)
+        end = np.radians([45, 8, -18, -60, -70, 150]) + generator.uniform(-0.2, 0.2, 6)
+        program = script(tmp_path, GP25, start, [("movel", end)])
+        plan = program.plan(robot=GP25)
+        timing = time_plan(plan)
+        _, _, followed = states(timing, np.linspace(0.0, timing.total_s - 1e-9, 4000))
+        reached = plan.positions.axes[plan.moves.target[-1]][:6]
+        if not np.isnan(followed[-1, :6]).any():
+            np.testing.assert_allclose(followed[-1, :6], reached, atol=1e-3)
+
+
+def test_a_line_does_not_go_to_the_flags_that_its_end_names(tmp_path):
+    start = np.radians([10, 5, -20, 15, -50, 20])
+    end = start + 0.05
+    position, rotation = forward(GP25, end)
+    flipped = [int(flag) for flag in configuration_of(GP25, end)[0]]
+    flipped[0] = 1 - flipped[0]
+    from olp.geometry import angles_from_rotation
+
+    x, y, z = position[0] * 1000
+    rx, ry, rz = np.degrees(angles_from_rotation(rotation)[0])
+    pulses = start * GP25.pulses_per_unit
+    job = [
+        "/JOB", "//NAME WAY", "//POS", "///NPOS 2,0,0,0,0,0", "///TOOL 0", "///POSTYPE PULSE", "///PULSE",
+        "C00000=" + ",".join(f"{value:.0f}" for value in pulses), "///POSTYPE BASE", "///RECTAN",
+        "///RCONF " + ",".join(map(str, flipped)), f"C00001={x:.3f},{y:.3f},{z:.3f},{rx:.4f},{ry:.4f},{rz:.4f}",
+        "//INST", "///DATE 2026/03/02 14:07", "///ATTR SC,RW", "///GROUP1 RB1", "NOP", "MOVJ C00000 VJ=50.00",
+        "MOVL C00001 V=100.0", "MOVJ C00001 VJ=50.00", "END",
+    ]  # fmt: skip
+    path = tmp_path / "WAY.JBI"
+    path.write_bytes("".join(f"{row}\r\n" for row in job).encode())
+    plan = read(path).plan(robot=GP25)
+    line, joint = plan.positions.axes[plan.moves.target[1:]]
+    np.testing.assert_allclose(line[:6], end, atol=1e-4)
+    assert configuration_of(GP25, joint[:6])[0].tolist() == flipped
+    # Not the place has changed between the two, but the arm.
+    places = plan.positions.position[plan.moves.target[1:]]
+    np.testing.assert_allclose(places[0], places[1], atol=1e-12)
+    assert plan.moves.start[2] == plan.moves.target[1]
+    assert any("arm flags" in one.says for one in plan.assumptions)
+
+
+def test_the_axes_that_a_program_asks_for_are_those_of_the_plan(tmp_path):
+    start = np.radians([10, 5, -20, 15, -50, 20])
+    end = start + 0.1
+    script(tmp_path, GP25, start, [("movel", end), ("movel", start)])
+    text = (
+        (tmp_path / "way.script")
+        .read_text()
+        .replace("\nend\n", "\n  q = get_actual_joint_positions()\n  movej(q)\nend\n")
+    )
+    path = tmp_path / "asks.script"
+    path.write_text(text)
+    found = axes_of(read(path), GP25)
+    np.testing.assert_allclose(found, [start, end, start, start], atol=1e-7)
+
+
+def test_a_straight_wrist_keeps_its_fourth_axis():
+    joints = np.radians([10, 5, -20, 25, 0, 30])
+    position, rotation = forward(GP25, joints)
+    found = nearest(GP25, position, rotation, np.radians([12, 6, -22, 40, 3, 30]))[0]
+    np.testing.assert_allclose(np.degrees(found), [10, 5, -20, 40, 0, 15], atol=1e-5)
