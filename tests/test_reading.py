@@ -90,7 +90,9 @@ def test_every_vendor_says_what_the_base_class_asks_for() -> None:
         assert vendor.name == name
         assert vendor.title
         assert all(suffix.startswith(".") and suffix == suffix.lower() for suffix in vendor.suffixes)
-        assert set(vendor.suffixes) <= set(vendor_suffixes())
+        assert set(vendor.suffixes) - set(vendor.data_suffixes) <= set(vendor_suffixes())
+        assert set(vendor.data_suffixes) <= set(vendor.suffixes)
+        assert not set(vendor.data_suffixes) & set(vendor_suffixes())
         assert vendor.comment_prefix
         assert vendor.comment_length > 0
 

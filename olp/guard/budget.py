@@ -82,6 +82,13 @@ class Budget:
         return bool(self.routine or self.start) and not self.files and not self.job
 
 
+def label_name(written: str) -> str:
+    """A label of a budget, with or without the signs that its language puts around it: *A, A:, LBL[7:home]."""
+    name = written.strip().casefold()
+    found = re.fullmatch(r"lbl\[\s*(\w+).*\]", name)
+    return found[1] if found else name.lstrip("*").rstrip(":")
+
+
 @lru_cache(maxsize=256)
 def _pattern(pattern: str) -> re.Pattern[str]:
     """The paths, with slashes and from the olp.toml on, that a pattern means; letters of either case."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.guard.budget import Budget
+from olp.guard.budget import Budget, label_name
 from olp.interpreter.folder import read_cached
 from olp.plan import Plan, StepKind
 from olp.program import Call, For, Label, Program, Repeat, Routine, While
@@ -95,7 +95,7 @@ def _between(timing: Timing, program: Program, budget: Budget) -> list[Bools]:
         for s in routine.body:
             if isinstance(s, Label):
                 labels.setdefault(s.name.casefold(), (s.line, routine))
-    first, last = (labels.get(name.lstrip("*").casefold()) for name in (budget.start, budget.stop))
+    first, last = (labels.get(label_name(name)) for name in (budget.start, budget.stop))
     if first is None or last is None:
         return []
     main = next((r for r in program.routines if r.name == program.main), program.routines[0])

@@ -6,13 +6,20 @@ from olp.assumptions import VARIABLE_LETTERS
 from olp.expression import (
     Argument,
     Binary,
+    CallValue,
     Compare,
     Element,
     Expression,
     FrameRef,
     Function,
+    Item,
     Logic,
+    Member,
+    Named,
+    NamedArgument,
     Number,
+    PositionLiteral,
+    RecordLiteral,
     Signal,
     State,
     SystemValue,
@@ -62,7 +69,26 @@ def _spell_composed(e: Expression) -> str:
             return f"{spell(left)} {operator} {spell(right)}"
         case Logic(first, rest):
             return " ".join([spell(first), *(f"{word} {spell(c)}" for word, c in rest)])
-        case Function(name, arguments):
+        case Function(name, arguments) | CallValue(name, arguments):
             return f"{name}({', '.join(map(spell, arguments))})"
+        case _:
+            return _spell_named(e)
+
+
+def _spell_named(e: Expression) -> str:
+    """What languages have whose variables have names."""
+    match e:
+        case Named(name):
+            return name
+        case Item(base, indices):
+            return f"{spell(base)}[{', '.join(map(spell, indices))}]"
+        case Member(base, name):
+            return f"{spell(base)}.{name}"
+        case PositionLiteral(kind):
+            return "a position" if kind == "pose" else "axis values"
+        case RecordLiteral(kind, members):
+            return kind or f"{len(members)} values"
+        case NamedArgument(name, value):
+            return name if value is None else f"{name} = {spell(value)}"
         case _:
             return str(e)

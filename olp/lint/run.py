@@ -14,6 +14,7 @@ from olp.lint.settings import Choice, rules_for
 from olp.outcome.model import Finding, of_diagnostic
 
 _EXCUSE = re.compile(r"olp:\s*ignore(?:\s+((?:[A-Z]\d{3}[\s,]*)+))?", re.IGNORECASE)
+_NUMBER = re.compile(r"^\s*\d*\s*:?\s*")  # of the line, which TP writes in front
 _CODE = re.compile(r"[A-Z]\d{3}")
 
 
@@ -63,8 +64,7 @@ def _is_comment(case: Case, text: str) -> bool:
     if case.program.vendor not in vendor_names():
         return False
     prefix = find_vendor(case.program.vendor).comment_prefix
-    stripped = re.sub(r"^\s*\d*:?\s*", "", text)
-    return stripped.startswith(prefix.strip())
+    return _NUMBER.sub("", text).startswith(_NUMBER.sub("", prefix))
 
 
 def _excuses(text: str, code: str) -> bool:

@@ -15,6 +15,7 @@ from olp.source import Source
 class Vendor(ABC):
     """One language. A package or module `olp.vendors.<name>` holds one instance, called `VENDOR`.
 
+    `data_suffixes`: those of `suffixes` whose files hold data of the programs beside them and nothing that runs.
     `comment_prefix`: what opens a comment on a line of its own. `trailing_comment_prefix`: what opens one after an
     instruction, blanks included. `comment_length`: characters that the controller keeps, without the prefix.
     `shares_names`: whether a file sees the variables and routines of all others beside it. `blending`: the law in
@@ -24,6 +25,7 @@ class Vendor(ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     suffixes: ClassVar[tuple[str, ...]]
+    data_suffixes: ClassVar[tuple[str, ...]] = ()
     comment_prefix: ClassVar[str]
     trailing_comment_prefix: ClassVar[str]
     comment_length: ClassVar[int]
@@ -55,8 +57,9 @@ def vendor_names() -> tuple[str, ...]:
 
 
 def vendor_suffixes() -> tuple[str, ...]:
-    """The file suffixes of all vendors, lower case, sorted."""
-    return tuple(sorted({suffix for name in vendor_names() for suffix in find_vendor(name).suffixes}))
+    """The suffixes of program files of all vendors, lower case, sorted: what folders are searched for."""
+    vendors = [find_vendor(name) for name in vendor_names()]
+    return tuple(sorted({s for one in vendors for s in one.suffixes if s not in one.data_suffixes}))
 
 
 def find_vendor(name: str) -> Vendor:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from itertools import dropwhile, takewhile
 
-from olp.guard.budget import budgets_for
+from olp.guard.budget import budgets_for, label_name
 from olp.lint.case import Case, routines
 from olp.lint.rule import Rule, Suggestion
 from olp.outcome.model import Finding, Level
@@ -123,4 +123,4 @@ def _written(case: Case, label: Label) -> str:
 
 def _budget_labels(path: str) -> set[str]:
     own = (b for budgets in budgets_for(path) for b in budgets.budgets if b.covers(path))
-    return {name.lstrip("*").casefold() for b in own for name in (b.start, b.stop) if name}
+    return {label_name(name) for b in own for name in (b.start, b.stop) if name}

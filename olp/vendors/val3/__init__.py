@@ -18,6 +18,7 @@ class Val3(Vendor):
     name = "val3"
     title = "Staubli VAL3"
     suffixes = (".pgx", ".dtx", ".pjx")
+    data_suffixes = (".dtx", ".pjx")
     comment_prefix = "//"
     trailing_comment_prefix = " //"
     comment_length = 200
