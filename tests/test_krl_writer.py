@@ -390,3 +390,14 @@ def test_expressions_keep_their_meaning() -> None:
         changed = Program("krl", source(""), (Routine(routine.name, 1, body, PointTable()),), main="PART")
         found = again(changed).routines[0].body
         assert found == body, tree
+
+
+def test_a_program_that_moves_begins_with_the_settings_of_its_controller_and_the_rated_acceleration() -> None:
+    drop = Routine("drop", 5, (move(),), PointTable())
+    found = lines_of(foreign(move(), Call(3, "drop"), more=(drop,)))
+    at = found.index("BAS (#INITMOV,0)")
+    assert found[at - 1] == ";FOLD INI"
+    assert found[at + 1 : at + 8] == [f"$ACC_AXIS[{n}]=100" for n in range(1, 7)] + [";ENDFOLD (INI)"]
+    assert at < found.index("$TOOL=grip")
+    assert found.count("BAS (#INITMOV,0)") == 1
+    assert "BAS (#INITMOV,0)" not in lines_of(foreign(Assign(2, Named("n"), Number(1))))

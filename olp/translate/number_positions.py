@@ -136,7 +136,8 @@ class Numbers:
             return self.variable(e)
         if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
             base = e.base
-            assert isinstance(base.index, Number)
+            if not isinstance(base.index, Number):
+                return e  # an element of an element
             index = e.indices[0]
             if isinstance(index, Number):
                 return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")

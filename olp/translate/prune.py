@@ -7,9 +7,10 @@ from dataclasses import replace
 from olp.expression import Named, Number, PositionLiteral, RecordLiteral
 from olp.program import Declare, Move, Program
 from olp.translate.rewrite import calls_nothing, expressions_of
-from olp.translate.work import Work
+from olp.translate.work import Fate, Work
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
+_HELD = _PLAIN | {"tool", "frame", ""}  # types that every language has in some form
 
 
 def prune(program: Program, work: Work) -> Program:
@@ -44,6 +45,8 @@ def prune(program: Program, work: Work) -> Program:
             return True
         return work.source.vendor != work.target and d.type in _PLAIN and type(d.value) is not RecordLiteral
 
+    if work.source.vendor != work.target:
+        _refuse(program, {d.name: d.type for d in everything if kept(d) and d.type not in _HELD}, work)
     return replace(
         program,
         data=tuple([d for d in program.data if d.name in used or kept(d)]),
@@ -56,3 +59,15 @@ def prune(program: Program, work: Work) -> Program:
             for r in program.routines
         ),
     )
+
+
+def _refuse(program: Program, types: dict[str, str], work: Work) -> None:
+    """Every statement that names data of a type that only its own language has."""
+    if not types:
+        return
+    for s in program.statements():
+        if isinstance(s, Declare):
+            continue
+        name = next((e.name for e in expressions_of(s) if type(e) is Named and e.name in types), None)
+        if name is not None:
+            work.lose(s, Fate.REFUSED, "data", f"{name} is data of the type {types[name]!r}")

@@ -20,8 +20,28 @@ def records(program: Program, work: Work) -> Program:
         return program
     if program.vendor == "krl":
         program = _without_frames(program)
+    _refuse_held(program, work)
     routines = tuple(replace(r, body=_rows(r, work), data=_declared(r.data, work)) for r in program.routines)
     return replace(program, routines=routines, data=_declared(program.data, work))
+
+
+def _refuse_held(program: Program, work: Work) -> None:
+    """Every statement with a tool that stands beside the robot, or with work that it holds."""
+    found = (*program.data, *(d for routine in program.routines for d in (*routine.data, *routine.body)))
+    names = {d.name for d in found if isinstance(d, Declare) and _is_held(d)}
+    for s in program.statements() if names else ():
+        if not isinstance(s, Declare) and any(
+            e.name in names for e in expressions_of(s) if isinstance(e, Named)
+        ):
+            says = "a tool that stands beside the robot, or work that it holds"
+            work.lose(s, Fate.REFUSED, "tool", says)
+
+
+def _is_held(s: Declare) -> bool:
+    if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
+        return False
+    held = {name.casefold(): value for name, value in s.value.members}.get("robhold")
+    return held is not None and getattr(held, "on", True) is (s.type == "frame")
 
 
 def _without_frames(program: Program) -> Program:
@@ -76,11 +96,6 @@ def _declared(data: tuple[Declare, ...], work: Work) -> tuple[Declare, ...]:
 def _plain(s: Declare, work: Work) -> Declare:
     if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
         return mapped(s, _change)
-    members = {name.casefold(): value for name, value in s.value.members}
-    held = members.get("robhold")
-    if held is not None and getattr(held, "on", True) is (s.type == "frame"):
-        says = "a tool that stands beside the robot, or work that it holds"
-        work.lose(s, Fate.REFUSED, s.type, says)
     value = pose_of_record(s.value)
     if value is None:
         work.lose(s, Fate.REFUSED, s.type, f"the value of {s.name} is computed")

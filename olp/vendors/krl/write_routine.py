@@ -42,6 +42,14 @@ from olp.vendors.krl.write_values import CannotSayError, Words
 
 TYPES: Final = {neutral: word for word, neutral in NEUTRAL_TYPES.items() if word not in ("POS", "AXIS")}
 HEADER: Final = "&ACCESS RVP\n&REL 1\n"
+# Without INITMOV $VEL, $ACC and their like hold what the last program left, or nothing at all. It halves the axes'
+# acceleration, which is the rated one in all other languages.
+_INI: Final = (
+    ";FOLD INI",
+    "  BAS (#INITMOV,0)",
+    *(f"  $ACC_AXIS[{axis}]=100" for axis in range(1, 7)),
+    ";ENDFOLD (INI)",
+)
 _OPENS: Final = (If, While, For, Repeat, Switch)
 _CLOSES: Final = (EndIf, EndWhile, Next, Until, EndSwitch)
 _MIDDLE: Final = (Else, ElseIf, Case, Default)
@@ -61,6 +69,8 @@ class FileWriter(Protocol):
     words: Words
 
     def lose(self, problem: CannotSayError, line: int) -> None: ...
+
+    def begins(self, routine: Routine) -> bool: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +114,8 @@ class RoutineWriter:
             self.declarations += write_data.parameter_rows(self.words, routine.parameters)
         except CannotSayError as problem:
             self.file.lose(problem, routine.line)
+        if self.file.begins(routine):
+            self.lines += _INI
         for one in self.data:
             self._declare(one)
         self._body()

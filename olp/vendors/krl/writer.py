@@ -11,6 +11,7 @@ from pathlib import PureWindowsPath
 from olp.diagnostic import Diagnostic, Span, error
 from olp.program import (
     Declare,
+    Move,
     Program,
     Routine,
 )
@@ -45,6 +46,13 @@ class _Writer:
         self.routines = list(program.routines) if self.own else ordered
         strings = frozenset(one.name for one in _all_data(program) if one.type == "string" and not self.own)
         self.words = Words(self.scope, self.own, strings)
+
+    def begins(self, routine: Routine) -> bool:
+        """Whether a program of another language starts with this routine, and moves: KRL's own says itself how."""
+        first = self.program.main or self.routines[0].name
+        return (
+            not self.own and routine.name == first and any(type(s) is Move for s in self.program.statements())
+        )
 
     def values(self) -> dict[str, object]:
         local, shared = self._places()
