@@ -7,6 +7,9 @@
   const fixed = (value, digits) => (value === null || value === undefined ? "" : value.toFixed(digits));
   const PAGE = 400; // rows of the table that are made at once
 
+  // In an editor's side view the page follows the editor's cursor and text, and says where the reader clicks.
+  const editor = typeof acquireVsCodeApi === "function" ? acquireVsCodeApi() : null;
+
   let d = null, shown = -1, on = -1, ends = [], begins = [], from = 0, to = 1, colour = "time";
   let order = [], rows = PAGE, turn = [0.6, 0.5], zoom = 1, sums = [];
 
@@ -21,11 +24,17 @@
   const open = (index) => {
     const holder = $("d" + index);
     if (!holder || index === shown) return;
-    const data = JSON.parse(holder.textContent);
-    shown = index; on = -1;
+    shown = index;
+    show(JSON.parse(holder.textContent), $("pick").options[index].text);
+    $("pick").value = index;
+  };
+
+  const show = (data, title) => {
+    on = -1;
     $("view").hidden = data === null;
-    if (data === null) { d = null; return; }
+    if ($("none")) $("none").hidden = data !== null;
     d = data;
+    if (data === null) return;
     let end = 0;
     begins = []; ends = [];
     for (const seconds of d.seconds) { begins.push(end); end += seconds || 0; ends.push(end); }
@@ -34,8 +43,7 @@
     rows = PAGE;
     $("search").value = "";
     for (const head of document.querySelectorAll("#segments th")) head.removeAttribute("aria-sort");
-    $("view-h").textContent = $("pick").options[index].text + ": " + end.toFixed(3) + " s";
-    $("pick").value = index;
+    $("view-h").textContent = title + ": " + end.toFixed(3) + " s";
     $("speed-f").hidden = !d.profile;
     $("space-f").hidden = !d.path;
     legend(); table(); listing(); draw();
@@ -175,6 +183,12 @@
 
   const draw = () => { if (!d) return; gantt(); speed(); space(); };
 
+  // Chosen by the reader: an editor goes there, too.
+  const pick = (step, scroll) => {
+    choose(step, scroll);
+    if (editor && on === step) editor.postMessage({ file: d.file[step], line: d.line[step] });
+  };
+
   // The chosen segment, in every picture.
   const choose = (step, scroll) => {
     if (!d || step < 0 || step >= ends.length) return;
@@ -234,6 +248,7 @@
   };
 
   const listing = () => {
+    if (editor) return; // the text stands beside it
     sums = {};
     const first = {};
     d.seconds.forEach((seconds, step) => {
@@ -261,6 +276,38 @@
       });
     }
     $("text").replaceChildren(...parts);
+  };
+
+  // The same program with another text: what was chosen, zoomed and searched stays; without a time, all of it.
+  const renew = (data, title) => {
+    $("view").classList.toggle("stale", data === null && d !== null);
+    if (data === null && d) { $("view-h").textContent = title + ": cannot be timed as it stands"; return; }
+    const last = { d, on, from, to, zoom, end: ends[ends.length - 1] || 1, words: $("search").value };
+    show(data, title);
+    if (!d || !last.d) return;
+    const end = ends[ends.length - 1] || 1;
+    zoom = last.zoom;
+    if (last.from > 0 || last.to < last.end) { to = Math.min(end, last.to); from = Math.max(0, Math.min(last.from, to - 1e-3)); }
+    if (last.words) { $("search").value = last.words; table(); }
+    if (last.on >= 0) {
+      const file = last.d.file[last.on], line = last.d.line[last.on], now = runsOf(d, file, line);
+      if (now.length) choose(now[Math.min(runsOf(last.d, file, line).indexOf(last.on), now.length - 1)], false);
+      else $("facts").replaceChildren();
+    }
+    draw();
+  };
+  const runsOf = (data, file, line) => data.line.flatMap((l, step) => (l === line && data.file[step] === file ? [step] : []));
+
+  // The first run of a line, unless another run of it is chosen already; a line that takes no time changes nothing.
+  const goTo = (file, line) => {
+    if (!d || (on >= 0 && d.file[on] === file && d.line[on] === line)) return;
+    const [step] = runsOf(d, file, line), span = to - from;
+    if (step === undefined) return;
+    if (begins[step] < from || ends[step] > to) {
+      from = Math.max(0, Math.min((ends[ends.length - 1] || 1) - span, (begins[step] + ends[step] - span) / 2));
+      to = from + span;
+    }
+    choose(step, true);
   };
 
   // Hands on.
@@ -292,7 +339,7 @@
       draw();
     });
     canvas.addEventListener("pointerup", (e) => {
-      if (dragged && !dragged[3] && d) choose(stepAt(timeAt(canvas, e)), true);
+      if (dragged && !dragged[3] && d) pick(stepAt(timeAt(canvas, e)), true);
       dragged = null;
     });
     canvas.addEventListener("wheel", (e) => { e.preventDefault(); zoomTime(e.deltaY > 0 ? 1.25 : 0.8, timeAt(canvas, e)); }, { passive: false });
@@ -300,8 +347,8 @@
   $("gantt").addEventListener("keydown", (e) => {
     if (!d) return;
     const centre = on >= 0 ? begins[on] : (from + to) / 2;
-    if (e.key === "ArrowRight") choose(Math.min(ends.length - 1, on + 1), true);
-    else if (e.key === "ArrowLeft") choose(Math.max(0, on - 1), true);
+    if (e.key === "ArrowRight") pick(Math.min(ends.length - 1, on + 1), true);
+    else if (e.key === "ArrowLeft") pick(Math.max(0, on - 1), true);
     else if (e.key === "+") zoomTime(0.7, centre);
     else if (e.key === "-") zoomTime(1.4, centre);
     else if (e.key === "0") { from = 0; to = ends[ends.length - 1] || 1; draw(); }
@@ -328,7 +375,7 @@
         const far = (ax + t * (bx - ax) - px) ** 2 + (ay + t * (by - ay) - py) ** 2;
         if (far < least) { least = far; best = d.path.step[i]; }
       }
-      if (best >= 0) choose(best, true);
+      if (best >= 0) pick(best, true);
     }
     grip = null;
   });
@@ -346,11 +393,11 @@
   });
   $("segments").addEventListener("click", (e) => {
     const row = e.target.closest("tr[data-step]");
-    if (row) choose(+row.dataset.step, false);
+    if (row) pick(+row.dataset.step, false);
   });
   $("text").addEventListener("click", (e) => {
     const row = e.target.closest("div[data-step]");
-    if (row) choose(+row.dataset.step, true);
+    if (row) pick(+row.dataset.step, true);
   });
   $("search").addEventListener("input", () => { rows = PAGE; table(); });
   $("more").addEventListener("click", () => { rows += 2000; table(); });
@@ -392,5 +439,18 @@
   const follow = () => { const match = /^#p(\d+)$/.exec(location.hash); open(match ? +match[1] : longest); };
   addEventListener("hashchange", () => { follow(); $("view").scrollIntoView(); });
   follow();
+  if (editor) {
+    const themed = () => {
+      root.dataset.theme = (document.body.dataset.vscodeThemeKind || "").includes("light") ? "light" : "dark";
+      if (d) { legend(); draw(); }
+    };
+    new MutationObserver(themed).observe(document.body, { attributes: true, attributeFilter: ["data-vscode-theme-kind", "data-vscode-theme-id"] });
+    themed();
+    addEventListener("message", ({ data: said }) => {
+      if (said.program) renew(said.program.data, said.program.title);
+      if (said.select) goTo(said.select.file, said.select.line);
+    });
+    editor.postMessage({ ready: true });
+  }
   root.dataset.ready = Math.round(performance.now());
 })();

@@ -43,9 +43,18 @@ class Entry:
 
 
 def report_page(
-    entries: Sequence[Entry], title: str = "", before: str = "", now: datetime | None = None
+    entries: Sequence[Entry],
+    title: str = "",
+    before: str = "",
+    now: datetime | None = None,
+    hosted: bool = False,
 ) -> str:
-    """One self-contained HTML file, UTF-8. `before`: the text of the last report, whose times are compared."""
+    """One self-contained HTML file, UTF-8. `before`: the text of the last report, whose times are compared.
+
+    `hosted`: for an editor's side view of one program, which has the text itself. The page then says through
+    `acquireVsCodeApi` which line is clicked (`{file, line}`, the file's number as in its data) and that it is there
+    (`{ready}`); messages `{select: {file, line}}` and `{program: {title, data}}` choose a line and renew the data.
+    """
     script, script_hash = script_of("report.js")
     earlier = _earlier(before)
     programs = [_program(index, entry, earlier.get(entry.path)) for index, entry in enumerate(entries)]
@@ -63,6 +72,7 @@ def report_page(
         "untimed": len(programs) - len(known),
         "over": sum(item["status"] == "over" for p in programs for item in p["budgets"]),
         "trend": bool(earlier),
+        "hosted": hosted,
         "summary": json_in_page(summary),
     }
     return render_page(_TEMPLATE, values)

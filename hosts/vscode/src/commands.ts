@@ -1,0 +1,95 @@
+/** Time, convert, report: olp's own commands for the program in front, with the settings of the editor. */
+import { basename, extname } from "node:path";
+import { env, ProgressLocation, type TextEditor, Uri, window, workspace } from "vscode";
+import { LANGUAGES, programIn } from "./languages";
+import { type Answer, folderOf, run, summary } from "./olp";
+import { settings, timingOptions } from "./settings";
+import type { Texts } from "./texts";
+
+/** The table of `olp time`, as a text beside the program. */
+export async function time(texts: Texts): Promise<void> {
+  const path = await saved();
+  if (!path) return;
+  const answer = await asked("Timing", ["time", path, ...timingOptions()], path);
+  if (answer) await texts.show(`${basename(path)} times`, answer.out + told(answer));
+}
+
+/** Another robot's language: the new program is opened, its receipt stands beside. */
+export async function convert(texts: Texts): Promise<void> {
+  const editor = programIn(window.activeTextEditor);
+  const path = await saved();
+  if (!editor || !path) return;
+  const others = LANGUAGES.filter((language) => language !== editor.document.languageId);
+  const to = await window.showQuickPick(others, {
+    title: `Convert ${basename(path)}`,
+    placeHolder: "the language to write",
+  });
+  if (!to) return;
+  const robot = await window.showInputBox({
+    title: "The robot that the program is for",
+    value: settings().robot,
+    prompt: "as olp robots lists it, such as yaskawa/gp25; empty: what the program and olp.toml say",
+  });
+  if (robot === undefined) return;
+  const chosen = await window.showOpenDialog({
+    title: "The folder for the new program",
+    canSelectFiles: false,
+    canSelectFolders: true,
+    defaultUri: Uri.file(folderOf(path)),
+    openLabel: "Write Here",
+  });
+  const folder = chosen?.[0]?.fsPath;
+  if (!folder) return;
+  const words = ["convert", path, "--to", to, "-o", folder, ...(robot ? ["--robot", robot] : [])];
+  const answer = await asked(`Converting to ${to}`, words, path);
+  if (answer) await texts.show(`${basename(path)} as ${to}`, answer.out + told(answer));
+}
+
+/** The page of `olp report`, in a file that the user names. */
+export async function report(): Promise<void> {
+  const path = await saved();
+  if (!path) return;
+  const page = await window.showSaveDialog({
+    title: "Write a report",
+    defaultUri: Uri.file(`${path.slice(0, -extname(path).length)}.html`),
+    filters: { "HTML page": ["html"] },
+  });
+  if (!page) return;
+  const answer = await asked(
+    "Writing the report",
+    ["report", path, "-o", page.fsPath, ...timingOptions()],
+    path,
+  );
+  if (!answer) return;
+  const chosen = await window.showInformationMessage(
+    `${basename(page.fsPath)} is written.`,
+    "Open in the Browser",
+  );
+  if (chosen) await env.openExternal(page);
+}
+
+/** The path of the program in front, whose text is on the disk then: the commands read files. */
+async function saved(): Promise<string | undefined> {
+  const editor: TextEditor | undefined = programIn(window.activeTextEditor);
+  if (!editor) {
+    void window.showInformationMessage("olp: open a robot program first.");
+    return undefined;
+  }
+  if (editor.document.isDirty && !(await editor.document.save())) return undefined;
+  return editor.document.uri.fsPath;
+}
+
+/** What olp answers; undefined where it could not, and the user has been told why. */
+async function asked(title: string, words: string[], path: string): Promise<Answer | undefined> {
+  const folder = workspace.getWorkspaceFolder(Uri.file(path))?.uri.fsPath ?? folderOf(path);
+  const progress = { location: ProgressLocation.Window, title: `olp: ${title}` };
+  const answer = await window.withProgress(progress, () => run(words, folder));
+  if (!answer) return undefined;
+  if (answer.status === 0 || answer.status === 1 || answer.out.trim()) return answer;
+  void window.showErrorMessage(`olp: ${summary(answer.told)}`);
+  return undefined;
+}
+
+function told(answer: Answer): string {
+  return answer.told ? `\n${answer.told}` : "";
+}

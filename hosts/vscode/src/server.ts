@@ -1,0 +1,116 @@
+/** The language server `olp lsp`: started, kept, told of settings. */
+import { type ChildProcess, spawn } from "node:child_process";
+import { commands, type Disposable, EventEmitter, type LogOutputChannel, window, workspace } from "vscode";
+import {
+  CloseAction,
+  ErrorAction,
+  LanguageClient,
+  RevealOutputChannelOn,
+  State,
+} from "vscode-languageclient/node";
+import { LANGUAGES } from "./languages";
+import { summary, tellMissing } from "./olp";
+import { command, settings } from "./settings";
+
+export class Server implements Disposable {
+  private client: LanguageClient | undefined;
+  private readonly changed = new EventEmitter<void>();
+  /** The server has started or stopped, or times by other settings. */
+  readonly onChange = this.changed.event;
+
+  constructor(private readonly log: LogOutputChannel) {}
+
+  get isRunning(): boolean {
+    return this.client?.state === State.Running;
+  }
+
+  /** The answer to a question of ours; undefined where no server runs or it does not know. */
+  async ask<Answer>(method: string, question: object): Promise<Answer | undefined> {
+    if (!this.client || !this.isRunning) return undefined;
+    try {
+      return (await this.client.sendRequest<Answer | null>(method, question)) ?? undefined;
+    } catch (problem) {
+      this.log.warn(`${method}: ${String(problem)}`);
+      return undefined;
+    }
+  }
+
+  async start(): Promise<void> {
+    let told = "";
+    const client = new LanguageClient(
+      "olp",
+      "olp",
+      () => launched((text) => this.log.info(keep(text).trimEnd())),
+      {
+        documentSelector: LANGUAGES.map((language) => ({ scheme: "file", language })),
+        initializationOptions: settings(),
+        synchronize: { fileEvents: workspace.createFileSystemWatcher("**/{olp.toml,*.dat,*.DAT}") },
+        outputChannel: this.log,
+        revealOutputChannelOn: RevealOutputChannelOn.Never,
+        initializationFailedHandler: () => false,
+        errorHandler: {
+          error: () => ({ action: ErrorAction.Continue, handled: true }),
+          closed: () => ({ action: CloseAction.DoNotRestart, handled: true }),
+        },
+      },
+    );
+    function keep(text: string): string {
+      told = (told + text).slice(-10_000);
+      return text;
+    }
+    this.client = client;
+    client.onDidChangeState(({ oldState, newState }) => {
+      this.changed.fire();
+      if (oldState === State.Running && newState === State.Stopped && this.client === client)
+        void ended(told);
+    });
+    try {
+      await client.start();
+    } catch (problem) {
+      if (problem instanceof MissingError) await tellMissing();
+      else await ended(told || String(problem));
+    }
+  }
+
+  async restart(): Promise<void> {
+    const before = this.client;
+    this.client = undefined;
+    await before?.dispose().catch(() => undefined);
+    await this.start();
+  }
+
+  /** The settings have changed: everything is timed anew. */
+  async configure(): Promise<void> {
+    if (!this.isRunning) return;
+    await this.client?.sendNotification("workspace/didChangeConfiguration", {
+      settings: { olp: settings() },
+    });
+    this.changed.fire();
+  }
+
+  dispose(): void {
+    this.changed.dispose();
+    void this.client?.dispose().catch(() => undefined);
+  }
+}
+
+class MissingError extends Error {}
+
+/** Starts `olp lsp`; throws MissingError where there is no such program. */
+function launched(hear: (text: string) => void): Promise<ChildProcess> {
+  const [program = "olp", ...words] = command();
+  return new Promise((done, failed) => {
+    const child = spawn(program, [...words, "lsp"], { env: { ...process.env, NO_COLOR: "1" } });
+    child.stderr.setEncoding("utf8").on("data", hear);
+    child.once("error", () => failed(new MissingError(program)));
+    child.once("spawn", () => done(child));
+  });
+}
+
+async function ended(told: string): Promise<void> {
+  const chosen = await window.showErrorMessage(
+    `olp's language server has ended: ${summary(told)}`,
+    "Start Again",
+  );
+  if (chosen) await commands.executeCommand("olp.restart");
+}

@@ -1,0 +1,136 @@
+// The extension in VS Code, in a browser, as a user has it: what is seen is asserted, and kept as pictures.
+import assert from "node:assert/strict";
+import { cpSync, mkdirSync, rmSync } from "node:fs";
+import { join, resolve } from "node:path";
+import { after, before, test } from "node:test";
+import { hosts, open, until } from "./code-server.mjs";
+import { Editor } from "./editor.mjs";
+
+const folder = join(hosts, "code-server", "workspace");
+const pictures = join(hosts, "screenshots");
+let running;
+let editor;
+
+before(async () => {
+  rmSync(folder, { recursive: true, force: true });
+  cpSync(resolve("../../samples/inform/palletising"), folder, { recursive: true });
+  mkdirSync(pictures, { recursive: true });
+  running = await open(folder);
+  editor = new Editor(running.page, folder);
+});
+after(() => running?.stop());
+
+const picture = (name) => running.page.screenshot({ path: join(pictures, `vscode-${name}.png`) });
+
+test("a program opens in its language, in colours", async () => {
+  await editor.openFile("PICK.JBI");
+  await until(async () => (await editor.status("status.editor.mode")) === "INFORM (Yaskawa)");
+  const colours = await editor.colours("MOVL C00000");
+  assert.ok(new Set(colours).size > 2, `one colour only: ${colours}`);
+});
+
+test("every move has its time and the running total behind it", async () => {
+  await editor.sees(/MOVL C00000 V=900\.0 PL=2.*0\.584 s.*Σ/);
+  await editor.sees(/TIMER T=0\.15.*0\.150 s/);
+});
+
+test("the status bar has the total", async () => {
+  await until(async () => /^\d+\.\d{3} s$/.test(await editor.status("olp.total")));
+});
+
+test("the side view shows segments and path", async () => {
+  await editor.command("olp: Show Path and Times to the Side");
+  const view = editor.view();
+  await view.locator("#gantt").waitFor();
+  await until(async () => /^PICK\.JBI: \d\.\d{3} s$/.test(await view.locator("#view-h").innerText()));
+  for (const canvas of ["#gantt", "#space", "#speed"]) {
+    const { colours, width } = await editor.painted(canvas);
+    assert.ok(colours > 3 && width > 200, `${canvas} shows ${colours} colours on ${width} points`);
+  }
+  assert.equal(await view.locator("header").isVisible(), false);
+  await picture("view");
+});
+
+test("the view follows the cursor", async () => {
+  const line = await editor.goToText("MOVL C00001 V=120.0");
+  await until(async () => (await editor.facts()).line === String(line));
+  assert.match((await editor.facts()).statement, /^MOVL C00001/);
+});
+
+test("the cursor follows the view", async () => {
+  await editor.clickSegment(0.05);
+  await until(async () => (await editor.facts()).statement?.startsWith("MOVL C00000"));
+  const { line } = await editor.facts();
+  await until(async () => (await editor.line()) === Number(line));
+});
+
+test("the view keeps how it is turned when the text changes", async () => {
+  const { x, width, y, height } = await editor.view().locator("#space").boundingBox();
+  await running.page.mouse.move(x + width / 2, y + height / 2);
+  await running.page.mouse.down();
+  await running.page.mouse.move(x + width / 2 + 90, y + height / 2 + 40, { steps: 5 });
+  await running.page.mouse.up();
+  const turned = await editor.picture("#space");
+  const before = await editor.view().locator("#view-h").innerText();
+  await editor.goToText("TIMER T=0.15");
+  await editor.typeAtEnd("9");
+  await until(async () => (await editor.view().locator("#view-h").innerText()) !== before);
+  await editor.sees(/TIMER T=0\.159/);
+  await editor.goToText("MOVL C00000 V");
+  await until(async () => (await editor.facts()).statement?.startsWith("MOVL C00000"));
+  assert.equal(await editor.picture("#space"), turned);
+});
+
+test("a mistake is underlined as it is typed, and the view waits", async () => {
+  await editor.goToText("DOUT OT#(7)");
+  await editor.typeAtEnd(" NONSENSE");
+  await running.page.locator(".squiggly-error").first().waitFor();
+  await editor.command("View: Toggle Problems");
+  await editor.seesProblem(/NONSENSE/);
+  await editor.command("View: Toggle Problems");
+  await editor.undoAll();
+  await running.page.locator(".squiggly-error").waitFor({ state: "detached" });
+});
+
+test("the side view takes the editor's theme", async () => {
+  const paper = () =>
+    editor
+      .view()
+      .locator("body")
+      .evaluate((body) => getComputedStyle(body).backgroundColor);
+  const dark = await paper();
+  editor.set({ "workbench.colorTheme": "Default Light Modern" });
+  await until(async () => (await paper()) !== dark);
+  assert.equal(await paper(), "rgb(255, 255, 255)");
+  await picture("light");
+  editor.set({});
+  await until(async () => (await paper()) === dark);
+});
+
+test("settings reach the server: half the speed takes longer", async () => {
+  const before = parseFloat(await editor.status("olp.total"));
+  editor.set({ "olp.override": 50 });
+  await until(async () => parseFloat(await editor.status("olp.total")) > before * 1.3);
+  await editor.sees(/MOVL C00001 V=120\.0.*3\.2\d\d s/);
+  editor.set({});
+  await until(async () => parseFloat(await editor.status("olp.total")) === before);
+});
+
+test("a line of a called program is chosen from its caller's view", async () => {
+  await editor.openFile("MAIN.JBI");
+  await until(async () =>
+    /^MAIN\.JBI: 1\d\d\.\d{3} s$/.test(await editor.view().locator("#view-h").textContent()),
+  );
+  await editor.view().locator("#search").fill("MOVL C00001 V=120.0");
+  await editor.view().locator("#segments tbody tr").first().click();
+  await editor.seesTab("PICK.JBI");
+  assert.match((await editor.facts()).line, /of PICK\.JBI$/);
+  await until(async () => (await editor.line()) === 23);
+  await picture("called");
+});
+
+test("olp's own table stands beside the program on request", async () => {
+  await editor.openFile("PICK.JBI");
+  await editor.command("olp: Time This Program");
+  await editor.sees(/total 3\.341 s/);
+});

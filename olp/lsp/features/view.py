@@ -1,0 +1,48 @@
+"""`olp/view`: the page of `olp report` for the open text, and its data alone once a host has the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from olp.language.analysis import Analysis
+from olp.language.service import Service
+from olp.lsp.places import uri_of
+from olp.lsp.protocol import Raw
+from olp.lsp.server import Server
+
+
+def register(server: Server, service: Service) -> None:
+    @server.feature("olp/view")
+    async def view(params: Any) -> Raw:
+        """{uri, page?} -> {title, files, data, html?} or null; `files`: the URI of each number that data.file has."""
+        uri = getattr(params, "uri", None)
+        analysis = await server.work.current(uri) if isinstance(uri, str) else None
+        if analysis is None:
+            return Raw(None)
+        answer = {
+            "title": Path(analysis.path).name,
+            "files": _files(server, analysis),
+            "data": _data(analysis),
+        }
+        if getattr(params, "page", False) is True:
+            answer["html"] = _page(analysis)
+        return Raw(answer)
+
+
+def _files(server: Server, analysis: Analysis) -> list[str]:
+    sources = [] if analysis.timing is None else [s.path for s in analysis.timing.plan.sources]
+    return [server.texts.uris.get(path) or uri_of(path) for path in sources or [analysis.path]]
+
+
+def _data(analysis: Analysis) -> dict[str, Any] | None:
+    from olp.page.data import program_data
+
+    return None if analysis.timing is None else program_data(analysis.timing)
+
+
+def _page(analysis: Analysis) -> str:
+    from olp.page.page import Entry, report_page
+
+    entry = Entry(Path(analysis.path).name, analysis.timing, analysis.diagnostics)
+    return report_page([entry], hosted=True)

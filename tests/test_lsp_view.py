@@ -1,0 +1,74 @@
+"""What the server answers to hosts that draw: the page of the side view, its data, and the total."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import pytest_lsp
+from lsprotocol import types
+from pytest_lsp import ClientServerConfig, LanguageClient
+
+from olp.reading import read
+
+FOLDER = Path(__file__).parent.parent / "samples/inform/palletising"
+
+
+@pytest_lsp.fixture(config=ClientServerConfig([sys.executable, "-m", "olp", "lsp"]))
+async def client(lsp_client: LanguageClient):
+    await lsp_client.initialize_session(
+        types.InitializeParams(capabilities=types.ClientCapabilities(), root_uri=FOLDER.as_uri())
+    )
+    yield
+    await lsp_client.shutdown_session()
+
+
+def open_text(client: LanguageClient, path: Path, text: str | None = None) -> str:
+    item = types.TextDocumentItem(path.as_uri(), "inform", 1, path.read_text() if text is None else text)
+    client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+    return path.as_uri()
+
+
+async def ask(client: LanguageClient, method: str, **question: object) -> Any:
+    return await client.protocol.send_request_async(method, question)
+
+
+@pytest.mark.asyncio
+async def test_the_view_draws_the_text_of_the_editor_and_names_the_files_of_its_segments(client) -> None:
+    text = (FOLDER / "PICK.JBI").read_text().replace("V=120.0", "V=60.0")
+    open_text(client, FOLDER / "PICK.JBI", text)
+    answer = await ask(client, "olp/view", uri=open_text(client, FOLDER / "MAIN.JBI"))
+    files, data = answer.files, answer.data
+    slow = [s for s, line in enumerate(data.line) if line == 23 and files[data.file[s]].endswith("/PICK.JBI")]
+    assert len(slow) == 24
+    assert min(data.seconds[s] for s in slow) > 3.0  # 192 mm at 60 mm/s
+    assert answer.title == "MAIN.JBI"
+    assert not hasattr(answer, "html")
+
+
+@pytest.mark.asyncio
+async def test_the_page_is_that_of_the_report_and_asks_for_nothing(client) -> None:
+    answer = await ask(client, "olp/view", uri=open_text(client, FOLDER / "PICK.JBI"), page=True)
+    assert "default-src 'none'" in answer.html
+    assert '<body class="hosted"' in answer.html
+    assert "https://" not in answer.html
+
+
+@pytest.mark.asyncio
+async def test_the_total_is_that_of_olp_time(client) -> None:
+    total = await ask(client, "olp/total", uri=open_text(client, FOLDER / "PICK.JBI"))
+    assert total.total_s == pytest.approx(read(FOLDER / "PICK.JBI").plan().time()["duration_s"].sum())
+    assert total.segments == []
+
+
+@pytest.mark.asyncio
+async def test_what_cannot_be_timed_is_no_picture_and_what_is_not_open_no_answer(client) -> None:
+    uri = open_text(client, FOLDER / "NEW.JBI", "nothing of a job\r\n")
+    broken = await ask(client, "olp/view", uri=uri, page=True)
+    assert broken.data is None
+    assert "cannot be timed" in broken.html
+    for method in ("olp/view", "olp/total"):
+        assert await ask(client, method, uri="file:///nowhere.jbi") is None
+        assert await ask(client, method, uri=7) is None
