@@ -68,6 +68,12 @@ def speed_of(program: Program, line: int) -> Speed | None:
     return None if found is None else found[1]
 
 
+def speed_line(program: Program, line: int) -> int | None:
+    """The line on which the speed of `line` is written: of a move in KRL mostly another one."""
+    found = _written_speed(program, line)
+    return None if found is None else found[0].line
+
+
 def edited(
     program: Program,
     edits: Sequence[Edit],
