@@ -45,6 +45,10 @@ class Protocol(LanguageServerProtocol):
         """A notification whose parameters are JSON already."""
         self._send_data({"jsonrpc": "2.0", "method": method, "params": params})
 
+    def plain(self, thing: Any) -> Any:
+        """A type of the protocol as JSON."""
+        return self._converter.unstructure(thing)
+
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
             return super().structure_message(data)
