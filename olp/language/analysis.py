@@ -71,6 +71,11 @@ class Analysis:
         return self.timing.end_s
 
     @property
+    def misses(self) -> bool:
+        """Whether something is wrong that another file may set right."""
+        return any(found.is_error for found in self.diagnostics)
+
+    @property
     def needs(self) -> tuple[str, ...]:
         """The other files that decided about this one."""
         found = [] if self.program is None else [s.path for s in self.program.companions]

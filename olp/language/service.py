@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -88,12 +88,15 @@ class Service:
         self.analyses[path] = analysis
         return analysis
 
-    def dependents(self, path: str) -> Iterator[str]:
-        """The other open texts that a change of `path` may concern: they need it, or share names in its folder."""
+    def dependents(self, path: str) -> list[str]:
+        """The other open texts that a change of `path` may concern: they need it, or miss something of its folder."""
         folder = Path(path).parent
-        for other, analysis in self.analyses.items():
-            if other != path and (path in analysis.needs or Path(other).parent == folder):
-                yield other
+        return [
+            other
+            for other, analysis in self.analyses.items()
+            if other != path
+            and (path in analysis.needs or (Path(other).parent == folder and analysis.misses))
+        ]
 
     def _overlay(self, document: Document) -> None:
         if Path(document.path).is_absolute():

@@ -36,14 +36,20 @@ class Work:
         self._scheduled = False
         self._idle: asyncio.TimerHandle | None = None
         self._answered = time.monotonic()
-        self._handled = 0
 
     def changed(self, path: str) -> None:
-        """The text of `path` is another one."""
-        self._handled += 1
+        """The text of `path` is another one: it comes first, then those that need it."""
+        self._concern(path)
         self._dirty.pop(path, None)
         self._dirty[path] = None
         self._soon()
+
+    def _concern(self, path: str) -> None:
+        """Other texts that the change of `path` may have made out of date."""
+        service = self._server.service
+        for other in service.dependents(path):
+            service.forget(other)
+            self._dirty.setdefault(other)
 
     def refresh(self) -> None:
         """Nothing that is known holds any more: settings or files of the disk have changed."""
@@ -56,6 +62,8 @@ class Work:
         self._dirty.pop(path, None)
         self._release(path)
         self._publisher.forget(path)
+        self._concern(path)
+        self._soon()
 
     async def current(self, uri: str) -> Analysis | None:
         """What is known of the newest text, None where none is open."""
