@@ -23,7 +23,7 @@ def formatting(analysis: Analysis, first: int = 1, last: int = 1 << 30, indent: 
     program = analysis.program
     if program is None or program.vendor not in file_names(Layout):
         return []
-    layout = load_from(cast(Callable[..., Layout], Layout), program.vendor, "layout", "P003")
+    layout = load_from(cast(Callable[..., Layout], Layout), program.vendor, "layout", "C013")
     old = analysis.source.lines
     new = [
         after if first <= number <= last else before

@@ -33,7 +33,7 @@ def words_of(vendor: str) -> Words | None:
     """How a language spells its names, None where olp does not know."""
     if vendor not in file_names(Words):
         return None
-    return load_from(cast(Callable[..., Words], Words), vendor, "language", "P003")
+    return load_from(cast(Callable[..., Words], Words), vendor, "language", "C013")
 
 
 def names_in(source: Source, program: Program | None, vendor: str) -> list[Name]:
