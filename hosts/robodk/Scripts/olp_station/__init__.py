@@ -1,0 +1,1 @@
+"""A robot program in RoboDK's station: `steps.py` asks olp, `build.py` tells RoboDK."""
