@@ -176,3 +176,18 @@ def test_variables_that_a_variable_counts_are_those_that_their_numbers_name(targ
     )  # fmt: skip
     plan = run_elsewhere(source, "inform", target)
     assert [step.duration for step in plan.steps() if isinstance(step, WaitStep)] == [1.5, 0.75]
+
+
+@pytest.mark.parametrize(
+    ("target", "pattern", "written", "size"),
+    [("inform", r"VJ=([\d.]+)", 13.64, 0.00185), ("krl", r"VEL_PTP,([\d.]+)", 14.0, 0.35815)],
+)
+def test_a_speed_has_the_decimals_that_controllers_write_and_the_rest_is_in_the_receipt(
+    target, pattern, written, size
+):
+    # 0.5 rad/s of 210 deg/s are 13.64185 %.
+    made = converted(ur_joint_moves(0.5), "urscript", target)
+    text = b"\n".join(made.files.values()).decode("cp1252")
+    assert found_number(pattern, text) == written
+    found = [loss for loss in made.translated.losses if "rounded" in loss.says and loss.part == "speed"]
+    assert found[-1].size == pytest.approx(size, abs=1e-4)

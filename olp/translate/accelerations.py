@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from olp.program import Acceleration, AccelerationUnit, Move, Path, Program, Sta
 from olp.translate.rewrite import edited
 from olp.translate.work import Fate, Work
 from olp.units import percent
+
+_SAME: Final = 1e-6  # relative: below this two shares are one
 
 
 def accelerations(program: Program, work: Work) -> Program:
@@ -39,6 +42,23 @@ def _move(s: Statement, work: Work) -> Statement:
     assert isinstance(s, Move)
     if s.acceleration is None and s.deceleration is None and s.rate is None:
         return s
+    return _rounded(_converted(s, work), work)
+
+
+def _rounded(s: Move, work: Work) -> Move:
+    """As many decimals as the target writes."""
+    step, share = work.limits.acceleration_step, s.acceleration
+    value = None if share is None or not step else share.literal
+    if value is None:
+        return s
+    rounded = max(1, round(value / step)) * step
+    if abs(rounded - value) > _SAME * value:
+        says = f"rounded to {step / percent:g} %"
+        work.lose(s, Fate.APPROXIMATED, "acceleration", says, abs(rounded - value) / percent, "%")
+    return edited(s, {"acceleration": Quantity(Number(_clean(rounded / percent)), percent)})
+
+
+def _converted(s: Move, work: Work) -> Move:
     allowed = work.limits.accelerations
     rated = _rated(s, work)
     if s.rate is not None and s.rate.unit not in allowed:

@@ -147,7 +147,9 @@ class _Blends:
         if kind is BlendKind.RADIUS:
             largest = self.work.limits.largest_radius
             radius = min(size, largest) if largest else size
-            return Blend(kind, Quantity(Number(_clean(radius / mm)), mm)), size - radius
+            if step := self.work.limits.radius_step:
+                radius = round(radius / step) * step
+            return Blend(kind, Quantity(Number(_clean(radius / mm)), mm)), abs(size - radius)
         if kind is BlendKind.LEVEL:
             zones = self._zones()
             level = min(range(len(zones)), key=lambda at: abs(zones[at] - size))

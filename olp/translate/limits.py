@@ -61,7 +61,9 @@ class Limits:
     nested_logic: bool = True  # AND and OR in parentheses
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
     has_configuration: bool = True  # a pose can say how the arm stands
-    whole_percent: bool = False  # joint speeds are whole percents
+    speed_steps: Mapping[SpeedUnit, float] = field(default_factory=dict)  # the finest that is written, SI
+    acceleration_step: float = 0.0  # of a share of the rated acceleration; 0: any
+    radius_step: float = 0.0  # of a blend [m]; 0: any
     bounds_turning: bool = False  # a move can bound how fast the tool turns
     largest_radius: float = 0.0  # of a blend [m]; 0: no bound
 

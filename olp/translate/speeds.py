@@ -27,6 +27,7 @@ _SCALES: Final = {
     SpeedUnit.AXIS: 1.0,
     SpeedUnit.TIME: 1.0,
 }
+_UNITS: Final = {SpeedUnit.FRACTION: "%", SpeedUnit.TRAVEL: "mm/s", SpeedUnit.TURN: "deg/s"}
 _SAME: Final = 1e-6  # relative: below this two speeds are one
 _ORDER: Final = (SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.TIME, SpeedUnit.TURN)
 _USUAL: Final = (
@@ -78,21 +79,21 @@ class _Speeds:
         return edited(s, {"speed": self._rounded(s, self._converted(s, speed, allowed))})
 
     def _rounded(self, s: Move, speed: Speed) -> Speed:
-        """Whole percents where the target writes no others."""
-        if speed.unit is not SpeedUnit.FRACTION or not self.work.limits.whole_percent:
+        """As many decimals as the target writes: whole percents, or tenths of mm/s."""
+        step = self.work.limits.speed_steps.get(speed.unit)
+        value = None if step is None else speed.value.literal
+        if step is None or value is None:
             return speed
-        value = speed.value.literal
-        if value is None:
-            return speed
-        whole = max(1, round(value / percent))
-        if abs(whole * percent - value) <= _SAME * value:
-            return (
-                speed if speed.value.scale == percent else Speed(speed.unit, Quantity(Number(whole), percent))
-            )
-        self.work.lose(
-            s, Fate.APPROXIMATED, "speed", "rounded to whole percent", abs(whole - value / percent), "%"
-        )
-        return Speed(speed.unit, Quantity(Number(whole), percent))
+        scale, unit = _SCALES[speed.unit], _UNITS[speed.unit]
+        rounded = max(1, round(value / step)) * step
+        written = _clean(rounded / scale)
+        if abs(rounded - value) <= _SAME * value:
+            if speed.value.scale == scale and speed.value.written in (Number(written), Number(int(written))):
+                return speed
+        else:
+            says = f"rounded to {step / scale:g} {unit}"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, abs(rounded - value) / scale, unit)
+        return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale))
 
     def _without_turn(self, s: Move) -> Move:
         assert s.turn is not None

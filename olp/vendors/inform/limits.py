@@ -7,6 +7,7 @@ from typing import Final
 from olp.expression import Store
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.translate.limits import Limits
+from olp.units import deg, mm, percent
 
 LIMITS: Final = Limits(
     routine_name=32,
@@ -40,6 +41,9 @@ LIMITS: Final = Limits(
     one_routine_per_file=True,
     external_axes=6,
     has_override=False,
+    speed_steps={SpeedUnit.FRACTION: 0.01 * percent, SpeedUnit.TRAVEL: 0.1 * mm, SpeedUnit.TURN: 0.1 * deg},
+    acceleration_step=percent,
+    radius_step=0.1 * mm,
     has_endless=False,
     nested_logic=False,
 )

@@ -6,6 +6,7 @@ from typing import Final
 
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.translate.limits import Limits
+from olp.units import percent
 
 _WORDS: Final = """
     AND ANIN ANOUT AXIS B_AND B_EXOR B_NOT B_OR BAS BOOL BRAKE C_DIS C_ORI C_PTP C_SPL C_VEL CA CASE CAST_FROM
@@ -34,7 +35,8 @@ LIMITS: Final = Limits(
     tool_and_frame="modal",
     has_continue=False,
     bounds_turning=True,
-    whole_percent=True,
+    speed_steps={SpeedUnit.FRACTION: percent},
+    acceleration_step=percent,
     has_elseif=False,
     joint_blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE}),
     reserved=RESERVED,

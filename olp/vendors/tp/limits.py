@@ -7,6 +7,7 @@ from typing import Final
 from olp.expression import Store
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.translate.limits import Limits
+from olp.units import percent
 
 COMMENT_LENGTH: Final = 32  # of a line of its own
 NAME_LENGTH: Final = 16  # of the comment in R[1:…], P[1:…], LBL[1:…]
@@ -46,7 +47,8 @@ LIMITS: Final = Limits(
     external_axes=3,
     has_elseif=False,
     for_step_is_one=True,
-    whole_percent=True,
+    speed_steps={SpeedUnit.FRACTION: percent},
+    acceleration_step=percent,
     joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
     largest_radius=1.0,
 )
