@@ -499,3 +499,52 @@ def test_what_names_data_of_its_own_language_or_a_tool_beside_the_robot_becomes_
     with pytest.raises(OlpError) as told:
         convert(program, target, Context(robot=ROBOT))
     assert "X011" in {d.code for d in told.value.diagnostics}
+
+
+TASKS = """/JOB
+//NAME MAIN
+//POS
+///NPOS 0,0,0,0,0,0
+//INST
+///DATE 2026/03/02 14:07
+///ATTR SC,RW
+NOP
+PWAIT SUB3
+CALL JOB:SHOW ARGF"mm/s" ARGF-3.25
+END
+/JOB
+//NAME SHOW
+//POS
+///NPOS 0,0,0,0,0,0
+//INST
+///DATE 2026/03/02 14:07
+///ATTR SC,RW
+///LVARS 0,0,0,0,1,0,0,0
+NOP
+GETARG LS000 IARG#(1)
+MSG LS000
+END
+"""
+
+
+@pytest.mark.parametrize(
+    ("target", "head", "call"),
+    [
+        ("krl", "DEF SHOW (arg1[] :IN)", 'SHOW ("mm/s")'),
+        ("rapid", "PROC SHOW(string arg1)", 'SHOW "mm/s";'),
+        ("urscript", "def SHOW(arg1):", 'SHOW("mm/s")'),
+    ],
+)
+def test_arguments_have_the_type_that_is_read_and_those_that_nothing_reads_are_left_out(
+    tmp_path, target, head, call
+):
+    source = tmp_path / "MAIN.JBI"
+    source.write_text(TASKS)
+    made = convert(link(olp.read(source)).program, target, Context(robot=ROBOT, on_loss="comment"))
+    lines = [line.strip() for line in made.files[made.main].decode().splitlines()]
+    assert head in lines
+    assert call in lines
+    assert any("SHOW reads 1 of its 2 arguments" in note for note in made.translated.notes)
+    assert [loss.says for loss in made.translated.losses] == [
+        "the end of a task that nothing here starts: SUB3"
+    ]

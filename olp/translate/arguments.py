@@ -15,7 +15,12 @@ _IN_ORDER: Final = frozenset({"krl", "rapid"})  # RAPID leaves arguments out, bu
 
 
 def arguments(program: Program, work: Work) -> Program:
-    """Every call with all arguments, those left out with their defaults. A switch, or one without a default, stays."""
+    """Every call with all arguments, those left out with their defaults. A switch, or one without a default, stays.
+
+    Of INFORM, what a job is given and never reads is left out.
+    """
+    if program.vendor == "inform":
+        program = _without_surplus(program, work)
     if work.target not in _IN_ORDER:
         return program
     known = {r.name.casefold(): r.parameters for r in program.routines if _is_filled(r.parameters)}
@@ -42,6 +47,20 @@ def arguments(program: Program, work: Work) -> Program:
             parameters = tuple(replace(p, optional=False, default=None) for p in parameters)
         routines.append(replace(routine, body=tuple(map(row, routine.body)), parameters=parameters))
     return replace(program, routines=tuple(routines))
+
+
+def _without_surplus(program: Program, work: Work) -> Program:
+    taken = {r.name: len(r.parameters) for r in program.routines}
+
+    def row(s: Statement) -> Statement:
+        if not isinstance(s, Call) or len(s.arguments) <= taken.get(s.routine, len(s.arguments)):
+            return s
+        count = taken[s.routine]
+        work.notes.append(f"line {s.line}: {s.routine} reads {count} of its {len(s.arguments)} arguments")
+        return replace(s, arguments=s.arguments[:count])
+
+    routines = tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
+    return replace(program, routines=routines)
 
 
 def _is_filled(parameters: tuple[Parameter, ...]) -> bool:

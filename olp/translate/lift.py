@@ -402,7 +402,13 @@ def _arguments(routine: Routine) -> tuple[Store | None, ...]:
     """What a routine takes: as its header says, else as its body reads."""
     read = [e.number for e in _expressions(routine) if type(e) is Argument]
     count = max((len(routine.arguments), *read))
-    return (*routine.arguments, *[None] * (count - len(routine.arguments)))
+    kinds = {
+        s.value.number: s.target.store
+        for s in routine.body
+        if type(s) is Assign and type(s.value) is Argument and type(s.target) is Variable
+    }
+    said = len(routine.arguments)
+    return (*routine.arguments, *(kinds.get(number) for number in range(said + 1, count + 1)))
 
 
 def _whole_registers(program: Program) -> frozenset[int]:

@@ -165,7 +165,7 @@ def probes() -> Mapping[str, tuple[Statement, ...]]:
         "Return": (Return(0),),
         "Pause": (Pause(0),),
         "StartTask": (StartTask(0, "OTHER", "SUB1"),),
-        "WaitTask": (WaitTask(0, "SUB1"),),
+        "WaitTask": (StartTask(0, "OTHER", "SUB1"), WaitTask(0, "SUB1")),
         "Synchronise": (Synchronise(0, Number(1)),),
         "ShiftOn": (ShiftOn(0, _P), _move(Path.LINEAR), ShiftOff(0)),
         "ExternalTool": (ExternalTool(0, Number(1)),),

@@ -21,8 +21,10 @@ from olp.program import (
     Program,
     Reference,
     Routine,
+    StartTask,
     Statement,
     Wait,
+    WaitTask,
 )
 from olp.translate.tree import Block, Node, flat, parse
 from olp.translate.work import Fate, Work
@@ -33,12 +35,14 @@ _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"
 _HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
 # KUKA's advance run goes on past the next statement, and its stop handler that every program of its editor declares.
 _TIMELESS = frozenset({"continue", "stop-handler"})
+_BEGINNINGS = frozenset({"INI", "BASISTECH INI", "USER INI"})  # folds of what every program begins with
 _FOREIGN = (Opaque, Process, Reference)
 
 
 def foreign_words(program: Program, work: Work) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     comments = work.context.on_loss == "comment"
+    started = {s.task for s in program.statements() if isinstance(s, StartTask)}
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -60,6 +64,11 @@ def foreign_words(program: Program, work: Work) -> Program:
                 work.lose(s, Fate.EXACT, "statement", says)
                 work.notes.append(f"line {s.line}: {says}")
                 rows.append(Comment(s.line, _text(program, s)))
+            elif isinstance(s, WaitTask) and s.task not in started:
+                work.lose(
+                    s, Fate.REFUSED, "statement", f"the end of a task that nothing here starts: {s.task}"
+                )
+                rows.append(s)
             elif isinstance(s, _FOREIGN):
                 fate = Fate.COMMENTED if comments else Fate.REFUSED
                 says = f"words of {program.vendor} that mean nothing in {work.target}"
@@ -78,7 +87,7 @@ def _unfolded(s: Comment) -> list[Statement]:
         return []
     if text.upper().startswith("FOLD"):
         name = text[4:].partition(";%{")[0].strip()
-        return [replace(s, text=name)] if name else []
+        return [replace(s, text=name)] if name and name.upper() not in _BEGINNINGS else []
     return [s]
 
 

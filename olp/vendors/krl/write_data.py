@@ -114,13 +114,18 @@ def rows(words: Words, given: Iterable[Declare]) -> Iterator[str]:
         yield from elements(words, it)
 
 
-def parameters_text(given: tuple[Parameter, ...]) -> str:
+def _is_row(it: Parameter, own: bool) -> bool:
+    """Arrays, and texts of other languages, which are arrays of CHAR."""
+    return it.native.endswith("[]") or (it.type == "string" and not own)
+
+
+def parameters_text(given: tuple[Parameter, ...], own: bool) -> str:
     """`a :IN,b :OUT`."""
     parts = []
     for one in given:
         if one.optional or one.switch:
             raise CannotSayError(f"the optional parameter {one.name}")
-        brackets = "[]" if one.native.endswith("[]") else ""
+        brackets = "[]" if _is_row(one, own) else ""
         parts.append(f"{one.name}{brackets} :{'OUT' if one.by_reference else 'IN'}")
     return ",".join(parts)
 
@@ -129,7 +134,7 @@ def parameter_rows(words: Words, given: tuple[Parameter, ...]) -> list[str]:
     """The declarations of parameters at the head of a routine."""
     rows = []
     for one in given:
-        array = one.native.endswith("[]")
+        array = _is_row(one, words.own)
         if words.own and not one.type:
             continue
         word = type_word(one.type, one.native.removesuffix("[]"), words.own)

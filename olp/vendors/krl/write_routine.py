@@ -138,7 +138,7 @@ class RoutineWriter:
     def _head(self) -> str:
         routine = self.routine
         shared = "GLOBAL " if "GLOBAL" in routine.details and self.own else ""
-        given = write_data.parameters_text(routine.parameters)
+        given = write_data.parameters_text(routine.parameters, self.own)
         if routine.returns:
             word = TYPES.get(routine.returns) or routine.returns
             return f"{shared}DEFFCT {word} {routine.name} ({given})"

@@ -44,8 +44,9 @@ class _Writer:
         main = program.main
         ordered = sorted(program.routines, key=lambda one: bool(main) and one.name != main)
         self.routines = list(program.routines) if self.own else ordered
-        strings = frozenset(one.name for one in _all_data(program) if one.type == "string" and not self.own)
-        self.words = Words(self.scope, self.own, strings)
+        strings = {one.name for one in _all_data(program) if one.type == "string"}
+        strings |= {p.name for routine in program.routines for p in routine.parameters if p.type == "string"}
+        self.words = Words(self.scope, self.own, frozenset() if self.own else frozenset(strings))
 
     def begins(self, routine: Routine) -> bool:
         """Whether a program of another language starts with this routine, and moves: KRL's own says itself how."""
