@@ -309,16 +309,21 @@ END
 """
 
 
+def write_long(root: Path) -> None:
+    """LONG.JBI, which keeps a worker busy for many seconds."""
+    loops = "".join(f"FOR I{n:03d} = 0 TO 9999\n" for n in range(3)) + "ADD D000 1\n"
+    loops += "".join(f"NEXT I{n:03d}\n" for n in reversed(range(3)))
+    head, _, tail = ENDLESS.partition("SET B000 0\n*AGAIN")
+    (root / "LONG.JBI").write_text(head + loops + tail.partition("*MORE\n")[2], newline="\r\n")
+
+
 def test_a_program_without_an_end_is_answered_and_a_call_out_of_time_is_ended(tmp_path):
     (tmp_path / "olp.toml").write_text("")
     (tmp_path / "ENDLESS.JBI").write_text(ENDLESS, newline="\r\n")
     calls: list[Call] = [("time", {"jobs": ["ENDLESS.JBI"], "max_steps": 1000})]
     _, (result,) = ask(tmp_path, calls)
     assert "no answer after" not in words(result)
-    loops = "".join(f"FOR I{n:03d} = 0 TO 9999\n" for n in range(3)) + "ADD D000 1\n"
-    loops += "".join(f"NEXT I{n:03d}\n" for n in reversed(range(3)))
-    head, _, tail = ENDLESS.partition("SET B000 0\n*AGAIN")
-    (tmp_path / "LONG.JBI").write_text(head + loops + tail.partition("*MORE\n")[2], newline="\r\n")
+    write_long(tmp_path)
     server = _Slow(tmp_path)
     assert "no answer after 1 s" in words(server.result)
     assert "max_steps" in words(server.result)
@@ -342,6 +347,33 @@ class _Slow:
                 assert (await session.call_tool("time", {})).is_error
 
         anyio.run(whole)
+
+
+def test_a_call_that_is_taken_back_leaves_nothing_running(tmp_path):
+    root, temporary = tmp_path / "root", tmp_path / "temporary"
+    root.mkdir()
+    temporary.mkdir()
+    (root / "olp.toml").write_text("")
+    write_long(root)
+    server = StdioServerParameters(
+        command=sys.executable,
+        args=["-m", "olp", "mcp", "--root", str(root)],
+        env={"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
+    )
+
+    async def whole() -> None:
+        async with stdio_client(server) as streams, ClientSession(*streams) as session:
+            await session.initialize()
+            async with anyio.create_task_group() as group:
+                group.start_soon(session.call_tool, "time", {"jobs": ["LONG.JBI"]})
+                while not os.listdir(temporary):
+                    await anyio.sleep(0.02)
+                group.cancel_scope.cancel()
+            with anyio.fail_after(10):
+                while os.listdir(temporary):  # the worker's folder goes when the worker has gone
+                    await anyio.sleep(0.02)
+
+    anyio.run(whole)
 
 
 def test_an_olp_toml_above_the_folder_is_not_read(tmp_path):
