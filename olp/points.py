@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,15 @@ class PointState:
     tool: int = 0
     configuration: tuple[int, ...] = ()
     outside_limits: bool = False
+
+    def at(self, frame: str, user: int | None, tool: int) -> PointState:
+        """The same in another frame and with another tool: one object for each, because every move asks."""
+        return _elsewhere(self, frame, user, tool)
+
+
+@lru_cache(maxsize=4096)
+def _elsewhere(state: PointState, frame: str, user: int | None, tool: int) -> PointState:
+    return replace(state, frame=frame, user=user, tool=tool)
 
 
 @fast_init

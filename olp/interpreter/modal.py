@@ -134,13 +134,11 @@ def _number_of(m: Machine, kind: str, pose: Pose, known: Mapping[int, object]) -
 
 def position_in(value: PositionValue, place: tuple[str, int | None], tool: int) -> PositionValue:
     """A pose without a frame of its own as one in `place`, seen at `tool`; joint values get the tool."""
-    from dataclasses import replace
-
     from olp.interpreter.memory import ACTIVE
 
     state = value.state
     if state.frame == ACTIVE:
-        state = replace(state, frame=place[0], user=place[1], tool=tool)
+        state = state.at(place[0], place[1], tool)
     elif state.tool != tool:
-        state = replace(state, tool=tool)
+        state = state.at(state.frame, state.user, tool)
     return value if state is value.state else value._replace(state=state)

@@ -28,7 +28,9 @@ Place = tuple[str, int | None]
 
 def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     """The pool index of a move's target or via point."""
-    value = position_of(evaluate(m, target), spell(target))
+    value = evaluate(m, target)
+    if not isinstance(value, PositionValue):
+        value = position_of(value, spell(target))
     tool = m.active_tool if s.tool is None else tool_number(m, s.tool)
     place = m.active_frame if s.frame is None else frame_place(m, s.frame)
     own_tool = value.state.frame not in (ACTIVE, "joint") and s.tool is None
@@ -37,7 +39,7 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
         # A taught point names its frame and tool by number; the program may have given them other values since.
         value = value._replace(state=current_frames(m, value.state))
     if s.frame is not None and value.state.kind is PointKind.POSE:
-        value = value._replace(state=replace(value.state, frame=place[0], user=place[1]))
+        value = value._replace(state=value.state.at(place[0], place[1], value.state.tool))
     if s.relative is not None:
         value = _relative(m, mechanism, value, s.relative, place, tool)
     elif any(map(math.isnan, value.values)):

@@ -35,7 +35,7 @@ _BUSES: Final = {
 }  # fmt: skip
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class RoutineHead:
     """What calls of a routine of the file need: the types of its parameters in order, and of its value."""
 

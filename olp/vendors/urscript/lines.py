@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from olp import memory
 from olp.diagnostic import Severity, Span
 from olp.program import LineKind
 from olp.vendors._findings import Findings
@@ -67,6 +68,7 @@ class LineReader:
         self._kinds = findings.kinds
         self._broken = 0
         self._unclosed = 0
+        self._shelf = memory.shelf("urscript lines")
 
     def read(self) -> Iterator[Line]:
         """All instructions in order; every physical line gets its kind."""
@@ -74,7 +76,7 @@ class LineReader:
         while number < count:
             text = lines[number].strip(" \t\f\u00a0\x1a")
             number += 1
-            instruction = quick(text)
+            instruction = self._quick(text)
             if instruction is not None:
                 kinds[number - 1] = LineKind.STATEMENT
                 yield Line(number, number, instruction)
@@ -84,6 +86,17 @@ class LineReader:
             line = self._mark(text, number) or self._statement(text, number)
             number = line.last
             yield line
+
+    def _quick(self, text: str) -> Instruction | None:
+        """`quick`, or what it gave for the same line of an earlier text."""
+        if self._shelf is None:
+            return quick(text)
+        known = self._shelf.get(text)
+        if known is None:
+            known = (quick(text),)
+            self._shelf.put(text, known)
+        found: Instruction | None = known[0]
+        return found
 
     def _mark(self, text: str, number: int) -> Line | None:
         if text[0] == "#":
@@ -118,7 +131,7 @@ class LineReader:
             code, comment, last = self._joined(code, comment, number)
         for place in range(number, last + 1):
             self._kinds[place - 1] = LineKind.STATEMENT
-        content = quick(code) or _seen.get(code) or self._parse(code, number, last)
+        content = self._quick(code) or _seen.get(code) or self._parse(code, number, last)
         return Line(number, last, content, comment)
 
     def _joined(self, code: str, comment: str, number: int) -> tuple[str, str, int]:
