@@ -189,3 +189,41 @@ def test_a_tool_with_a_number_is_the_controllers_and_the_log_says_that_it_is_set
     made, text = written("tp", tmp_path, drive)
     assert "UTOOL_NUM=2" in text
     assert "the program gives the controller this value" in made.LOG
+
+
+def test_a_speed_that_robodk_does_not_say_is_slow_and_told(tmp_path):
+    def drive(made: Any) -> None:
+        made.ProgStart("Main")
+        made.MoveJ(None, generated.JOINTS)
+        made.MoveL(generated.POSES[0], None)
+        made.ProgFinish("Main")
+
+    made, text = written("krl", tmp_path, drive)
+    assert "no speed is set: 100 mm/s is written" in made.LOG
+    assert "no joint speed is set: 10 deg/s is written" in made.LOG
+    assert "$VEL.CP=0.1" in text
+    assert "$ACC.CP" not in text
+
+
+def test_external_axes_are_refused_in_the_log(tmp_path):
+    made = post("krl")
+    made.calls.arm_axes = 6
+    made.ProgStart("Main")
+    made.MoveJ(None, [*generated.JOINTS, 250.0])
+    made.ProgFinish("Main")
+    made.ProgSave(str(tmp_path), "Main")
+    assert "external axes are not written" in made.LOG
+
+
+def test_names_that_the_language_changes_are_in_the_log(tmp_path):
+    def drive(made: Any) -> None:
+        made.ProgStart("Main")
+        made.RunCode("Pick_the_part_and_place_it_on_the_table_over_there", True)
+        made.ProgFinish("Main")
+        made.ProgStart("Pick_the_part_and_place_it_on_the_table_over_there")
+        made.setSpeedJoints(20)
+        made.MoveJ(None, generated.JOINTS)
+        made.ProgFinish("Pick_the_part_and_place_it_on_the_table_over_there")
+
+    made, _ = written("krl", tmp_path, drive)
+    assert "routine: Pick_the_part_and_place_it_on_the_table_over_there is " in made.LOG

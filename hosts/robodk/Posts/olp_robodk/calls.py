@@ -34,6 +34,8 @@ from olp.source import Source
 from olp.statements import Assign, Call, Comment, Dwell, Message, Pause, SetOutput, Wait
 
 _MM, _DEG = 1e-3, math.pi / 180
+# What is written, and told, where RoboDK sets no speed: slow.
+_SPEED, _AXIS_SPEED = 0.1, 10 * _DEG  # [m/s], [rad/s]
 CODE = "OLPCODE"  # a comment that stands for a line of the user's own code, word for word
 _NUMBERED = re.compile(r"(?:DO|DI|OUT|IN|\$OUT|\$IN|OT#|IN#|)[\[(]?\s*(\d+)(?:\.0*)?\s*[\])]?", re.I)
 _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(\s*\))?\s*;?\s*")
@@ -51,9 +53,12 @@ class Calls:
         self.problems: list[Diagnostic] = []
         self.codes: list[str] = []
         self.numbered: set[int] = set()  # lines that give a numbered tool or frame its value
-        # RoboDK's own defaults, until it says others.
-        self.speed, self.acceleration = 0.1, 1.0  # [m/s], [m/s²]
-        self.axis_speed, self.axis_acceleration = 1.0, 4.0  # [rad/s], [rad/s²]
+        # None until RoboDK says one.
+        self.speed: float | None = None  # [m/s]
+        self.acceleration: float | None = None  # [m/s²]
+        self.axis_speed: float | None = None  # [rad/s]
+        self.axis_acceleration: float | None = None  # [rad/s²]
+        self.arm_axes = 0  # further axes are external ones; 0: not known
         self.blend = 0.0  # [m]
         self.frame: Any = FrameRef("base")
         self.tool: Any = FrameRef("tool", Number(0))
@@ -86,7 +91,7 @@ class Calls:
                 line,
                 path,
                 (target,),
-                self._speed(path),
+                self._speed(line, path),
                 Blend(BlendKind.RADIUS, _quantity(max(0.0, self.blend))),
                 rate=self._rate(path),
                 via=None if via is None else position(via),
@@ -96,6 +101,11 @@ class Calls:
     def target(self, line: int, path: Path, pose: Any, joints: Any) -> PositionLiteral | None:
         """Angles for joint moves, which say the arm's posture too; poses for the others."""
         angles = numbers(joints)
+        if self.arm_axes and len(angles) > self.arm_axes:
+            self.wrong(
+                line, "external axes are not written", "leave them where they are, or use RoboDK's own post"
+            )
+            return None
         if path is Path.JOINT and angles:
             return PositionLiteral("joint", tuple(a * _DEG for a in angles))
         if pose is None:
@@ -103,19 +113,29 @@ class Calls:
             return None
         return position(pose)
 
-    def _speed(self, path: Path) -> Speed:
-        if path is Path.JOINT:
-            if self.rated > 0:
-                return Speed(SpeedUnit.FRACTION, _quantity(min(1.0, self.axis_speed / self.rated)))
-            return Speed(SpeedUnit.AXIS, _quantity(self.axis_speed))
-        return Speed(SpeedUnit.TRAVEL, _quantity(self.speed))
+    def _speed(self, line: int, path: Path) -> Speed:
+        if path is not Path.JOINT:
+            if self.speed is None:
+                self.speed = _SPEED
+                self.warn(
+                    line, f"no speed is set: {_SPEED / _MM:g} mm/s is written", "set the speed in RoboDK"
+                )
+            return Speed(SpeedUnit.TRAVEL, _quantity(self.speed))
+        if self.axis_speed is None:
+            self.axis_speed = _AXIS_SPEED
+            self.warn(
+                line, f"no joint speed is set: {_AXIS_SPEED / _DEG:g} deg/s is written", "set it in RoboDK"
+            )
+        if self.rated > 0:
+            return Speed(SpeedUnit.FRACTION, _quantity(min(1.0, self.axis_speed / self.rated)))
+        return Speed(SpeedUnit.AXIS, _quantity(self.axis_speed))
 
     def _rate(self, path: Path) -> Acceleration | None:
-        if path is Path.JOINT and self.rated > 0:
-            return None  # a share of what nobody knows
-        if path is Path.JOINT:
-            return Acceleration(AccelerationUnit.AXIS, _quantity(self.axis_acceleration))
-        return Acceleration(AccelerationUnit.TRAVEL, _quantity(self.acceleration))
+        joint = path is Path.JOINT
+        value = self.axis_acceleration if joint else self.acceleration
+        if value is None or (joint and self.rated > 0):  # a share of what nobody knows
+            return None
+        return Acceleration(AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL, _quantity(value))
 
     def set_system(self, kind: str, pose: Any, number: object, name: object) -> None:
         """The tool ("tool") on the flange or the frame ("user") in the robot's base holds from here on.

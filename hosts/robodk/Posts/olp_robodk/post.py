@@ -35,6 +35,7 @@ class Post:
         self.calls = Calls()
         if robot_named(self.ROBOT or os.environ.get("OLP_ROBOT", ""), robotname or "") is None:
             self.calls.rated = self.AXIS_SPEED_DEG_S * 0.017453292519943295
+        self.calls.arm_axes = sum(kind in ("R", "L") for kind in more.get("axes_type", ()))
         self.LOG = ""
         self.PROG: list[str] = []
         self.PROG_FILES: list[str] = []
@@ -154,8 +155,8 @@ class Post:
             if loss.fate != "exact":
                 self.addlog(f"{loss.fate}: {self._call(loss.line)}: {loss.says}")
         for (kind, old), new in converted.translated.mapping.items():
-            if kind == "signal" and old.split()[-1] != new.split()[-1]:
-                self.addlog(f"signal: {old} is {new} in the program")
+            if kind in ("signal", "routine") and old.split()[-1] != new.split()[-1]:
+                self.addlog(f"{kind}: {old} is {new} in the program")
         self._time(converted, robot, program)
         return {name: self._with_code(data) for name, data in converted.files.items()}
 
