@@ -49,6 +49,8 @@ _KEPT = "\t\n\u00a0\u202f"  # besides printable characters: also the blanks that
 
 def printable(text: str) -> str:
     """The text with a mark in place of what no page may hold: control characters, what turns the reading direction."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() or c in _KEPT else "\ufffd" for c in text)
 
 

@@ -71,23 +71,21 @@ def _path(timing: Timing) -> dict[str, Any] | None:
     """Polylines in space [mm]: points, and of each point the step that leads to it."""
     plan = timing.plan
     ends = timing.end_s
-    times: list[float] = []
-    steps: list[int] = []
-    for step in np.flatnonzero(plan.kind == StepKind.MOVE).tolist():
-        row = int(plan.row[step])
-        stop, duration = float(ends[step]), float(np.nan_to_num(timing.duration_s[step]))
-        count = _ON_CURVE if int(plan.moves.path[row]) in _CURVES and duration > 0 else 1
-        instants = np.linspace(stop - duration, stop, count + 1)[1:] if duration > 0 else [stop]
-        times.extend(float(t) for t in instants)
-        steps.extend([step] * len(instants))
-    if not times or timing.untimed:
+    moves = np.flatnonzero(plan.kind == StepKind.MOVE)
+    if not len(moves) or timing.untimed:
         return _corner_points(timing)
-    keep = range(0, len(times), 1 + len(times) // _MOST_POINTS)
-    chosen = np.array([times[i] for i in keep])
+    duration = np.nan_to_num(timing.duration_s[moves])
+    curved = np.isin(plan.moves.path[plan.row[moves]], _CURVES) & (duration > 0)
+    count = np.where(curved, _ON_CURVE, 1)
+    of = np.repeat(np.arange(len(moves)), count)
+    nth = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + 1
+    times = ends[moves][of] - duration[of] * (1.0 - nth / count[of])
+    keep = slice(None, None, 1 + len(times) // _MOST_POINTS)
+    chosen = times[keep]
     order = np.argsort(chosen, kind="stable")
     position = np.full((len(chosen), 3), np.nan)
     position[order] = states(timing, np.maximum.accumulate(chosen[order]))[0] / mm
-    return _polyline(position, [steps[i] for i in keep])
+    return _polyline(position, moves[of][keep].tolist())
 
 
 def _corner_points(timing: Timing) -> dict[str, Any] | None:

@@ -11,7 +11,7 @@ export async function time(texts: Texts): Promise<void> {
   const path = await saved();
   if (!path) return;
   const answer = await asked("Timing", ["time", path, ...timingOptions()], path);
-  if (answer) await texts.show(`${basename(path)} times`, answer.out + told(answer));
+  if (await done(answer, texts)) await texts.show(`${basename(path)} times`, text(answer));
 }
 
 /** Another robot's language: the new program is opened, its receipt stands beside. */
@@ -41,12 +41,20 @@ export async function convert(texts: Texts): Promise<void> {
   const folder = chosen?.[0]?.fsPath;
   if (!folder) return;
   const words = ["convert", path, "--to", to, "-o", folder, ...(robot ? ["--robot", robot] : [])];
-  const answer = await asked(`Converting to ${to}`, words, path);
-  if (answer) await texts.show(`${basename(path)} as ${to}`, answer.out + told(answer));
+  let answer = await asked(`Converting to ${to}`, words, path);
+  if (answer?.status === 2 && answer.told.includes("--on-loss comment")) {
+    const losses = answer.told.match(/^error\[/gm)?.length ?? 0;
+    const said = `${to} cannot say ${String(losses)} of the statements of ${basename(path)}.`;
+    const choice = await window.showWarningMessage(said, "Write Them as Comments", "Show Them");
+    if (choice === "Show Them") await texts.show(`${basename(path)} as ${to}`, answer.told);
+    if (choice !== "Write Them as Comments") return;
+    answer = await asked(`Converting to ${to}`, [...words, "--on-loss", "comment"], path);
+  }
+  if (await done(answer, texts)) await texts.show(`${basename(path)} as ${to}`, text(answer));
 }
 
 /** The page of `olp report`, in a file that the user names. */
-export async function report(): Promise<void> {
+export async function report(texts: Texts): Promise<void> {
   const path = await saved();
   if (!path) return;
   const page = await window.showSaveDialog({
@@ -60,7 +68,7 @@ export async function report(): Promise<void> {
     ["report", path, "-o", page.fsPath, ...timingOptions()],
     path,
   );
-  if (!answer) return;
+  if (!(await done(answer, texts))) return;
   const chosen = await window.showInformationMessage(
     `${basename(page.fsPath)} is written.`,
     "Open in the Browser",
@@ -79,17 +87,21 @@ async function saved(): Promise<string | undefined> {
   return editor.document.uri.fsPath;
 }
 
-/** What olp answers; undefined where it could not, and the user has been told why. */
+/** What olp answers; undefined where there is none. */
 async function asked(title: string, words: string[], path: string): Promise<Answer | undefined> {
   const folder = workspace.getWorkspaceFolder(Uri.file(path))?.uri.fsPath ?? folderOf(path);
   const progress = { location: ProgressLocation.Window, title: `olp: ${title}` };
-  const answer = await window.withProgress(progress, () => run(words, folder));
-  if (!answer) return undefined;
-  if (answer.status === 0 || answer.status === 1 || answer.out.trim()) return answer;
-  void window.showErrorMessage(`olp: ${summary(answer.told)}`);
-  return undefined;
+  return window.withProgress(progress, () => run(words, folder));
 }
 
-function told(answer: Answer): string {
-  return answer.told ? `\n${answer.told}` : "";
+/** Whether olp could answer at all; otherwise it is said why. */
+async function done(answer: Answer | undefined, texts: Texts): Promise<boolean> {
+  if (!answer || answer.status < 2 || answer.out.trim()) return answer !== undefined;
+  const chosen = await window.showErrorMessage(`olp: ${summary(answer.told)}`, "Show All");
+  if (chosen) await texts.show("what olp says", answer.told);
+  return false;
+}
+
+function text(answer: Answer | undefined): string {
+  return [answer?.out, answer?.told].filter(Boolean).join("\n");
 }

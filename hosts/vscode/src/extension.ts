@@ -7,7 +7,9 @@ import { Status } from "./status";
 import { Texts } from "./texts";
 import { View } from "./view";
 
-const QUIET_MS = 150; // without a keystroke, before the total and the pictures are drawn anew
+// [ms] without a keystroke, before the total and the pictures are asked for anew
+const TOTAL_AFTER = 150;
+const PICTURES_AFTER = 300;
 
 export function activate(context: ExtensionContext): void {
   const log = window.createOutputChannel("olp", { log: true });
@@ -16,7 +18,12 @@ export function activate(context: ExtensionContext): void {
   const view = new View(server);
   const texts = new Texts();
 
-  const refresh = later(() => Promise.all([status.refresh(), view.refresh()]));
+  const count = later(TOTAL_AFTER, () => status.refresh());
+  const draw = later(PICTURES_AFTER, () => view.refresh());
+  const refresh = () => {
+    count();
+    draw();
+  };
   context.subscriptions.push(
     log,
     server,
@@ -26,7 +33,7 @@ export function activate(context: ExtensionContext): void {
     commands.registerCommand("olp.view", () => view.open()),
     commands.registerCommand("olp.time", () => time(texts)),
     commands.registerCommand("olp.convert", () => convert(texts)),
-    commands.registerCommand("olp.report", () => report()),
+    commands.registerCommand("olp.report", () => report(texts)),
     commands.registerCommand("olp.restart", () => server.restart()),
     server.onChange(refresh),
     workspace.onDidChangeTextDocument(({ document }) => isProgram(document) && refresh()),
@@ -44,10 +51,10 @@ export function activate(context: ExtensionContext): void {
 }
 
 /** Calls once it has been quiet for a moment. */
-function later(what: () => Promise<unknown>): () => void {
+function later(quiet: number, what: () => Promise<unknown>): () => void {
   let waiting: NodeJS.Timeout | undefined;
   return () => {
     clearTimeout(waiting);
-    waiting = setTimeout(() => void what(), QUIET_MS);
+    waiting = setTimeout(() => void what(), quiet);
   };
 }

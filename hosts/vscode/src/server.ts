@@ -12,6 +12,8 @@ import { LANGUAGES } from "./languages";
 import { summary, tellMissing } from "./olp";
 import { command, settings } from "./settings";
 
+const LONGEST_LAST_WORDS = 10_000; // characters of what a server has said before it ended
+
 export class Server implements Disposable {
   private client: LanguageClient | undefined;
   private readonly changed = new EventEmitter<void>();
@@ -37,27 +39,35 @@ export class Server implements Disposable {
 
   async start(): Promise<void> {
     let told = "";
-    const client = new LanguageClient(
-      "olp",
-      "olp",
-      () => launched((text) => this.log.info(keep(text).trimEnd())),
-      {
-        documentSelector: LANGUAGES.map((language) => ({ scheme: "file", language })),
-        initializationOptions: settings(),
-        synchronize: { fileEvents: workspace.createFileSystemWatcher("**/{olp.toml,*.dat,*.DAT}") },
-        outputChannel: this.log,
-        revealOutputChannelOn: RevealOutputChannelOn.Never,
-        initializationFailedHandler: () => false,
-        errorHandler: {
-          error: () => ({ action: ErrorAction.Continue, handled: true }),
-          closed: () => ({ action: CloseAction.DoNotRestart, handled: true }),
+    const child = await launched((text) => {
+      told = (told + text).slice(-LONGEST_LAST_WORDS);
+      this.log.info(text.trimEnd());
+    });
+    if (!child) {
+      this.changed.fire();
+      await tellMissing();
+      return;
+    }
+    const client = new QuietClient("olp", "olp", () => Promise.resolve(child), {
+      documentSelector: LANGUAGES.map((language) => ({ scheme: "file", language })),
+      initializationOptions: settings(),
+      synchronize: { fileEvents: workspace.createFileSystemWatcher("**/{olp.toml,*.dat,*.DAT}") },
+      outputChannel: this.log,
+      revealOutputChannelOn: RevealOutputChannelOn.Never,
+      middleware: {
+        // The total above a program only tells; here a click on it shows the pictures.
+        async provideCodeLenses(document, token, next) {
+          const lenses = (await next(document, token)) ?? [];
+          for (const { command } of lenses) if (command?.command === "") command.command = "olp.view";
+          return lenses;
         },
       },
-    );
-    function keep(text: string): string {
-      told = (told + text).slice(-10_000);
-      return text;
-    }
+      initializationFailedHandler: () => false,
+      errorHandler: {
+        error: () => ({ action: ErrorAction.Continue, handled: true }),
+        closed: () => ({ action: CloseAction.DoNotRestart, handled: true }),
+      },
+    });
     this.client = client;
     client.onDidChangeState(({ oldState, newState }) => {
       this.changed.fire();
@@ -67,8 +77,7 @@ export class Server implements Disposable {
     try {
       await client.start();
     } catch (problem) {
-      if (problem instanceof MissingError) await tellMissing();
-      else await ended(told || String(problem));
+      await ended(told || String(problem));
     }
   }
 
@@ -94,15 +103,20 @@ export class Server implements Disposable {
   }
 }
 
-class MissingError extends Error {}
+/** What goes wrong is told once, by `Server`, in words that help. */
+class QuietClient extends LanguageClient {
+  override error(message: string, data?: unknown): void {
+    super.error(message, data, false);
+  }
+}
 
-/** Starts `olp lsp`; throws MissingError where there is no such program. */
-function launched(hear: (text: string) => void): Promise<ChildProcess> {
+/** Starts `olp lsp`; undefined where there is no such program. */
+function launched(hear: (text: string) => void): Promise<ChildProcess | undefined> {
   const [program = "olp", ...words] = command();
-  return new Promise((done, failed) => {
+  return new Promise((done) => {
     const child = spawn(program, [...words, "lsp"], { env: { ...process.env, NO_COLOR: "1" } });
     child.stderr.setEncoding("utf8").on("data", hear);
-    child.once("error", () => failed(new MissingError(program)));
+    child.once("error", () => done(undefined));
     child.once("spawn", () => done(child));
   });
 }

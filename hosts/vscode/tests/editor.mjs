@@ -36,6 +36,29 @@ export class Editor {
     await found.click();
   }
 
+  /** Types into what the editor asks, and confirms. */
+  async answer(typed) {
+    const input = this.page.locator(".quick-input-widget:visible input:visible").first();
+    await input.waitFor();
+    // A dialog about files writes its own proposal first, and looks at folders as they are typed.
+    for (let calm = false; !calm; calm = (await input.inputValue()) === typed) {
+      await input.fill(typed);
+      await this.page.waitForTimeout(700);
+    }
+    await this.page.keyboard.press("Enter");
+  }
+
+  /** A message in the corner. */
+  async told(expected) {
+    await this.page.locator(".notification-list-item-message", { hasText: expected }).first().waitFor();
+  }
+
+  /** A button of a message in the corner. */
+  async press(message, button) {
+    const told = this.page.locator(".notification-list-item", { hasText: message });
+    await told.locator(".monaco-button", { hasText: button }).click();
+  }
+
   /** What an entry of the status bar says, by the end of its id. */
   async status(id) {
     return (await this.page.locator(`.statusbar-item[id$="${id}"]`).innerText()).trim();
@@ -76,7 +99,9 @@ export class Editor {
     const input = this.page.locator(".find-widget.visible textarea").first();
     await input.waitFor();
     await input.fill(text);
-    await this.page.keyboard.press("Enter");
+    await this.page
+      .locator(".find-widget .matchesCount", { hasText: /\d of \d/ })
+      .waitFor({ state: "attached" });
     await this.page.keyboard.press("Escape");
     await this.page.locator(".find-widget.visible").waitFor({ state: "detached" });
     return this.line();

@@ -1,6 +1,6 @@
 // The extension in VS Code, in a browser, as a user has it: what is seen is asserted, and kept as pictures.
 import assert from "node:assert/strict";
-import { cpSync, mkdirSync, rmSync } from "node:fs";
+import { cpSync, existsSync, mkdirSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { after, before, test } from "node:test";
 import { hosts, open, until } from "./code-server.mjs";
@@ -14,7 +14,11 @@ let editor;
 before(async () => {
   rmSync(folder, { recursive: true, force: true });
   cpSync(resolve("../../samples/inform/palletising"), folder, { recursive: true });
+  for (const name of ["krl", "rapid", "tp", "urscript"])
+    cpSync(resolve(`../../samples/${name}`), join(folder, name), { recursive: true });
+  mkdirSync(join(folder, "converted"));
   mkdirSync(pictures, { recursive: true });
+  for (const old of readdirSync(pictures)) if (old.startsWith("vscode-")) rmSync(join(pictures, old));
   running = await open(folder);
   editor = new Editor(running.page, folder);
 });
@@ -22,23 +26,35 @@ after(() => running?.stop());
 
 const picture = (name) => running.page.screenshot({ path: join(pictures, `vscode-${name}.png`) });
 
-test("a program opens in its language, in colours", async () => {
+/** A test; where it fails, what the window shows is kept, too. */
+function check(name, body) {
+  test(name, async () => {
+    try {
+      await body();
+    } catch (problem) {
+      await picture(`failed-${name.replace(/\W+/g, "-")}`);
+      throw problem;
+    }
+  });
+}
+
+check("a program opens in its language, in colours", async () => {
   await editor.openFile("PICK.JBI");
   await until(async () => (await editor.status("status.editor.mode")) === "INFORM (Yaskawa)");
   const colours = await editor.colours("MOVL C00000");
   assert.ok(new Set(colours).size > 2, `one colour only: ${colours}`);
 });
 
-test("every move has its time and the running total behind it", async () => {
+check("every move has its time and the running total behind it", async () => {
   await editor.sees(/MOVL C00000 V=900\.0 PL=2.*0\.584 s.*Σ/);
   await editor.sees(/TIMER T=0\.15.*0\.150 s/);
 });
 
-test("the status bar has the total", async () => {
+check("the status bar has the total", async () => {
   await until(async () => /^\d+\.\d{3} s$/.test(await editor.status("olp.total")));
 });
 
-test("the side view shows segments and path", async () => {
+check("the side view shows segments and path", async () => {
   await editor.command("olp: Show Path and Times to the Side");
   const view = editor.view();
   await view.locator("#gantt").waitFor();
@@ -51,20 +67,20 @@ test("the side view shows segments and path", async () => {
   await picture("view");
 });
 
-test("the view follows the cursor", async () => {
+check("the view follows the cursor", async () => {
   const line = await editor.goToText("MOVL C00001 V=120.0");
   await until(async () => (await editor.facts()).line === String(line));
   assert.match((await editor.facts()).statement, /^MOVL C00001/);
 });
 
-test("the cursor follows the view", async () => {
+check("the cursor follows the view", async () => {
   await editor.clickSegment(0.05);
   await until(async () => (await editor.facts()).statement?.startsWith("MOVL C00000"));
   const { line } = await editor.facts();
   await until(async () => (await editor.line()) === Number(line));
 });
 
-test("the view keeps how it is turned when the text changes", async () => {
+check("the view keeps how it is turned when the text changes", async () => {
   const { x, width, y, height } = await editor.view().locator("#space").boundingBox();
   await running.page.mouse.move(x + width / 2, y + height / 2);
   await running.page.mouse.down();
@@ -81,7 +97,7 @@ test("the view keeps how it is turned when the text changes", async () => {
   assert.equal(await editor.picture("#space"), turned);
 });
 
-test("a mistake is underlined as it is typed, and the view waits", async () => {
+check("a mistake is underlined as it is typed, and the view waits", async () => {
   await editor.goToText("DOUT OT#(7)");
   await editor.typeAtEnd(" NONSENSE");
   await running.page.locator(".squiggly-error").first().waitFor();
@@ -92,7 +108,7 @@ test("a mistake is underlined as it is typed, and the view waits", async () => {
   await running.page.locator(".squiggly-error").waitFor({ state: "detached" });
 });
 
-test("the side view takes the editor's theme", async () => {
+check("the side view takes the editor's theme", async () => {
   const paper = () =>
     editor
       .view()
@@ -107,7 +123,7 @@ test("the side view takes the editor's theme", async () => {
   await until(async () => (await paper()) === dark);
 });
 
-test("settings reach the server: half the speed takes longer", async () => {
+check("settings reach the server: half the speed takes longer", async () => {
   const before = parseFloat(await editor.status("olp.total"));
   editor.set({ "olp.override": 50 });
   await until(async () => parseFloat(await editor.status("olp.total")) > before * 1.3);
@@ -116,7 +132,7 @@ test("settings reach the server: half the speed takes longer", async () => {
   await until(async () => parseFloat(await editor.status("olp.total")) === before);
 });
 
-test("a line of a called program is chosen from its caller's view", async () => {
+check("a line of a called program is chosen from its caller's view", async () => {
   await editor.openFile("MAIN.JBI");
   await until(async () =>
     /^MAIN\.JBI: 1\d\d\.\d{3} s$/.test(await editor.view().locator("#view-h").textContent()),
@@ -129,8 +145,62 @@ test("a line of a called program is chosen from its caller's view", async () => 
   await picture("called");
 });
 
-test("olp's own table stands beside the program on request", async () => {
+check("olp's own table stands beside the program on request", async () => {
   await editor.openFile("PICK.JBI");
   await editor.command("olp: Time This Program");
   await editor.sees(/total 3\.341 s/);
+});
+
+check("the other languages open in theirs, with times", async () => {
+  editor.set({ "olp.robot": "yaskawa/gp25" });
+  for (const [file, language, statement, hint] of [
+    ["handling.src", "KRL (KUKA)", "LIN XP2", /LIN XP2.*\d\.\d{3} s.*Σ/],
+    ["handling.mod", "RAPID (ABB)", "MoveL pPart", /MoveL pPart,.*\d\.\d{3} s.*Σ/],
+    ["handling.ls", "TP (FANUC)", "L P[", /L P\[.*\d\.\d{3} s.*Σ/],
+    ["handling.script", "URScript (Universal Robots)", "movel(", /movel\(.*\d\.\d{3} s.*Σ/],
+  ]) {
+    await editor.openFile(file);
+    await until(async () => (await editor.status("status.editor.mode")) === language);
+    await editor.goToText(statement);
+    await editor.sees(hint);
+    await picture(file);
+  }
+  editor.set({});
+});
+
+check("a report is written where the user says", async () => {
+  await editor.openFile("PICK.JBI");
+  await editor.command("olp: Write a Report…");
+  await editor.answer(join(folder, "out.html"));
+  await until(() => existsSync(join(folder, "out.html")));
+  assert.match(readFileSync(join(folder, "out.html"), "utf8"), /Cycle time of/);
+});
+
+check("a program is converted, and its receipt stands beside", async () => {
+  await editor.openFile("handling.script");
+  await editor.command("olp: Convert to Another Robot");
+  await editor.choose("krl", "krl");
+  await editor.answer("yaskawa/gp25");
+  await editor.answer(`${join(folder, "converted")}/`);
+  await until(() => existsSync(join(folder, "converted", "handling.src")));
+  await editor.sees(/all +24 +3 +0 +0/);
+});
+
+check("what the other language cannot say is asked about first", async () => {
+  await editor.openFile("PICK.JBI");
+  await editor.command("olp: Convert to Another Robot");
+  await editor.choose("krl", "krl");
+  await editor.answer("yaskawa/ar2010");
+  await editor.answer(`${join(folder, "converted")}/`);
+  await editor.press("krl cannot say 2 of the statements", "Write Them as Comments");
+  await until(() => existsSync(join(folder, "converted", "PICK.src")));
+});
+
+check("where olp is not installed, it is said how to", async () => {
+  editor.set({ "olp.command": ["/nowhere/olp"] });
+  await editor.told(/not found as “\/nowhere\/olp”. Install it with: pip install "olp\[lsp\]"/);
+  assert.equal(await running.page.locator(".notification-list-item").count(), 1);
+  await picture("missing");
+  editor.set({});
+  await until(async () => (await editor.status("olp.total")) === "3.341 s");
 });
