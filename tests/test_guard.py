@@ -433,3 +433,38 @@ def test_files_of_further_formats_that_make_no_sense_are_refused(tmp_path, capsy
     assert main(["check", *words]) == 2
     assert f"error[{code}]" in capsys.readouterr().err
     assert path.read_bytes() == before
+
+
+def test_the_lower_end_calls_a_budget_over_only_where_that_is_sure(tmp_path, monkeypatch, signature):
+    home = tmp_path / "cell"
+    shutil.copytree(UP20, home)
+    shutil.copy(signature, home / "robot.json")
+    path = home / "APPR-L.JBI"
+    timing = plan_and_time(str(path), Job(signature=str(signature)))
+    assert timing.low_s < timing.total_s < timing.high_s
+    budget = "[[budget]]\nname = '{}'\njob = 'APPR-L'\non = 'lower'\nsignature = 'robot.json'\n"
+    budget += "limit_s = {}\nlevel = '{}'\n"
+    settings = home / "olp.toml"
+    settings.write_text(
+        (settings.read_text() if settings.exists() else "")
+        + "\n"
+        + budget.format("sure", timing.low_s - 0.01, "fail")
+        + budget.format("shown", timing.low_s - 0.01, "warn")
+        + budget.format("unsure", (timing.low_s + timing.total_s) / 2, "fail")
+        + budget.format("below", timing.total_s + 1e-6, "fail")
+    )
+    monkeypatch.chdir(tmp_path)
+    found = check(tmp_path, monkeypatch)
+    assert found.items == {"sure": "failed", "shown": "warned", "unsure": "warned", "below": "held"}
+    says = {item.name: item.message for result in found.results for item in result.items}
+    assert "lower end" in says["sure"]
+    assert "within the interval" in says["unsure"]
+
+
+@pytest.mark.parametrize("on", ["upper", "lower"])
+def test_an_end_of_the_interval_needs_a_signature_and_a_whole_program(tmp_path, monkeypatch, on):
+    cell(tmp_path, f"[[budget]]\nname = 'b'\nlimit_s = 100\non = '{on}'\n")
+    assert check(tmp_path, monkeypatch).items == {"b": "unknown"}
+    (tmp_path / "olp.toml").write_text(f"[[budget]]\nlimit_s = 100\non = '{on}'\nof = 'wait'\n")
+    (read,) = budgets_for(str(tmp_path / "MAIN.JBI"))
+    assert [d.code for d in read.diagnostics] == ["M001"]

@@ -9,7 +9,7 @@ tolerance_s = 0.2          # or tolerance_pct
 warn_s = 41.0              # or warn_pct of the limit: from here on it is close
 level = "fail"             # or "warn": never more than a warning
 of = "total"               # or motion, wait, io
-on = "prediction"          # or upper: the upper end of the 95 % interval, which needs signature = "FILE"
+on = "prediction"          # or upper, lower: an end of the 95 % interval, which needs signature = "FILE"
 routine = "WELD"           # one execution of it, the longest; or
 from = "START"             # from one label
 to = "END"                 # to another
@@ -36,6 +36,7 @@ from olp.assumptions import nearest_assumptions
 from olp.diagnostic import Diagnostic, OlpError, Span, error
 
 PARTS = ("total", "motion", "wait", "io")
+ENDS = ("prediction", "upper", "lower")
 _KEYS = (
     "name", "files", "routine", "from", "to", "limit_s", "tolerance_s", "tolerance_pct", "warn_s", "warn_pct",
     "level", "of", "on", "signature", "job",
@@ -62,7 +63,7 @@ class Budget:
     stop: str = ""
     fails: bool = True
     of: str = "total"
-    upper: bool = False
+    on: str = ENDS[0]
     signature: str = ""
 
     def covers(self, path: str) -> bool:
@@ -181,11 +182,11 @@ class _Reader:
         patterns = self._patterns(table)
         words = {key: self._word(table, key) for key in ("name", "job", "routine", "from", "to", "signature")}
         level = self._choice(table, "level", ("fail", "warn"))
-        of, on = self._choice(table, "of", PARTS), self._choice(table, "on", ("prediction", "upper"))
+        of, on = self._choice(table, "of", PARTS), self._choice(table, "on", ENDS)
         if bool(words["from"]) != bool(words["to"]):
             self._report("from and to belong together", 'from = "START"\nto = "END"')
-        if on == "upper" and of != "total":
-            self._report('on = "upper" judges the total', 'leave out of, or write of = "total"')
+        if on != ENDS[0] and of != "total":
+            self._report(f'on = "{on}" judges the total', 'leave out of, or write of = "total"')
         if limit is None or len(self.problems) > before:
             return None
         home = Path(self.path).parent
@@ -203,7 +204,7 @@ class _Reader:
             stop=words["to"],
             fails=level == "fail",
             of=of,
-            upper=on == "upper",
+            on=on,
             signature=str(home / words["signature"]) if words["signature"] else "",
         )
 

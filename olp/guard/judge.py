@@ -94,11 +94,15 @@ def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple
     elif seconds >= budget.warn_s:
         status = Status.WARNED
     what = "" if budget.of == "total" else f" of {budget.of}"
-    word = "upper end" if budget.upper else "predicted"
+    word = {"upper": "upper end", "lower": "lower end"}.get(budget.on, "predicted")
     if seconds > limit:
         says = f"{word} {seconds:.3f} s{what}, {over:.3f} s over the budget of {budget.limit_s:g} s"
     else:
         says = f"{word} {seconds:.3f} s{what}, {-over:.3f} s below the budget of {budget.limit_s:g} s"
+    if budget.on == "lower" and seconds <= limit < timing.total_s:
+        # Over, but no further than what the recording leaves open.
+        status = Status.WARNED
+        says = f"predicted {timing.total_s:.3f} s; the budget of {budget.limit_s:g} s is within the interval"
     item = Item(budget.name, path, status, says, 0, seconds, budget.limit_s, "budget")
     if seconds <= limit:
         return item, []

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.guard.budget import Budget, label_name
+from olp.guard.budget import ENDS, Budget, label_name
 from olp.interpreter.folder import read_cached
 from olp.plan import Plan, StepKind
 from olp.program import Call, For, Label, Program, Repeat, Routine, While
@@ -37,14 +37,14 @@ def measure(timing: Timing, program: Program, budget: Budget) -> Measured:
     runs, why = _runs(timing, program, budget)
     if not runs:
         return Measured(None, everything, why, absent=True)
-    if budget.upper:
-        if timing.high_s is None:
-            return Measured(
-                None, everything, 'on = "upper" needs a signature: signature = "FILE", or --signature'
-            )
+    if budget.on != ENDS[0]:
+        end = timing.high_s if budget.on == "upper" else timing.low_s
+        on = f'on = "{budget.on}"'
+        if end is None:
+            return Measured(None, everything, f'{on} needs a signature: signature = "FILE", or --signature')
         if budget.routine or budget.start:
-            return Measured(None, everything, 'on = "upper" is known of whole programs only')
-        return Measured(timing.high_s, everything)
+            return Measured(None, everything, f"{on} is known of whole programs only")
+        return Measured(end, everything)
     kind = _KINDS.get(budget.of)
     counted = everything if kind is None else timing.plan.kind == kind
     sums = [float(np.nansum(timing.duration_s[run & counted])) for run in runs]
