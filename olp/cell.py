@@ -201,6 +201,7 @@ class Cell:
         if robot is None or robot.geometry is None:
             return np.full((len(position), 6), np.nan)
         from olp.kinematics import inverse
+        from olp.kinematics.sectors import turned_into
 
         tool = self.tool_pose(state.tool).inverse()
         flange = compose(position, rotation, tool.position, tool.rotation)
@@ -211,7 +212,7 @@ class Cell:
         configuration = np.array((state.configuration or (0, 0, 0, 0, 0, 0))[:6], dtype=np.int64)
         axes, reachable = inverse(robot, *flange, configuration)
         axes[~reachable] = np.nan
-        return axes
+        return turned_into(robot, axes, state.sectors) if state.sectors else axes
 
     def pose(self, mechanism: int, state: PointState, values: Sequence[float]) -> Pose | None:
         """One position as the tool's pose in the base, None where it cannot be known."""

@@ -190,7 +190,7 @@ class PositionLiteral:
 
     `kind` "pose": `values` x y z [m], rx ry rz [rad] as `PointKind.POSE`; "joint": axis values [rad], slides [m]. nan:
     not written, that component stays as it is. `external`: further axes as written [mm or deg], nan: not connected.
-    `configuration`: arm flags as `PointState.configuration`. `native`: what else was written, for the same language.
+    `configuration`, `sectors`: arm flags as in `PointState`. `native`: what else was written, for the same language.
     """
 
     kind: str
@@ -198,6 +198,7 @@ class PositionLiteral:
     external: tuple[float, ...] = ()
     configuration: tuple[int, ...] = ()
     native: tuple[tuple[str, str], ...] = field(default=(), compare=False)
+    sectors: tuple[tuple[int, float, float], ...] = ()
 
 
 @fast_init

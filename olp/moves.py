@@ -185,6 +185,15 @@ class SetOverride:
     comment: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class ObeyFlags:
+    """From here on joint moves go to the arm flags of their targets (`on`), or to the nearest axes."""
+
+    line: int
+    on: bool
+    comment: str = ""
+
+
 @fast_init
 @dataclass(frozen=True, slots=True)
 class SetSpeed:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,20 @@ class PointKind(StrEnum):
     POSE = "pose"  # x y z [m], rx ry rz [rad] with R = Rz(rz) Ry(ry) Rx(rx); a seventh value is an axis [rad]
 
 
+class Sector(NamedTuple):
+    """Where an axis stands [rad]: from `low` to below `high`, either of which may be infinite. `axis` counts from 0."""
+
+    axis: int
+    low: float
+    high: float
+
+
 @dataclass(frozen=True, slots=True)
 class PointState:
     """What holds for a run of points: how to read the numbers, in which frame, with which tool.
 
-    `configuration`: the controller's arm flags (RCONF) or () when none were given.
+    `configuration`: the controller's arm flags (RCONF) or () when none were given. `sectors`: where axes
+    stand, for languages that tell turns by signs or quarters.
     """
 
     kind: PointKind
@@ -35,6 +45,7 @@ class PointState:
     tool: int = 0
     configuration: tuple[int, ...] = ()
     outside_limits: bool = False
+    sectors: tuple[Sector, ...] = ()
 
     def at(self, frame: str, user: int | None, tool: int) -> PointState:
         """The same in another frame and with another tool: one object for each, because every move asks."""

@@ -9,7 +9,17 @@ from dataclasses import dataclass, field
 
 from olp.expression import Expression, FrameRef, Named, Position, Quantity, Signal, Variable
 from olp.frozen import fast_init
-from olp.moves import Move, Reference, SetAcceleration, SetBlend, SetFrame, SetOverride, SetSpeed, SetTool
+from olp.moves import (
+    Move,
+    ObeyFlags,
+    Reference,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOverride,
+    SetSpeed,
+    SetTool,
+)
 
 
 @fast_init
@@ -427,6 +437,6 @@ Statement = (
     | Label | Jump | Call | Return | If | ElseIf | Else | EndIf | While | EndWhile | For | Next
     | Switch | Case | Default | EndSwitch | Pause | StartTask | WaitTask | Synchronise
     | Repeat | Until | Break | Continue | Declare
-    | SetAcceleration | SetBlend | SetTool | SetFrame | SetOverride
+    | SetAcceleration | SetBlend | SetTool | SetFrame | SetOverride | ObeyFlags
     | ShiftOn | ShiftOff | DefineFrame | ExternalTool | Message | Process | Comment | Begin | End | Disabled | Opaque
 )  # fmt: skip

@@ -382,7 +382,7 @@ def test_points_tools_and_work_objects_are_declared() -> None:
 
 
 def test_poses_of_another_language_let_the_arm_choose() -> None:
-    assert "    ConfJ \\Off;\n    ConfL \\Off;\n    MoveL" in text(to(Named("p1")))
+    assert "    ConfL \\Off;\n    MoveL" in text(to(Named("p1")))
     assert "ConfJ" not in text(Comment(1, " nothing"))
 
 

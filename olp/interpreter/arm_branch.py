@@ -43,6 +43,7 @@ class Named(IntEnum):
     AXES = 0  # all of it; or nothing is known of the arm
     FLAGS = 1  # a pose with flags, which a joint move obeys
     NOTHING = 2  # a pose without flags, or of an arm that has no configurations
+    OTHER = 3  # a pose with flags in which the arm cannot stand there
 
 
 def named(cell: Cell, mechanism: int, state: PointState) -> Named:
@@ -53,6 +54,17 @@ def named(cell: Cell, mechanism: int, state: PointState) -> Named:
     if not cell.mechanisms[mechanism].is_robot:
         return Named.AXES
     return Named.FLAGS if state.configuration and robot.geometry.links is not None else Named.NOTHING
+
+
+def says_of(cell: Cell, mechanism: int, state: PointState, axes: Floats) -> NDArray[np.int8]:
+    """(n,) Named: what positions with this state say, whose axes (n, k) are those of their flags."""
+    said = named(cell, mechanism, state)
+    found = np.full(len(axes), said, dtype=np.int8)
+    if said is Named.FLAGS and state.sectors:
+        from olp.kinematics.sectors import stands_in
+
+        found[~stands_in(axes, state.sectors)] = Named.OTHER
+    return found
 
 
 def keep_branches(
@@ -76,11 +88,11 @@ def keep_branches(
         arm = Arm(robot, cell, positions, tools)
         reached = arm.follow(int(moves.start[rows[0]]), target[rows], moves.path[rows] == _JOINT, says)
         written = axes[target[rows], :width]
-        _tell(cell, reached, written, says[target[rows]])
+        _tell(cell, reached, written, says[target[rows]], moves.path[rows] == _JOINT)
         seen: set[int] = set()
-        for at in np.flatnonzero(~_same(reached, written) | (says[target[rows]] == Named.NOTHING)).tolist():
+        for at in np.flatnonzero(~_same(reached, written) | (says[target[rows]] >= Named.NOTHING)).tolist():
             index, row = int(target[rows[at]]), reached[at]
-            if says[index] == Named.NOTHING and index not in seen:
+            if says[index] >= Named.NOTHING and index not in seen:
                 seen.add(index)
                 axes[index, :width] = row
             elif not _same(axes[index, :width], row):
@@ -99,8 +111,17 @@ def keep_branches(
     return grown, replace(moves, start=start, target=target), np.concatenate([tools, tools[again]])
 
 
-def _tell(cell: Cell, reached: Floats, written: Floats, says: NDArray[np.int8]) -> None:
-    """Lines that lead to other flags than the arm stands in."""
+def _tell(
+    cell: Cell, reached: Floats, written: Floats, says: NDArray[np.int8], joint: NDArray[np.bool_]
+) -> None:
+    """Lines that lead to other flags than the arm stands in, joint moves to flags that it cannot have."""
+    count = int(((says == Named.OTHER) & joint).sum())
+    if count:
+        where = "a joint move leads" if count == 1 else f"{count} joint moves lead"
+        text = (
+            f"{where} to an arm configuration in which this robot cannot be there: the nearest axes are taken"
+        )
+        cell.gaps.setdefault("arm configuration", Gap("arm configuration", text))
     told = (says == Named.FLAGS) & ~np.isnan(reached).any(axis=1) & ~np.isnan(written).any(axis=1)
     from olp.kinematics.configuration import wrap
 
@@ -139,8 +160,7 @@ class Arm:
         here = self.positions.axes[start][:width]
         known = np.asarray(~np.isnan(result).any(axis=1))
         posed = np.asarray(says[targets] > 0)
-        sudden = np.abs(np.diff(result, axis=0, prepend=here[None])).max(axis=1) > _SUDDEN
-        open_rows = (says[targets] == Named.NOTHING) | (posed & ~joint & sudden)
+        open_rows = (says[targets] >= Named.NOTHING) | (posed & ~joint & self._changes(result, here))
         breaks = np.append(np.flatnonzero(joint | ~posed), len(targets))  # where runs along lines end
         at, end = 0, 0
         for row in np.flatnonzero(open_rows).tolist():
@@ -161,6 +181,16 @@ class Arm:
                 at += len(rows)
                 here = here if np.isnan(rows[-1]).any() else rows[-1]
         return result
+
+    def _changes(self, axes: Floats, here: Floats) -> NDArray[np.bool_]:
+        """(n,) where axes (n, k) are on another branch than before, the first of them than `here`, or far away."""
+        far = np.abs(np.diff(axes, axis=0, prepend=here[None])).max(axis=1) > _SUDDEN
+        if self.robot.geometry is None or self.robot.geometry.links is None:
+            return np.asarray(far)
+        from olp.kinematics import configuration_of
+
+        flags = configuration_of(self.robot, np.concatenate([here[None], axes]))[:, :3]
+        return np.asarray(far | (np.diff(flags, axis=0) != 0).any(axis=1))
 
     def _flange(self, targets: NDArray[np.int32]) -> tuple[Floats, Floats]:
         """Flange poses (n, 3) [m], (n, 3, 3) of positions."""
@@ -272,7 +302,9 @@ def axes_after(
         axes,
     )
     tools = np.array([state.tool for state, _, _ in entries], dtype=np.int32)
-    says = np.array([named(cell, mechanism, state) for state, _, _ in entries], dtype=np.int8)
+    says = np.concatenate(
+        [says_of(cell, mechanism, state, r.axes) for (state, _, _), r in zip(entries, resolved, strict=True)]
+    )
     joint = np.array([joint for _, _, joint in entries])
     order = np.arange(1, len(entries), dtype=np.int32)
     reached = Arm(robot, cell, positions, tools).follow(0, order, joint[1:], says)

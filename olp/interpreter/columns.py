@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from olp.cell import Cell, Floats, quaternions
 from olp.geometry import compose, quaternion_from_rotation, rotation_from_quaternion
-from olp.interpreter.arm_branch import keep_branches, named
+from olp.interpreter.arm_branch import keep_branches, says_of
 from olp.interpreter.paths import shape_paths, turn_between
 from olp.interpreter.whole_arcs import beyond_targets
 from olp.plan import PATHS, Moves, Positions
@@ -96,7 +96,7 @@ def _resolve(
         axes[rows, :known] = resolved.axes[:, :known]
         if cell.mechanisms[batch.mechanism].is_robot:
             tools[rows] = batch.state.tool
-            says[rows] = named(cell, batch.mechanism, batch.state)
+            says[rows] = says_of(cell, batch.mechanism, batch.state, resolved.axes)
     return Positions(position, quaternion, axes), tools, says
 
 

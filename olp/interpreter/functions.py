@@ -116,8 +116,9 @@ def _product(m: Machine, arguments: Arguments) -> Value:
     first, second = (_position(m, argument) for argument in arguments[:2])
     if first.state.frame == ACTIVE:  # components that the second one leaves out do not move
         second = second._replace(values=tuple(0.0 if math.isnan(v) else v for v in second.values))
-    flags = second.state.configuration or first.state.configuration
-    state = first.state if first.state.configuration == flags else replace(first.state, configuration=flags)
+    state, other = first.state, second.state
+    if other.configuration and state.configuration != other.configuration:
+        state = replace(state, configuration=other.configuration, sectors=other.sectors)
     return with_pose(first, raw_pose(first) @ raw_pose(second), state)
 
 

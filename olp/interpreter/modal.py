@@ -15,6 +15,7 @@ from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.program import (
     AccelerationUnit,
+    ObeyFlags,
     Path,
     SetAcceleration,
     SetBlend,
@@ -44,6 +45,10 @@ def set_override(m: Machine, s: SetOverride) -> None:
     if not 0.0 < share <= 1.0:
         raise StatementError("I306", f"an override of {share:.0%} is left out", "write 1 .. 100 %")
     m.override = share
+
+
+def obey_flags(m: Machine, s: ObeyFlags) -> None:
+    m.obeys_flags = s.on
 
 
 def set_acceleration(m: Machine, s: SetAcceleration) -> None:

@@ -21,7 +21,7 @@ from olp.interpreter.scope import position_of
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.points import PointKind, PointState
-from olp.program import Move
+from olp.program import Move, Path
 
 Place = tuple[str, int | None]
 
@@ -38,6 +38,8 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     if value.state.frame == "user" or own_tool:
         # A taught point names its frame and tool by number; the program may have given them other values since.
         value = value._replace(state=current_frames(m, value.state))
+    if not m.obeys_flags and s.path is Path.JOINT and value.state.configuration:
+        value = value._replace(state=replace(value.state, configuration=(), sectors=()))
     if s.frame is not None and value.state.kind is PointKind.POSE:
         value = value._replace(state=value.state.at(place[0], place[1], value.state.tool))
     if s.relative is not None:
@@ -100,7 +102,9 @@ def _seen(m: Machine, mechanism: int, value: PositionValue, place: Place, tool: 
     frame = FrameRef(place[0], None if place[1] is None else Number(place[1]))
     origin = Pose.identity() if place[1] is None else m.world.cell.user_frame(place[1])
     seen = in_frame(pose, origin)
-    state = PointState(PointKind.POSE, frame.kind, place[1], tool, state.configuration)
+    state = replace(
+        PointState(PointKind.POSE, frame.kind, place[1], tool, state.configuration), sectors=state.sectors
+    )
     return PositionValue(state, tuple(float(v) for v in seen.xyz_angles()), value.external)
 
 

@@ -101,7 +101,7 @@ class Recorder:
             joint, first = row[3] == _JOINT, row[0]
             entries.append((*self.written(row[1]), joint))
             says = named(self.cell, mechanism, entries[-1][0])
-            if says is Named.AXES or (says is Named.FLAGS and joint):
+            if says is Named.AXES or (says is Named.FLAGS and joint and not entries[-1][0].sectors):
                 break
         else:
             if axes is not None:

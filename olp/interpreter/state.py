@@ -120,6 +120,7 @@ class Machine:
     modules: dict[int, Scope] = field(default_factory=dict)  # file -> its named variables
     case_sensitive: bool = False
     law: str = "yaskawa"  # blending law of the maker whose language runs
+    obeys_flags: bool = True  # joint moves go to the arm flags of their targets
     active_tool: int = 0  # that holds for moves that name none
     active_frame: tuple[str, int | None] = (
         "base",

@@ -11,7 +11,7 @@ from olp.geometry import Pose, quaternion_from_rotation
 from olp.interpreter.memory import ACTIVE, Array, PositionValue, Record, Value
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
-from olp.points import PointKind, PointState
+from olp.points import PointKind, PointState, Sector
 from olp.units import deg, mm
 
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -23,9 +23,9 @@ def literal_position(e: PositionLiteral) -> PositionValue:
     """A position written out; a pose stands in the frame that holds when it is moved to."""
     if e.kind == PointKind.JOINT:
         return PositionValue(PointState(PointKind.JOINT, "joint"), e.values, e.external)
-    return PositionValue(
-        PointState(PointKind.POSE, ACTIVE, configuration=e.configuration), e.values, e.external
-    )
+    sectors = tuple(Sector(*one) for one in e.sectors) if e.sectors else ()
+    state = PointState(PointKind.POSE, ACTIVE, configuration=e.configuration, sectors=sectors)
+    return PositionValue(state, e.values, e.external)
 
 
 def pose_value(pose: Pose) -> PositionValue:

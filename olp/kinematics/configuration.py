@@ -121,13 +121,18 @@ def turn_centres(robot: Robot) -> Array:
 
 
 def apply_turns(readings: Array, configuration: Flags) -> Array:
-    """Readings (n, 6) [rad] with S, R, T a turn further where flags 4 to 6 of (n, 6) or (6,) say so."""
+    """Readings (n, 6) [rad] with S, R, T a turn further where flags 4 to 6 of (n, 6) or (6,) say so.
+
+    A flag that is neither 0 nor 1 counts turns with their sign, as FANUC's do.
+    """
     turned = readings.copy()
     flags = np.broadcast_to(configuration, readings.shape)
     for flag, axis in enumerate(TURN_AXES, start=3):
         value = readings[:, axis]
         further = (flags[:, flag] != 0) & (np.abs(value) < math.pi - 1e-9)
         turned[:, axis] = np.where(further, value - np.copysign(_TURN, value), value)
+        counted = (flags[:, flag] < 0) | (flags[:, flag] > 1)
+        turned[:, axis] = np.where(counted, value + _TURN * flags[:, flag], turned[:, axis])
     return turned
 
 

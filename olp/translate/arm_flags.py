@@ -1,10 +1,9 @@
-"""Arm flags of positions whose source names none, or names them in a way that its robot explains: those of the plan."""
+"""Arm flags of positions whose source names none, or names them as another maker does: those of the plan."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,15 +11,17 @@ from numpy.typing import NDArray
 
 from olp.expression import Expression, Function, Named, PositionLiteral
 from olp.plan import StepKind
-from olp.program import Move, Path, Program
+from olp.program import Begin, Comment, Declare, Move, ObeyFlags, Path, Program, Routine, Statement
 from olp.robot import Robot
 from olp.translate.rewrite import edited, mapped
 from olp.translate.symbols import Symbols, symbols_of
-from olp.translate.work import Work
+from olp.translate.work import Fate, Work
 
-Flags = tuple[int, ...]
-_PLAIN = 3  # flags that all makers have: wrist, elbow, front or back; behind them turns are counted
+Sectors = tuple[tuple[int, float, float], ...]
+Flags = tuple[tuple[int, ...], Sectors]
+_ARM = 3  # flags that all makers have: wrist, elbow, front or back; behind them turns are counted
 _TURN = 2.0 * math.pi
+_SIX = 6
 
 
 def with_flags(program: Program, work: Work) -> Program:
@@ -28,69 +29,86 @@ def with_flags(program: Program, work: Work) -> Program:
 
     Only a program whose joint moves can choose asks for it: along lines the arm stays as it stands.
     """
-    robot = work.robot
     if not work.limits.has_configuration:
-        return program
-    if robot is None or robot.geometry is None or robot.geometry.links is None:
         return program
     moves = [s for s in program.statements() if type(s) is Move]
     if not any(s.path is Path.JOINT for s in moves):
         return program
-    own = _Literals(work.target, symbols_of(program))
+    own = _Literals(work, symbols_of(program))
     for routine in program.routines:
         for s in routine.body:
             if type(s) is Move:
                 own.note(s, routine.name)
-    if not own.used:
-        return program
-    plan = work.plan()
-    if plan is None:
-        return program
-    steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))[0]
-    axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(robot.axes)]
-    known = ~np.isnan(axes).any(axis=1)
-    flags = flags_of(robot, axes[known], work.target)
-    for line, found in zip(plan.line[steps[known]].tolist(), flags, strict=True):
-        own.at_line.setdefault(line, Counter())[found] += 1
-    return own.written(program)
+    if own.used:
+        own.run()
+        program = own.written(program)
+    return _left_open(program, work) if work.target == "rapid" else program
 
 
 def flags_of(robot: Robot, axes: NDArray[np.float64], target: str) -> list[Flags]:
-    """Flags of axes (n, 6) [rad]: RCONF's, for FANUC with the turns of J4, J6 and J5 counted with their sign."""
+    """Flags and sectors of axes (n, 6) [rad], as the target tells them.
+
+    RCONF's flags for INFORM; for FANUC the turns of J4, J6 and J5 counted with their sign; for KUKA the signs of all
+    axes; for ABB the quarters of axes 1, 4 and 6.
+    """
     from olp.kinematics import configuration_of
+    from olp.kinematics.sectors import QUARTER, quarters_of
 
     flags = configuration_of(robot, axes)
     if target == "tp":
         turns = np.trunc((np.abs(axes) + math.pi) / _TURN + 1e-9) * np.sign(axes)
-        flags = np.column_stack([flags[:, :_PLAIN], turns[:, (3, 5)], np.zeros(len(axes)), turns[:, 4]])
+        flags = np.column_stack([flags[:, :_ARM], turns[:, (3, 5)], np.zeros(len(axes)), turns[:, 4]])
     rows = [tuple(map(int, row)) for row in flags.tolist()]
-    return [row if len(row) == 6 or row[6] else row[:6] for row in rows]
+    rows = [row if len(row) == _SIX or row[_SIX] else row[:_SIX] for row in rows]
+    sectors: list[Sectors] = [()] * len(rows)
+    if target == "krl":
+        signs = (axes < 0.0).tolist()
+        sectors = [
+            tuple((n, -math.inf, 0.0) if below else (n, 0.0, math.inf) for n, below in enumerate(row))
+            for row in signs
+        ]
+    elif target == "rapid":
+        quarters = (quarters_of(axes) * QUARTER).tolist()
+        sectors = [
+            tuple((n, low, low + QUARTER) for n, low in zip((0, 3, 5), row, strict=True)) for row in quarters
+        ]
+    return list(zip(rows, sectors, strict=True))
 
 
 @dataclass(slots=True)
 class _Literals:
     """`used`: by the id of a literal, that literal and the lines of the moves that lead to it."""
 
-    target: str
+    work: Work
     symbols: Symbols
     used: dict[int, tuple[PositionLiteral, list[int]]] = field(default_factory=dict)
     at_line: dict[int, Counter[Flags]] = field(default_factory=dict)
 
     def note(self, s: Move, routine: str) -> None:
         for target in (*s.targets, *(() if s.via is None else (s.via,))):
-            for literal in self._of(target, routine):
-                self.used.setdefault(id(literal), (literal, []))[1].append(s.line)
-
-    def _of(self, e: Expression, routine: str) -> Iterator[PositionLiteral]:
-        """The literal that a target is, or is computed from, where its flags are open."""
-        while type(e) is Function and e.name in ("pose-offset", "pose-relative-tool", "pose-product"):
-            e = e.arguments[1 if e.name == "pose-product" else 0]
-        value = self.symbols.fixed_value(routine, e)
-        if type(value) is PositionLiteral and value.kind == "pose" and self._is_open(value):
-            yield value
+            value = literal_of_target(target, self.symbols, routine)
+            if value is not None and self._is_open(value):
+                self.used.setdefault(id(value), (value, []))[1].append(s.line)
 
     def _is_open(self, literal: PositionLiteral) -> bool:
-        return not literal.configuration or any(literal.configuration[_PLAIN:])
+        """Whether the target counts otherwise than the source; the three flags that all have need no robot."""
+        turns = bool(literal.sectors) or any(literal.configuration[_ARM:])
+        return not literal.configuration or turns or self.work.target in ("krl", "rapid")
+
+    def run(self) -> None:
+        """What the plan's axes say at each line."""
+        robot, work = self.work.robot, self.work
+        if robot is None or robot.geometry is None or robot.geometry.links is None:
+            return
+        plan = work.plan()
+        if plan is None:
+            return
+        steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))[0]
+        axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(robot.axes)]
+        known = ~np.isnan(axes).any(axis=1)
+        flags = flags_of(robot, axes[known], work.target)
+        for line, found in zip(plan.line[steps[known]].tolist(), flags, strict=True):
+            self.at_line.setdefault(line, Counter())[found] += 1
 
     def written(self, program: Program) -> Program:
         """The program with flags in its literals; a move that reaches one otherwise has its own."""
@@ -98,11 +116,15 @@ class _Literals:
         for key, (literal, lines) in self.used.items():
             counts = sum((self.at_line.get(line, Counter()) for line in lines), Counter[Flags]())
             if counts:
-                chosen[key] = replace(literal, configuration=counts.most_common(1)[0][0])
+                chosen[key] = _flagged(literal, counts.most_common(1)[0][0])
+            elif literal.sectors:
+                chosen[key] = replace(literal, sectors=())  # of another maker, and no robot explains them
 
         def change(e: Expression) -> Expression:
             return chosen.get(id(e), e) if type(e) is PositionLiteral else e
 
+        if not chosen:
+            return program
         routines = []
         for routine in program.routines:
             rows = [self._move(s, routine.name, chosen) if type(s) is Move else s for s in routine.body]
@@ -118,12 +140,76 @@ class _Literals:
         counts = self.at_line.get(s.line)
         if s.path is not Path.JOINT or not counts or len(s.targets) != 1:
             return s
+        if len(counts) > 1:
+            says = "the move ends with the arm standing in several ways: the most frequent one is written"
+            self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
         value = self.symbols.fixed_value(routine, s.targets[0])
         common = chosen.get(id(value))
-        flags = counts.most_common(1)[0][0]
-        if common is None or common.configuration == flags or type(value) is not PositionLiteral:
+        if common is None or type(value) is not PositionLiteral:
             return s
-        return edited(s, {"targets": (replace(value, configuration=flags),)})
+        own = _flagged(value, counts.most_common(1)[0][0])
+        return s if own == common else edited(s, {"targets": (own,)})
+
+
+def literal_of_target(e: Expression, symbols: Symbols, routine: str) -> PositionLiteral | None:
+    """The pose that a target is, or whose flags it takes over."""
+    while type(e) is Function and e.name in ("pose-offset", "pose-relative-tool", "pose-product"):
+        e = e.arguments[1 if e.name == "pose-product" else 0]
+    value = symbols.fixed_value(routine, e)
+    return value if type(value) is PositionLiteral and value.kind == "pose" else None
+
+
+def _flagged(literal: PositionLiteral, flags: Flags) -> PositionLiteral:
+    return replace(literal, configuration=flags[0], sectors=flags[1])
+
+
+def _left_open(program: Program, work: Work) -> Program:
+    """RAPID watches the configuration of joint moves: not where it is not known."""
+    symbols = symbols_of(program)
+    open_moves: set[int] = set()
+    known = False
+    for routine in program.routines:
+        for s in routine.body:
+            if type(s) is not Move or s.path is not Path.JOINT:
+                continue
+            value = literal_of_target(s.targets[0], symbols, routine.name)
+            if value is not None and value.sectors:
+                known = True
+            elif value is not None or not _is_joints(s, symbols, routine.name):
+                open_moves.add(id(s))
+                if value is not None and value.configuration:
+                    says = "which way the arm stands is left to the controller: it takes the nearest"
+                    work.lose(s, Fate.APPROXIMATED, "configuration", says)
+    if not open_moves:
+        return program
+    main = program.main or program.routines[0].name
+    routines = [
+        _unwatched(r, open_moves) if known else _never(r) if r.name == main else r for r in program.routines
+    ]
+    return replace(program, routines=tuple(routines))
+
+
+def _is_joints(s: Move, symbols: Symbols, routine: str) -> bool:
+    from olp.translate.symbols import kind_of_value
+
+    return kind_of_value(symbols, routine, s.targets[0]) == "joints"
+
+
+def _never(routine: Routine) -> Routine:
+    at = next((n for n, s in enumerate(routine.body) if not isinstance(s, (Begin, Comment, Declare))), 0)
+    return replace(routine, body=(*routine.body[:at], ObeyFlags(0, False), *routine.body[at:]))
+
+
+def _unwatched(routine: Routine, open_moves: set[int]) -> Routine:
+    rows: list[Statement] = []
+    for s in routine.body:
+        if id(s) not in open_moves:
+            rows.append(s)
+        elif rows and rows[-1] == ObeyFlags(0, True):
+            rows[-1:] = [s, ObeyFlags(0, True)]
+        else:
+            rows += [ObeyFlags(0, False), s, ObeyFlags(0, True)]
+    return replace(routine, body=tuple(rows))
 
 
 def _is_named(s: Move) -> bool:

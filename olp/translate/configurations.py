@@ -39,7 +39,7 @@ def configurations(program: Program, work: Work) -> Program:
                 literal = symbols.fixed_value(routine.name, s.targets[0])
                 if isinstance(literal, PositionLiteral) and literal.configuration:
                     assert isinstance(row, Move)
-                    row = _near(row, work) if s.path is Path.JOINT else _kept(row, literal, work)
+                    row = _near(row, work) if s.path is Path.JOINT else row
             rows.append(row)
         routines.append(
             replace(routine, body=tuple(rows), data=tuple(mapped(d, _without) for d in routine.data))
@@ -57,14 +57,6 @@ def _near(s: Move, work: Work) -> Move:
         return s
     near = PositionLiteral("joint", axes)
     return edited(s, {"targets": (Function("inverse", (s.targets[0], near)),)})
-
-
-def _kept(s: Move, literal: PositionLiteral, work: Work) -> Move:
-    """A straight move goes on as the arm stands; where its flags are not the usual ones that is told."""
-    if any(literal.configuration) and work.target == "urscript":
-        says = "a straight move says no arm flags: the arm keeps the way it stands"
-        work.lose(s, Fate.APPROXIMATED, "configuration", says)
-    return s
 
 
 def _ends(line: int, work: Work) -> tuple[float, ...] | None:
@@ -85,4 +77,6 @@ def _row(s: Statement) -> Statement:
 
 
 def _without(e: Expression) -> Expression:
-    return replace(e, configuration=()) if isinstance(e, PositionLiteral) and e.configuration else e
+    return (
+        replace(e, configuration=(), sectors=()) if isinstance(e, PositionLiteral) and e.configuration else e
+    )

@@ -16,6 +16,7 @@ from olp.program import (
     Disabled,
     End,
     Move,
+    ObeyFlags,
     Opaque,
     Process,
     Program,
@@ -51,6 +52,8 @@ def foreign_words(program: Program, work: Work) -> Program:
                 continue
             if isinstance(s, Comment) and program.vendor == "krl":
                 rows += _unfolded(s)
+            elif isinstance(s, ObeyFlags) and work.target != "rapid":
+                continue  # the flags that its moves end with are written
             elif isinstance(s, Disabled):
                 rows.append(Comment(s.line, s.text.strip()))
             elif isinstance(s, Wait) and s.timeout is not None and work.target == "krl":

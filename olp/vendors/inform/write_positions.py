@@ -95,7 +95,10 @@ class PositionWriter:
                 yield f"///{value}" if word == "kind" else f"///{word} {value}"
 
     def _configuration(self, flags: tuple[int, ...]) -> str:
-        filled = flags if self.exact else flags + (0,) * (_FLAGS - len(flags))
+        filled = flags
+        if not self.exact:  # others count turns with their sign, and those of B behind the rest
+            filled = tuple(min(abs(flag), 1) for flag in flags[:6])
+            filled += flags[6:] if len(flags) == _FLAGS else (0,) * (_FLAGS - len(filled))
         return ",".join(map(str, filled))
 
     # --- rows -------------------------------------------------------------------------------------------

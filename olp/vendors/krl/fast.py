@@ -12,6 +12,7 @@ from typing import Final
 
 from olp.expression import Expression, Named, PositionLiteral
 from olp.moves import Blend, Move, Path
+from olp.points import Sector
 from olp.units import deg, mm
 from olp.vendors.krl import values
 from olp.vendors.krl.moves import BLENDS
@@ -56,7 +57,8 @@ def literal(text: str, kind: str = "") -> PositionLiteral | None:
         pose = (x * mm, y * mm, z * mm, c * deg, b * deg, a * deg)
         if status is None and turn is None:
             return PositionLiteral("pose", pose)
-        return PositionLiteral("pose", pose, (), *_arm(status, turn))
+        flags, native, sectors = _arm(status, turn)
+        return PositionLiteral("pose", pose, (), flags, native, sectors)
     colon = text.find(":")
     if colon > 0:
         kind = text[1:colon].strip().upper()
@@ -71,10 +73,14 @@ def literal(text: str, kind: str = "") -> PositionLiteral | None:
 
 
 @lru_cache(maxsize=1000)
-def _arm(status: str | None, turn: str | None) -> tuple[tuple[int, ...], tuple[tuple[str, str], ...]]:
-    """The configuration that S says, and S and T as they are written."""
+def _arm(
+    status: str | None, turn: str | None
+) -> tuple[tuple[int, ...], tuple[tuple[str, str], ...], tuple[Sector, ...]]:
+    """The configuration that S says, S and T as they are written, and the signs that T says."""
     native = tuple((key, str(int(one))) for key, one in (("S", status), ("T", turn)) if one is not None)
-    return () if status is None else values.flags(int(status)), native
+    if status is None:
+        return (), native, ()
+    return values.flags(int(status)), native, () if turn is None else values.signs(int(turn))
 
 
 def _pose(given: dict[str, float]) -> PositionLiteral | None:
@@ -85,7 +91,8 @@ def _pose(given: dict[str, float]) -> PositionLiteral | None:
     )
     native = tuple((key, str(int(given[key]))) for key in ("S", "T") if key in given)
     configuration = values.flags(int(given["S"])) if "S" in given else ()
-    return PositionLiteral("pose", pose, _external(given), configuration, native)
+    sectors = values.signs(int(given["T"])) if "S" in given and "T" in given else ()
+    return PositionLiteral("pose", pose, _external(given), configuration, native, sectors)
 
 
 def _axes(given: dict[str, float]) -> PositionLiteral:

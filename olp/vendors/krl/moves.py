@@ -187,7 +187,7 @@ def _whole(it: Expression) -> Expression:
     if not isinstance(it, PositionLiteral):
         return it
     numbers = tuple(0.0 if value != value else value for value in it.values)
-    return PositionLiteral(it.kind, numbers, it.external, it.configuration, it.native)
+    return PositionLiteral(it.kind, numbers, it.external, it.configuration, it.native, it.sectors)
 
 
 def reference_text(it: Reference) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from math import inf, isinf
 from typing import Final, NamedTuple
 
 from olp.expression import Expression, Function, Number, PositionLiteral, Quantity, RecordLiteral
 from olp.moves import Blend, BlendKind
+from olp.points import Sector
 from olp.units import deg, mm
 from olp.vendors.krl.scope import AXES, AXIS_NUMBERS, COMPONENTS, POSES, Scope
 
@@ -90,7 +92,8 @@ def _pose(it: Aggregate, scope: Scope, kind: str) -> Expression:
     )
     native = tuple((key, str(int(numbers[key]))) for key in ("S", "T") if key in numbers)
     configuration = flags(int(numbers["S"])) if "S" in numbers else ()
-    return PositionLiteral("pose", values, _external(numbers), configuration, native)
+    sectors = signs(int(numbers["T"])) if "S" in numbers and "T" in numbers else ()
+    return PositionLiteral("pose", values, _external(numbers), configuration, native, sectors)
 
 
 def _axes(it: Aggregate, scope: Scope, kind: str) -> Expression:
@@ -117,6 +120,17 @@ def flags(status: int) -> tuple[int, ...]:
     Bit 0: overhead area; bit 1: A3 bent as usual; bit 2: A5 negative. The turn T has no counterpart.
     """
     return (int(not status & 4), int(not status & 2), status & 1, 0, 0, 0)
+
+
+def signs(turn: int) -> tuple[Sector, ...]:
+    """Where the axes stand by a turn T: bit n of axis n+1, set where its angle is negative."""
+    return tuple(Sector(n, -inf, 0.0) if turn >> n & 1 else Sector(n, 0.0, inf) for n in range(6))
+
+
+def turn(sectors: tuple[tuple[int, float, float], ...]) -> int | None:
+    """The way back of `signs`, None where the signs are not known."""
+    negative = {axis: high == 0.0 for axis, low, high in sectors if isinf(low) != isinf(high)}
+    return sum(1 << axis for axis, below in negative.items() if below) if len(negative) == 6 else None
 
 
 def status(configuration: tuple[int, ...]) -> int:

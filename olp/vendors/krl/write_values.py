@@ -121,7 +121,10 @@ def _status(it: PositionLiteral) -> list[str]:
     native = dict(it.native)
     if "S" in native or "T" in native:
         return [f"{word} {native[word]}" for word in ("S", "T") if word in native]
-    return [f"S {values.status(it.configuration)}"] if len(it.configuration) >= 3 else []
+    if len(it.configuration) < 3:
+        return []
+    turn = values.turn(it.sectors)
+    return [f"S {values.status(it.configuration)}", *([] if turn is None else [f"T {turn}"])]
 
 
 class Words:

@@ -144,8 +144,6 @@ class PlainClauses:
         if not is_unit(quaternion):
             self._names.uneven = True
         pose = PositionLiteral("pose", (*xyz, *angles), (), (), (("orient", turn),))
-        if external[0] >= NOT_CONNECTED and not any(configuration) and min(external) >= NOT_CONNECTED:
-            return pose
         return with_axes(pose, configuration, external)
 
     def _jointtarget(self, axes: str, more: str) -> PositionLiteral | None:

@@ -40,6 +40,5 @@ LIMITS = Limits(
     has_continue=False,
     for_variable_is_local=True,
     bounds_turning=True,
-    has_configuration=False,
     reserved=RESERVED,
 )

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from math import isfinite, pi
 from typing import Final
 
 from olp.expression import (
@@ -25,6 +26,7 @@ from olp.expression import (
     SystemValue,
     Text,
 )
+from olp.points import Sector
 from olp.units import deg, mm
 from olp.vendors.rapid.names import Names
 from olp.vendors.rapid.predefined import PREDEFINED
@@ -43,6 +45,9 @@ _XYZ: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
 _NO_ANGLES: Final = (_ZERO, _ZERO, _ZERO)
 _RAX: Final = 6
+_QUARTER: Final = pi / 2
+_MOST_QUARTERS = 12  # of a turn, more than any axis reaches
+_MOST_CFX = 7
 _FREE: Final = math.nan
 _DEEPEST: Final = 8  # structures in one another
 _PLAIN_ZEROS: Final[dict[str, Expression]] = {"string": Text(""), "bool": State(False)}
@@ -169,15 +174,43 @@ def with_axes(
     pose: PositionLiteral, configuration: tuple[float, ...], external: tuple[float, ...]
 ) -> PositionLiteral:
     """The literal with what a robtarget holds besides: arm configuration and external axes [mm or deg]."""
-    native = pose.native
-    if any(configuration):
-        native = (*native, _arm(configuration))
-    return PositionLiteral("pose", pose.values, _external(external), (), native)
+    flags, sectors, native = arm(configuration)
+    return PositionLiteral("pose", pose.values, _external(external), flags, (*pose.native, *native), sectors)
+
+
+Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...]]
 
 
 @lru_cache(maxsize=1000)
-def _arm(configuration: tuple[float, ...]) -> tuple[str, str]:
-    return "confdata", ",".join(map(number_text, configuration))
+def arm(configuration: tuple[float, ...]) -> Arm:
+    """Arm flags, the quarters in which axes 1, 4 and 6 stand, and what is written back, of a confdata.
+
+    cfx of the manual's table for arms with a spherical wrist: 4 behind axis 1, 2 behind the lower arm, 1 axis 5
+    negative, which turns against Yaskawa's B. () where it is of another arm.
+    """
+    native = (("confdata", ",".join(map(number_text, configuration))),) if any(configuration) else ()
+    if any(value != round(value) or abs(value) > _MOST_QUARTERS for value in configuration):
+        return (), (), native
+    cf1, cf4, cf6, cfx = map(int, configuration)
+    if not 0 <= cfx <= _MOST_CFX:
+        return (), (), native
+    turns = tuple((quarter + 2) // 4 for quarter in (cf4, cf6, cf1))
+    sectors = tuple(
+        Sector(axis, quarter * _QUARTER, (quarter + 1) * _QUARTER)
+        for axis, quarter in ((0, cf1), (3, cf4), (5, cf6))
+    )
+    return (1 - cfx % 2, cfx // 2 % 2, cfx // 4, *turns), sectors, native
+
+
+def confdata(configuration: tuple[int, ...], sectors: tuple[tuple[int, float, float], ...]) -> str:
+    """The way back of `arm`; "" where the quarters are not known."""
+    quarters = {
+        axis: round(low / _QUARTER) for axis, low, high in sectors if isfinite(low) and isfinite(high)
+    }
+    if len(configuration) < 3 or not {0, 3, 5} <= quarters.keys():
+        return ""
+    noflip, lower, rear = (int(bool(flag)) for flag in configuration[:3])
+    return f"{quarters[0]},{quarters[3]},{quarters[5]},{4 * rear + 2 * lower + 1 - noflip}"
 
 
 def _external(values: tuple[float, ...]) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Final, NamedTuple
@@ -26,6 +27,7 @@ from olp.program import (
     Jump,
     Label,
     Next,
+    ObeyFlags,
     Opaque,
     Parameter,
     Pause,
@@ -55,8 +57,10 @@ class Frame(NamedTuple):
     parameters: tuple[Parameter, ...] = ()
 
 
-# They only say whether the arm's configuration is watched: nothing happens, and no time passes.
-_WITHOUT_EFFECT: Final = ("confj", "confl")
+# Whether the arm's configuration is watched; along lines it is kept either way.
+_WATCHES: Final = ("confj", "confl")
+_ON: Final = re.compile(r"\\\s*On\b", re.IGNORECASE)
+_OFF: Final = re.compile(r"\\\s*Off\b", re.IGNORECASE)
 COMPACT: Final = "compact"  # spelling of `IF c instruction;`
 _CONDITIONAL: Final = (Jump, Call, Return, Pause)
 
@@ -288,8 +292,12 @@ class ClauseRules(ExpressionRules):
                     if found is None
                     else [self._exact(one, name, raw) for one in found]
                 )
-            if key in _WITHOUT_EFFECT:
-                return Disabled(0, f"{name} {raw};")
+            if key in _WATCHES:
+                kept = Disabled(0, f"{name} {raw};")
+                on = _ON.search(raw)
+                if key != "confj" or (on is None and _OFF.search(raw) is None):
+                    return kept
+                return [ObeyFlags(0, on is not None), kept]
             if key in INTERRUPTS:
                 return Process(0, "interrupt", (("", Text(f"{name} {raw}".strip())),))
             if key in PROCESS:

@@ -29,6 +29,7 @@ from olp.program import (
     Label,
     Move,
     Next,
+    ObeyFlags,
     Program,
     Routine,
     SetAcceleration,
@@ -48,7 +49,7 @@ from olp.vendors.rapid.write_statements import StatementWriter
 _OPENERS: Final = (If, While, For)
 _CLOSERS: Final = (EndIf, EndWhile, Next)
 _MIDDLE: Final = (Else, ElseIf)
-_LESS_EXACT: Final = (SetAcceleration, SetOverride, ShiftOn)  # a Disabled beside them says all
+_LESS_EXACT: Final = (SetAcceleration, SetOverride, ObeyFlags, ShiftOn)  # a Disabled beside them says all
 _HANDLER: Final = re.compile(r"(ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
 _HANDLER_OPENS: Final = re.compile(
     r"(?:(?:ELSE)?IF\b.*\bTHEN|ELSE|(?:FOR|WHILE)\b.*\bDO|TEST\b.*)\s*(?:!.*)?", re.IGNORECASE

@@ -8,6 +8,7 @@ from typing import Final
 
 from olp.expression import PositionLiteral
 from olp.units import deg, mm
+from olp.vendors.rapid.literals import confdata
 
 _NO_AXES: Final = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 _ARM: Final = "[0,0,0,0]"
@@ -117,5 +118,6 @@ def literal(it: PositionLiteral, kind: str, own: bool) -> str:
         return f"[TRUE,[{pose}],[1,[0,0,1],[1,0,0,0],0,0,0]]"
     if kind == "wobjdata":
         return f'[FALSE,TRUE,"",[{pose}],[[0,0,0],[1,0,0,0]]]'
-    arm = f"[{native['confdata']}]" if "confdata" in native else _ARM
+    found = native.get("confdata", "") or confdata(it.configuration, it.sectors)
+    arm = f"[{found}]" if found else _ARM
     return f"[{pose},{arm},{axes(it.external, own)}]"

@@ -197,13 +197,13 @@ class _ProgramWriter:
         )
 
     def _safety(self, routine: Routine) -> list[str]:
-        """Poses of another language have no configuration of an ABB arm: the nearest one is taken."""
+        """Along lines the arm stays as it stands: what a pose of another language names is not watched there."""
         name = self.program.main or (self.program.routines[0].name if self.program.routines else "")
         if self.own or routine.name != name:
             return []
         moves = (one for one in self.program.statements() if isinstance(one, Move))
         if any(one.path is not Path.JOINT or not _is_joints(one) for one in moves):
-            return ["ConfJ \\Off;", "ConfL \\Off;"]
+            return ["ConfL \\Off;"]
         return []
 
     def _head(self, routine: Routine, kind: str) -> str:

@@ -1,0 +1,58 @@
+"""How far axes have turned, where a program says it by the sectors they stand in: signs (KUKA), quarters (ABB)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.kinematics.configuration import TURN_AXES
+from olp.robots.model import Robot
+
+Array = NDArray[np.float64]
+Sectors = Sequence[tuple[int, float, float]]  # axis, from [rad], to below [rad]
+
+QUARTER = 0.5 * math.pi
+_TURN = 2.0 * math.pi
+_EDGE = 1e-6  # [rad] an axis on the edge of a sector is in both
+_TURNS = (0, 1, -1, 2, -2)
+
+
+def turned_into(robot: Robot, joints: Array, sectors: Sectors) -> Array:
+    """Joints (n, 6) [rad] with S, R, T whole turns further where their sector asks for it and the limits let them."""
+    turned = joints.copy()
+    for axis, low, high in sectors:
+        if axis not in TURN_AXES:
+            continue
+        value = joints[:, axis]
+        done = np.zeros(len(joints), dtype=bool)
+        for turns in _TURNS:
+            further = value + turns * _TURN
+            fits = _in(further, low, high) & _in(further, robot.lower[axis], robot.upper[axis] + 1e-9)
+            turned[:, axis] = np.where(fits & ~done, further, turned[:, axis])
+            done |= fits
+    return turned
+
+
+def stands_in(joints: Array, sectors: Sectors) -> NDArray[np.bool_]:
+    """(n,) whether joints (n, 6) [rad] stand in all sectors that have two ends; unknown ones do not.
+
+    A sector with one end tells turns alone, counted as the maker's own arms turn.
+    """
+    inside = np.ones(len(joints), dtype=bool)
+    for axis, low, high in sectors:
+        if math.isfinite(low) and math.isfinite(high):
+            inside &= _in(joints[:, axis], low, high)
+    return inside
+
+
+def quarters_of(joints: Array) -> NDArray[np.int64]:
+    """(n, 3) the quarters of a turn in which S, R, T stand: 0 is 0 to 90 deg, -1 -90 to 0 deg. `joints` (n, 6)."""
+    found: NDArray[np.int64] = np.floor(joints[:, (0, 3, 5)] / QUARTER + 1e-9).astype(np.int64)
+    return found
+
+
+def _in(values: Array, low: float, high: float) -> NDArray[np.bool_]:
+    return np.asarray((values >= low - _EDGE) & (values < high + _EDGE))

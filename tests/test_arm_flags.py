@@ -1,0 +1,160 @@
+"""Arm flags in every language's own way of counting: written from the joint angles, and read back to the same ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_arm_branch import GP25, rotation_vector
+
+import olp
+from olp.kinematics import configuration_of, forward
+from olp.translate import Context
+from olp.translate.arm_flags import flags_of
+from olp.translate.convert import convert, run_converted
+from olp.vendors.krl import values as krl
+from olp.vendors.rapid.literals import arm, confdata
+
+START = np.radians([5.5, -12.25, 18.75, 3.5, -47.25, 21.0])
+
+
+def some_joints(count, seed):
+    """Anywhere inside the limits, T up to almost a turn, away from singularities."""
+    joints = np.random.default_rng(seed).uniform(GP25.lower, np.minimum(GP25.upper, 6.1), (8 * count, 6))
+    joints[:, 5] = np.clip(joints[:, 5], -6.1, 6.1)
+    from olp.kinematics import singularities
+
+    near = singularities(GP25, joints, angle=0.1, length=0.05)
+    return joints[~(near.wrist | near.elbow | near.shoulder)][:count]
+
+
+def script(tmp_path, rows):
+    path = tmp_path / "stands.script"
+    path.write_text("\n".join(["def stands():", *(f"  {row}" for row in rows), "end", "stands()", ""]))
+    return olp.read(path)
+
+
+def near_to(joints):
+    position, rotation = forward(GP25, joints)
+    numbers = ", ".join(f"{v:.15f}" for v in [*position[0], *rotation_vector(rotation[0])])
+    return f"movej(get_inverse_kin(p[{numbers}], qnear={list(map(float, joints))}), a=1.4, v=0.5)"
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_a_pose_is_reached_with_the_same_axes_in_every_language(target, tmp_path):
+    joints = some_joints(25, seed=4)
+    program = script(tmp_path, [f"movej({list(map(float, START))})", *map(near_to, joints)])
+    made = convert(program, target, Context(robot=GP25))
+    assert not [loss for loss in made.translated.losses if loss.part == "configuration"]
+    plan = run_converted(made, target, GP25, program)
+    found = plan.positions.axes[plan.moves.target][1:, :6]
+    np.testing.assert_allclose(found, joints, atol=1e-5)
+    # And none of them is the one that an arm without flags would take.
+    assert len(found) == len(joints)
+
+
+@pytest.mark.parametrize("source", ["inform", "krl", "rapid", "tp"])
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp", "urscript"])
+def test_flags_go_from_language_to_language(source, target, tmp_path):
+    if source == target:
+        return
+    joints = some_joints(8, seed=9)
+    program = script(tmp_path, [f"movej({list(map(float, START))})", *map(near_to, joints)])
+    first = convert(program, source, Context(robot=GP25))
+    for name, data in first.files.items():
+        (tmp_path / name).write_bytes(data)
+    middle = olp.read(tmp_path / first.main, vendor=source)
+    made = convert(middle, target, Context(robot=GP25))
+    plan = run_converted(made, target, GP25, middle)
+    np.testing.assert_allclose(plan.positions.axes[plan.moves.target][1:, :6], joints, atol=1e-5)
+
+
+def test_confdata_counts_quarters_and_the_manuals_eight_cases():
+    """cfx: 0 in front, in front, positive; 1 axis 5 negative; 2 behind the lower arm; 4 behind axis 1."""
+    joints = some_joints(200, seed=2)
+    flags = configuration_of(GP25, joints)
+    for row, arm_flags, (written, sectors) in zip(
+        joints, flags, flags_of(GP25, joints, "rapid"), strict=True
+    ):
+        cf1, cf4, cf6, cfx = map(int, confdata(written, sectors).split(","))
+        for quarter, axis in ((cf1, 0), (cf4, 3), (cf6, 5)):
+            assert quarter * 90 <= np.degrees(row[axis]) < (quarter + 1) * 90
+        # Axis 5 of ABB's arms turns against Yaskawa's B: negative where B is positive.
+        assert cfx == 4 * arm_flags[2] + 2 * arm_flags[1] + (row[4] > 0)
+        read, quarters, _ = arm((cf1, cf4, cf6, cfx))
+        assert read[:3] == tuple(arm_flags[:3])
+        assert [bool(turn) for turn in read[3:]] == [bool(flag) for flag in arm_flags[3:]]
+        np.testing.assert_allclose(quarters, sectors)
+
+
+def test_turn_bits_are_the_signs_of_the_axes():
+    for row, (flags, sectors) in zip(
+        some_joints(100, 6), flags_of(GP25, some_joints(100, 6), "krl"), strict=True
+    ):
+        turn = krl.turn(sectors)
+        assert [turn >> n & 1 for n in range(6)] == [int(value < 0) for value in row]
+        assert krl.signs(turn) == sectors
+        assert krl.flags(krl.status(flags))[:3] == flags[:3]
+
+
+def test_fanuc_counts_turns_with_their_sign():
+    joints = np.radians([[0, 0, 0, 181, -50, -190], [0, 0, 0, -179, -50, 355], [0, 0, 0, 10, -50, 541]])
+    turns = [flags[3:6] for flags, _ in flags_of(GP25, joints, "tp")]
+    assert turns == [(1, -1, 0), (0, 1, 0), (0, 2, 0)]
+
+
+MODULE = """MODULE way
+  PROC main()
+    {watch}
+    MoveAbsJ [[5.5,-12.25,18.75,3.5,-47.25,21],[9E9,9E9,9E9,9E9,9E9,9E9]],v500,fine,tool0;
+    MoveJ [[{place}],[{turn}],[{conf}],[9E9,9E9,9E9,9E9,9E9,9E9]],v500,fine,tool0;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def rapid(tmp_path, joints, conf, watch=""):
+    from scipy.spatial.transform import Rotation
+
+    position, rotation = forward(GP25, joints)
+    x, y, z, w = Rotation.from_matrix(rotation[0]).as_quat()
+    place = ",".join(f"{value * 1000:.9f}" for value in position[0])
+    text = MODULE.format(
+        watch=watch, place=place, turn=",".join(f"{v:.12f}" for v in (w, x, y, z)), conf=conf
+    )
+    path = tmp_path / "way.mod"
+    path.write_text(text)
+    plan = olp.read(path).plan(robot=GP25)
+    return plan.positions.axes[plan.moves.target[1]][:6], [one.says for one in plan.assumptions]
+
+
+def test_a_robtarget_is_reached_as_its_confdata_says(tmp_path):
+    joints = np.radians([20, -5, 10, -170, 40, 200])  # flipped against the start
+    found, _ = rapid(tmp_path, joints, "0,-2,2,1")
+    np.testing.assert_allclose(found, joints, atol=1e-6)
+
+
+def test_a_confdata_that_cannot_be_leaves_the_nearest_axes_and_is_told(tmp_path):
+    joints = np.radians([20, -5, 10, -170, 40, 200])
+    found, says = rapid(tmp_path, joints, "3,0,0,0")
+    assert np.abs(found - START).max() < np.radians(60)
+    assert any("arm configuration" in text for text in says)
+
+
+def test_confj_off_leaves_the_nearest_axes(tmp_path):
+    joints = np.radians([20, -5, 10, -170, 40, 200])
+    found, says = rapid(tmp_path, joints, "0,-2,2,1", "ConfJ \\Off;")
+    assert np.abs(found - START).max() < np.radians(60)
+    assert not any("arm configuration" in text for text in says)
+
+
+def test_without_a_robot_rapid_is_told_not_to_watch_joint_moves(tmp_path):
+    path = tmp_path / "way.src"
+    path.write_text("DEF way( )\n$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n$VEL.CP=0.2\nBAS(#VEL_PTP,50)\nLIN {X 900,Y 0,Z 500,A 0,B 90,C 0}\n"
+                    "PTP {X 950,Y 0,Z 500,A 0,B 90,C 0,S 2,T 10}\nEND\n")  # fmt: skip
+    program = olp.read(path)
+    made = convert(program, "rapid", Context(robot=GP25))
+    assert "ConfJ" not in made.files[made.main].decode()
+    other = olp.robot.load_robot("universal-robots/ur10e")
+    made = convert(program, "rapid", Context(robot=other))
+    assert "ConfJ \\Off;" in made.files[made.main].decode()
+    assert [loss.line for loss in made.translated.losses if loss.part == "configuration"] == [7]
