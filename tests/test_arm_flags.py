@@ -149,8 +149,11 @@ def test_confj_off_leaves_the_nearest_axes(tmp_path):
 
 def test_without_a_robot_rapid_is_told_not_to_watch_joint_moves(tmp_path):
     path = tmp_path / "way.src"
-    path.write_text("DEF way( )\n$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n$VEL.CP=0.2\nBAS(#VEL_PTP,50)\nLIN {X 900,Y 0,Z 500,A 0,B 90,C 0}\n"
-                    "PTP {X 950,Y 0,Z 500,A 0,B 90,C 0,S 2,T 10}\nEND\n")  # fmt: skip
+    rows = [
+        "DEF way( )", "$TOOL=$NULLFRAME", "$BASE=$NULLFRAME", "$VEL.CP=0.2", "BAS(#VEL_PTP,50)",
+        "LIN {X 900,Y 0,Z 500,A 0,B 90,C 0}", "PTP {X 950,Y 0,Z 500,A 0,B 90,C 0,S 2,T 10}", "END", "",
+    ]  # fmt: skip
+    path.write_text("\n".join(rows))
     program = olp.read(path)
     made = convert(program, "rapid", Context(robot=GP25))
     assert "ConfJ" not in made.files[made.main].decode()
