@@ -127,3 +127,8 @@ def test_a_station_without_a_robot_is_told(capsys, monkeypatch):
         assert olp_import.main([str(ROOT / "samples" / SAMPLES[0]), "--robot", ROBOT]) == 2
     assert "no robot in this station" in capsys.readouterr().err
     assert "Add_PROG" not in server.station.commands
+
+
+def test_further_mechanisms_are_told():
+    run = executed(str(ROOT / "samples" / "inform" / "pitfalls" / "two-robots.jbi"))
+    assert run.assumptions[0].startswith("only RB1 is imported, without RB2")

@@ -227,3 +227,13 @@ def test_names_that_the_language_changes_are_in_the_log(tmp_path):
 
     made, _ = written("krl", tmp_path, drive)
     assert "routine: Pick_the_part_and_place_it_on_the_table_over_there is " in made.LOG
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_without_a_robot_each_language_is_written_or_refused_as_the_page_says(vendor, tmp_path):
+    made, text = written(vendor, tmp_path, ROBOT="", AXIS_SPEED_DEG_S=200.0)
+    if vendor in ("inform", "krl", "tp"):
+        assert text
+    else:  # their joint speeds depend on the axes of the robot
+        assert text == ""
+        assert "nothing was written" in made.LOG

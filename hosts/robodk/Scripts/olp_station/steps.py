@@ -97,6 +97,9 @@ def executed(path: str, robot: str | None = None, signature: str | None = None) 
     start = np.array([]) if first is None else plan.positions.axes[plan.moves.start[first]]
     name = plan.robot.name if plan.robot is not None else ""
     said = tuple(f"line {a.line}: {a.says}" if a.line else a.says for a in plan.assumptions)
+    if len(plan.mechanisms) > 1:
+        others = ", ".join(plan.mechanisms[1:])
+        said = (f"only {plan.mechanisms[0]} is imported, without {others}", *said)
     main = program.main or (program.routines[0].name if program.routines else "program")
     return Run(main, name, tuple(steps), start, systems, said)
 
