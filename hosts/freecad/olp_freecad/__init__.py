@@ -14,7 +14,7 @@ Works in freecadcmd as in the graphical program.
 from olp_freecad.ask import OlpError
 from olp_freecad.changes import move_point, pending, set_speed, write_back
 from olp_freecad.commands import convert, report
-from olp_freecad.program import open, refresh, segments, show_at
+from olp_freecad.program import open, refresh, segments, show_at, track
 
 __all__ = [
     "OlpError",
@@ -27,5 +27,6 @@ __all__ = [
     "segments",
     "set_speed",
     "show_at",
+    "track",
     "write_back",
 ]

@@ -29,7 +29,7 @@ from olp.track import states
 from olp.units import deg, mm, percent
 from olp.written import written_points
 
-_ON_LINE, _ON_CURVE = 6, 16  # pieces of a move that are drawn with a colour each
+_ON_LINE, _ON_CURVE = 10, 20  # pieces of a move that are drawn with a colour each
 _MOST_PIECES = 20_000
 _UNITS = {
     SpeedUnit.TRAVEL: ("mm/s", mm),
@@ -77,6 +77,7 @@ def opened(request: dict[str, Any]) -> dict[str, Any]:
         "frames": _frames(program, timing),
         "tools": _tools(timing),
         "speeds": _speeds(program),
+        "is_followed": not timing.untimed,
         "assumptions": [
             f"line {one.line}: {one.says}" if one.line else one.says for one in timing.assumptions
         ],
@@ -142,18 +143,19 @@ def _course(timing: Timing, step: int, end: float, moves: int, can_follow: bool)
     path = PATHS[int(plan.moves.path[row])]
     target = _known(plan, int(plan.moves.target[row]))
     duration = float(np.nan_to_num(timing.duration_s[step]))
-    course = {
-        "path": path.value,
-        "target": target,
-        "start": _known(plan, int(plan.moves.start[row])),
-        "way": [],
-    }
-    if not can_follow or duration <= 0.0 or target is None:
+    start = _known(plan, int(plan.moves.start[row]))
+    course = {"path": path.value, "target": target, "start": start, "way": []}
+    if target is None or (can_follow and duration <= 0.0):
+        return course
+    if not can_follow:
+        # Some time is not known, so nothing can be followed: straight from point to point.
+        course["way"] = [] if start is None else [[end - duration, start], [end, target]]
         return course
     count = _ON_LINE if path is Path.LINEAR else _ON_CURVE
     count = max(1, min(count, _MOST_PIECES // moves))
-    times = np.linspace(end - duration, end, count + 1)
-    position, rotation, _ = states(timing, np.minimum(times, timing.total_s))
+    # Nearer together at both ends, where the speed changes.
+    times = end - duration * 0.5 * (1.0 + np.cos(np.linspace(0.0, np.pi, count + 1)))
+    position, rotation, _ = states(timing, np.clip(times, 0.0, timing.total_s))
     if np.isnan(position).any() or np.isnan(rotation).any():
         return course
     places = [_place(p, q) for p, q in zip(position, quaternion_from_rotation(rotation), strict=True)]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 
 from olp_freecad.ask import OlpError, ask
 from olp_freecad.places import differ, place_of
-from olp_freecad.program import refresh
+from olp_freecad.program import options, refresh
 
 
 def move_point(program: object, name: str, place: object) -> None:
@@ -53,8 +54,7 @@ def write_back(program: object, output: str = "") -> list:
     if not changes["points"] and not changes["speeds"]:
         return []
     outputs = _outputs(program.File, output) if output else {}
-    options = {"robot": program.Robot, "model": program.Model, "signature": program.Signature}
-    request = {"do": "edit", "path": program.File, "options": options, "outputs": outputs, **changes}
+    request = {"do": "edit", "path": program.File, "options": options(program), "outputs": outputs, **changes}
     answer = ask(request)
     if output:
         program.File = output
@@ -63,8 +63,6 @@ def write_back(program: object, output: str = "") -> list:
 
 
 def _outputs(path: str, output: str) -> dict:
-    import os
-
     folder, name = os.path.split(os.path.abspath(output))
     found = {path: os.path.join(folder, name)}
     stem, suffix = os.path.splitext(path)

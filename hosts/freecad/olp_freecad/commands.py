@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from olp_freecad import ask
+from olp_freecad.program import options
 
 
-def options(program: object) -> list:
-    """The words of the command line that say how this program is timed."""
-    words = []
-    for word, value in (
-        ("--robot", program.Robot),
-        ("--signature", program.Signature),
-        ("--model", program.Model),
-    ):
-        if value:
-            words += [word, value]
-    return words
+def _words(program: object) -> list:
+    """What the command line is told of how this program is timed."""
+    return [word for name, value in options(program).items() if value for word in (f"--{name}", value)]
 
 
 def convert(program: object, language: str, folder: str, robot: str = "") -> str:
@@ -27,4 +20,4 @@ def convert(program: object, language: str, folder: str, robot: str = "") -> str
 
 def report(program: object, output: str) -> str:
     """Writes olp's HTML page of the program's file to `output`. Raises OlpError."""
-    return ask.command("report", program.File, "-o", output, *options(program))
+    return ask.command("report", program.File, "-o", output, *_words(program))

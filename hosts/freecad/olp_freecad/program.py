@@ -44,6 +44,8 @@ class OlpProgram:
             ("MotionSeconds", "of it motion"),
             ("WaitSeconds", "of it waits"),
             ("SignalSeconds", "of it signals"),
+            ("LowSeconds", "with a signature: the lower end of the 95 % interval of the total"),
+            ("HighSeconds", "and the upper end"),
         ):
             add("App::PropertyFloat", name, "Timing", says)
         add("App::PropertyEnumeration", "Colour", "View", "what the colour of the path shows")
@@ -57,7 +59,15 @@ class OlpProgram:
         for name in ("Points", "Frames"):
             add("App::PropertyLinkList", name, "Parts", "")
         obj.Colour = COLOURS
-        for name in ("Language", "TotalSeconds", "MotionSeconds", "WaitSeconds", "SignalSeconds"):
+        for name in (
+            "Language",
+            "TotalSeconds",
+            "MotionSeconds",
+            "WaitSeconds",
+            "SignalSeconds",
+            "LowSeconds",
+            "HighSeconds",
+        ):
             obj.setEditorMode(name, 1)
 
     def onChanged(self, obj: object, name: str) -> None:  # noqa: N802
@@ -96,8 +106,7 @@ def open(path: str, robot: str = "", model: str = "", signature: str = "", docum
 
 def refresh(group: object) -> object:
     """Reads and times the file again and builds all parts anew. Raises OlpError; then nothing has changed."""
-    options = {"robot": group.Robot, "model": group.Model, "signature": group.Signature}
-    data = ask({"do": "open", "path": group.File, "options": options})
+    data = ask({"do": "open", "path": group.File, "options": options(group)})
     _empty(group)
     for name in [one for one in group.PropertiesList if one.startswith("Line_")]:
         group.removeProperty(name)
@@ -110,6 +119,16 @@ def segments(group: object) -> list:
     return json.loads(group.Data)["segments"]
 
 
+def track(group: object, dt: float = 0.02) -> list:
+    """(seconds, Placement, row of the segment table) every `dt` seconds, as `olp track` has it. Raises OlpError."""
+    request = {"do": "track", "path": group.File, "options": options(group), "dt": dt}
+    found = ask(request)
+    return [
+        (seconds, placement(found["places"][i]), found["segments"][i])
+        for i, seconds in enumerate(found["times"])
+    ]
+
+
 def show_at(group: object, seconds: float) -> None:
     """Puts the tool where it is after `seconds`, by olp's own motion."""
     place = place_at(json.loads(group.Data)["segments"], seconds)
@@ -118,19 +137,25 @@ def show_at(group: object, seconds: float) -> None:
 
 
 def place_at(rows: list, seconds: float) -> object | None:
-    """Between two instants of a move the tool is taken to run straight and evenly."""
-    before = None
+    """Between two instants of a move the tool is taken to run straight and evenly; between moves it stands."""
+    last = None
     for row in rows:
-        for instant, place in row.get("way") or ():
+        way = row.get("way") or ()
+        for i, (instant, place) in enumerate(way):
             if instant >= seconds:
-                if before is None or instant <= before[0]:
-                    return placement(place)
-                share = (seconds - before[0]) / (instant - before[0])
-                start, end = placement(before[1]), placement(place)
+                if i == 0:
+                    return placement(place if last is None or instant <= seconds else last)
+                start, end = placement(way[i - 1][1]), placement(place)
+                share = (seconds - way[i - 1][0]) / (instant - way[i - 1][0])
                 rotation = start.Rotation.slerp(end.Rotation, max(0.0, min(1.0, share)))
                 return FreeCAD.Placement(start.Base + (end.Base - start.Base) * share, rotation)
-            before = (instant, place)
-    return None if before is None else placement(before[1])
+            last = place
+    return None if last is None else placement(last)
+
+
+def options(group: object) -> dict:
+    """How the program is timed."""
+    return {"robot": group.Robot, "model": group.Model, "signature": group.Signature}
 
 
 def _empty(group: object) -> None:
@@ -158,7 +183,13 @@ def _fill(group: object, data: dict) -> None:
     group.TotalSeconds, group.MotionSeconds = data["total_s"], data["motion_s"]
     group.WaitSeconds, group.SignalSeconds = data["wait_s"], data["io_s"]
     group.Assumptions = data["assumptions"]
+    group.LowSeconds, group.HighSeconds = data["low_s"] or 0.0, data["high_s"] or 0.0
     group.Messages = [f"{one['severity']}: {one['text']}" for one in data["diagnostics"]]
+    if not data["is_followed"]:
+        note = (
+            "note: not all times are known (see the errors): the path is drawn straight from point to point"
+        )
+        group.Messages = [*group.Messages, note]
     size = shapes.size_of(rows)
     path, tool = shapes.add_path(document, rows), shapes.add_tool(document, data["tools"], size)
     frames = [

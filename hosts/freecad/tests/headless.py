@@ -1,5 +1,6 @@
 """Runs inside freecadcmd: what the workbench promises without a screen. Prints a line per promise, and `held: N`."""
 
+import json
 import os
 import shutil
 import sys
@@ -9,6 +10,7 @@ import traceback
 import FreeCAD
 import olp_freecad
 from FreeCAD import Placement, Rotation, Vector
+from olp_freecad import ask
 from olp_freecad.trajectory import acceleration_for
 
 SAMPLES = os.environ["OLP_SAMPLES"]
@@ -31,7 +33,8 @@ failed = []
 
 
 def promise(says, is_held, more=""):
-    print(f"{'held' if is_held else 'FAILED'}: {says}{'  ' + str(more) if more else ''}")
+    # FreeCAD's bars of progress leave the line open.
+    print(f"\n{'held' if is_held else 'FAILED'}: {says}{'  ' + str(more) if more else ''}")
     if not is_held:
         failed.append(says)
 
@@ -87,6 +90,8 @@ def the_duration(name):
     apart = abs(took / wanted - 1.0)
     says = f"{name}: FreeCAD {took:.3f} s, olp {wanted:.3f} s"
     promise(says, apart < 0.01 and wanted > 0.5, f"{apart:.1e}")
+    told = json.loads(ask.command("time", program.File, "--robot", robot, "--format", "json"))
+    promise(f"{name}: olp time says the same", abs(told[0]["total_s"] - wanted) < 1e-9)
     # Not the sum alone: after each wait FreeCAD's tool stands where olp's does.
     rows = olp_freecad.segments(program)
     for row in rows:
@@ -191,6 +196,62 @@ def refusals():
     close()
 
 
+def without_a_robot():
+    program = olp_freecad.open(os.path.join(SAMPLES, "krl/handling.src"))
+    promise("no robot: what is known is drawn", len(program.Path.Segment) > 3)
+    promise(
+        "no robot: it is said",
+        any("robot is not known" in one for one in program.Messages),
+        program.Messages[0][:80],
+    )
+    program.Robot = ROBOT
+    olp_freecad.refresh(program)
+    promise("the robot named, and all is there", len(program.Path.Segment) > 50 and not program.Messages)
+    close()
+
+
+def the_track():
+    program = olp_freecad.open(os.path.join(SAMPLES, EDITED[1]), robot=ROBOT)
+    rows = olp_freecad.track(program, 0.05)
+    apart = []
+    for seconds, place, _ in rows:
+        olp_freecad.show_at(program, seconds)
+        apart.append((program.Tool.Placement.Base - place.Base).Length)
+    # Where the tool changes the tip jumps, at an instant that each may round its own way.
+    apart = sorted(apart)[:-4]
+    promise(
+        "the tool is where olp track says", len(rows) > 100 and apart[-1] < 5.0, f"{apart[-1]:.2f} mm apart"
+    )
+    order = [row for _, _, row in rows]
+    last = len(olp_freecad.segments(program)) - 1
+    promise("and its rows are in order", order == sorted(order) and order[-1] == last)
+    close()
+
+
+def another_python():
+    """Whatever FreeCAD's own Python is told must not reach the one that runs olp."""
+    kept = dict(os.environ)
+    os.environ.update({"PYTHONHOME": "/nowhere", "PYTHONPATH": "/nowhere", "PYTHONEXECUTABLE": "/nowhere"})
+    program = olp_freecad.open(os.path.join(SAMPLES, EDITED[0]), robot=ROBOT)
+    promise("FreeCAD's Python settings stay here", program.TotalSeconds > 1.0)
+    os.environ["OLP_PYTHON"] = "/bin/false"
+    try:
+        olp_freecad.refresh(program)
+        promise("a Python without olp: refused", False)
+    except olp_freecad.OlpError as problem:
+        promise("a Python without olp: refused", "OLP_PYTHON" in str(problem), str(problem)[:90])
+    os.environ.clear()
+    os.environ.update(kept)
+    os.environ.pop("OLP_PYTHON")
+    promise(
+        "without a setting a Python is found",
+        bool(ask.command("--version").strip()),
+        ask.python_with_olp()[0],
+    )
+    os.environ.update(kept)
+    close()
+
+
 def the_rest():
     folder, path = copied(EDITED[0])
     document = FreeCAD.newDocument("mine")
@@ -231,7 +292,10 @@ def main():
         the_duration(name)
     for name in EDITED:
         the_edit(name)
+    without_a_robot()
+    the_track()
     refusals()
+    another_python()
     the_rest()
 
 

@@ -112,6 +112,26 @@ def look():
     )
     held["it is pending"] = len(olp_freecad.pending(group)["speeds"]) == 1
 
+    # Written back, elsewhere, by the command
+    from olp_freecad.gui import commands
+
+    said = []
+    other = os.path.join(os.environ["FREECAD_USER_HOME"], "handling.src")
+    commands.told = lambda text, *more: said.append(text)
+    commands.file_to_write = lambda *more: other
+    FreeCADGui.runCommand("Olp_WriteBack")
+    held["written back"] = os.path.isfile(other) and len(said) == 1 and "line" in said[0]
+    held["the table is that of the new file"] = dock.group is not None and dock.rows == olp_freecad.segments(
+        group
+    )
+    FreeCADGui.runCommand("Olp_WriteBack")
+    held["nothing more to write"] = "Nothing was changed" in said[-1]
+    os.remove(other)
+    FreeCADGui.runCommand("Olp_Refresh")
+    held["a file that is gone is told"] = "cannot read the file" in said[-1]
+    value = getattr(group, name) * 0.5
+    olp_freecad.set_speed(group, int(name[5:]), value)
+
     # Saved and opened again
     path = os.path.join(os.environ["FREECAD_USER_HOME"], "saved.FCStd")
     FreeCAD.ActiveDocument.saveAs(path)

@@ -275,6 +275,8 @@ def _summary(group: object) -> str:
         f"<b>{group.Label}</b>: {group.TotalSeconds:.3f} s (motion {group.MotionSeconds:.3f} s, "
         f"waits {group.WaitSeconds:.3f} s, signals {group.SignalSeconds:.3f} s), {group.Robot or 'no robot'}"
     ]
+    if group.HighSeconds > 0.0:
+        told.append(f"95 %: {group.LowSeconds:.3f} to {group.HighSeconds:.3f} s")
     for count, what in ((len(group.Messages), "message"), (len(group.Assumptions), "assumption")):
         if count:
             told.append(f"{count} {what}{'s' if count > 1 else ''}")
