@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from olp.expression import Named, Number, PositionLiteral, RecordLiteral
-from olp.program import Declare, Move, Program
-from olp.translate.rewrite import calls_nothing, expressions_of
+from olp.expression import Named, PositionLiteral, RecordLiteral
+from olp.program import Declare, Program
+from olp.translate.rewrite import expressions_of, note_names
 from olp.translate.work import Fate, Work
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
@@ -17,17 +17,8 @@ def prune(program: Program, work: Work) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
     used: set[str] = set()
     for s in program.statements():
-        if type(s) is Move and calls_nothing(s):
-            for e in (s.targets[0], s.tool, s.frame):
-                if type(e) is Named:
-                    used.add(e.name)
-            speed, blend = s.speed, s.blend
-            if (speed is None or type(speed.value.written) is Number) and (
-                blend is None or blend.value is None or type(blend.value.written) is Number
-            ):
-                continue
-        if not isinstance(s, Declare):
-            used.update(e.name for e in expressions_of(s) if type(e) is Named)
+        if type(s) is not Declare:
+            note_names(s, used)
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
     everything += [s for s in program.statements() if isinstance(s, Declare)]
     by_name = {d.name: d for d in everything}

@@ -10,6 +10,7 @@ from typing import Any, Final, TypeVar, cast, get_args
 from olp.expression import (
     Expression,
     FrameRef,
+    Function,
     Named,
     Number,
     PositionLiteral,
@@ -60,6 +61,9 @@ def _mapped(node: Any, change: Change) -> Any:
     if kind is Declare and type(node.value) in _LEAVES and not node.sizes:
         value = change(node.value)
         return node if value is node.value else _changed_declare(node, {"value": value})
+    if kind is Function:
+        arguments = _sequence(node.arguments, change)
+        return change(node if arguments is node.arguments else Function(node.name, arguments))
     if kind is FrameRef and type(node.number) is Number:
         return change(node)
     if kind is SetSpeed or kind is SetBlend:
@@ -199,6 +203,31 @@ def expressions_of(node: object) -> list[Expression]:
 
     _mapped(node, note)
     return found
+
+
+def note_names(node: Any, found: set[str]) -> None:
+    """Adds every variable that a statement or expression names."""
+    kind = type(node)
+    if kind is Named:
+        found.add(node.name)
+    elif kind is Move and is_usual(node):
+        for e in (*node.targets, node.tool, node.frame):
+            if e is not None:
+                note_names(e, found)
+        for measured in (node.speed, node.blend):
+            if (
+                measured is not None
+                and measured.value is not None
+                and type(measured.value.written) is not Number
+            ):
+                note_names(measured.value.written, found)
+    elif kind is Function:
+        for e in node.arguments:
+            note_names(e, found)
+    elif kind is Declare and type(node.value) in _LEAVES and not node.sizes:
+        note_names(node.value, found)
+    elif kind not in _LEAVES:
+        found.update([e.name for e in expressions_of(node) if type(e) is Named])
 
 
 def calls_nothing(s: object) -> bool:

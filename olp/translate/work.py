@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from olp.diagnostic import Diagnostic, error
-from olp.expression import Expression, Named, PositionLiteral
+from olp.expression import Named, PositionLiteral
 from olp.program import Parameter, Program, Routine, Statement
 from olp.translate.limits import Limits, limits_of
 
@@ -194,19 +194,13 @@ def kind_of(statement: Statement) -> str:
 
 def _names_in(program: Program) -> set[str]:
     from olp.program import Declare
-    from olp.translate.rewrite import mapped
+    from olp.translate.rewrite import note_names
 
     found: set[str] = {routine.name for routine in program.routines}
-
-    def note(node: Expression) -> Expression:
-        if type(node) is Named:
-            found.add(node.name)
-        return node
-
     for statement in (*program.data, *program.statements(), *(d for r in program.routines for d in r.data)):
         if isinstance(statement, Declare):
             found.add(statement.name)
-        mapped(statement, note)
+        note_names(statement, found)
     found.update(p.name for routine in program.routines for p in routine.parameters)
     return found
 

@@ -30,6 +30,7 @@ from olp.expression import (
     Unknown,
 )
 from olp.units import deg
+from olp.vendors._decimals import trimmed
 from olp.vendors.krl import values
 from olp.vendors.krl.expressions import BUSES, FUNCTIONS, SYSTEM_VALUES
 from olp.vendors.krl.scope import AXES, COMPONENTS, Scope
@@ -46,6 +47,7 @@ _CONDITIONS: Final = (Logic, Compare, State)
 _UNARY, _PRODUCT, _ATOM = 12, 13, 14
 _DIGITS = 12
 _DECIMALS = 9
+_NINE_DECIMALS = 1000.0  # up to here nine decimals are not more than twelve digits
 _PARTS_OF_POSE = 6
 
 
@@ -78,9 +80,10 @@ def number(literal: Number) -> str:
     return str(value)
 
 
-def rounded(value: float) -> float:
+def _foreign(value: float) -> str:
     """Without the noise of another language's units: a millionth of a millimetre, a billionth of a degree."""
-    return round(value, _DECIMALS)
+    text = trimmed(value, _DECIMALS) if abs(value) < _NINE_DECIMALS else None
+    return decimal(round(value, _DECIMALS)) if text is None else text.rstrip(".")
 
 
 def pose_text(it: PositionLiteral, own: bool = True) -> str:
@@ -110,7 +113,7 @@ def _foreign_pose(it: PositionLiteral) -> str:
     else:
         pairs = [(word, value / deg) for word, value in zip(_AXES, it.values, strict=False)]
     pairs += [(f"E{n}", value) for n, value in enumerate(it.external, 1)]
-    found = [f"{word} {decimal(rounded(value))}" for word, value in pairs if value == value]
+    found = [f"{word} {_foreign(value)}" for word, value in pairs if value == value]
     if not found:
         raise CannotSayError("a position without a number")
     place = 6 if it.kind == "pose" and len(found) >= 6 else len(found)

@@ -30,6 +30,7 @@ from olp.expression import (
     Unknown,
 )
 from olp.units import deg, mm
+from olp.vendors._decimals import trimmed
 from olp.vendors.urscript import builtins, helpers
 from olp.vendors.urscript.folding import scaled
 from olp.vendors.urscript.rotations import angles_from_vector, vector_from_angles
@@ -138,7 +139,11 @@ class Words:
         """A length or an angle of a point."""
         if self.own:
             return repr(value)
-        return repr(round(value, _DECIMALS) + 0.0)
+        # Shorter numbers than these are written with an exponent.
+        text = trimmed(value, _DECIMALS) if abs(value) >= 1e-3 else None
+        if text is None:
+            return repr(round(value, _DECIMALS) + 0.0)
+        return f"{text}0" if text[-1] == "." else text
 
     def _record(self, e: RecordLiteral) -> tuple[str, int]:
         if all(not name for name, _ in e.members):
