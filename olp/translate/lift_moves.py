@@ -9,7 +9,7 @@ from olp.expression import Expression, Item, Named, Store, Taught, Variable
 from olp.points import PointKind, PointState
 from olp.program import Move, Path, Routine, Statement
 from olp.translate.lift_points import Points, frame_of, tool_of
-from olp.translate.rewrite import edited, is_usual
+from olp.translate.rewrite import edited, is_usual, is_written_out
 from olp.translate.work import Fate
 
 Value = Callable[[Any], Any]  # of whatever holds expressions
@@ -48,7 +48,7 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
     changes: dict[str, Any] = {"via": via} if via is not None else {}
     if name is not s.targets[0]:
         changes["targets"] = (name,)
-    for field in ("speed", "blend") if is_usual(s) else _VALUES:
+    for field in () if is_written_out(s) else ("speed", "blend") if is_usual(s) else _VALUES:
         old = getattr(s, field)
         if old is not None:
             new = value(old)
@@ -64,7 +64,8 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
             changes["tool"] = tool_of(state)
         if s.frame is None:
             changes["frame"] = frame_of(state)
-    changes = {name: new for name, new in changes.items() if new is not None}
+    if None in changes.values():
+        changes = {name: new for name, new in changes.items() if new is not None}
     if state is None and s.tool is None and s.relative is None and points.work.source.vendor == "inform":
         says = "in which frame and with which tool this position is meant is not known: base and flange are written"
         points.work.lose(s, Fate.APPROXIMATED, "frame", says)

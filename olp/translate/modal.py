@@ -67,6 +67,10 @@ _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
 _OVERRIDE: Final[Key] = ("override",)
+_TURNING: Final[Key] = (_TURN,)
+_RATES: Final[Mapping[bool, tuple[Key, Key]]] = {
+    joint: ((_RATE, joint, True), (_RATE, joint, False)) for joint in (True, False)
+}
 
 
 @dataclass(slots=True)
@@ -83,6 +87,7 @@ class _Modal:
     assigned: dict[int, tuple[Key, Named]] = field(default_factory=dict)  # definition -> its variable
     routine: str = ""
     flow: Reaching = field(default_factory=Reaching)
+    made: dict[tuple[SpeedUnit, int], Speed] = field(default_factory=dict)  # moves share their speeds
     keys: set[Key] = field(default_factory=set)  # that any statement sets
     states: list[State | None] = field(default_factory=list)  # before each statement of the routine
 
@@ -175,21 +180,20 @@ class _Modal:
             usual = Quantity(Number(_BLENDS.get(s.blend.kind, 0.0)), _SCALES.get(s.blend.kind, 1.0))
             size: Any = self.value(index, (_BLEND, s.blend.kind), usual)
             changes["blend"] = s.blend._replace(value=size)
-        if s.acceleration is None and s.rate is None:
-            share = self.value(index, (_RATE, joint, True))
-            rate = self.value(index, (_RATE, joint, False))
+        if s.acceleration is None and s.rate is None and not self.keys.isdisjoint(_RATES[joint]):
+            share, rate = (self.value(index, key) for key in _RATES[joint])
             if share is not None:
                 changes["acceleration"] = share
             if rate is not None:
                 unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
                 changes["rate"] = Acceleration(unit, rate)  # type: ignore[arg-type]
-        if s.turn is None and (turn := self.value(index, (_TURN,))) is not None:
+        if s.turn is None and (turn := self.value(index, _TURNING)) is not None:
             changes["turn"] = turn
         if s.tool is None:
             changes["tool"] = self.value(index, _TOOL, FrameRef("tool", Number(0)))
         if s.frame is None:
             changes["frame"] = self.value(index, _FRAME, FrameRef("base"))
-        if not self.work.limits.has_override:
+        if _OVERRIDE in self.keys and not self.work.limits.has_override:
             self._fold_override(index, s, changes)
         return edited(s, changes) if changes else s
 
@@ -199,7 +203,12 @@ class _Modal:
             for unit in units:
                 value = self.value(index, (kind, unit))
                 if value is not None:
-                    return Speed(unit, value)  # type: ignore[arg-type]
+                    found = self.made.get((unit, id(value)))
+                    if found is None:
+                        found = Speed(unit, value)  # type: ignore[arg-type]
+                        if type(value) is Quantity and type(value.written) is Number:
+                            self.made[(unit, id(value))] = found  # which keeps the value, and so its id
+                    return found
         self.work.lose(
             s, Fate.APPROXIMATED, "speed", "no speed was set before this move: the target's default holds"
         )

@@ -168,8 +168,7 @@ class Numbers:
 
     def _is_fixed(self, target: Expression) -> bool:
         """Whether a move goes to a name that nothing changes."""
-        symbol = self.symbols.find("", target.name) if type(target) is Named else None
-        return symbol is not None and symbol.is_fixed
+        return type(target) is Named and self.symbols.is_fixed(target.name)
 
     def _note(self, target: Expression, place: Place) -> None:
         for name in _leading(target):
@@ -190,9 +189,9 @@ class Numbers:
 
     def taught(self, literal: PositionLiteral, place: Place, name: str) -> Taught:
         points = self.points.setdefault(self.routine_name, {})
-        at = points.get((literal, place))
-        if at is None:
-            at = points[(literal, place)] = len(points) + _FIRST[self.work.target]
+        new = len(points) + _FIRST[self.work.target]
+        at = points.setdefault((literal, place), new)
+        if at == new:
             self.names[(self.routine_name, at)] = name
             shown = f"C{at:05d}" if self.inform else f"P[{at}]"
             if name:

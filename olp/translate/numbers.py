@@ -31,11 +31,11 @@ from olp.program import (
 )
 from olp.translate.number_positions import MEMBERS, Numbers, counts_of
 from olp.translate.point_table import Place, place_of, table
-from olp.translate.rewrite import edited, is_usual, mapped
+from olp.translate.rewrite import edited, is_usual, is_written_out, mapped
 from olp.translate.symbols import kind_of_value, symbols_of
 from olp.translate.work import Fate, Work
 
-_FIRST: Final = {"inform": 0, "tp": 1}
+_NO_SYSTEMS: Final = {"tool": None, "frame": None}
 _VALUES: Final = (
     "speed", "blend", "acceleration", "deceleration", "rate", "turn", "offset", "tool_offset", "until"
 )  # fmt: skip
@@ -91,7 +91,11 @@ class _Numbers(Numbers):
 
     def _move(self, s: Move, before: list[Statement]) -> Move:
         place = place_of(s)
-        changes: dict[str, Any] = {"targets": tuple([self._target(t, place, before, s) for t in s.targets])}
+        if is_written_out(s):
+            (target,) = s.targets
+            changes: dict[str, Any] = {"targets": (self._target(target, place, before, s),)}
+            return edited(s, changes | _NO_SYSTEMS if self.inform else changes)
+        changes = {"targets": tuple([self._target(t, place, before, s) for t in s.targets])}
         if s.via is not None:
             changes["via"] = self._target(s.via, place, before, s)
         for name in ("speed", "blend") if is_usual(s) else _VALUES:
@@ -99,7 +103,7 @@ class _Numbers(Numbers):
             if old is not None and (new := mapped(old, self._change)) is not old:
                 changes[name] = new
         if self.inform:
-            changes |= {"tool": None, "frame": None}
+            changes |= _NO_SYSTEMS
         return edited(s, changes)
 
     def _target(self, e: Expression, place: Place, before: list[Statement], s: Move) -> Expression:

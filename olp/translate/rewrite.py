@@ -212,7 +212,13 @@ def note_names(node: Any, found: set[str]) -> None:
         found.add(node.name)
     elif kind is Move and is_usual(node):
         for e in (*node.targets, node.tool, node.frame):
-            if e is not None:
+            if type(e) is Named:
+                found.add(e.name)
+            elif (
+                e is not None
+                and type(e) not in _LEAVES
+                and not (type(e) is FrameRef and type(e.number) is Number)
+            ):
                 note_names(e, found)
         for measured in (node.speed, node.blend):
             if (

@@ -70,8 +70,18 @@ class Symbols:
     declared: dict[str, Declare] = field(default_factory=dict)  # of the whole program; not asked for so far
 
     def find(self, routine: str, name: str) -> Symbol | None:
-        found = self.table.get((routine, name)) or self.table.get(("", name))
+        found = self.table.get((routine, name)) if routine else None
+        if found is None:
+            found = self.table.get(("", name))
         return self._asked_for(name) if found is None and name in self.declared else found
+
+    def is_fixed(self, name: str) -> bool:
+        """Whether a name of the whole program always holds what it begins with."""
+        declared = self.declared.get(name)
+        if declared is not None:
+            return declared.value is not None
+        symbol = self.find("", name)
+        return symbol is not None and symbol.is_fixed
 
     def _asked_for(self, name: str) -> Symbol:
         """A symbol is made when somebody wants to know: most points are looked at by few passes."""
@@ -86,7 +96,12 @@ class Symbols:
                 return self._element(routine, expression)
             if type(expression) is not Named:
                 break
-            symbol = self.find(routine, expression.name)
+            name = expression.name
+            declared = self.declared.get(name)
+            if declared is not None and not (routine and (routine, name) in self.table):
+                expression = declared.value  # nothing that changes it has been found
+                continue
+            symbol = self.find(routine, name)
             if symbol is None or not symbol.is_fixed:
                 return None
             expression = symbol.value
