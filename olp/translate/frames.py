@@ -56,6 +56,9 @@ class _Systems:
     made: dict[tuple[str, Expression], Named] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
     known: dict[tuple[object, ...], Expression] = field(default_factory=dict)  # what moves' references became
+    same: dict[int, tuple[Expression, str, Expression]] = field(
+        default_factory=dict
+    )  # by the id of the first
     counted: set[tuple[str, str]] = field(
         default_factory=set
     )  # variables that hold a number of a tool or frame
@@ -204,7 +207,8 @@ class _Systems:
         if s.tool is not None and (tool := self._said("tool", s.tool, s)) is not s.tool:
             changes["tool"] = tool
         frame = s.frame
-        if frame is not None and frame != _BASE and (frame := self._said("user", frame, s)) is not s.frame:
+        base = type(frame) is FrameRef and frame.kind == "base" and frame.number is None
+        if frame is not None and not base and (frame := self._said("user", frame, s)) is not s.frame:
             changes["frame"] = frame
         if self.work.target in NAMING and not calls_nothing(s):
             targets = self._placed(s, s.targets)
@@ -216,6 +220,9 @@ class _Systems:
 
     def _said(self, kind: str, e: Expression, s: Statement) -> Expression:
         """A tool or frame as the target says it; moves name few of them, over and over."""
+        same = self.same.get(id(e))
+        if same is not None and same[0] is e and same[1] == kind:
+            return same[2]
         key: tuple[object, ...] | None = None
         if type(e) is Named:
             key = (kind, self.routine, e.name)
@@ -223,7 +230,9 @@ class _Systems:
             key = (kind, e.kind, e.number.value)
         known = None if key is None else self.known.get(key)
         if known is not None:
-            return e if known == e else known
+            said = e if known == e else known
+            self.same[id(e)] = (e, kind, said)
+            return said
         losses = len(self.work.losses)
         said = self.numbered(kind, e, s) if self.work.target in _NUMBERED else self.named(kind, e, s)
         if key is not None and len(self.work.losses) == losses:
@@ -323,6 +332,7 @@ class _Systems:
 
     def routine_of(self, routine: Routine) -> Routine:
         self.routine = routine.name
+        self.same.clear()
         return replace(routine, body=tuple(self.move(s) if isinstance(s, Move) else s for s in routine.body))
 
     def routine_with_values(self, routine: Routine, main: bool) -> Routine:

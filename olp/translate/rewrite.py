@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from operator import attrgetter
 from typing import Any, Final, TypeVar, cast, get_args
 
 from olp.expression import (
@@ -27,11 +26,6 @@ from olp.program import Declare
 T = TypeVar("T")
 _changed_move: Final = changer(Move)
 _changed_declare: Final = changer(Declare)
-# What few moves have: where it is all absent, targets, tool, frame, speed and blend are all that can hold expressions.
-_READ_RARE: Final = attrgetter(
-    "parts", "deceleration", "relative", "search", "until", "other", "via", "arc", "offset", "tool_offset"
-)
-_NO_RARE: Final = ((), None, None, None, None, (), None, None, None, None)
 Change = Callable[[Expression], Expression]
 
 EXPRESSIONS: Final = frozenset(get_args(Expression))
@@ -127,7 +121,18 @@ def edited(s: Move, changes: dict[str, Any]) -> Move:
 
 def is_usual(s: Move) -> bool:
     """Whether a move has nothing beside targets, speed, blend, tool, frame and numbers that are written out."""
-    if _READ_RARE(s) != _NO_RARE:
+    if (
+        s.parts
+        or s.other
+        or s.via is not None
+        or s.deceleration is not None
+        or s.relative is not None
+        or s.search is not None
+        or s.until is not None
+        or s.arc is not None
+        or s.offset is not None
+        or s.tool_offset is not None
+    ):
         return False
     turn, rate, share = s.turn, s.rate, s.acceleration
     return (

@@ -130,7 +130,10 @@ LITERALS = (Number, Text, State, PositionLiteral, RecordLiteral)
 def symbols_of(program: Program) -> Symbols:
     """The names of `program`. Names that are used and nowhere declared come into being where they are assigned."""
     found = Symbols({}, {routine.name: routine for routine in program.routines})
-    for declare in program.data:
+    names = [declare.name for declare in program.data]
+    if len(set(names)) == len(names):
+        found.declared.update(zip(names, program.data, strict=True))
+    for declare in program.data if not found.declared else ():
         if declare.name in found.declared or ("", declare.name) in found.table:
             _declare(found, "", declare)
         else:
@@ -141,11 +144,13 @@ def symbols_of(program: Program) -> Symbols:
             found.table[key] = Symbol(parameter.name, parameter.type, routine.name, parameter=parameter)
         for declare in routine.data:
             _declare(found, routine.name, declare)
-        for statement in routine.body:
+        for statement in routine.body if Declare in set(map(type, routine.body)) else ():
             if isinstance(statement, Declare):
                 _declare(found, routine.name, statement)
     by_reference = any(p.by_reference for routine in program.routines for p in routine.parameters)
     for routine in program.routines:
+        if not by_reference and _CHANGES.isdisjoint(map(type, routine.body)):
+            continue
         for statement in routine.body:
             if type(statement) in _CHANGES:
                 _note_changes(found, routine, statement)

@@ -109,7 +109,7 @@ class Expressions:
             values = numbers(folded)
             if values is None:
                 return Function("pose-vector", tuple(folded))
-        if not all(map(math.isfinite, values)):
+        if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
             return Function("pose-vector", tuple(map(Number, values)))
         return pose_literal(values)
 

@@ -39,7 +39,11 @@ _WORDS: Final = frozenset((
     "break", "continue", "global", "local", "join", "kill", "run", "True", "False", "true", "false",
 ))  # fmt: skip
 _LONGEST = 26  # characters of a number; longer ones are examined by the reader of lines
+# The nodes as their constructors make them, in half the time.
+_new: Final = tuple.__new__
 _literal: Final = partial(tuple.__new__, Literal)  # of (value,): there are six of them in every point
+_TRANS: Final = Name("pose_trans")
+_MOVES: Final = {word: Name(word) for word in ("movej", "movel", "movep")}
 _arguments: dict[str, tuple[Given, ...] | None] = {"": ()}
 _MOST_CACHED = 20_000
 
@@ -53,12 +57,13 @@ def quick(text: str) -> Instruction | None:
         found = _POINT.fullmatch(text)
         if found is not None and found[2] not in _WORDS:
             value = _place(found[3])
-            return None if value is None else Assignment(found[1] or "", Name(found[2]), "=", value)
+            if value is not None:
+                return _new(Assignment, (found[1] or "", _new(Name, (found[2],)), "=", value))
     return None
 
 
 def _move(found: re.Match[str]) -> Instruction | None:
-    word, plain, kin, pose, near, trans, frame, inner, tail = found.groups()
+    word, plain, kin, pose, near, _, frame, inner, tail = found.groups()
     arguments = _arguments[tail] if tail in _arguments else _read_arguments(tail)
     if plain is not None:
         target = _place(plain)
@@ -71,15 +76,17 @@ def _move(found: re.Match[str]) -> Instruction | None:
         first, second = _place(frame), _place(inner)
         if first is None or second is None:
             return None
-        target = Invocation(Name(trans), (Given("", first), Given("", second)))
+        given = (_new(Given, ("", first)), _new(Given, ("", second)))
+        target = _new(Invocation, (_TRANS, given))
     if target is None or arguments is None:
         return None
-    return Evaluation(Invocation(Name(word), (Given("", target), *arguments)))
+    all_given = (_new(Given, ("", target)), *arguments)
+    return _new(Evaluation, (_new(Invocation, (_MOVES[word], all_given)),))
 
 
 def _place(text: str) -> Node | None:
     if text[-1] != "]":
-        return None if text in _WORDS else Name(text)
+        return None if text in _WORDS else _new(Name, (text,))
     pose = text[0] == "p"
     numbers = text[2 if pose else 1 : -1].split(",")
     if max(map(len, numbers)) > _LONGEST:
@@ -89,7 +96,7 @@ def _place(text: str) -> Node | None:
     except ValueError:
         return None
     if pose:
-        return PoseOf(items) if len(items) > 2 else None
+        return _new(PoseOf, (items,)) if len(items) > 2 else None
     return ListOf(items)
 
 

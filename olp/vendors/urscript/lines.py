@@ -73,13 +73,14 @@ class LineReader:
     def read(self) -> Iterator[Line]:
         """All instructions in order; every physical line gets its kind."""
         number, count, lines, kinds = 0, len(self._lines), self._lines, self._kinds
+        new = tuple.__new__  # as the constructor does, in half the time
         while number < count:
             text = lines[number].strip(" \t\f\u00a0\x1a")
             number += 1
             instruction = self._quick(text)
             if instruction is not None:
                 kinds[number - 1] = LineKind.STATEMENT
-                yield Line(number, number, instruction)
+                yield new(Line, (number, number, instruction, ""))
                 continue
             if not text:
                 continue

@@ -288,6 +288,11 @@ def _gather(part: Part) -> Facts:
         if type(content) is Evaluation:
             _use(facts, content.value)
             continue
+        if type(content) is Assignment and type(content.value) is PoseOf and type(content.target) is Name:
+            _assigned(facts, content, index)
+            facts.used.add(content.target.text)
+            _use(facts, content.value)
+            continue
         simple = simple_of(content)  # type: ignore[arg-type]
         if type(simple) is Assignment:
             _assigned(facts, simple, index)
