@@ -306,7 +306,9 @@ def modal(program: Program, work: Work) -> Program:
     if not _needs(program):
         return program
     own = _Modal(program, work, symbols_of(program))
-    own.flow = reaching(program, own.of)
+    own.flow = reaching(
+        program, own.of, _MODAL_KINDS | {Move} if program.vendor == "inform" else _MODAL_KINDS
+    )
     bodies = []
     for routine in program.routines:
         own.routine, own.states = routine.name, own.flow.before[routine.name]

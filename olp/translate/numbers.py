@@ -71,14 +71,13 @@ class _Numbers(Numbers):
         rows: list[Statement] = []
         for s in routine.body:
             before: list[Statement] = []
-            new = self._statement(s, before)
-            rows += before
+            new = [self._move(s, before)] if type(s) is Move else self._statement(s, before)
+            if before:
+                rows += before
             rows += new
         return rows
 
     def _statement(self, s: Statement, before: list[Statement]) -> list[Statement]:
-        if type(s) is Move:
-            return [self._move(s, before)]
         match s:
             case Declare():
                 return []

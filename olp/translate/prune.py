@@ -22,10 +22,11 @@ def prune(program: Program, work: Work) -> Program:
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
     everything += [s for s in program.statements() if isinstance(s, Declare)]
     by_name = {d.name: d for d in everything}
-    todo = list(used)
+    naming = {name: d for name, d in by_name.items() if type(d.value) is not PositionLiteral}
+    todo = list(used & naming.keys())
     while todo:
-        declare = by_name.get(todo.pop())
-        if declare is None or type(declare.value) is PositionLiteral:
+        declare = naming.get(todo.pop())
+        if declare is None:
             continue
         inner = [e.name for e in expressions_of(declare) if type(e) is Named]
         todo += [name for name in inner if name not in used]

@@ -6,7 +6,7 @@ began.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -81,8 +81,11 @@ class Reaching:
         return (found - _FROM_OUTSIDE) | self.entry.get(routine, {}).get(key, _NOTHING)
 
 
-def reaching(program: Program, definitions: Definitions) -> Reaching:
-    """`definitions(statement)`: the keys that a statement sets, each with the number of the definition."""
+def reaching(program: Program, definitions: Definitions, kinds: Set[type]) -> Reaching:
+    """`definitions(statement)`: the keys that a statement sets, each with the number of the definition.
+
+    `kinds`: the classes of statements that set any.
+    """
     result = Reaching()
     graphs = {routine.name: _Graph(routine, pair(routine.body)) for routine in program.routines}
     names = {routine.name.casefold(): routine.name for routine in program.routines}
@@ -90,7 +93,7 @@ def reaching(program: Program, definitions: Definitions) -> Reaching:
     for _ in range(_ROUNDS):
         changed = False
         for name, graph in graphs.items():
-            before, leaving = graph.run(definitions, summaries, names)
+            before, leaving = graph.run(definitions, kinds, summaries, names)
             result.before[name] = before
             if leaving != summaries[name]:
                 summaries[name], changed = leaving, True
@@ -155,7 +158,11 @@ class _Graph:
         return self._calls
 
     def run(
-        self, definitions: Definitions, summaries: Mapping[str, Mapping[Key, Values]], names: dict[str, str]
+        self,
+        definitions: Definitions,
+        kinds: Set[type],
+        summaries: Mapping[str, Mapping[Key, Values]],
+        names: dict[str, str],
     ) -> tuple[list[State | None], dict[Key, Values]]:
         """What holds before each statement, and what the routine has set when it ends."""
         body, calls = self.routine.body, self.calls(names)
@@ -176,7 +183,9 @@ class _Graph:
                         break
                     state = joined
                 before[index] = state
-                after = self._after(index, state, definitions, calls, summaries)
+                after = state
+                if type(body[index]) in kinds or index in calls:
+                    after = self._after(index, state, definitions, calls, summaries)
                 if (
                     index < last
                     and type(body[index]) in _ONWARD

@@ -6,11 +6,12 @@ import collections.abc
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from olp.diagnostic import Diagnostic, error
 from olp.expression import Named, PositionLiteral
-from olp.program import Parameter, Program, Routine, Statement
+from olp.frozen import fast_init
+from olp.program import Move, Parameter, Path, Program, Routine, Statement
 from olp.translate.limits import Limits, limits_of
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ class Fate(StrEnum):
     REFUSED = "refused"
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Loss:
     """Something that the target says in another way, or not at all.
@@ -185,11 +187,14 @@ def work_for(program: Program, target: str, context: Context) -> Work:
     return Work(program, target, limits_of(target), context)
 
 
+_MOVES: Final = {path: f"Move {path.value}" for path in Path}
+
+
 def kind_of(statement: Statement) -> str:
     """How the receipt calls a kind of statement: its class in the neutral program, a move by its path."""
-    name = type(statement).__name__
-    path = getattr(statement, "path", None)
-    return f"{name} {path.value}" if name == "Move" and path is not None else name
+    if type(statement) is Move:
+        return _MOVES[statement.path]
+    return type(statement).__name__
 
 
 def _names_in(program: Program) -> set[str]:
