@@ -76,13 +76,14 @@ class Cutter:
     def cut(self) -> Iterator[Clause | Remark]:
         """All clauses and comments in the order of the text."""
         plain, labelled = _PLAIN.fullmatch, _LABELLED.match
+        new = tuple.__new__  # as the constructor does, in half the time
         for number, line in enumerate(self._lines, 1):
             if not self._open:
                 match = plain(line)
                 if match is not None and line.count(";") == 1 and not labelled(match[1]):
                     text = match[1]
                     word = text[:4].upper() if text[0] in "mM" else ""
-                    yield Clause(word, text, number, match.start(1) + 1, number)
+                    yield new(Clause, (word, text, number, match.start(1) + 1, number, None, True))
                     continue
                 if not line or line.isspace():
                     continue

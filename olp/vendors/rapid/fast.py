@@ -9,7 +9,16 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from olp.expression import Expression, FrameRef, Named, PositionLiteral, Quantity
+from olp.expression import (
+    Expression,
+    FrameRef,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    RecordLiteral,
+    State,
+)
 from olp.program import Blend, Declare, Move, Path, Speed
 from olp.units import mm
 from olp.vendors.rapid.literals import (
@@ -21,7 +30,7 @@ from olp.vendors.rapid.literals import (
 )
 from olp.vendors.rapid.moves import frame_of, named_blend, named_speed, tool_of
 from olp.vendors.rapid.names import Names
-from olp.vendors.rapid.words import NOT_CONNECTED
+from olp.vendors.rapid.words import NOT_CONNECTED, RECORDS, TYPES
 
 _LIST: Final = r"\[\s*\[([^][]*)\]\s*,\s*\[([^][]*)\]\s*(?:,\s*\[([^][]*)\]\s*,\s*\[([^][]*)\]\s*)?\]"
 MOVE: Final = re.compile(
@@ -32,9 +41,21 @@ MOVE: Final = re.compile(
 _ROBTARGET: Final = re.compile(
     rf"(?:(LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(robtarget)\s+(\w+)\s*:=\s*{_LIST}\s*;", re.IGNORECASE
 )
+_RECORD: Final = re.compile(
+    r"(?:(LOCAL)\s+)?(CONST|PERS|VAR)\s+(speeddata|zonedata)\s+(\w+)\s*:=\s*"
+    r"\[((?:\s*(?:TRUE|FALSE|\d{1,9}(?:\.\d{1,9})?)\s*(?:,(?!\s*\])|(?=\])))+)\]\s*;",
+    re.IGNORECASE | re.ASCII,
+)
 _PATHS: Final = {"l": Path.LINEAR, "j": Path.JOINT, "c": Path.CIRCULAR}
 _STORAGE: Final = {"C": "constant", "P": "persistent", "V": "variable"}
 _Words = tuple[str, str, str, str]
+
+
+def _value(text: str) -> State | Number:
+    word = text.lower()
+    if word in ("true", "false"):
+        return State(word == "true")
+    return Number(float(text) if "." in text else int(text))
 
 
 class PlainClauses:
@@ -92,10 +113,10 @@ class PlainClauses:
         )
 
     def point(self, text: str, line: int, comment: str) -> Declare | None:
-        """A literal robtarget's declaration, or None when it is not plain."""
+        """The declaration of a literal robtarget, speed or zone, or None when it is not plain."""
         match = _ROBTARGET.fullmatch(text)
         if match is None:
-            return None
+            return self._record(text, line, comment)
         scope, storage, kind, name, place, turn, arm, axes = match.groups()
         if arm is None:
             return None
@@ -115,6 +136,33 @@ class PlainClauses:
             comment,
         )
 
+    def _record(self, text: str, line: int, comment: str) -> Declare | None:
+        """A speed or a zone: of those that olp or a CAM system writes there are hundreds."""
+        match = _RECORD.fullmatch(text)
+        if match is None:
+            return None
+        scope, storage, kind, name, listed = match.groups()
+        key = kind.lower()
+        if key in self._names.records or key in self._names.aliases:
+            return None
+        values = [_value(one.strip()) for one in listed.split(",")]
+        members = RECORDS[key]
+        words = ["bool" if type(one) is State else "num" for one in values]
+        if words != [word for _, word in members]:
+            return None
+        named = zip((member for member, _ in members), values, strict=True)
+        return Declare(
+            line,
+            self._names.spelled(name),
+            TYPES[key],
+            RecordLiteral(key, tuple(named)),
+            (),
+            _STORAGE[storage[0].upper()],
+            not scope,
+            kind,
+            comment,
+        )
+
     def _target(self, word: str, name: str | None, literal: list[str | None]) -> Expression | None:
         if name is not None:
             return self._name(name)
@@ -127,11 +175,10 @@ class PlainClauses:
 
     def _robtarget(self, place: str, turn: str, arm: str, axes: str) -> PositionLiteral | None:
         try:
-            x, y, z = place.split(",")
-            xyz = (float(x) * mm, float(y) * mm, float(z) * mm)
-            w, a, b, c = turn.split(",")
-            quaternion = (float(w), float(a), float(b), float(c))
-            angles = quaternion_angles(*quaternion)
+            x, y, z = map(float, place.split(","))
+            xyz = (x * mm, y * mm, z * mm)
+            w, a, b, c = quaternion = tuple(map(float, turn.split(",")))
+            angles = quaternion_angles(w, a, b, c)
         except (ValueError, ShapeError):
             return None
         configuration, external = self._some(arm, 4), self._some(axes, 6)

@@ -48,7 +48,7 @@ class ModuleReader:
 
     def read(self, clauses: Sequence[Clause | Remark]) -> None:
         """Reads all clauses of the file."""
-        move, kinds = self._plain.move, self._findings.kinds
+        move, point, kinds = self._plain.move, self._plain.point, self._findings.kinds
         for clause in clauses:
             if isinstance(clause, Remark):
                 self._remark(clause)
@@ -61,6 +61,15 @@ class ModuleReader:
                         kinds[line] = LineKind.STATEMENT
                     if self._names.uneven:
                         self._tell_uneven(clause)
+                    continue
+            elif not clause.word and self._head is None and not self._record and clause.comment is None:
+                declared = point(clause.text, clause.line, "")
+                if declared is not None:
+                    if self._names.uneven:
+                        self._tell_uneven(clause)
+                    self._kind(clause, LineKind.POINT if declared.type in _POSITIONS else LineKind.STATEMENT)
+                    self._flush(f"D {declared.name}")
+                    self.data.append(declared)
                     continue
             self._clause(clause)
         self._end_of_file()
@@ -78,8 +87,9 @@ class ModuleReader:
 
     def _flush(self, *items: str) -> None:
         """Module text that belongs to no routine, in order."""
-        self._before += [f"! {one.text}" for one in self._lead]
-        self._lead.clear()
+        if self._lead:
+            self._before += [f"! {one.text}" for one in self._lead]
+            self._lead.clear()
         self._before += items
 
     # --- clauses ----------------------------------------------------------------------------------------------

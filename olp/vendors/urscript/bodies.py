@@ -180,7 +180,7 @@ class _Body:
                 and type(content.target) is Name
                 and content.target.text != helpers.COUNTER
             ):
-                assigned = self._named(content.target.text, content)
+                assigned = self._point(content.target.text, content)
                 body.append(assigned)
                 self._preamble = self._preamble and isinstance(assigned, _BEFORE_DATA)
                 index += 1
@@ -325,11 +325,33 @@ class _Body:
             lowered = Binary(content.operator[0], place, lowered)
         return self._stored(place, lowered)
 
-    def _named(self, name: str, content: Assignment) -> Statement:
+    def _point(self, name: str, content: Assignment) -> Statement:
+        """A pose that gets a name, of which a path has thousands; as `_named`, which takes the rarer ones."""
+        value = self._expressions.lower(content.value)
+        names = self._names
+        if (
+            type(value) is PositionLiteral
+            and content.operator == "="
+            and self._is_main
+            and self._depth == 0
+            and self._facts.first.get(name) == self._index
+            and names.is_shared(self._part, name)
+            and (self._preamble or names.is_set_once(name))
+            and name not in self._data
+        ):
+            type_ = _plain(names.types.get(name, ""))
+            declared = Declare(self._number, name, type_, value, (), "variable", True, "", self._comment)
+            self._data[name] = declared
+            return declared
+        return self._named(name, content, value)
+
+    def _named(self, name: str, content: Assignment, value: Expression | None = None) -> Statement:
+        """`value`: what is assigned, where that is a pose."""
         names, part = self._names, self._part
-        pose = type(content.value) is PoseOf
-        wanted = not pose and (names.holds_joints(part, name) or names.holds_joint_lists(part, name))
-        value = self._expressions.lower(content.value, wanted)
+        pose = value is not None
+        if value is None:
+            wanted = names.holds_joints(part, name) or names.holds_joint_lists(part, name)
+            value = self._expressions.lower(content.value, wanted)
         if content.operator != "=":
             value = Binary(content.operator[0], Named(name), value)
             return Assign(self._number, Named(name), value, self._comment)

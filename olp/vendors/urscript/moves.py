@@ -57,6 +57,7 @@ class MoveRules:
         self._tell = tell
         self._manners: dict[tuple[str, tuple[Given, ...]], Manner] = {}
         self._frames: dict[Node, Expression] = {}
+        self._turns: dict[Node, bool] = {}
 
     def move(self, word: str, given: tuple[Given, ...], line: int, comment: str) -> Move | None:
         """The move, None when it has no target (which is told)."""
@@ -216,9 +217,18 @@ class MoveRules:
     def _in_frame(self, target: Node) -> tuple[Node | None, Node]:
         if type(target) is not Invocation or target.function != _TRANS or len(target.arguments) != 2:
             return None, target
-        frame, place = (one.value for one in target.arguments)
-        names = self._expressions.names
-        waypoint = type(frame) is Name and (frame.text.endswith("_p") or frame.text in names.waypoints)
-        if waypoint or type(frame) not in (Name, PoseOf) or self._expressions.part.find("pose_trans"):
-            return None, target
-        return frame, place
+        (_, frame), (_, place) = target.arguments
+        turns = self._turns.get(frame) if type(frame) is Name else None
+        if turns is None:
+            turns = self._turn_points(frame)
+            if type(frame) is Name:
+                self._turns[frame] = turns
+        return (frame, place) if turns else (None, target)
+
+    def _turn_points(self, frame: Node) -> bool:
+        """Whether `pose_trans` with this first argument says in which frame the second one stands."""
+        if type(frame) is Name:
+            waypoint = frame.text.endswith("_p") or frame.text in self._expressions.names.waypoints
+        else:
+            waypoint = type(frame) is not PoseOf
+        return not waypoint and self._expressions.part.find("pose_trans") is None

@@ -51,6 +51,7 @@ class Facts:
     calls: list[tuple[Part, tuple[Given, ...]]] = field(default_factory=list)
     results: list[Node] = field(default_factory=list)
     plain: set[str] = field(default_factory=set)  # functions that say nothing about their arguments
+    outside: set[str] = field(default_factory=set)  # functions of which no part of the file is one
     joints: set[str] = field(default_factory=set)  # names that hold positions of the axes, if they hold lists
     tables: set[str] = field(default_factory=set)  # names whose elements do
     points: set[str] = field(default_factory=set)  # names that hold poses to move to
@@ -71,12 +72,10 @@ class Names:
             for facts in self.facts.values()
         }
         self.waypoints = self._find_waypoints()
-        self._times = Counter(
-            name
-            for facts in self.facts.values()
-            for name, _ in facts.given
-            if self.is_shared(facts.part, name)
-        )
+        self._times: Counter[str] = Counter()
+        for facts in self.facts.values():
+            seen = self._seen[id(facts.part)]
+            self._times.update([name for name, _ in facts.given if name in seen])
         self.types: dict[str, str] = {}
         for _ in range(_ROUNDS):
             self._mark()
@@ -343,10 +342,12 @@ def _use(facts: Facts, expression: Node) -> None:
 
 
 def _called(facts: Facts, name: str, arguments: tuple[Given, ...]) -> None:
-    called = facts.part.find(name)
-    if called is not None:
-        facts.calls.append((called, arguments))
-        return
+    if name not in facts.outside:
+        called = facts.part.find(name)
+        if called is not None:
+            facts.calls.append((called, arguments))
+            return
+        facts.outside.add(name)
     if name == "get_inverse_kin" and arguments and type(arguments[0].value) is Name:
         facts.points.add(arguments[0].value.text)
     place = JOINT_ARGUMENTS.get(name)
