@@ -38,7 +38,7 @@ def prune(program: Program, work: Work) -> Program:
         return work.source.vendor != work.target and d.type in _PLAIN and type(d.value) is not RecordLiteral
 
     if work.source.vendor != work.target:
-        _refuse(program, {d.name: d.type for d in everything if kept(d) and d.type not in _HELD}, work)
+        _refuse(program, {d.name: d.type for d in everything if d.type not in _HELD and kept(d)}, work)
     return replace(
         program,
         data=tuple([d for d in program.data if d.name in used or kept(d)]),
