@@ -62,8 +62,8 @@ FAULTS: Final = (
     ),
     Fault(
         "moves.py",
-        "frame, place = (one.value for one in target.arguments)",
-        "place, frame = (one.value for one in target.arguments)",
+        "(_, frame), (_, place) = target.arguments",
+        "(_, place), (_, frame) = target.arguments",
         "pose_trans: frame and target swapped",
     ),
     Fault("expressions.py", "return Number(value + 1)", "return Number(value)", "indices from 0"),
