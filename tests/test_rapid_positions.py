@@ -176,7 +176,7 @@ def test_the_fast_way_gives_what_the_grammar_gives() -> None:
         if quick is not None:
             taken += 1
             assert [quick] == clause_parser().parse(clause.text, names), clause.text
-    assert taken == 200
+    assert taken == 201  # the speed, too
 
 
 @pytest.mark.parametrize(
