@@ -6,6 +6,7 @@
     python    is run in the same folder, after the blocks of the page before it
     sh        commands with names of the reader's own: command and options must exist
     toml, yaml, json, jinja, sql    must be what they say they are
+    lua, elisp    settings of an editor: its brackets pair, and its host's own test runs it, word for word
     text      is no code
 
 A block with title="NAME" is written into the folder as that file first, so that the next command finds it.
@@ -211,6 +212,18 @@ def _sql(body: str) -> None:
     store.execute(body)
 
 
+def _paired(body: str) -> str:
+    """Brackets outside of comments and texts."""
+    bare = re.sub(r"""(?:--|;).*|'(?:\\.|[^'\n])*'(?!\w)|"(?:\\.|[^"\\])*\"""", "", body)
+    opened: list[str] = []
+    for letter in re.findall(r"[()\[\]{}]", bare):
+        if letter in "([{":
+            opened.append(letter)
+        elif not opened or opened.pop() + letter not in ("()", "[]", "{}"):
+            return f"a {letter} without its beginning"
+    return f"{len(opened)} brackets are not closed" if opened else ""
+
+
 KINDS: dict[str, Callable[[str], str]] = {
     "sh": _sh,
     "toml": _tried(tomllib.loads),
@@ -218,5 +231,7 @@ KINDS: dict[str, Callable[[str], str]] = {
     "json": _tried(json.loads),
     "jinja": _tried(lambda body: Sandbox(None).from_string(body)),
     "sql": _tried(_sql),
+    "lua": _paired,
+    "elisp": _paired,
     "text": lambda body: "",
 }

@@ -310,3 +310,47 @@ def test_a_text_that_a_new_layout_would_change_stays_as_it_is(service, monkeypat
     )
     path = opened(service, "urscript/a.script", "def a():\n  sleep(1)\nend\na()\n")
     assert formatting(service.analyses[path]) == []
+
+
+def test_what_changes_the_motion_is_offered_as_such_and_mends_what_it_promises(service) -> None:
+    path = opened(service, "inform/pitfalls/stop.jbi", STOPS)
+    analysis = complete(service, path)
+    assert analysis is not None
+    finding = next(one for one in analysis.lint if one.code == "W001")
+    offered = [
+        a for a in actions(analysis, finding.line, finding.line) if a.title.endswith("changes the motion)")
+    ]
+    assert offered
+    assert not offered[0].preferred
+    (edit,) = offered[0].edits
+    document = service.documents[path]
+    document.change(Change(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text))
+    again = complete(service, path)
+    assert again is not None
+    assert "W001" not in {one.code for one in again.lint}
+
+
+STOPS = """\
+/JOB
+//NAME STOP
+//POS
+///NPOS 4,0,0,0,0,0
+///TOOL 0
+///POSTYPE BASE
+///RECTAN
+///RCONF 1,0,0,0,0,0,0,0
+C00000=1043.700,-271.300,-60.038,176.4130,-3.9170,11.2730
+C00001=1103.700,-271.300,-60.038,176.4130,-3.9170,11.2730
+C00002=1183.700,-261.300,-60.038,176.4130,-3.9170,11.2730
+C00003=1263.700,-251.300,-60.038,176.4130,-3.9170,11.2730
+//INST
+///DATE 2026/05/21 11:36
+///ATTR SC,RW
+///GROUP1 RB1
+NOP
+MOVJ C00000 VJ=25.00
+MOVL C00001 V=300.0 PL=2
+MOVL C00002 V=300.0 PL=0
+MOVL C00003 V=300.0 PL=0
+END
+"""

@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from olp.language.analysis import Analysis
+from olp.batch import time_program
+from olp.language.analysis import Analysis, folder_of
 from olp.language.edits import Action, TextEdit
+from olp.lint.fix import Edit, fixed, fixes
 from olp.outcome.model import Finding
 from olp.vendors.vendor import find_vendor, vendor_names
 
@@ -15,25 +17,31 @@ _MEANT = re.compile(r"did you mean ([\w.$#-]+)\?")
 
 def actions(analysis: Analysis, first: int, last: int) -> list[Action]:
     """What is offered for lines `first` to `last`."""
-    found = list(_meant(analysis, first, last))
-    for finding in analysis.lint:
-        if first <= finding.line <= last:
-            found += [*_fixes(analysis, finding), *_excuse(analysis, finding)]
+    findings = [finding for finding in analysis.lint if first <= finding.line <= last]
+    found = [*_meant(analysis, first, last), *_fixes(analysis, findings)]
+    for finding in findings:
+        found += _excuse(analysis, finding)
     return found
 
 
-def _fixes(analysis: Analysis, finding: Finding) -> Iterator[Action]:
-    """The changes that a finding carries: none of them can alter where the robot goes."""
-    edits = []
-    for first, last, text in finding.fixes:
-        if text:
-            end = len(analysis.source.line(last)) + 1
-            edits.append(TextEdit(first, 1, last, end, text))
-        else:
-            edits.append(TextEdit(first, 1, last + 1, 1, ""))
-    if edits:
-        title = finding.help or f"mend {finding.code}"
-        yield Action(f"{title[:1].upper()}{title[1:]} ({finding.code})", finding.code, tuple(edits), True)
+def _fixes(analysis: Analysis, findings: list[Finding]) -> Iterator[Action]:
+    """What mends the findings, each tried before it is offered: olp/lint/fix.py says what it has to hold."""
+    program, job = analysis.program, analysis.settings.job
+    if program is None or not findings:
+        return
+    folder = folder_of(analysis.path)
+    for edit in fixes(program, findings):
+        held = fixed(program, [edit], lambda changed: time_program(changed, job, folder)).done
+        if edit in held:
+            title = f"{edit.says[:1].upper()}{edit.says[1:]} ({edit.code}{'' if edit.safe else ', changes the motion'})"
+            yield Action(title, edit.code, (_text_edit(analysis, edit),), edit.safe)
+
+
+def _text_edit(analysis: Analysis, edit: Edit) -> TextEdit:
+    if not edit.text:
+        return TextEdit(edit.first, 1, edit.last + 1, 1, "")
+    end = len(analysis.source.line(edit.last)) + 1
+    return TextEdit(edit.first, 1, edit.last, end, "\n".join(edit.text))
 
 
 def _meant(analysis: Analysis, first: int, last: int) -> Iterator[Action]:
