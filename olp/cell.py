@@ -157,6 +157,10 @@ class Cell:
                 self._gap("pulses", f"the pulses per degree of {robot.name} are not known", True)
                 return unknown
             axes = pulses_to_joints(robot, axes)
+        else:
+            from olp.kinematics.readings import joints_of_readings
+
+            axes = joints_of_readings(robot, axes)
         if robot.geometry is None:
             self._gap(
                 "geometry",

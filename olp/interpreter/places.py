@@ -121,7 +121,9 @@ def _joints_here(m: Machine, mechanism: int) -> tuple[float, ...]:
             "the axes of the arm are not known here",
             "say which robot it is: --robot maker/model, or robot = … in olp.toml",
         )
-    return tuple(float(v) for v in axes)
+    from olp.kinematics.readings import readings_of_joints
+
+    return tuple(float(v) for v in (axes if robot is None else readings_of_joints(robot, axes[None])[0]))
 
 
 def _seed(m: Machine, mechanism: int) -> NDArray[np.float64] | None:
@@ -178,6 +180,7 @@ def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = Non
     Raises StatementError (I212).
     """
     from olp.interpreter.moves import role
+    from olp.kinematics.readings import joints_of_readings, readings_of_joints
 
     if value.state.kind is PointKind.JOINT:
         return value
@@ -185,9 +188,10 @@ def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = Non
     placed = position_in(value, m.active_frame, m.active_tool)
     rows = np.asarray([placed.values[:6]], dtype=np.float64)
     robot = m.world.cell.robot(mechanism)
-    seed = _seed(m, mechanism) if near is None else np.array(near.values)
-    if robot is None or (seed is not None and len(seed) != len(robot.axes)):
-        seed = None
+    read = _seed(m, mechanism) if near is None else np.array(near.values)
+    seed = None
+    if robot is not None and read is not None and len(read) == len(robot.axes):
+        seed = joints_of_readings(robot, read[None])[0]
     axes = m.world.cell.resolve(mechanism, placed.state, rows, seed).axes[0]
     if robot is None or np.isnan(axes[: len(robot.axes)]).any():
         raise StatementError(
@@ -195,9 +199,8 @@ def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = Non
             "the axes that reach this pose are not known",
             "say which robot it is: --robot maker/model",
         )
-    return PositionValue(
-        PointState(PointKind.JOINT, "joint"), tuple(float(v) for v in axes[: len(robot.axes)])
-    )
+    found = readings_of_joints(robot, axes[None, : len(robot.axes)])[0]
+    return PositionValue(PointState(PointKind.JOINT, "joint"), tuple(float(v) for v in found))
 
 
 def pose_at(m: Machine, value: PositionValue) -> PositionValue:

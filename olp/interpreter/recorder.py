@@ -92,6 +92,8 @@ class Recorder:
 
     def axes_here(self, mechanism: int) -> Floats:
         """(k,) axes where a mechanism stands now, nan where they are not known; it has moved, or begins somewhere."""
+        from olp.kinematics.readings import readings_of_joints
+
         done, axes = self._stood.get(mechanism, (0, None))
         entries: list[tuple[PointState, Sequence[float], bool]] = []
         first = NOWHERE
@@ -105,7 +107,9 @@ class Recorder:
                 break
         else:
             if axes is not None:
-                entries.append((PointState(PointKind.JOINT, "joint"), axes.tolist(), True))
+                robot = self.cell.robot(mechanism)
+                read = axes if robot is None else readings_of_joints(robot, axes[None])[0]
+                entries.append((PointState(PointKind.JOINT, "joint"), read.tolist(), True))
             elif first != NOWHERE or not entries:
                 entries.append((*self.written(first if entries else self.at[mechanism]), True))
         axes = axes_after(self.cell, mechanism, entries[::-1])

@@ -78,7 +78,7 @@ def plane(links: Links, position: Array, rotation: Array) -> Plane:
         c = np.where(on_axis, 1.0, c)
     return Plane(
         radius,
-        position[2] - links.d6 * az,
+        position[2] - links.d6 * az - links.height,
         np.arctan2(s, c),
         *(c * nx + s * ny, c * ox + s * oy, c * ax + s * ay),
         *(c * ny - s * nx, c * oy - s * ox, c * ay - s * ax),

@@ -40,6 +40,10 @@ class Links(NamedTuple):
     d4 from U to the wrist centre (forward), d6 from there to the flange (forward). The standard angle of
     an axis, which is 0 in that stance, is sign x reading + zero: shelf-mounted arms read L = 0 with the
     upper arm forward, some small arms read B = 0 with the flange down.
+
+    `height` [m] of axis L above the origin of the base frame in which the maker's controller gives poses: 0 where it
+    puts the origin there (Yaskawa, FANUC). `third_to_horizontal`: the controller reads axis U against the horizontal
+    (FANUC); the limits of U are those of the joint all the same.
     """
 
     a1: float
@@ -49,6 +53,8 @@ class Links(NamedTuple):
     d6: float
     signs: tuple[int, ...] = (1, 1, 1, 1, 1, 1)
     zeros: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # [rad]
+    height: float = 0.0
+    third_to_horizontal: bool = False
 
 
 class Joint(NamedTuple):

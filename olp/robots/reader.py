@@ -27,6 +27,7 @@ _SLIDING: Final = (
     "pulses_per_mm",
 )  # fmt: skip
 _LINK_KEYS: Final = ("a1_mm", "a2_mm", "a3_mm", "d4_mm", "d6_mm")
+_STANCE_KEYS: Final = ("base_height_mm", "signs", "zero_deg", "origin_below_mm", "third_to_horizontal")
 Rows = tuple[Vector, Vector, Vector]
 _IDENTITY: Final[Rows] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _DIRECTIONS: Final[dict[str, Vector]] = {
@@ -152,7 +153,7 @@ def _geometry(document: Document, axes: tuple[Axis, ...]) -> Geometry | None:
 
 def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
     start = document.table_start("links")
-    document.known_keys(links, (*_LINK_KEYS, "base_height_mm", "signs", "zero_deg"), "links", start)
+    document.known_keys(links, (*_LINK_KEYS, *_STANCE_KEYS), "links", start)
     values = [document.number(links, key, start) for key in _LINK_KEYS]
     missing = [key for key in _LINK_KEYS if key not in links]
     if missing:
@@ -166,10 +167,16 @@ def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
     if any(abs(sign) != 1.0 for sign in signs):
         document.report("R005", f"signs must be 1 or -1, not {list(signs)}", "signs", start)
     zeros = tuple(value * deg for value in document.numbers(links, "zero_deg", 6, start) or (0.0,) * 6)
+    below = (document.number(links, "origin_below_mm", start) or 0.0) * mm
+    horizontal = links.get("third_to_horizontal", False)
+    if not isinstance(horizontal, bool):
+        message = f"third_to_horizontal must be true or false, not {horizontal!r}"
+        document.report("R005", message, "third_to_horizontal", start)
     if any(value is None for value in values):
         return None
     a1, a2, a3, d4, d6 = (value * mm for value in values if value is not None)
-    numbers = Links(a1, a2, a3, d4, d6, tuple(int(sign) for sign in signs), zeros)
+    turning = tuple(int(sign) for sign in signs)
+    numbers = Links(a1, a2, a3, d4, d6, turning, zeros, below, horizontal is True)
     if numbers.a2 <= 0.0 or numbers.d4 <= 0.0:
         document.report("R005", "a2_mm and d4_mm must be greater than 0", "a2_mm", start)
     return wrist_geometry(numbers, None if height is None else height * mm)
@@ -177,7 +184,7 @@ def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
 
 def wrist_geometry(links: Links, base_height: float | None) -> Geometry:
     """The chain of a six-axis arm with a spherical wrist; `base_height` [m]."""
-    offsets = [(0.0, 0.0, 0.0), (links.a1, 0.0, 0.0), (0.0, 0.0, links.a2), (0.0, 0.0, links.a3)]
+    offsets = [(0.0, 0.0, links.height), (links.a1, 0.0, 0.0), (0.0, 0.0, links.a2), (0.0, 0.0, links.a3)]
     offsets += [(links.d4, 0.0, 0.0), (links.d6, 0.0, 0.0)]
     stance = _IDENTITY
     joints = []

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.expression import Expression, Function, Named, PositionLiteral
+from olp.kinematics.readings import same_posture
 from olp.plan import StepKind
 from olp.program import Begin, Comment, Declare, Move, ObeyFlags, Path, Program, Routine, Statement
 from olp.robot import Robot
@@ -106,7 +107,13 @@ class _Literals:
         steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))[0]
         axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(robot.axes)]
         known = ~np.isnan(axes).any(axis=1)
-        flags = flags_of(robot, axes[known], work.target)
+        other = work.target_robot or robot
+        stands = same_posture(robot, other, axes[known])
+        flags = (
+            flags_of(robot, axes[known], work.target)
+            if stands is None
+            else flags_of(other, stands, work.target)
+        )
         for line, found in zip(plan.line[steps[known]].tolist(), flags, strict=True):
             self.at_line.setdefault(line, Counter())[found] += 1
 

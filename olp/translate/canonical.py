@@ -26,6 +26,7 @@ from olp.translate.lift import lift
 from olp.translate.modal import modal
 from olp.translate.names import names
 from olp.translate.numbers import number
+from olp.translate.postures import postures
 from olp.translate.prune import prune
 from olp.translate.records import records
 from olp.translate.relative import relative
@@ -61,6 +62,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         vectors,
         lift,
         known_systems,
+        postures,
         modal,
         here,
         externals,

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from olp.expression import Expression, Function, Named, PositionLiteral
+from olp.kinematics.readings import readings_of_joints, same_posture
 from olp.plan import StepKind
 from olp.program import Move, Path, Program, Statement
 from olp.translate.rewrite import edited, mapped
@@ -62,13 +63,18 @@ def _near(s: Move, work: Work) -> Move:
 def _ends(line: int, work: Work) -> tuple[float, ...] | None:
     """[rad] Where the source's plan has the arm at the end of a line; None where that is not known."""
     robot, plan = work.robot, work.plan()
-    if robot is None or plan is None or work.target_robot is None or work.target_robot.name != robot.name:
+    if robot is None or plan is None or work.target_robot is None:
         return None
     steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0) & (plan.line == line))[0]
     rows = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(robot.axes)]
     if not len(rows) or np.isnan(rows).any() or np.ptp(rows, axis=0).max() > _SAME:
         return None
-    return tuple(float(f"{value:.9g}") for value in rows[0])
+    if work.target_robot.name != robot.name:
+        stands = same_posture(robot, work.target_robot, rows[:1])
+        if stands is None:
+            return None
+        rows = stands
+    return tuple(float(f"{value:.9g}") for value in readings_of_joints(work.target_robot, rows[:1])[0])
 
 
 def _row(s: Statement) -> Statement:

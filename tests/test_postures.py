@@ -1,0 +1,184 @@
+"""Joint values as each maker reads them, and programs that go from one maker's arm to another's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_kinematics_oracles import assert_same_solutions, eaik_robot, matrices, random_joints
+
+import olp
+from olp.kinematics import branches, forward, inverse
+from olp.kinematics.readings import joints_of_readings, readings_of_joints, same_posture
+from olp.robot import load_robot, read_robot
+from olp.translate import Context
+from olp.translate.compare import compare_plans
+from olp.translate.convert import convert, run_converted
+
+AXES = "\n".join(
+    f'  {{ name = "J{n}", lower_deg = {low}, upper_deg = {high}, speed_deg_s = {speed} }},'
+    for n, low, high, speed in [
+        (1, -180, 180, 210), (2, -200, 200, 210), (3, -250, 250, 265), (4, -200, 200, 420),
+        (5, -150, 150, 420), (6, -455, 455, 885),
+    ]
+)  # fmt: skip
+LINKS = "a1_mm = 150\na2_mm = 760\na3_mm = 200\nd4_mm = 795\nd6_mm = 100"
+# One arm, as three makers would read it.
+STANCES = {
+    "yaskawa": "",
+    "fanuc": "third_to_horizontal = true",
+    "kuka": "signs = [-1, 1, -1, 1, -1, 1]\nzero_deg = [0, 90, 90, 0, 0, 0]\norigin_below_mm = 505",
+}
+
+
+def robot_of(tmp_path, maker):
+    path = tmp_path / f"{maker}.toml"
+    path.write_text(
+        f'maker = "{maker}"\nmodel = "arm"\naxes = [\n{AXES}\n]\n[links]\n{LINKS}\n{STANCES[maker]}\n'
+        '[sources]\nlimits = "x"\nspeed = "x"\nlinks = "x"\n'
+    )
+    return read_robot(path)
+
+
+LISTING = """/PROG  WAY
+/ATTR
+COMMENT		= "";
+DEFAULT_GROUP	= 1,*,*,*,*;
+/APPL
+/MN
+   1:  UFRAME_NUM=0 ;
+   2:  UTOOL_NUM=0 ;
+   3:J P[1] 40% FINE    ;
+   4:J P[2] 40% FINE    ;
+   5:J P[3] 40% FINE    ;
+/POS
+P[1]{
+   GP1:
+	UF : 0, UT : 0,
+	J1=    10.000 deg,	J2=   -20.000 deg,	J3=    15.000 deg,
+	J4=    30.000 deg,	J5=   -50.000 deg,	J6=    40.000 deg
+};
+P[2]{
+   GP1:
+	UF : 0, UT : 0,
+	J1=    10.000 deg,	J2=    25.000 deg,	J3=    15.000 deg,
+	J4=    30.000 deg,	J5=   -50.000 deg,	J6=    40.000 deg
+};
+P[3]{
+   GP1:
+	UF : 0, UT : 0,
+	J1=   -30.000 deg,	J2=     5.000 deg,	J3=   -10.000 deg,
+	J4=   -20.000 deg,	J5=   -60.000 deg,	J6=   100.000 deg
+};
+/END
+"""
+
+
+@pytest.fixture
+def listing(tmp_path):
+    path = tmp_path / "way.ls"
+    path.write_text(LISTING)
+    return olp.read(path)
+
+
+def test_fanucs_second_axis_does_not_tilt_the_forearm(tmp_path, listing):
+    plan = listing.plan(robot=robot_of(tmp_path, "fanuc"))
+    first, second = plan.moves.target[:2]
+    quaternion, position = plan.positions.quaternion, plan.positions.position
+    np.testing.assert_allclose(quaternion[first], quaternion[second], atol=1e-12)
+    # What is left is the upper arm, 760 mm, swung by 45 deg.
+    swung = np.linalg.norm(position[second] - position[first])
+    assert swung == pytest.approx(2 * 0.76 * np.sin(np.radians(22.5)), abs=1e-12)
+
+
+def test_a_robot_that_says_nothing_is_read_joint_by_joint(tmp_path, listing):
+    robot = robot_of(tmp_path, "yaskawa")
+    plan = listing.plan(robot=robot)
+    position, _ = forward(robot, np.radians([[10, -20, 15, 30, -50, 40]]))
+    np.testing.assert_allclose(plan.positions.position[plan.moves.target[0]], position[0], atol=1e-12)
+
+
+def test_readings_and_joints_are_each_others_way_back(tmp_path):
+    robot = robot_of(tmp_path, "fanuc")
+    joints = random_joints(robot, 50, seed=3)
+    np.testing.assert_allclose(
+        joints_of_readings(robot, readings_of_joints(robot, joints)), joints, atol=1e-14
+    )
+    plain = load_robot("yaskawa/gp25")
+    assert readings_of_joints(plain, joints) is joints
+
+
+def test_a_program_reads_and_drives_the_same_numbers(tmp_path):
+    robot = robot_of(tmp_path, "fanuc")
+    path = tmp_path / "asks.script"
+    path.write_text(
+        "def asks():\n  movej([0.1, 0.4, -0.2, 0.3, -0.9, 0.2])\n  p = get_actual_tcp_pose()\n"
+        "  movej([0.3, 0.2, -0.1, 0.2, -0.8, 0.1])\n  movel(p)\n  q = get_actual_joint_positions()\n"
+        "  movej([0.3, 0.2, -0.1, 0.2, -0.8, 0.1])\n  movej(q)\n"
+        "  movej(get_inverse_kin(p, qnear=[0.1, 0.4, -0.2, 0.3, -0.9, 0.2]))\nend\nasks()\n"
+    )
+    plan = olp.read(path).plan(robot=robot)
+    axes = plan.positions.axes[plan.moves.target][:, :6]
+    for again in (2, 4, 5):
+        np.testing.assert_allclose(axes[again], axes[0], atol=1e-8)
+    np.testing.assert_allclose(axes[0], [0.1, 0.4, 0.2, 0.3, -0.9, 0.2], atol=1e-12)
+
+
+@pytest.mark.parametrize("maker", ["fanuc", "kuka"])
+def test_branches_agree_with_eaik_wherever_the_origin_is(tmp_path, maker):
+    robot = robot_of(tmp_path, maker)
+    other, flange = eaik_robot(robot)
+    joints = random_joints(robot, 20, seed=12)
+    positions, rotations = forward(robot, joints)
+    for pose, ours in zip(
+        matrices(positions, rotations @ flange.T), branches(robot, positions, rotations), strict=True
+    ):
+        solution = other.IK(pose)
+        assert_same_solutions(ours, np.asarray(solution.Q)[~np.asarray(solution.is_LS, dtype=bool)])
+    assert inverse(robot, positions, rotations)[1].all()
+
+
+def test_one_posture_in_three_makers_readings(tmp_path):
+    yaskawa, kuka = robot_of(tmp_path, "yaskawa"), robot_of(tmp_path, "kuka")
+    joints = random_joints(yaskawa, 40, seed=5) * 0.4
+    there = same_posture(yaskawa, kuka, joints)
+    np.testing.assert_allclose(same_posture(kuka, yaskawa, there), joints, atol=1e-12)
+    (one, turned), (two, also) = forward(yaskawa, joints), forward(kuka, there)
+    np.testing.assert_allclose(two - one, np.broadcast_to([0, 0, 0.505], one.shape), atol=1e-12)
+    np.testing.assert_allclose(turned, also, atol=1e-12)
+    # KUKA's cannon: A2 = -90 and A3 = 90 are the upper arm up and the forearm forward.
+    np.testing.assert_allclose(
+        np.degrees(same_posture(yaskawa, kuka, np.zeros((1, 6)))), [[0, -90, 90, 0, 0, 0]], atol=1e-12
+    )
+
+
+def test_a_listing_becomes_a_krl_program_for_kukas_arm(tmp_path, listing):
+    fanuc, kuka = robot_of(tmp_path, "fanuc"), robot_of(tmp_path, "kuka")
+    made = convert(listing, "krl", Context(robot=fanuc, target_robot=kuka))
+    text = made.files[made.main].decode() + made.files.get("WAY.dat", b"").decode()
+    # J2 = -20, J3 = 15: U is -5 against the upper arm. A2 = L - 90, A3 = 90 - U.
+    assert "A1 -10,A2 -110,A3 95,A4 30,A5 50,A6 40" in text
+    one, two = listing.plan(robot=fanuc), run_converted(made, "krl", kuka, listing)
+    places = [p.positions.position[p.moves.target] for p in (one, two)]
+    np.testing.assert_allclose(
+        places[1] - places[0], np.broadcast_to([0, 0, 0.505], places[0].shape), atol=1e-9
+    )
+    turned = [p.positions.quaternion[p.moves.target] for p in (one, two)]
+    np.testing.assert_allclose(turned[0], turned[1], atol=1e-9)
+    assert not [loss for loss in made.translated.losses if loss.part == "joints"]
+
+
+def test_with_one_robot_joint_values_stay_as_they_are_written(tmp_path, listing):
+    fanuc = robot_of(tmp_path, "fanuc")
+    made = convert(listing, "krl", Context(robot=fanuc))
+    assert "A2 -20,A3 15" in made.files[made.main].decode() + made.files.get("WAY.dat", b"").decode()
+    assert compare_plans(listing.plan(robot=fanuc), run_converted(made, "krl", fanuc, listing)).is_equal
+
+
+def test_an_arm_of_other_lengths_stands_alike_and_the_receipt_says_how_far_off(tmp_path, listing):
+    fanuc, longer = robot_of(tmp_path, "fanuc"), load_robot("yaskawa/ma2010")
+    made = convert(listing, "rapid", Context(robot=fanuc, target_robot=longer))
+    found = [loss for loss in made.translated.losses if loss.part == "joints"]
+    assert [loss.line for loss in found] == [9, 10, 11]
+    joints = np.radians([[10, -20, -5, 30, -50, 40]])
+    apart = np.linalg.norm(forward(longer, joints)[0] - forward(fanuc, joints)[0])
+    assert found[0].size == pytest.approx(apart * 1000, abs=1e-6)
