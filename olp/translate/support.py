@@ -7,6 +7,7 @@ all passes and the vendor's writer, and what comes out is looked at.
 from __future__ import annotations
 
 import ast
+import re
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path as FilePath
@@ -15,12 +16,14 @@ from typing import TYPE_CHECKING, NamedTuple, get_args
 from olp.diagnostic import OlpError
 from olp.export import writable
 from olp.program import Move, Path, Statement
+from olp.resources import read_text
 from olp.translate.probes import probes, program_with
 from olp.vendors.vendor import vendor_names
 
 if TYPE_CHECKING:
     from olp.robot import Robot
 
+_SHARED = "olp.vendors._rules"
 _WRITING = ("write", "templates", "limits")
 
 
@@ -60,12 +63,28 @@ def read_by(vendor: str) -> frozenset[str]:
     made: set[str] = set()
     for file in files:
         if not file.stem.startswith(_WRITING):
-            made |= _made_in(ast.parse(file.read_text(encoding="utf-8")))
+            tree = ast.parse(file.read_text(encoding="utf-8"))
+            made |= _made_in(tree)
+            if any(isinstance(node, ast.ImportFrom) and node.module == _SHARED for node in ast.walk(tree)):
+                made |= _shared(vendor)
     classes = {statement.__name__ for statement in get_args(Statement)}
     found = made & classes - {"Move"}
     if "Move" in made:
         found |= {f"Move {path.value}" for path in Path if f"Path.{path.name}" in made}
     return frozenset(found)
+
+
+def _shared(vendor: str) -> set[str]:
+    """What the rules that several languages share make, of those that this language's grammar names."""
+    named = set(re.findall(r"\b[a-z_]+\b", read_text("grammars", f"{vendor}.lark")))
+    spec = find_spec(_SHARED)
+    assert spec is not None
+    assert spec.origin is not None
+    made: set[str] = set()
+    for node in ast.walk(ast.parse(FilePath(spec.origin).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef) and node.name in named:
+            made |= _made_in(node)
+    return made
 
 
 def _made_in(tree: ast.AST) -> set[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -14,17 +14,10 @@ from lark import Lark, Token, Transformer
 from olp.diagnostic import Severity, Span
 from olp.expression import (
     Binary,
-    Compare,
     Expression,
-    Item,
-    Logic,
-    Named,
     Number,
     PositionLiteral,
     RecordLiteral,
-    State,
-    Text,
-    Unary,
 )
 from olp.program import LineKind, Opaque, Program, Statement
 from olp.resources import read_text
@@ -41,16 +34,6 @@ _MOST_BROKEN: Final = 2000
 _OPERATORS: Final = "+-*/([{:"
 _LONG_NUMBER = re.compile(r"\d{19,}")
 _WORD = re.compile(r"[^\s(,;:=]+")
-_COMPARE: Final = {
-    "==": "=",
-    "=": "=",
-    "<>": "<>",
-    "!=": "<>",
-    "=<": "<=",
-    "=>": ">=",
-    "<=": "<=",
-    ">=": ">=",
-}
 
 
 class Codes(NamedTuple):
@@ -292,74 +275,3 @@ def array(type_: str, elements: Mapping[tuple[int, ...], Expression], missing: E
         else:
             members.append(("", array(type_, row, missing)))
     return RecordLiteral(type_, tuple(members))
-
-
-class ValueRules(Transformer[Token, Any]):
-    """Numbers, texts, arithmetic and conditions: one short method per rule of the grammars.
-
-    `spellings`: each name as it was written first, for languages without cases.
-    """
-
-    def __init__(self, fold: bool = True) -> None:
-        super().__init__()
-        self.spellings: dict[str, str] = {}
-        self._fold = fold
-
-    def spelled(self, name: str) -> str:
-        return self.spellings.setdefault(name.casefold(), name) if self._fold else name
-
-    def name(self, children: list[Any]) -> Expression:
-        return Named(self.spelled(str(children[0])))
-
-    def item(self, children: list[Any]) -> Expression:
-        return Item(Named(self.spelled(str(children[0]))), tuple(children[1]))
-
-    def indices(self, children: list[Any]) -> list[Any]:
-        return children
-
-    arguments = indices
-
-    def number(self, children: list[Token]) -> Number:
-        text = str(children[0])
-        if text[:2].lower() == "0x":
-            return Number(int(text, 16))
-        return Number(int(text) if text.isdigit() else float(text))
-
-    def text(self, children: list[Token]) -> Text:
-        return Text(str(children[0])[1:-1])
-
-    def on(self, _: list[Any]) -> State:
-        return State(True)
-
-    def off(self, _: list[Any]) -> State:
-        return State(False)
-
-    def negative(self, children: list[Any]) -> Expression:
-        value = children[0]
-        return Number(-value.value) if isinstance(value, Number) else Unary("-", value)
-
-    def not_(self, children: list[Any]) -> Unary:
-        return Unary("not", children[0])
-
-    def sum(self, children: list[Any]) -> Expression:
-        return self._chain(children, lambda word: str(word))
-
-    def product(self, children: list[Any]) -> Expression:
-        return self._chain(children, lambda word: {"%": "mod"}.get(str(word), str(word).lower()))
-
-    def _chain(self, children: list[Any], operator: Callable[[Any], str]) -> Expression:
-        value: Expression = children[0]
-        for word, right in zip(children[1::2], children[2::2], strict=True):
-            value = Binary(operator(word), value, right)
-        return value
-
-    def compare(self, children: list[Any]) -> Compare:
-        left, word, right = children
-        return Compare(_COMPARE.get(str(word), str(word)), left, right)
-
-    def conjunction(self, children: list[Any]) -> Expression:
-        first, *rest = children
-        pairs = zip(rest[::2], rest[1::2], strict=True)
-        return Logic(first, tuple((str(word).lower(), right) for word, right in pairs))
-
-    disjunction = conjunction

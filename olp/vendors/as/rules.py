@@ -30,18 +30,12 @@ from olp.program import (
     BlendKind,
     Call,
     Dwell,
-    Else,
-    ElseIf,
     For,
-    If,
     Jump,
     Message,
     Move,
     Path,
-    Pause,
     PulseOutput,
-    Repeat,
-    Return,
     SetAcceleration,
     SetBlend,
     SetFrame,
@@ -51,14 +45,13 @@ from olp.program import (
     Speed,
     SpeedUnit,
     Switch,
-    Until,
     Wait,
-    While,
 )
 from olp.program import Case as CaseOf
 from olp.program import Default as DefaultOf
 from olp.units import deg, minute, mm, percent
-from olp.vendors._short import LineError, NotModelledError, ValueRules, constants, from_zero, joints, zyz_pose
+from olp.vendors._rules import BlockRules
+from olp.vendors._short import LineError, NotModelledError, constants, from_zero, zyz_pose
 
 FULL_SPEED: Final = 1.0  # [m/s] that 100 % of a path stand for: no program says it
 MODAL: Final = Blend(BlendKind.RADIUS)
@@ -93,7 +86,7 @@ class PercentOfPath(NamedTuple):
     """Told once: what a percentage means on a path."""
 
 
-class AsRules(ValueRules):
+class AsRules(BlockRules):
     """All of AS. Indices count from 0 there, from 1 here."""
 
     def item(self, children: list[Any]) -> Expression:
@@ -101,9 +94,6 @@ class AsRules(ValueRules):
 
     def name(self, children: list[Any]) -> Expression:
         return Named(self.spelled(str(children[0]).replace("&", "")))
-
-    def instruction(self, children: list[Any]) -> Any:
-        return children[0]
 
     # --- positions --------------------------------------------------------------------------------------
 
@@ -121,10 +111,6 @@ class AsRules(ValueRules):
         zero = Number(0)
         tilted = Function("pose-angles", (x, y, z, zero, a, o))  # Rz(o) Ry(a)
         return Function("pose-product", (tilted, Function("pose-angles", (zero,) * 5 + (t,))))
-
-    def joints(self, children: list[Expression]) -> Expression:
-        numbers = constants(children)
-        return joints(numbers) if numbers is not None else Function("joints", tuple(children))
 
     def ppoint(self, children: list[Any]) -> Expression:
         return self.joints(children[0])
@@ -163,9 +149,6 @@ class AsRules(ValueRules):
             return Number(int(text[2:], 16 if text[1] in "Hh" else 2))
         except ValueError:
             raise LineError(f"{text} is no number", "^H with hexadecimal digits, ^B with 0 and 1") from None
-
-    def power(self, children: list[Expression]) -> Function:
-        return Function("power", tuple(children))
 
     def function(self, children: list[Any]) -> Expression:
         name, arguments = str(children[0]), tuple(children[1] or ())
@@ -301,9 +284,6 @@ class AsRules(ValueRules):
     def wait_signals(self, children: list[Any]) -> Wait:
         return Wait(0, _all_on(children[0]), spelling="SWAIT")
 
-    def wait(self, children: list[Any]) -> Wait:
-        return Wait(0, children[0])
-
     def name_only(self, children: list[Any]) -> str:
         return self.spelled(str(children[0]))
 
@@ -318,24 +298,6 @@ class AsRules(ValueRules):
 
     def goto_if(self, children: list[Any]) -> Jump:
         return Jump(0, children[1], children[0])
-
-    def if_(self, children: list[Any]) -> If:
-        return If(0, children[0])
-
-    def else_if(self, children: list[Any]) -> ElseIf:
-        return ElseIf(0, children[0])
-
-    def else_(self, _: list[Any]) -> Else:
-        return Else(0)
-
-    def while_(self, children: list[Any]) -> While:
-        return While(0, children[0])
-
-    def do(self, _: list[Any]) -> Repeat:
-        return Repeat(0)
-
-    def until(self, children: list[Any]) -> Until:
-        return Until(0, children[0])
 
     def for_(self, children: list[Any]) -> For:
         variable, start, stop, step = children
@@ -354,12 +316,6 @@ class AsRules(ValueRules):
 
     def end(self, _: list[Any]) -> End:
         return End()
-
-    def return_(self, _: list[Any]) -> Return:
-        return Return(0)
-
-    def pause(self, _: list[Any]) -> Pause:
-        return Pause(0)
 
     def printed(self, children: list[Any]) -> Expression:
         return children[0] if len(children) == 1 else Function("joined-text", tuple(children))

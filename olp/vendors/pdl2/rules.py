@@ -37,19 +37,12 @@ from olp.program import (
     Case,
     Default,
     Dwell,
-    Else,
-    ElseIf,
-    EndIf,
     EndSwitch,
-    EndWhile,
     For,
-    If,
     Jump,
     Label,
     Move,
-    Next,
     Path,
-    Pause,
     PulseOutput,
     Repeat,
     Return,
@@ -64,12 +57,10 @@ from olp.program import (
     SpeedUnit,
     StartTask,
     Switch,
-    Until,
-    Wait,
-    While,
 )
 from olp.units import mm, ms, percent
-from olp.vendors._short import LineError, NotModelledError, ValueRules, constants, joints, zyz_pose
+from olp.vendors._rules import BlockRules
+from olp.vendors._short import LineError, NotModelledError, constants, zyz_pose
 
 _EXACT: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _FULL: Final = Speed(SpeedUnit.FRACTION, Quantity(Number(100), percent))
@@ -99,15 +90,12 @@ class Untyped(NamedTuple):
     move: Move
 
 
-class Pdl2Rules(ValueRules):
+class Pdl2Rules(BlockRules):
     """All of PDL2. `fly_distance`: the program sets $FLY_DIST, so that MOVEFLY goes by it."""
 
     def __init__(self, fly_distance: bool) -> None:
         super().__init__()
         self.fly_distance = fly_distance
-
-    def instruction(self, children: list[Any]) -> Any:
-        return children[0]
 
     # --- values -----------------------------------------------------------------------------------------
 
@@ -120,18 +108,11 @@ class Pdl2Rules(ValueRules):
     def text(self, children: list[Token]) -> Text:
         return Text(str(children[0])[1:-1].replace("''", "'"))
 
-    def power(self, children: list[Expression]) -> Function:
-        return Function("power", tuple(children))
-
     def composed(self, children: list[Expression]) -> Expression:
         value = children[0]
         for right in children[1:]:
             value = Function("pose-product", (value, right))
         return value
-
-    def joints(self, children: list[Expression]) -> Expression:
-        numbers = constants(children)
-        return joints(numbers) if numbers is not None else Function("joints", tuple(children))
 
     def name(self, children: list[Any]) -> Expression:
         word = str(children[0])
@@ -295,31 +276,10 @@ class Pdl2Rules(ValueRules):
     def delay(self, children: list[Any]) -> Dwell:
         return Dwell(0, Quantity(children[0], ms))
 
-    def wait(self, children: list[Any]) -> Wait:
-        return Wait(0, children[0])
-
     def pulse(self, children: list[Any]) -> PulseOutput:
         if not isinstance(children[0], Signal):
             raise LineError("a pulse on what is no port", "PULSE $DOUT[1] FOR 500")
         return PulseOutput(0, children[0], Quantity(children[1], ms))
-
-    def if_(self, children: list[Any]) -> If:
-        return If(0, children[0])
-
-    def else_if(self, children: list[Any]) -> ElseIf:
-        return ElseIf(0, children[0])
-
-    def else_(self, _: list[Any]) -> Else:
-        return Else(0)
-
-    def end_if(self, _: list[Any]) -> EndIf:
-        return EndIf(0)
-
-    def while_(self, children: list[Any]) -> While:
-        return While(0, children[0])
-
-    def end_while(self, _: list[Any]) -> EndWhile:
-        return EndWhile(0)
 
     def for_(self, children: list[Any]) -> For:
         variable, start, direction, stop, step = children
@@ -329,14 +289,8 @@ class Pdl2Rules(ValueRules):
             step = Number(-1) if step is None else Unary("-", step)
         return For(0, variable, start, stop, step)
 
-    def end_for(self, _: list[Any]) -> Next:
-        return Next(0, None)
-
     def repeat(self, _: list[Any]) -> Repeat:
         return Repeat(0)
-
-    def until(self, children: list[Any]) -> Until:
-        return Until(0, children[0])
 
     def select(self, children: list[Any]) -> Switch:
         return Switch(0, children[0])
@@ -361,9 +315,6 @@ class Pdl2Rules(ValueRules):
 
     def break_(self, _: list[Any]) -> Break:
         return Break(0)
-
-    def pause(self, _: list[Any]) -> Pause:
-        return Pause(0)
 
     def activate(self, children: list[Any]) -> StartTask:
         return StartTask(0, self.spelled(str(children[0])), str(children[0]))

@@ -31,31 +31,23 @@ from olp.program import (
     Case,
     Default,
     Dwell,
-    Else,
-    ElseIf,
-    EndIf,
     EndSwitch,
-    EndWhile,
     For,
     If,
     Message,
     Move,
-    Next,
     Path,
-    Repeat,
-    Return,
     SetOutput,
     SetOverride,
     Speed,
     SpeedUnit,
     StartTask,
     Switch,
-    Until,
     Wait,
-    While,
 )
 from olp.units import deg, mm, percent
-from olp.vendors._short import LineError, NotModelledError, ValueRules, constants, from_zero, joints, xyz_pose
+from olp.vendors._rules import BlockRules
+from olp.vendors._short import LineError, NotModelledError, constants, from_zero, joints, xyz_pose
 from olp.vendors.val3.data import JOINTS, MIXED, POSES, SIGNALS, WORLD, Known, named
 
 _PATHS: Final = {"movej": Path.JOINT, "movel": Path.LINEAR, "movec": Path.CIRCULAR}
@@ -75,16 +67,13 @@ class Leave(NamedTuple):
     """break: leaves a loop, or ends a case."""
 
 
-class Val3Rules(ValueRules):
+class Val3Rules(BlockRules):
     """All of VAL3. `known`: what is known of names; indices count from 0 there, from 1 here."""
 
     def __init__(self, known: Known) -> None:
         super().__init__(fold=False)
         self.known = known
         self.frameless = False  # a move went to a point of which nobody says the frame
-
-    def instruction(self, children: list[Any]) -> Any:
-        return children[0]
 
     # --- values -----------------------------------------------------------------------------------------
 
@@ -297,35 +286,11 @@ class Val3Rules(ValueRules):
             return [wait, If(0, Unary("not", _TIMED_OUT) if wanted else _TIMED_OUT)]
         return If(0, children[0])
 
-    def else_if(self, children: list[Any]) -> ElseIf:
-        return ElseIf(0, children[0])
-
-    def else_(self, _: list[Any]) -> Else:
-        return Else(0)
-
-    def end_if(self, _: list[Any]) -> EndIf:
-        return EndIf(0)
-
-    def while_(self, children: list[Any]) -> While:
-        return While(0, children[0])
-
-    def end_while(self, _: list[Any]) -> EndWhile:
-        return EndWhile(0)
-
     def for_(self, children: list[Any]) -> For:
         variable, start, stop, step = children
         if not isinstance(variable, Named):
             raise LineError("a loop that counts in an array", "a variable, as in for i=1 to 3")
         return For(0, variable, start, stop, step)
-
-    def end_for(self, _: list[Any]) -> Next:
-        return Next(0, None)
-
-    def do(self, _: list[Any]) -> Repeat:
-        return Repeat(0)
-
-    def until(self, children: list[Any]) -> Until:
-        return Until(0, children[0])
 
     def switch(self, children: list[Any]) -> Switch:
         return Switch(0, children[0])
@@ -341,9 +306,6 @@ class Val3Rules(ValueRules):
 
     def break_(self, _: list[Any]) -> Leave:
         return Leave()
-
-    def return_(self, _: list[Any]) -> Return:
-        return Return(0)
 
 
 def _wanted(value: Expression) -> tuple[Expression, bool]:
