@@ -139,7 +139,7 @@ def main(arguments: Sequence[str]) -> int:
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="olp-faults-") as folder:
         copies = [make_copy(Path(folder) / f"copy{n}") for n in range(max(args.jobs, 1))]
-        failing = without_faults(copies[0], {name for name, _ in chosen})
+        failing = without_faults(copies[0], [key_of(*row) for row in chosen])
         if failing:
             print(f"the tests fail without any fault:\n{failing}")
             return 2
@@ -173,11 +173,14 @@ def files_of(folder: Path, names: Sequence[str]) -> list[str]:
 
 def run_tests(folder: Path, tests: Sequence[str]) -> subprocess.CompletedProcess[str]:
     """These tests or files of tests up to the first failure. Raises subprocess.TimeoutExpired."""
-    options = ["-x", "-q", "--tb=no", "-p", "no:cacheprovider", "--hypothesis-seed=0"]
+    # All other plugins only take time.
+    plugins = ["-p", "no:cacheprovider", "-p", "_hypothesis_pytestplugin", "-p", "pytest_asyncio.plugin"]
+    options = ["-x", "-q", "--tb=no", "--hypothesis-seed=0", *plugins]
     environment = {
         **os.environ,
         "PYTHONPATH": str(folder),
         "OPENBLAS_NUM_THREADS": "1",
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
         "COLUMNS": "250",
     }
     command = [sys.executable, "-m", "pytest", *options, *tests]
@@ -186,8 +189,8 @@ def run_tests(folder: Path, tests: Sequence[str]) -> subprocess.CompletedProcess
     )
 
 
-def without_faults(folder: Path, parts: set[str]) -> str:
-    """What fails in the untouched copy; "" for nothing."""
+def without_faults(folder: Path, keys: Sequence[str]) -> str:
+    """What fails in the untouched copy, of the tests that are known to catch these faults; "" for nothing."""
     environment = {**os.environ, "PYTHONPATH": str(folder)}
     asked = [sys.executable, "-c", "import olp; print(olp.__file__)"]
     found = subprocess.run(
@@ -195,16 +198,14 @@ def without_faults(folder: Path, parts: set[str]) -> str:
     ).stdout
     if not Path(found.strip()).is_relative_to(folder.resolve()):
         return f"olp is imported from {found.strip()}, not from the copy"
-    names = dict.fromkeys(
-        name
-        for part in PARTS
-        if part in parts
-        for name in (*PARTS[part].reader_tests, *PARTS[part].writer_tests)
-    )
-    for some in (tuple(names), _TRANSLATION):
-        done = run_tests(folder, files_of(folder, some))
-        if done.returncode:
-            return done.stdout[-2000:]
+    tests = dict.fromkeys(f"tests/{test}" for key, test in known().items() if key in set(keys))
+    while tests:
+        done = run_tests(folder, tuple(tests))
+        gone = [test for test in tests if f"{test}\n" in done.stderr] if done.returncode == 4 else []
+        if not gone:
+            return f"{done.stdout}{done.stderr}"[-2000:] if done.returncode else ""
+        for test in gone:  # renamed since
+            del tests[test]
     return ""
 
 
@@ -245,7 +246,11 @@ def try_fault(part: str, fault: Fault, folder: Path) -> Outcome:
         return Outcome(part, fault, "unsound", f"no end within {LIMIT} s", time.monotonic() - began)
     finally:
         path.write_text(text, encoding="utf-8")
-    return Outcome(part, fault, *judged(done), time.monotonic() - began)
+    state, by = judged(done)
+    new = state == "caught" and by != known().get(key_of(part, fault))
+    if new and run_tests(folder, [f"tests/{by}"]).returncode:
+        state, by = "unsound", f"it fails without the fault too: {by}"
+    return Outcome(part, fault, state, by, time.monotonic() - began)
 
 
 def key_of(part: str, fault: Fault) -> str:
@@ -285,7 +290,7 @@ def judged(done: subprocess.CompletedProcess[str]) -> tuple[str, str]:
     file, test, reason = first.groups()
     if _CRASH.match(reason or ""):
         return "unsound", f"a mere crash: {reason}"
-    return "caught", f"{file}::{test}"
+    return "caught", f"{file}::{test}" if test else file  # a file whose cases are made when it is read
 
 
 def try_all(chosen: Sequence[tuple[str, Fault]], copies: Sequence[Path]) -> list[Outcome]:

@@ -84,6 +84,8 @@ from olp.program import (
 )
 from olp.source import decode
 
+Probes = Mapping[str, tuple[Statement, ...]]
+
 _N, _P, _Q = Named("n"), Named("p1"), Named("p2")
 _MORE = Compare(">", _N, Number(0))
 _IN, _OUT = Signal("in", Number(2)), Signal("out", Number(3))
@@ -111,87 +113,86 @@ def _move(path: Path, **more: Any) -> Move:
 _START = _move(Path.LINEAR, targets=(_Q,))
 
 
+_STEP = Assign(0, _N, Number(3))
+_SHORT = Dwell(0, Quantity(Number(1), 1.0))
+_DOWN = Update(0, "-", _N, Number(1))
+_SLOW = Speed(SpeedUnit.TRAVEL, Quantity(Number(100), _MM))
+_HALF = Quantity(Number(50), _PERCENT)
+
+_MOVES: Probes = {
+    "Move joint": (_move(Path.JOINT),),
+    "Move linear": (_move(Path.LINEAR),),
+    "Move circular": (_START, _move(Path.CIRCULAR, targets=(Named("p3"),), via=_P)),
+    "Move spline": (_START, _move(Path.SPLINE), _move(Path.SPLINE, targets=(Named("p3"),))),
+    "SetSpeed": (SetSpeed(0, (_SLOW,)), _move(Path.LINEAR, speed=None)),
+    "SetAcceleration": (
+        SetAcceleration(0, (Acceleration(AccelerationUnit.FRACTION, _HALF),)),
+        _move(Path.LINEAR),
+    ),
+    "SetBlend": (
+        SetBlend(0, (Blend(BlendKind.RADIUS, Quantity(Number(5), _MM)),)),
+        _move(Path.LINEAR, blend=Blend(BlendKind.RADIUS)),
+    ),
+    "SetTool": (SetTool(0, _TOOL), _move(Path.LINEAR, tool=None)),
+    "SetFrame": (SetFrame(0, _TOOL), _move(Path.LINEAR, frame=None)),
+    "SetOverride": (SetOverride(0, _HALF), _move(Path.LINEAR)),
+    "ObeyFlags": (ObeyFlags(0, False), _move(Path.JOINT)),
+    "ShiftOn": (ShiftOn(0, _P), _move(Path.LINEAR), ShiftOff(0)),
+    "ExternalTool": (ExternalTool(0, Number(1)),),
+}
+_VALUES: Probes = {
+    "Assign": (_STEP,),
+    "Update": (Update(0, "+", _N, Number(1)),),
+    "Clear": (Clear(0, _N),),
+    "SetOutput": (SetOutput(0, _OUT, State(True)),),
+    "PulseOutput": (PulseOutput(0, _OUT, Quantity(Number(0.5), 1.0)),),
+    "ReadInput": (ReadInput(0, _N, Signal("in-group", Number(1))),),
+    "Declare": (Declare(0, "m", "integer", Number(1)), Assign(0, Named("m"), Number(2))),
+}
+_COURSE: Probes = {
+    "Dwell": (Dwell(0, Quantity(Number(0.5), 1.0)),),
+    "Wait": (Wait(0, Compare("=", _IN, State(True))),),
+    "Call": (Call(0, "OTHER"),),
+    "Return": (Return(0),),
+    "Pause": (Pause(0),),
+    "StartTask": (StartTask(0, "OTHER", "SUB1"),),
+    "WaitTask": (StartTask(0, "OTHER", "SUB1"), WaitTask(0, "SUB1")),
+    "Synchronise": (Synchronise(0, Number(1)),),
+}
+_WORDS: Probes = {
+    "Message": (Message(0, Text("ready")),),
+    "Process": (Process(0, "ARCON"),),
+    "Comment": (Comment(0, "text"),),
+    "Disabled": (Disabled(0, "MOVE"),),
+    "Opaque": (Opaque(0, "TEXT"),),
+    "Begin": (Begin(0),),
+    "End": (End(0),),
+}
+_LEFT = (
+    While(0, State(True)), _DOWN, If(0, _MORE), Continue(0), EndIf(0), Break(0), EndWhile(0),
+)  # fmt: skip
+_BRANCH = (If(0, _MORE), _STEP, ElseIf(0, Compare("=", _N, Number(0))), _STEP, Else(0), _STEP, EndIf(0))
+# Kinds that stand together only.
+_BLOCKS: tuple[tuple[tuple[str, ...], tuple[Statement, ...]], ...] = (
+    (("ShiftOff",), _MOVES["ShiftOn"]),
+    (("While", "EndWhile"), (While(0, _MORE), _DOWN, EndWhile(0))),
+    (("Break", "Continue"), _LEFT),
+    (
+        ("Switch", "Case", "Default", "EndSwitch"),
+        (Switch(0, _N), Case(0, (Number(1),)), _SHORT, Default(0), EndSwitch(0)),
+    ),
+    (("If", "ElseIf", "Else", "EndIf"), _BRANCH),
+    (("Repeat", "Until"), (Repeat(0), _DOWN, Until(0, Compare("<=", _N, Number(0))))),
+    (("For", "Next"), (For(0, _N, Number(1), Number(3)), _SHORT, Next(0, _N))),
+    (("Label", "Jump"), (Label(0, "again"), _DOWN, Jump(0, "again", _MORE))),
+)
+
+
 @lru_cache
-def probes() -> Mapping[str, tuple[Statement, ...]]:
+def probes() -> Probes:
     """Kind of statement -> the statements of a program that has one."""
-    step = Assign(0, _N, Number(3))
-    loop = (While(0, _MORE), Update(0, "-", _N, Number(1)), EndWhile(0))
-    left = (
-        While(0, State(True)),
-        Update(0, "-", _N, Number(1)),
-        If(0, _MORE),
-        Continue(0),
-        EndIf(0),
-        Break(0),
-        EndWhile(0),
-    )
-    choice = (
-        Switch(0, _N),
-        Case(0, (Number(1),)),
-        Dwell(0, Quantity(Number(1), 1.0)),
-        Default(0),
-        EndSwitch(0),
-    )
-    branch = (If(0, _MORE), step, ElseIf(0, Compare("=", _N, Number(0))), step, Else(0), step, EndIf(0))
-    again = (Repeat(0), Update(0, "-", _N, Number(1)), Until(0, Compare("<=", _N, Number(0))))
-    count = (For(0, _N, Number(1), Number(3)), Dwell(0, Quantity(Number(1), 1.0)), Next(0, _N))
-    back = (Label(0, "again"), Update(0, "-", _N, Number(1)), Jump(0, "again", _MORE))
-    slow = Speed(SpeedUnit.TRAVEL, Quantity(Number(100), _MM))
-    found: dict[str, tuple[Statement, ...]] = {
-        "Move joint": (_move(Path.JOINT),),
-        "Move linear": (_move(Path.LINEAR),),
-        "Move circular": (_START, _move(Path.CIRCULAR, targets=(Named("p3"),), via=_P)),
-        "Move spline": (_START, _move(Path.SPLINE), _move(Path.SPLINE, targets=(Named("p3"),))),
-        "SetSpeed": (SetSpeed(0, (slow,)), _move(Path.LINEAR, speed=None)),
-        "SetAcceleration": (
-            SetAcceleration(0, (Acceleration(AccelerationUnit.FRACTION, Quantity(Number(50), _PERCENT)),)),
-            _move(Path.LINEAR),
-        ),
-        "SetBlend": (
-            SetBlend(0, (Blend(BlendKind.RADIUS, Quantity(Number(5), _MM)),)),
-            _move(Path.LINEAR, blend=Blend(BlendKind.RADIUS)),
-        ),
-        "SetTool": (SetTool(0, _TOOL), _move(Path.LINEAR, tool=None)),
-        "SetFrame": (SetFrame(0, _TOOL), _move(Path.LINEAR, frame=None)),
-        "SetOverride": (SetOverride(0, Quantity(Number(50), _PERCENT)), _move(Path.LINEAR)),
-        "ObeyFlags": (ObeyFlags(0, False), _move(Path.JOINT)),
-        "Assign": (step,),
-        "Update": (Update(0, "+", _N, Number(1)),),
-        "Clear": (Clear(0, _N),),
-        "SetOutput": (SetOutput(0, _OUT, State(True)),),
-        "PulseOutput": (PulseOutput(0, _OUT, Quantity(Number(0.5), 1.0)),),
-        "ReadInput": (ReadInput(0, _N, Signal("in-group", Number(1))),),
-        "Dwell": (Dwell(0, Quantity(Number(0.5), 1.0)),),
-        "Wait": (Wait(0, Compare("=", _IN, State(True))),),
-        "Call": (Call(0, "OTHER"),),
-        "Return": (Return(0),),
-        "Pause": (Pause(0),),
-        "StartTask": (StartTask(0, "OTHER", "SUB1"),),
-        "WaitTask": (StartTask(0, "OTHER", "SUB1"), WaitTask(0, "SUB1")),
-        "Synchronise": (Synchronise(0, Number(1)),),
-        "ShiftOn": (ShiftOn(0, _P), _move(Path.LINEAR), ShiftOff(0)),
-        "ExternalTool": (ExternalTool(0, Number(1)),),
-        "Message": (Message(0, Text("ready")),),
-        "Process": (Process(0, "ARCON"),),
-        "Comment": (Comment(0, "text"),),
-        "Disabled": (Disabled(0, "MOVE"),),
-        "Opaque": (Opaque(0, "TEXT"),),
-        "Declare": (Declare(0, "m", "integer", Number(1)), Assign(0, Named("m"), Number(2))),
-        "Begin": (Begin(0),),
-        "End": (End(0),),
-    }
-    found["ShiftOff"] = found["ShiftOn"]
-    for names, statements in (
-        (("While", "EndWhile"), loop),
-        (("Break", "Continue"), left),
-        (("Switch", "Case", "Default", "EndSwitch"), choice),
-        (("If", "ElseIf", "Else", "EndIf"), branch),
-        (("Repeat", "Until"), again),
-        (("For", "Next"), count),
-        (("Label", "Jump"), back),
-    ):
-        found |= dict.fromkeys(names, statements)
-    return found
+    blocks = {name: statements for names, statements in _BLOCKS for name in names}
+    return {**_MOVES, **_VALUES, **_COURSE, **_WORDS, **blocks}
 
 
 def program_with(statements: tuple[Statement, ...], target: str) -> Program:
