@@ -75,6 +75,32 @@ def test_crobt_in_the_world_is_no_position_in_the_work_object():
         converted(text, "rapid", "krl", on_loss="error")
 
 
+OFFSETS = (
+    "L P[1] 100mm/sec FINE",
+    "L P[2] 100mm/sec FINE Offset,PR[1]",
+    "L P[2] 100mm/sec FINE Tool_Offset,PR[1]",
+)
+SPOTS = [(1, 0, 0, 900.0, 0.0, 500.0, 180.0, 0.0, 0.0), (2, 0, 0, 900.0, 100.0, 500.0, 180.0, 0.0, 0.0)]
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "urscript"])
+def test_offsets_that_turn_are_frames_before_and_behind_the_target(target):
+    values = [f"PR[1,{n}]={value}" for n, value in enumerate((10, 0, 20, 0, 0, 90), 1)]
+    plan = run_elsewhere(tp(*values, *OFFSETS, positions=SPOTS), "tp", target)
+    # Turned by 90 deg, (900, 100) is (-100, 900); the tool's Z points down, and X where it did.
+    assert_places(plan, (900.0, 0.0, 500.0), (-90.0, 900.0, 520.0), (910.0, 100.0, 480.0))
+
+
+@pytest.mark.parametrize(
+    ("target", "written"),
+    [("krl", "LIN PV1:P2"), ("urscript", "pose_trans(PV1, P2)"), ("rapid", "PoseMult([PV1.trans,PV1.rot],")],
+)
+def test_an_offset_that_only_others_set_stays_one_and_the_receipt_asks_for_it(target, written):
+    made = converted(tp(*OFFSETS[:2], positions=SPOTS), "tp", target)
+    assert written in b"\n".join(made.files.values()).decode("cp1252")
+    assert [loss.part for loss in made.translated.losses if "set them" in loss.says] == ["variable"]
+
+
 # --- arcs -----------------------------------------------------------------------------------------------
 
 

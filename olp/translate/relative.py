@@ -9,6 +9,7 @@ from typing import Final
 from olp.expression import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral
 from olp.program import Assign, Move, Program, ShiftOff, ShiftOn, Statement
 from olp.translate.here import HERE, NAMING, seen_in
+from olp.translate.rewrite import expressions_of
 from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm
@@ -94,7 +95,7 @@ class _Relative:
         for offset, name in ((s.offset, "pose-offset"), (s.tool_offset, "pose-relative-tool")):
             if offset is None:
                 continue
-            by = self._literal(offset)
+            by = self._offset_value(offset)
             values: list[Expression] = []
             if by is not None and by.kind != "joint":
                 values += _written(by)
@@ -103,16 +104,39 @@ class _Relative:
                 values += [
                     Number(0) if self._never(offset, name) else Member(offset, name) for name in _TURNS
                 ]
-            if not values or (name == "pose-offset" and any(v not in _ZEROS for v in values[3:])):
-                self.work.lose(
-                    s, Fate.REFUSED, "offset", "an offset that turns the tool, or is in joint values"
-                )
+            if by is not None and by.kind == "joint":
+                self.work.lose(s, Fate.REFUSED, "offset", "an offset in joint values")
                 return s
-            target = Function(name, (target, *(values[:3] if name == "pose-offset" else values)))
+            turns = any(v not in _ZEROS for v in values[3:])
+            if not values or (turns and (name == "pose-offset" or self._is_computed(values))):
+                # It turns as well, or may do so: a frame before the target, or one behind it.
+                pair = (offset, target) if name == "pose-offset" else (target, offset)
+                target = Function("pose-product", pair)
+            else:
+                target = Function(name, (target, *(values[:3] if name == "pose-offset" else values)))
         return replace(s, targets=(target,), offset=None, tool_offset=None)
+
+    def _offset_value(self, offset: Expression) -> PositionLiteral | None:
+        """What an offset always is; None for a register that only others set: a camera, or another program."""
+        if not isinstance(offset, Named) or offset.name not in self.work.registers:
+            return self._literal(offset)
+        by = self._literal(offset)
+        if by is not None and not any(v == v and v for v in by.values):
+            says = f"the values of {offset.name} are not in the program: zeros are written, set them"
+            self.work.lose(0, Fate.APPROXIMATED, "variable", says)
+            return None
+        return by
+
+    def _is_computed(self, values: list[Expression]) -> bool:
+        """Whether INFORM would have to turn by a computed angle, which it cannot say but as a product."""
+        return self.work.target == "inform" and not all(isinstance(v, Number) for v in values)
 
     def _never(self, name: Named, member: str) -> bool:
         """Whether nothing ever sets this component of a position to anything but zero."""
+        if name.name in self.work.registers and not any(
+            isinstance(s, Assign) and name in expressions_of(s.target) for s in self.program.statements()
+        ):
+            return False
         for s in self.program.statements():
             if not isinstance(s, Assign):
                 continue
