@@ -1,6 +1,6 @@
 /** Time, convert, report: olp's own commands for the program in front, with the settings of the editor. */
-import { basename, extname } from "node:path";
-import { env, ProgressLocation, type TextEditor, Uri, window, workspace } from "vscode";
+import { basename, extname, relative } from "node:path";
+import { env, ProgressLocation, type TextEditor, Uri, window } from "vscode";
 import { LANGUAGES, programIn } from "./languages";
 import { type Answer, folderOf, run, summary } from "./olp";
 import { settings, timingOptions } from "./settings";
@@ -89,9 +89,15 @@ async function saved(): Promise<string | undefined> {
 
 /** What olp answers; undefined where there is none. */
 async function asked(title: string, words: string[], path: string): Promise<Answer | undefined> {
-  const folder = workspace.getWorkspaceFolder(Uri.file(path))?.uri.fsPath ?? folderOf(path);
+  const folder = folderOf(path);
+  const short = relative(folder, path); // olp says the name that it was given
   const progress = { location: ProgressLocation.Window, title: `olp: ${title}` };
-  return window.withProgress(progress, () => run(words, folder));
+  return window.withProgress(progress, () =>
+    run(
+      words.map((word) => (word === path ? short : word)),
+      folder,
+    ),
+  );
 }
 
 /** Whether olp could answer at all; otherwise it is said why. */

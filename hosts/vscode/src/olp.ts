@@ -1,6 +1,7 @@
 /** Runs olp's command line, and says what to do where it is missing. */
 import { execFile } from "node:child_process";
-import { commands, env, window, workspace } from "vscode";
+import { dirname } from "node:path";
+import { commands, env, Uri, window, workspace } from "vscode";
 import { command } from "./settings";
 
 const INSTALL = 'pip install "olp[lsp]"';
@@ -43,6 +44,7 @@ export function summary(told: string): string {
   return said.slice(0, 2).join(" — ") || told.trim().split("\n").at(-1) || "olp gave no reason";
 }
 
+/** The folder of the workspace that has the file, or the file's own. */
 export function folderOf(path: string): string {
-  return workspace.workspaceFolders?.[0]?.uri.fsPath ?? path.replace(/[\\/][^\\/]*$/, "");
+  return workspace.getWorkspaceFolder(Uri.file(path))?.uri.fsPath ?? dirname(path);
 }

@@ -38,6 +38,7 @@ const SETTINGS = {
   "workbench.secondarySideBar.defaultVisibility": "hidden",
   "chat.disableAIFeatures": true,
   "workbench.colorTheme": "Default Dark Modern",
+  "editor.minimap.enabled": false,
   "files.autoSave": "off",
 };
 

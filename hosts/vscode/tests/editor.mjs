@@ -34,6 +34,7 @@ export class Editor {
     const found = this.page.locator(".quick-input-list .monaco-list-row", { hasText: row }).first();
     await found.waitFor();
     await found.click();
+    await this.page.mouse.move(0, 0); // over nothing that would explain itself in a picture
   }
 
   /** Types into what the editor asks, and confirms. */
@@ -76,6 +77,28 @@ export class Editor {
     await until(seen, 20_000, async () => `${expected} in:\n${(await this.lines()).join("\n")}`);
   }
 
+  async seesLens(expected) {
+    const lenses = this.page.locator(".codelens-decoration");
+    const texts = async () =>
+      (await lenses.allInnerTexts())
+        .join(" | ")
+        .replace(/\u00a0/g, " ")
+        .split(" | ");
+    const seen = async () => (await texts()).some((text) => expected.test(text));
+    await until(seen, 20_000, async () => `${expected} in ${await texts()}`);
+  }
+
+  /** What is said about the place of the cursor. */
+  async hover() {
+    await this.command("Show or Focus Hover");
+    const said = this.page.locator(
+      ".monaco-hover:visible .hover-contents, .monaco-hover:visible .markdown-hover",
+    );
+    await said.first().waitFor();
+    const text = (await said.allInnerTexts()).join("\n").replace(/\u00a0/g, " ");
+    return text;
+  }
+
   async colours(start) {
     const line = this.page
       .locator(".editor-instance .view-line", { hasText: start.replace(/ /g, "\u00a0") })
@@ -91,7 +114,7 @@ export class Editor {
     return Number(await number.innerText());
   }
 
-  /** Puts the cursor on the first line with that text, by the editor's own search; says which line it is. */
+  /** Puts the cursor on the first line with that text, by the editor's own search. */
   async goToText(text) {
     await this.focus();
     await this.page.keyboard.press("Control+Home");
@@ -99,12 +122,12 @@ export class Editor {
     const input = this.page.locator(".find-widget.visible textarea").first();
     await input.waitFor();
     await input.fill(text);
-    await this.page
-      .locator(".find-widget .matchesCount", { hasText: /\d of \d/ })
-      .waitFor({ state: "attached" });
+    const count = this.page.locator(".find-widget .matchesCount");
+    await until(async () => /of \d/.test(await count.textContent()));
+    if ((await count.textContent()).startsWith("?")) await this.page.keyboard.press("Enter"); // searched before
+    await until(async () => /\d of \d/.test(await count.textContent()));
     await this.page.keyboard.press("Escape");
     await this.page.locator(".find-widget.visible").waitFor({ state: "detached" });
-    return this.line();
   }
 
   async focus() {
