@@ -14,6 +14,7 @@ from pytest_lsp import ClientServerConfig, LanguageClient
 from olp.reading import read
 
 FOLDER = Path(__file__).parent.parent / "samples/inform/palletising"
+KRL = FOLDER.parent.parent / "krl"
 
 
 @pytest_lsp.fixture(config=ClientServerConfig([sys.executable, "-m", "olp", "lsp"]))
@@ -25,8 +26,8 @@ async def client(lsp_client: LanguageClient):
     await lsp_client.shutdown_session()
 
 
-def open_text(client: LanguageClient, path: Path, text: str | None = None) -> str:
-    item = types.TextDocumentItem(path.as_uri(), "inform", 1, path.read_text() if text is None else text)
+def open_text(client: LanguageClient, path: Path, text: str | None = None, language: str = "inform") -> str:
+    item = types.TextDocumentItem(path.as_uri(), language, 1, path.read_text() if text is None else text)
     client.text_document_did_open(types.DidOpenTextDocumentParams(item))
     return path.as_uri()
 
@@ -46,6 +47,14 @@ async def test_the_view_draws_the_text_of_the_editor_and_names_the_files_of_its_
     assert min(data.seconds[s] for s in slow) > 3.0  # 192 mm at 60 mm/s
     assert answer.title == "MAIN.JBI"
     assert not hasattr(answer, "html")
+
+
+@pytest.mark.asyncio
+async def test_lists_of_data_belong_to_the_view_of_their_program(client) -> None:
+    answer = await ask(client, "olp/view", uri=open_text(client, KRL / "handling.src", language="krl"))
+    names = [Path(uri).name for uri in answer.files]
+    assert names[0] == "handling.src"
+    assert "handling.dat" in names
 
 
 @pytest.mark.asyncio

@@ -15,7 +15,7 @@ from olp.lsp.server import Server
 def register(server: Server, service: Service) -> None:
     @server.feature("olp/view")
     async def view(params: Any) -> Raw:
-        """{uri, page?} -> {title, files, data, html?} or null; `files`: the URI of each number that data.file has."""
+        """{uri, page?} -> {title, files, data, html?} or null; `files`: the URI of each number in data.file."""
         uri = getattr(params, "uri", None)
         analysis = await server.work.current(uri) if isinstance(uri, str) else None
         if analysis is None:
@@ -31,8 +31,10 @@ def register(server: Server, service: Service) -> None:
 
 
 def _files(server: Server, analysis: Analysis) -> list[str]:
-    sources = [] if analysis.timing is None else [s.path for s in analysis.timing.plan.sources]
-    return [server.texts.uris.get(path) or uri_of(path) for path in sources or [analysis.path]]
+    """Those that run by their numbers, then those that only say something about them, such as lists of data."""
+    run = [analysis.path] if analysis.timing is None else [s.path for s in analysis.timing.plan.sources]
+    paths = [*run, *(path for path in analysis.needs if path not in run)]
+    return [server.texts.uris.get(path) or uri_of(path) for path in paths]
 
 
 def _data(analysis: Analysis) -> dict[str, Any] | None:

@@ -1,0 +1,60 @@
+"""The VS Code extension, as far as it can be held to olp without its tools: words, suffixes, settings, versions."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from olp.batch import Job
+from olp.language.settings import settings_of
+from olp.vendors.vendor import find_vendor
+from olp.version import __version__
+
+HOST = Path(__file__).parent.parent / "hosts" / "vscode"
+MANIFEST = json.loads((HOST / "package.json").read_text(encoding="utf-8"))
+LANGUAGES = [each["id"] for each in MANIFEST["contributes"]["languages"]]
+
+
+def test_the_colours_have_the_words_of_olps_grammars() -> None:
+    command = [sys.executable, str(HOST / "colours.py"), "--check"]
+    checked = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, f"{checked.stdout}run python hosts/vscode/colours.py"
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_language_has_the_suffixes_that_olp_reads_and_a_grammar(language: str) -> None:
+    (declared,) = [each for each in MANIFEST["contributes"]["languages"] if each["id"] == language]
+    not_text = {".urp", ".pgf"}  # packed, and a list of modules
+    assert set(find_vendor(language).suffixes) - not_text <= set(declared["extensions"])
+    (grammar,) = [each for each in MANIFEST["contributes"]["grammars"] if each["language"] == language]
+    for name in (declared["configuration"], grammar["path"]):
+        assert json.loads((HOST / name).read_text(encoding="utf-8"))
+
+
+def test_the_settings_of_the_editor_are_taken_by_the_server() -> None:
+    given = {"robot": "yaskawa/gp25", "signature": "a.toml", "override": 80, "model": "linear"}
+    declared = {name.removeprefix("olp.") for name in MANIFEST["contributes"]["configuration"]["properties"]}
+    assert declared - {"command"} == set(given)
+    taken = settings_of({"olp": given})
+    assert taken.diagnostics == ()
+    plain = {field.name: getattr(Job(), field.name) for field in fields(Job)}
+    assert {name for name in plain if getattr(taken.job, name) != plain[name]} == set(given)
+
+
+def test_settings_that_are_not_set_are_those_of_the_command_line() -> None:
+    properties = MANIFEST["contributes"]["configuration"]["properties"]
+    unset = {name.removeprefix("olp."): each["default"] for name, each in properties.items()}
+    assert settings_of({"olp": unset}).diagnostics == ()
+
+
+def test_the_extension_is_of_olps_version_and_locks_no_address_of_a_machine() -> None:
+    assert MANIFEST["version"] == __version__
+    lock = (HOST / "package-lock.json").read_text(encoding="utf-8")
+    assert not re.search(r'"resolved": "(?!https://registry\.npmjs\.org/)', lock)
+    assert json.loads(lock)["version"] == __version__
