@@ -31,6 +31,7 @@ from olp.written import written_points
 
 _ON_LINE, _ON_CURVE = 10, 20  # pieces of a move that are drawn with a colour each
 _MOST_PIECES = 20_000
+_AFTER = 1e-6  # [s]
 _UNITS = {
     SpeedUnit.TRAVEL: ("mm/s", mm),
     SpeedUnit.TURN: ("deg/s", deg),
@@ -155,12 +156,28 @@ def _course(timing: Timing, step: int, end: float, moves: int, can_follow: bool)
     count = max(1, min(count, _MOST_PIECES // moves))
     # Nearer together at both ends, where the speed changes.
     times = end - duration * 0.5 * (1.0 + np.cos(np.linspace(0.0, np.pi, count + 1)))
-    position, rotation, _ = states(timing, np.clip(times, 0.0, timing.total_s))
+    # At its very start the tool may still be the one before.
+    seen = np.maximum(times, end - duration + min(_AFTER, 0.01 * duration))
+    position, rotation, _ = states(timing, np.clip(seen, 0.0, timing.total_s))
     if np.isnan(position).any() or np.isnan(rotation).any():
         return course
     places = [_place(p, q) for p, q in zip(position, quaternion_from_rotation(rotation), strict=True)]
     course["way"] = [[float(t), place] for t, place in zip(times, places, strict=True)]
+    course["jump"] = _jump(plan, row, position)
     return course
+
+
+def _jump(plan: Any, row: int, position: Any) -> int:
+    """The piece (from 1) in which the next move's tool is taken, where its tip is elsewhere; 0: none."""
+    if row + 1 >= len(plan.moves):
+        return 0
+    there, here = plan.moves.start[row + 1], plan.moves.target[row]
+    jump = plan.positions.position[there] - plan.positions.position[here]
+    if not float(np.linalg.norm(jump)) > 1.0 * mm:
+        return 0
+    off = np.linalg.norm(np.diff(position, axis=0) - jump, axis=1)
+    piece = int(np.argmin(off))
+    return piece + 1 if off[piece] < 0.5 * np.linalg.norm(jump) else 0
 
 
 def _points(program: Program, timing: Timing) -> list[dict[str, Any]]:

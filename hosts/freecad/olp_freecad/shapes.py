@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import FreeCAD
 import Part
 from FreeCAD import Vector
@@ -30,11 +32,9 @@ def add_path(document: object, rows: list) -> object:
     path.addProperty("App::PropertyIntegerList", "Segment", "Program", "row of the segment table, per edge")
     edges, owners = [], []
     for number, row in enumerate(rows):
-        way = [Vector(*place["position"]) for _, place in row.get("way") or ()]
-        for i in range(1, len(way)):
-            if (way[i] - way[i - 1]).Length > _SMALLEST:
-                edges.append(Part.makeLine(way[i - 1], way[i]))
-                owners.append(number)
+        for start, end, _, _ in _pieces(row):
+            edges.append(Part.makeLine(start, end))
+            owners.append(number)
     if edges:
         path.Shape = Part.makeCompound(edges)
     path.Segment = owners
@@ -43,6 +43,16 @@ def add_path(document: object, rows: list) -> object:
         path.ViewObject.PointSize = 1.0
         path.ViewObject.PointColor = _INK
     return path
+
+
+def _pieces(row: dict) -> Iterator[tuple]:
+    """Start, end, seconds and instant of the end of all pieces of a move that are drawn."""
+    way = row.get("way") or []
+    for i in range(1, len(way)):
+        start, end = (Vector(*way[j][1]["position"]) for j in (i - 1, i))
+        # Where another tool is taken its tip is at once elsewhere: that is no way.
+        if (end - start).Length > _SMALLEST and i != row.get("jump"):
+            yield start, end, max(1e-9, way[i][0] - way[i - 1][0]), way[i][0]
 
 
 def colour_path(path: object, rows: list, kind: str) -> None:
@@ -57,15 +67,11 @@ def colour_path(path: object, rows: list, kind: str) -> None:
 def edge_values(rows: list, kind: str) -> list:
     """Per edge of the path: mm/s there, or for "time" the seconds from the program's start, last first."""
     last = max((row["end_s"] for row in rows), default=0.0)
-    values = []
-    for row in rows:
-        way = row.get("way") or []
-        for i in range(1, len(way)):
-            length = (Vector(*way[i][1]["position"]) - Vector(*way[i - 1][1]["position"])).Length
-            if length > _SMALLEST:
-                seconds = max(1e-9, way[i][0] - way[i - 1][0])
-                values.append(length / seconds if kind == "speed" else last - way[i][0])
-    return values
+    return [
+        (end - start).Length / seconds if kind == "speed" else last - instant
+        for row in rows
+        for start, end, seconds, instant in _pieces(row)
+    ]
 
 
 def colour_of(share: float) -> tuple:

@@ -29,7 +29,7 @@ def shoot(name):
 
 def look():
     import olp_freecad
-    from olp_freecad import ask
+    from olp_freecad import ask, shapes
     from olp_freecad.gui import panel
 
     window = FreeCADGui.getMainWindow()
@@ -57,6 +57,10 @@ def look():
     FreeCADGui.activeDocument().activeView().zoomIn()
     held["a row per segment"] = dock.table.rowCount() == len(olp_freecad.segments(group)) > 5
     held["an edge colour per edge"] = len(group.Path.ViewObject.LineColorArray) == len(group.Path.Segment)
+    speeds = shapes.edge_values(dock.rows, "speed")
+    fastest = max(one["reached_mm_s"] or 0.0 for one in dock.rows)
+    held["lines are drawn no faster than they are"] = sorted(speeds)[len(speeds) // 2] <= fastest
+    held["no piece is a jump"] = max(speeds) < 3000.0
     held["more than one colour"] = len(set(group.Path.ViewObject.LineColorArray)) > 5
     shoot("freecad.png")
 
