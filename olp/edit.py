@@ -4,7 +4,7 @@ A change is made in the text, number by number. The new text is read again, and 
 old one but for what was asked is it given back; with points that were placed it also runs.
 
 Codes: O002 no such position, O003 a position written twice, O004 numbers that are none, O005 no speed on this line,
-O006 a speed that cannot be, O008 a change that would do something else.
+O006 a speed that cannot be.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
+from olp.edit_check import check_point, check_same, check_speed
 from olp.geometry import Pose
 from olp.moves import Move, SetSpeed, Speed, SpeedUnit
 from olp.placing import check_places, placed_values
@@ -55,11 +56,15 @@ Edit = SetPoint | PlacePoint | ChangeSpeed
 
 
 class Edited(NamedTuple):
-    """The changed program. `sources`: the files that are different now; `lines`: (path, line) of what changed."""
+    """The changed program. `sources`: the files that are different now; `lines`: (path, line) of what changed.
+
+    `notes`: what could not be written to the last decimal.
+    """
 
     program: Program
     sources: tuple[Source, ...]
     lines: tuple[tuple[str, int], ...]
+    notes: tuple[Diagnostic, ...] = ()
 
 
 def speed_of(program: Program, line: int) -> Speed | None:
@@ -89,33 +94,44 @@ def edited(
     if placed and plan is None:
         plan = run(program)
     problems: list[Diagnostic] = []
-    texts: dict[tuple[str, Token], str] = {}
-    sources = {one.path: one for one in (program.source, *program.companions)}
+    changes: list[_Change] = []
     for edit in edits:
         try:
-            changed, path = _texts(program, edit, plan)
+            changes.append(_change(program, edit, plan))
         except OlpError as problem:
             problems.extend(one if one.file else one.at(program.path) for one in problem.diagnostics)
-            continue
-        texts.update({(path, token): text for token, text in changed.items()})
     raise_errors(problems)
+    texts = {(one.path, token): text for one in changes for token, text in one.texts.items()}
+    old = {one.path: one for one in (program.source, *program.companions)}
     new = {
         path: replaced(source, {token: text for (of, token), text in texts.items() if of == path})
-        for path, source in sources.items()
+        for path, source in old.items()
     }
     result = _reread(program, new)
     lines = {(path, token.line) for path, token in texts}
-    _check_same(program, result, len(lines))
+    check_same(program, result, len(lines))
+    # Of two changes of one thing the later one counts.
+    notes = [note for one in {one.what: one for one in changes}.values() for note in _checked(result, one)]
     if placed and plan is not None:
         check_places(program, result, {one.name: one.pose for one in placed}, plan, run)
-    different = tuple(one for path, one in new.items() if one.raw != sources[path].raw)
-    return Edited(result, different, tuple(sorted(lines)))
+    different = tuple(one for path, one in new.items() if one.raw != old[path].raw)
+    return Edited(result, different, tuple(sorted(lines)), tuple(notes))
 
 
-def _texts(program: Program, edit: Edit, plan: Plan | None) -> tuple[dict[Token, str], str]:
+class _Change(NamedTuple):
+    """What an edit does to the text. `values`: of a point as asked, or the one number of a speed."""
+
+    what: object
+    path: str
+    texts: dict[Token, str]
+    values: tuple[float, ...]
+    point: WrittenPoint | None = None
+    line: int = 0
+
+
+def _change(program: Program, edit: Edit, plan: Plan | None) -> _Change:
     if isinstance(edit, ChangeSpeed):
-        written, texts = _respelt_speed(program, edit)
-        return texts, written.source.path
+        return _respelt_speed(program, edit)
     point = _point(program, edit.name)
     if isinstance(edit, PlacePoint):
         assert plan is not None
@@ -130,7 +146,19 @@ def _texts(program: Program, edit: Edit, plan: Plan | None) -> tuple[dict[Token,
                 help="x y z rx ry rz, or the axes",
             )
         )
-    return point.respelt(values), point.source.path
+    return _Change(point.name, point.source.path, point.respelt(values), tuple(values), point)
+
+
+def _checked(program: Program, change: _Change) -> list[Diagnostic]:
+    """Notes on a change in the program that was read again. Raises OlpError where the reader sees another one."""
+    if change.point is not None:
+        check_point(program, change.point, change.values)
+        return []
+    speed = speed_of(program, change.line)
+    said = (
+        math.nan if speed is None or speed.value.literal is None else speed.value.literal / speed.value.scale
+    )
+    return check_speed(program, change.line, change.values[0], said, change.texts)
 
 
 def _point(program: Program, name: str) -> WrittenPoint:
@@ -180,7 +208,7 @@ def _said(program: Program, line: int, unit: SpeedUnit) -> list[Speed]:
     return [speed for speed in speeds if speed.unit is unit and speed.value.literal is not None]
 
 
-def _respelt_speed(program: Program, edit: ChangeSpeed) -> tuple[WrittenSpeed, dict[Token, str]]:
+def _respelt_speed(program: Program, edit: ChangeSpeed) -> _Change:
     found = _written_speed(program, edit.line)
     span = Span(edit.line) if 0 < edit.line <= len(program.source.lines) else None
     if found is None:
@@ -198,8 +226,8 @@ def _respelt_speed(program: Program, edit: ChangeSpeed) -> tuple[WrittenSpeed, d
     if not 0.0 < edit.value <= highest or not math.isfinite(edit.value):
         most = " and at most 100 %" if highest == 1.0 else ""
         raise OlpError(error("O006", f"a speed is above zero{most}, not {edit.value:g}", span))
-    number = edit.value / speed.value.scale
-    return written, written.respelt(float(f"{number:.9g}"))
+    number = float(f"{edit.value / speed.value.scale:.9g}")
+    return _Change(written.line, written.source.path, written.respelt(number), (number,), line=edit.line)
 
 
 def _reread(program: Program, sources: Mapping[str, Source]) -> Program:
@@ -213,30 +241,3 @@ def _reread(program: Program, sources: Mapping[str, Source]) -> Program:
         changed: Program = reread(source, companions)
         return changed
     return find_vendor(program.vendor).read(source)
-
-
-def _facts(program: Program) -> dict[tuple[object, ...], str]:
-    """All that a program says, piece by piece."""
-    facts: dict[tuple[object, ...], str] = {("data", i): repr(one) for i, one in enumerate(program.data)}
-    for routine in program.routines:
-        head = replace(routine, body=(), points=type(routine.points)())
-        facts["routine", routine.name] = repr(head)
-        for i, statement in enumerate(routine.body):
-            facts["statement", routine.name, i] = repr(statement)
-        for store, taught, point in routine.points:
-            facts["point", routine.name, store, taught, point.number] = repr(point)
-    return facts
-
-
-def _check_same(before: Program, after: Program, most: int) -> None:
-    """Raises OlpError (O008) when more than `most` pieces, one per line, are different."""
-    old, new = _facts(before), _facts(after)
-    different = [key for key in old.keys() | new.keys() if old.get(key) != new.get(key)]
-    worse = [one for one in after.diagnostics if one.is_error and one not in before.diagnostics]
-    if len(different) > most or old.keys() != new.keys() or worse:
-        raise OlpError(
-            error(
-                "O008", "the change would do something else as well: nothing was changed", file=before.path
-            ),
-            *worse,
-        )

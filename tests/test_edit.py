@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -284,3 +285,49 @@ def test_other_languages_are_refused(language):
     assert {one.code for one in caught.value.diagnostics} <= {"O001", "O005"}
     with pytest.raises(olp.OlpError, match="cannot be changed"):
         written_points(before)
+
+
+def test_a_program_with_mistakes_elsewhere_can_be_changed():
+    before = olp.read(SAMPLES / "inform" / "broken" / "missing-point.jbi")
+    assert any(one.is_error for one in before.diagnostics)
+    assert edited(before, [ChangeSpeed(17, 0.05)]).program.source.line(17) == "MOVL C00009 V=50.0"
+
+
+def test_a_time_that_decides_in_place_of_the_speed_is_what_is_changed(tmp_path):
+    path = tmp_path / "t.script"
+    path.write_text(
+        "def t():\n  movej([0.1,0.2,0.3,0.4,0.5,0.6], 1.2, 0.25, 0.5, 0.001)\n"
+        "  movej([0.2,0.2,0.3,0.4,0.5,0.6], a=1.2, v=0.25, t=0.5)\nend\n"
+    )
+    before = olp.read(path)
+    result = edited(before, [ChangeSpeed(2, 0.75), ChangeSpeed(3, 0.625)])
+    assert "1.2, 0.25, 0.75, 0.001)" in result.program.source.line(2)
+    assert "v=0.25, t=0.625)" in result.program.source.line(3)
+
+
+def test_rounding_is_told():
+    before = program("tp")
+    assert edited(before, [ChangeSpeed(62, 0.36)]).notes == ()
+    (note,) = edited(before, [ChangeSpeed(62, 0.0149)]).notes
+    assert note.code == "O010"
+    assert "1.49 is written as 1" in note.message
+
+
+@pytest.mark.parametrize("language", ["inform", "rapid", "tp"])
+def test_a_reader_that_sees_something_else_stops_the_change(language, monkeypatch):
+    """The finder of numbers is held by the reader: one that takes y for x is refused, not believed."""
+    from importlib import import_module
+
+    module = import_module(f"olp.vendors.{language}.written")
+    honest = module.points
+
+    def crooked(one):
+        for point in honest(one):
+            x, y, *rest = point.numbers
+            yield replace(point, numbers=(y, x, *rest))
+
+    before = program(language)
+    name, point = next((n, p) for n, p in written_points(before).items() if p.kind is PointKind.POSE)
+    values = (point.values()[0] + 0.05, *point.values()[1:])
+    monkeypatch.setattr(module, "points", crooked)
+    assert refused(before, SetPoint(name, values)) == ["O008"]

@@ -117,7 +117,11 @@ def rewritten(request: dict[str, Any]) -> dict[str, Any]:
     for source in result.sources:
         target = outputs.get(source.path, source.path)
         write_output(target, source.raw, inputs=[source.path], in_place=target == source.path)
-    return {"lines": [list(one) for one in result.lines], "files": [one.path for one in result.sources]}
+    return {
+        "lines": [list(one) for one in result.lines],
+        "files": [one.path for one in result.sources],
+        "notes": [_told(one) for one in result.notes],
+    }
 
 
 def _segments(program: Program, timing: Timing) -> list[dict[str, Any]]:

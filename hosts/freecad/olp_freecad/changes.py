@@ -59,6 +59,7 @@ def write_back(program: object, output: str = "") -> list:
     if output:
         program.File = output
     refresh(program)
+    program.Messages = [*program.Messages, *(f"{one['severity']}: {one['text']}" for one in answer["notes"])]
     return [(outputs.get(file, file), line) for file, line in answer["lines"]]
 
 

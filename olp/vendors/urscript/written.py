@@ -16,6 +16,7 @@ _SIX = ",".join([_N] * 6)
 _DECLARED = re.compile(rf"\s*(?:global\s+|local\s+)?(\w+)\s*=\s*(p?)\[{_SIX}\]")
 _IN_MOVE = re.compile(rf"\s*(movej|movel|movep)\s*\(\s*(?:pose\s*=\s*|q\s*=\s*)?(p?)\[{_SIX}\]")
 _SPEED = re.compile(r"[(,]\s*v\s*=\s*(\d*\.?\d+)")
+_TIME = re.compile(r"[(,]\s*t\s*=\s*(\d*\.?\d+)")
 _CALL = re.compile(r"\s*move[jlpc]\s*\(")
 SPELLING = Spelling(Orientation.VECTOR, 1.0, 1.0, 6, 9)
 
@@ -38,16 +39,16 @@ def points(program: Program) -> Iterator[WrittenPoint]:
 
 
 def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> WrittenSpeed | None:
-    """The argument v, by its name or as the third one (movec: the fourth)."""
+    """The argument v, by its name or as the third one (movec: the fourth); t behind it where that decides."""
     code = program.source.line(statement.line).partition("#")[0]
-    match = _SPEED.search(code)
+    match = (_TIME if unit is SpeedUnit.TIME else _SPEED).search(code)
     if match is not None:
         return WrittenSpeed(statement.line, program.source, (Token(statement.line, *match.span(1)),), 6)
     call = _CALL.match(code)
     if call is None:
         return None
     arguments = _arguments(code, call.end())
-    place = 3 if "movec" in call[0] else 2
+    place = 3 if "movec" in call[0] or unit is SpeedUnit.TIME else 2
     if len(arguments) <= place:
         return None
     start, stop = arguments[place]
