@@ -161,3 +161,44 @@ def test_without_a_robot_rapid_is_told_not_to_watch_joint_moves(tmp_path):
     made = convert(program, "rapid", Context(robot=other))
     assert "ConfJ \\Off;" in made.files[made.main].decode()
     assert [loss.line for loss in made.translated.losses if loss.part == "configuration"] == [7]
+
+
+JOB = """/JOB
+//NAME TURNS
+//POS
+///NPOS 2,0,0,0,0,0
+///TOOL 0
+///POSTYPE BASE
+///RECTAN
+///RCONF 1,0,0,0,1,0
+C00000=900.000,100.000,400.000,180.0000,0.0000,10.0000
+///RCONF 1,0,0,0,0,0
+C00001=950.000,100.000,400.000,180.0000,0.0000,10.0000
+//INST
+///DATE 2026/03/02 14:07
+///ATTR SC,RW
+///GROUP1 RB1
+NOP
+MOVJ C00000 VJ=50.00
+MOVJ C00001 VJ=50.00
+END
+"""
+
+
+@pytest.mark.parametrize("target", ["krl", "tp"])
+def test_without_a_robot_turns_are_in_the_receipt(target, tmp_path):
+    path = tmp_path / "TURNS.JBI"
+    path.write_bytes(JOB.replace("\n", "\r\n").encode())
+    program = olp.read(path)
+    made = convert(program, target, Context())
+    found = [loss for loss in made.translated.losses if loss.part == "configuration"]
+    assert [loss.line for loss in found] == [17]
+    made = convert(program, target, Context(robot=GP25))
+    assert not [loss for loss in made.translated.losses if loss.part == "configuration"]
+
+
+def test_the_first_pose_without_flags_is_an_assumption(tmp_path):
+    program = script(tmp_path, ["movel(p[0.9, 0, 0.5, 0, 3.14, 0])", "movel(p[0.9, 0.1, 0.5, 0, 3.14, 0])"])
+    says = [one.says for one in program.plan(robot=GP25).assumptions]
+    assert sum("first pose" in text for text in says) == 1
+    assert not any("first pose" in one.says for one in program.plan().assumptions)

@@ -87,6 +87,8 @@ def keep_branches(
         width = len(robot.axes)
         arm = Arm(robot, cell, positions, tools)
         reached = arm.follow(int(moves.start[rows[0]]), target[rows], moves.path[rows] == _JOINT, says)
+        if says[target[rows[0]]] == Named.NOTHING and moves.start[rows[0]] == target[rows[0]]:
+            _tell_first(cell, robot)
         written = axes[target[rows], :width]
         _tell(cell, reached, written, says[target[rows]], moves.path[rows] == _JOINT)
         seen: set[int] = set()
@@ -109,6 +111,16 @@ def keep_branches(
         np.concatenate([axes, np.array(again_axes)]),
     )
     return grown, replace(moves, start=start, target=target), np.concatenate([tools, tools[again]])
+
+
+def _tell_first(cell: Cell, robot: Robot) -> None:
+    """The first position of all, where nobody says how the arm stands."""
+    if robot.geometry is not None and robot.geometry.links is not None:
+        taken = "in front, elbow up, wrist not flipped"
+    else:
+        taken = "near the middle of its axes' ranges"
+    text = f"how the arm stands at its first pose is not written: {taken} is taken, and what follows goes on from there"
+    cell.gaps.setdefault("first pose", Gap("first pose", text))
 
 
 def _tell(

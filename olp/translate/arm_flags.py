@@ -42,6 +42,8 @@ def with_flags(program: Program, work: Work) -> Program:
                 own.note(s, routine.name)
     if own.used:
         own.run()
+        if not own.at_line:
+            own.tell_turns(moves)
         program = own.written(program)
     return _left_open(program, work) if work.target == "rapid" else program
 
@@ -116,6 +118,25 @@ class _Literals:
         )
         for line, found in zip(plan.line[steps[known]].tolist(), flags, strict=True):
             self.at_line.setdefault(line, Counter())[found] += 1
+
+    def tell_turns(self, moves: list[Move]) -> None:
+        """Without a robot: joint moves whose axes have turned further than half a turn, as far as the source says."""
+        source, target = self.work.source.vendor, self.work.target
+        joint = {s.line: s for s in moves if s.path is Path.JOINT}
+        signs = False
+        for literal, lines in self.used.values():
+            ends = [joint[line] for line in lines if line in joint]
+            signs = signs or (bool(ends) and bool(literal.sectors) and source == "krl")
+            if target == "krl" or (target == "tp" and source == "inform"):
+                says = "how far and in which sense its axes have turned needs the robot: taken as less than half a turn"
+                if target == "tp":
+                    says = "in which sense its axes have turned by more than half a turn needs the robot: forward"
+                for s in ends if any(literal.configuration[_ARM:]) else ():
+                    self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
+        if signs and target != "rapid":
+            self.work.notes.append(
+                "without a robot KUKA's T says nothing: turns are taken as less than half a turn"
+            )
 
     def written(self, program: Program) -> Program:
         """The program with flags in its literals; a move that reaches one otherwise has its own."""
