@@ -59,13 +59,17 @@ class Memory:
             shelf.turn(finished)
 
 
-_active: list[Memory] = []
+class SupersededError(Exception):
+    """Newer work has come: nobody wants the result any more."""
+
+
+_active: list[tuple[Memory, Callable[[], bool]]] = []
 
 
 @contextmanager
-def remembering(memory: Memory) -> Iterator[None]:
-    """While it lasts, results are looked up in `memory` and put there."""
-    _active.append(memory)
+def remembering(memory: Memory, wanted: Callable[[], bool] = lambda: True) -> Iterator[None]:
+    """While it lasts, results are looked up in `memory` and put there, and `check` asks whether they are wanted."""
+    _active.append((memory, wanted))
     finished = False
     try:
         yield
@@ -75,9 +79,15 @@ def remembering(memory: Memory) -> Iterator[None]:
         memory.turn(finished)
 
 
+def check() -> None:
+    """For long work, now and then. Raises SupersededError where somebody has said that it is no longer wanted."""
+    if _active and not _active[-1][1]():
+        raise SupersededError
+
+
 def shelf(name: str) -> Shelf | None:
     """The shelf of that name, None where nobody remembers."""
-    return _active[-1].shelf(name) if _active else None
+    return _active[-1][0].shelf(name) if _active else None
 
 
 # --- work that asks others ----------------------------------------------------------------------------------

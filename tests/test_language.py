@@ -16,6 +16,7 @@ from olp.language.rules import complete
 from olp.language.service import Service
 from olp.language.settings import settings_of
 from olp.lint.run import lint
+from olp.memory import SupersededError
 from olp.source import decode
 
 SAMPLES = Path(__file__).parent.parent / "samples"
@@ -187,3 +188,65 @@ def test_settings_are_those_of_the_command_line_and_wrong_ones_are_told(service:
     assert analysis is not None
     assert analysis.timing is None
     assert analysis.diagnostics
+
+
+ENDLESS = """\
+def a():
+  n = 0
+  while True:
+    movel(p[0.5, 0.1, 0.3, 0, 3.14, 0], v=0.1)
+    movel(p[0.5, 0.2, 0.3, 0, 3.14, 0], v=0.1)
+    n = n + 1
+  end
+end
+a()
+"""
+
+
+def test_a_program_that_goes_on_and_on_is_partial_for_who_types_and_whole_later(service: Service) -> None:
+    service.open("a.script", ENDLESS.replace("True", "n < 9000"), "urscript")
+    some = service.current("a.script", whole=False)
+    assert some is not None
+    assert some.partial
+    assert "I108" not in {d.code for d in some.diagnostics}
+    assert service.current("a.script", whole=False) is some
+    whole = known(service, "a.script")
+    assert not whole.partial
+    assert len(whole.timing.plan) == 18_000
+    assert len(some.timing.plan) < 6_000
+
+
+def test_work_on_a_program_ends_as_soon_as_nobody_wants_it(service: Service) -> None:
+    service.open("a.script", ENDLESS.replace("True", "n < 9000"), "urscript")
+    asked: list[bool] = []
+
+    def wanted() -> bool:
+        asked.append(len(asked) < 20)
+        return asked[-1]
+
+    with pytest.raises(SupersededError):
+        service.current("a.script", wanted)
+    assert len(asked) == 21
+    assert known(service, "a.script").timing is not None
+
+
+def test_a_mistake_in_olp_is_a_finding_of_the_text_and_ends_nothing(service: Service, monkeypatch) -> None:
+    monkeypatch.setattr("olp.language.analysis.run", lambda *a, **k: 1 / 0)
+    path = opened(service, PROGRAMS[0])
+    analysis = service.current(path)
+    assert analysis is not None
+    assert [d.code for d in analysis.diagnostics] == ["C016"]
+    assert marks(analysis)[0].message.startswith("olp made a mistake with this text (ZeroDivisionError")
+    assert analysis.timing is None
+    assert not hints(analysis)
+
+
+def test_a_point_with_a_number_too_much_stops_nothing(service: Service) -> None:
+    path = opened(service, "inform/handling/HANDLING.JBI")
+    line = next(
+        n for n, text in enumerate(service.documents[path].text.splitlines(), 1) if text.startswith("C00001")
+    )
+    service.change(path, [Change(Place(line, 12), Place(line, 12), "\n")], 2)
+    analysis = service.current(path)
+    assert analysis is not None
+    assert "C016" not in {d.code for d in analysis.diagnostics}

@@ -276,7 +276,8 @@ class Arm:
         end, goal = self.positions.position[target], self.positions.quaternion[target]
         angle = float(rotation_angle(turn, rotation_from_quaternion(goal[None]))[0])
         wanted = max(float(np.linalg.norm(end - place[0])) / spacing, angle / turning)
-        count = int(min(max(math.ceil(wanted), fewest), most))
+        # A target that nobody knows is no way at all.
+        count = fewest if math.isnan(wanted) else max(math.ceil(min(wanted, most)), fewest)
         share = np.arange(1, count + 1) / count
         turned = slerp(
             np.repeat(quaternion_from_rotation(turn), count, axis=0),

@@ -111,6 +111,9 @@ HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
 }
 
 
+LIMIT: Final = "I108"  # of the finding that a run was not let go on
+
+
 def execute(m: Machine, max_steps: int) -> None:
     """Runs `m` to its end, at most `max_steps` statements."""
     m.left = max_steps
@@ -171,7 +174,7 @@ def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> N
 def _report_limit(m: Machine, max_steps: int) -> None:
     m.fault(
         StatementError(
-            "I108",
+            LIMIT,
             f"the run was stopped after {max_steps} statements, here",
             "say in olp.toml what ends the loop, or allow more with --max-steps",
             Severity.WARNING,

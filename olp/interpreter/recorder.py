@@ -18,6 +18,7 @@ from olp.diagnostic import Diagnostic
 from olp.expression import Store
 from olp.interpreter.arm_branch import Named, axes_after, named
 from olp.interpreter.columns import NOWHERE, Batch, Extra, MoveRow, columns
+from olp.memory import check
 from olp.plan import PATHS, Assumption, Plan, StepKind
 from olp.points import PointKind, PointState, PointTable
 from olp.program import Path
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 
 
 _JOINT = PATHS.index(Path.JOINT)
+
+
+_CHECKED = 0xFF  # steps, in between which nobody asks whether the plan is still wanted
 
 
 @dataclass(slots=True)
@@ -131,7 +135,9 @@ class Recorder:
         return table.min(axis=0), table.max(axis=0)
 
     def step(self, source: int, line: int) -> None:
-        """Begins a move; one `row` per mechanism follows."""
+        """Begins a move; one `row` per mechanism follows. Raises what `olp.memory.check` does."""
+        if not len(self._kind) & _CHECKED:
+            check()
         self._kind.append(StepKind.MOVE)
         self._row.append(len(self._moves))
         self._source.append(source)

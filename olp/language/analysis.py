@@ -11,18 +11,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnostic import Diagnostic, OlpError
+from olp.batch import time_plan_of
+from olp.diagnostic import Diagnostic, OlpError, error
+from olp.interpreter import run
+from olp.interpreter.machine import LIMIT
 from olp.language.document import Document
+from olp.language.reading import read_document
 from olp.language.settings import Settings
-from olp.memory import Memory, remembering
+from olp.memory import Memory, SupersededError, check, remembering
 from olp.outcome.model import Finding
 from olp.program import Program
 from olp.source import Source
 from olp.timing import Timing
-
-
-class SupersededError(Exception):
-    """A newer text has come: nobody wants the answer any more."""
 
 
 class Runs(NamedTuple):
@@ -48,6 +48,7 @@ class Analysis:
     diagnostics: tuple[Diagnostic, ...] = ()
     lint: tuple[Finding, ...] = ()
     linted: bool = False  # the rules have run over this edition
+    partial: bool = False  # it goes on behind the steps that were run
 
     @cached_property
     def runs(self) -> Runs:
@@ -84,63 +85,60 @@ class Analysis:
         return tuple(dict.fromkeys(found))
 
 
-def _always() -> bool:
-    return True
-
-
 def analyse(
     document: Document,
     settings: Settings,
-    wanted: Callable[[], bool] = _always,
+    wanted: Callable[[], bool] = lambda: True,
     memory: Memory | None = None,
+    whole: bool = True,
 ) -> Analysis:
-    """Reads, runs and times the text. Never raises for a bad program.
+    """Reads, runs and times the text. Never raises for a bad program, nor for a mistake in olp: that is a finding.
 
-    `memory`: of earlier texts of the document, whose unchanged lines and moves are not worked out again.
+    `memory`: of earlier texts of the document, whose unchanged lines and moves are not worked out again. `whole` False:
+    a program that goes on and on is `partial`, so that somebody who types need not wait for its end.
     Raises SupersededError as soon as `wanted` says that nobody waits for it.
     """
-    with remembering(Memory() if memory is None else memory):
-        return _analysed(document, settings, wanted)
-
-
-def _analysed(document: Document, settings: Settings, wanted: Callable[[], bool]) -> Analysis:
-    from olp.language.reading import read_document
-
-    source = document.source()
-    edition = document.edition
+    source, edition = document.source(), document.edition
     program: Program | None = None
     timing: Timing | None = None
+    most = _MOST_STEPS if whole else min(_MOST_STEPS, _SOME_STEPS + _STEPS_PER_LINE * len(source.lines))
     try:
-        program = read_document(source, document.language)
-        _check(wanted)
-        timing = _timed(program, settings, wanted)
+        with remembering(Memory() if memory is None else memory, wanted):
+            program = read_document(source, document.language)
+            check()
+            timing = _timed(program, settings, most)
         found = timing.diagnostics
     except OlpError as problem:
         found = problem.diagnostics
+    except SupersededError:
+        raise
+    except Exception as problem:
+        found = (_mistake(problem),)
+    partial = most < _MOST_STEPS and any(d.code == LIMIT for d in found)
+    if partial:
+        found = tuple(d for d in found if d.code != LIMIT)
     diagnostics = tuple(dict.fromkeys(d.at(document.path) for d in (*settings.diagnostics, *found)))
-    return Analysis(document.path, edition, source, settings, program, timing, diagnostics)
+    return Analysis(document.path, edition, source, settings, program, timing, diagnostics, partial=partial)
 
 
-def _timed(program: Program, settings: Settings, wanted: Callable[[], bool]) -> Timing:
-    from olp.batch import time_plan_of
-    from olp.interpreter import run
+# A program that never ends must not keep somebody waiting: not while typing, and not for ever.
+_MOST_STEPS = 200_000
+_SOME_STEPS, _STEPS_PER_LINE = 2000, 2
 
+
+def _timed(program: Program, settings: Settings, most: int) -> Timing:
     job = settings.job
-    plan = run(program, robot=job.robot, folder=folder_of(program.path), max_steps=_MOST_STEPS)
-    _check(wanted)
+    plan = run(program, robot=job.robot, folder=folder_of(program.path), max_steps=most)
+    check()
     return time_plan_of(plan, job)
 
 
-# A program that never ends must not keep somebody who types waiting.
-_MOST_STEPS = 200_000
+def _mistake(problem: Exception) -> Diagnostic:
+    says = f"olp made a mistake with this text ({type(problem).__name__}: {str(problem)[:80]})"
+    return error("C016", says, help="tell its authors, with the text; nothing of it is timed")
 
 
 def folder_of(path: str) -> Path | None:
     """Where the file stands or would stand, None where there is no such folder."""
     place = Path(path).parent
     return place if path and place.is_absolute() and place.is_dir() else None
-
-
-def _check(wanted: Callable[[], bool]) -> None:
-    if not wanted():
-        raise SupersededError

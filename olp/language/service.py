@@ -71,16 +71,21 @@ class Service:
         document, analysis = self.documents.get(path), self.analyses.get(path)
         return document is not None and analysis is not None and analysis.edition == document.edition
 
-    def current(self, path: str, wanted: Callable[[], bool] = lambda: True) -> Analysis | None:
-        """What is known of the text as it is now; None where none is open. Raises SupersededError like `analyse`."""
+    def current(
+        self, path: str, wanted: Callable[[], bool] = lambda: True, whole: bool = True
+    ) -> Analysis | None:
+        """What is known of the text as it is now; None where none is open. Raises SupersededError like `analyse`.
+
+        `whole` False: a program that goes on and on may be `partial`.
+        """
         document = self.documents.get(path)
         if document is None:
             return None
-        if self.is_current(path):
-            return self.analyses[path]
         before = self.analyses.get(path)
+        if before is not None and self.is_current(path) and not (whole and before.partial):
+            return before
         self._overlay(document)
-        analysis = analyse(document, self.settings, wanted, self._memories[path])
+        analysis = analyse(document, self.settings, wanted, self._memories[path], whole)
         if before is not None:
             # Until the rules have run again, what they found stays where it was.
             analysis = replace(analysis, lint=moved(before.lint, document.splices))

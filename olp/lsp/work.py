@@ -12,10 +12,11 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from olp.language.analysis import Analysis, SupersededError
+from olp.language.analysis import Analysis
 from olp.language.findings import marks
 from olp.language.rules import rule_runs
 from olp.lsp.publishing import Publisher
+from olp.memory import SupersededError
 
 if TYPE_CHECKING:
     from olp.lsp.server import Server
@@ -117,7 +118,7 @@ class Work:
             return not patient or self._server.arrived == handled
 
         try:
-            analysis = self._server.service.current(path, wanted)
+            analysis = self._server.service.current(path, wanted, whole=False)
         except SupersededError:
             self._dirty[path] = None
             return
@@ -139,8 +140,23 @@ class Work:
         self._idle = asyncio.get_running_loop().call_later(seconds, what)
 
     def _rules(self) -> None:
-        """The rules of lint over all open texts, one rule at a time, until a text changes."""
-        self._step(rule_runs(self._server.service))
+        """Programs that go on and on to their end, then the rules of lint over all texts, until one changes."""
+        self._idle = None
+        if self._complete():
+            self._step(rule_runs(self._server.service))
+
+    def _complete(self) -> bool:
+        """False where a keystroke has come meanwhile."""
+        service, seen = self._server.service, self._server.arrived
+        for path in [path for path, analysis in service.analyses.items() if analysis.partial]:
+            try:
+                analysis = service.current(path, lambda: self._server.arrived == seen)
+            except SupersededError:
+                return False
+            if analysis is not None:
+                self._publisher.publish(path, marks(analysis))
+                self._server.ask_again()
+        return True
 
     def _step(self, runs: Iterator[str]) -> None:
         self._idle = None
