@@ -10,6 +10,7 @@ import olp
 from olp.kinematics import configuration_of, forward
 from olp.translate import Context
 from olp.translate.arm_flags import flags_of
+from olp.translate.canonical import canonical
 from olp.translate.convert import convert, run_converted
 from olp.vendors.krl import values as krl
 from olp.vendors.rapid.literals import arm, confdata
@@ -157,10 +158,14 @@ def test_without_a_robot_rapid_is_told_not_to_watch_joint_moves(tmp_path):
     program = olp.read(path)
     made = convert(program, "rapid", Context(robot=GP25))
     assert "ConfJ" not in made.files[made.main].decode()
+    # An arm without flags takes the nearest in every language: nothing is lost.
     other = olp.robot.load_robot("universal-robots/ur10e")
     made = convert(program, "rapid", Context(robot=other))
     assert "ConfJ \\Off;" in made.files[made.main].decode()
-    assert [loss.line for loss in made.translated.losses if loss.part == "configuration"] == [7]
+    assert not [loss for loss in made.translated.losses if loss.part == "configuration"]
+    for target in ("rapid", "urscript"):
+        losses = canonical(program, target, Context()).losses
+        assert [loss.line for loss in losses if loss.part == "configuration"] == [7]
 
 
 JOB = """/JOB

@@ -205,7 +205,7 @@ def _left_open(program: Program, work: Work) -> Program:
                 known = True
             elif value is not None or not _is_joints(s, symbols, routine.name):
                 open_moves.add(id(s))
-                if value is not None and value.configuration:
+                if value is not None and value.configuration and work.has_flags:
                     says = "which way the arm stands is left to the controller: it takes the nearest"
                     work.lose(s, Fate.APPROXIMATED, "configuration", says)
     if not open_moves:

@@ -52,6 +52,8 @@ def configurations(program: Program, work: Work) -> Program:
 def _near(s: Move, work: Work) -> Move:
     """The move to the joint values near which the pose is reached, where each run of it ends in the same ones."""
     axes = _ends(s.line, work) if work.target == "urscript" else None
+    if axes is None and not work.has_flags:
+        return s
     if axes is None:
         says = "which way the arm stands is left to the controller: it takes the nearest"
         work.lose(s, Fate.APPROXIMATED, "configuration", says)

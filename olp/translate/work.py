@@ -124,6 +124,12 @@ class Work:
     def target_robot(self) -> Robot | None:
         return self.context.target_robot or self.context.robot
 
+    @property
+    def has_flags(self) -> bool:
+        """Whether arm flags mean something: not to a robot whose wrist is none."""
+        robot = self.context.robot
+        return robot is None or robot.geometry is None or robot.geometry.links is not None
+
     def lose(
         self,
         statement: Statement | int,
