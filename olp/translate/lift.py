@@ -42,7 +42,7 @@ from olp.program import (
 )
 from olp.translate.lift_moves import lifted_move
 from olp.translate.lift_points import Points
-from olp.translate.rewrite import calls_nothing, expressions_of, mapped
+from olp.translate.rewrite import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.translate.work import Fate, Work
 
 TYPES: Final = {
@@ -171,12 +171,16 @@ class _Lift:
 
     def _carry_states(self) -> None:
         """A position variable that is set from another one has that one's frame and tool."""
+        assigned = [
+            (routine, s)
+            for routine in self.program.routines
+            for s in routine.body
+            if type(s) is Assign and _is_position(s.target)
+        ]
         for _ in range(3):
-            for routine in self.program.routines:
+            for routine, s in assigned:
                 self.scope = routine.name
-                for s in routine.body:
-                    if isinstance(s, Assign) and _is_position(s.target):
-                        self._carry_state(routine, s)
+                self._carry_state(routine, s)
 
     def _carry_state(self, routine: Routine, s: Assign) -> None:
         source: Expression = s.value
@@ -385,7 +389,9 @@ class _Lift:
 
 def _expressions(routine: Routine) -> list[Expression]:
     """All expressions of a routine but those of plain moves."""
-    return [e for s in routine.body if not calls_nothing(s) for e in expressions_of(s)]
+    return [
+        e for s in routine.body if not calls_nothing(s) and not sets_numbers(s) for e in expressions_of(s)
+    ]
 
 
 def _owner(e: Any) -> Named | None:

@@ -5,7 +5,7 @@ Where it depends on the way there, a variable holds it, which is set where the m
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -20,6 +20,7 @@ from olp.program import (
     Move,
     Path,
     Program,
+    Routine,
     SetAcceleration,
     SetBlend,
     SetFrame,
@@ -31,7 +32,7 @@ from olp.program import (
     Statement,
 )
 from olp.translate.here import HERE, NAMING, seen_in
-from olp.translate.reaching import UNSET, Key, Reaching, State, Values, reaching
+from olp.translate.reaching import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.translate.rewrite import edited, expressions_of, mapped
 from olp.translate.symbols import LITERALS, Symbols, symbols_of
 from olp.translate.work import Fate, Work
@@ -89,7 +90,7 @@ class _Modal:
     flow: Reaching = field(default_factory=Reaching)
     made: dict[tuple[SpeedUnit, int], Speed] = field(default_factory=dict)  # moves share their speeds
     keys: set[Key] = field(default_factory=set)  # that any statement sets
-    states: list[State | None] = field(default_factory=list)  # before each statement of the routine
+    state: State | None = None  # before the statement that is looked at
 
     # --- definitions ------------------------------------------------------------------------------------
 
@@ -113,11 +114,11 @@ class _Modal:
 
     # --- values -----------------------------------------------------------------------------------------
 
-    def value(self, index: int, key: Key, unset: object = None) -> object:
+    def value(self, key: Key, unset: object = None) -> object:
         """What holds at a statement: a value, a variable where it depends on the way there, or `unset`."""
         if key not in self.keys:
             return unset
-        state = self.states[index]
+        state = self.state
         if (
             state is not None
             and len(reached := state.get(key, _NEVER)) == 1
@@ -128,7 +129,7 @@ class _Modal:
                 return only
             if type(only) is FrameRef and type(only.number) is Number:
                 return only
-        found = self.flow.at(self.routine, index, key)
+        found = self.flow.held(self.routine, state, key)
         if found == _NEVER:
             return unset
         values = [unset if number == UNSET else self.definitions[number] for number in found]
@@ -171,37 +172,57 @@ class _Modal:
 
     # --- statements -------------------------------------------------------------------------------------
 
-    def move(self, index: int, s: Move) -> Move:
+    def straight(self, routine: Routine, kinds: Set[type]) -> list[Statement]:
+        """The statements of a routine that is run from its first to its last one."""
+        held: dict[Key, Values] = {}
+        self.state = held
+        rows: list[Statement] = []
+        for s in routine.body:
+            rows.append(self.move(s) if type(s) is Move else s)
+            if type(s) in kinds:
+                for key, number in self.of(s).items():
+                    held[key] = frozenset((number,))
+        return rows
+
+    def routed(self, routine: Routine, states: list[State | None]) -> list[Statement]:
+        """The statements of a routine; `states`: what holds before each."""
+        rows: list[Statement] = []
+        for s, state in zip(routine.body, states, strict=True):
+            self.state = state
+            rows.append(self.move(s) if type(s) is Move else self.placed(s))
+        return rows
+
+    def move(self, s: Move) -> Move:
         changes: dict[str, Any] = {}
         joint = s.path is Path.JOINT
         if s.speed is None:
-            changes["speed"] = self._speed(index, s, joint)
+            changes["speed"] = self._speed(s, joint)
         if s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS:
             usual = Quantity(Number(_BLENDS.get(s.blend.kind, 0.0)), _SCALES.get(s.blend.kind, 1.0))
-            size: Any = self.value(index, (_BLEND, s.blend.kind), usual)
+            size: Any = self.value((_BLEND, s.blend.kind), usual)
             changes["blend"] = s.blend._replace(value=size)
         if s.acceleration is None and s.rate is None and not self.keys.isdisjoint(_RATES[joint]):
-            share, rate = (self.value(index, key) for key in _RATES[joint])
+            share, rate = (self.value(key) for key in _RATES[joint])
             if share is not None:
                 changes["acceleration"] = share
             if rate is not None:
                 unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
                 changes["rate"] = Acceleration(unit, rate)  # type: ignore[arg-type]
-        if s.turn is None and (turn := self.value(index, _TURNING)) is not None:
+        if s.turn is None and (turn := self.value(_TURNING)) is not None:
             changes["turn"] = turn
         if s.tool is None:
-            changes["tool"] = self.value(index, _TOOL, FrameRef("tool", Number(0)))
+            changes["tool"] = self.value(_TOOL, FrameRef("tool", Number(0)))
         if s.frame is None:
-            changes["frame"] = self.value(index, _FRAME, FrameRef("base"))
+            changes["frame"] = self.value(_FRAME, FrameRef("base"))
         if _OVERRIDE in self.keys and not self.work.limits.has_override:
-            self._fold_override(index, s, changes)
+            self._fold_override(s, changes)
         return edited(s, changes) if changes else s
 
-    def _speed(self, index: int, s: Move, joint: bool) -> Speed | None:
+    def _speed(self, s: Move, joint: bool) -> Speed | None:
         units = (SpeedUnit.FRACTION, SpeedUnit.AXIS) if joint else (SpeedUnit.TRAVEL,)
         for kind in (_SPEED, _LAST):
             for unit in units:
-                value = self.value(index, (kind, unit))
+                value = self.value((kind, unit))
                 if value is not None:
                     found = self.made.get((unit, id(value)))
                     if found is None:
@@ -214,8 +235,8 @@ class _Modal:
         )
         return None
 
-    def _fold_override(self, index: int, s: Move, changes: dict[str, Any]) -> None:
-        share = self.value(index, _OVERRIDE)
+    def _fold_override(self, s: Move, changes: dict[str, Any]) -> None:
+        share = self.value(_OVERRIDE)
         speed: Speed | None = changes.get("speed", s.speed)
         if share is None or speed is None or speed.unit is SpeedUnit.TIME:
             return
@@ -229,12 +250,12 @@ class _Modal:
         product = Binary("*", speed.value.written, share.written)
         changes["speed"] = Speed(speed.unit, Quantity(product, speed.value.scale * share.scale))
 
-    def placed(self, index: int, s: Statement) -> Statement:
+    def placed(self, s: Statement) -> Statement:
         """KRL and FANUC read the position in the frame and with the tool that hold."""
         if type(s) is not Assign or HERE not in expressions_of(s) or self.work.target not in NAMING:
             return s
-        tool: Any = self.value(index, _TOOL, FrameRef("tool", Number(0)))
-        frame: Any = self.value(index, _FRAME, FrameRef("base"))
+        tool: Any = self.value(_TOOL, FrameRef("tool", Number(0)))
+        frame: Any = self.value(_FRAME, FrameRef("base"))
         return mapped(s, lambda e: seen_in(tool, frame) if e == HERE else e)
 
     def kept(self, s: Statement) -> list[Statement]:
@@ -306,18 +327,17 @@ def modal(program: Program, work: Work) -> Program:
     if not _needs(program):
         return program
     own = _Modal(program, work, symbols_of(program))
-    own.flow = reaching(
-        program, own.of, _MODAL_KINDS | {Move} if program.vendor == "inform" else _MODAL_KINDS
-    )
+    kinds = _MODAL_KINDS | {Move} if program.vendor == "inform" else _MODAL_KINDS
+    if is_straight(program):
+        for s in program.statements():
+            own.of(s)  # which keys are set at all
+    else:
+        own.flow = reaching(program, own.of, kinds)
     bodies = []
     for routine in program.routines:
-        own.routine, own.states = routine.name, own.flow.before[routine.name]
-        bodies.append(
-            [
-                own.move(index, s) if isinstance(s, Move) else own.placed(index, s)
-                for index, s in enumerate(routine.body)
-            ]
-        )
+        own.routine = routine.name
+        states = own.flow.before.get(routine.name)
+        bodies.append(own.straight(routine, kinds) if states is None else own.routed(routine, states))
     routines = []
     for routine, body in zip(program.routines, bodies, strict=True):
         own.routine = routine.name

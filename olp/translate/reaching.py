@@ -56,6 +56,7 @@ _NOTHING: Final[Values] = frozenset({UNSET})
 _MARKERS: Final = (ElseIf, Else, Case, Default)
 _MARKER_KINDS: Final = frozenset(_MARKERS)
 # Statements behind which the next one comes; the commonest ones, all others are looked at more closely.
+# None of them calls anything.
 _ONWARD: Final = frozenset({Move, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame, Comment, Declare})
 _ROUNDS: Final = 50
 
@@ -69,7 +70,10 @@ class Reaching:
 
     def at(self, routine: str, index: int, key: Key) -> Values:
         """The definitions that reach statement `index` of a routine; UNSET among them where none may have come."""
-        state = self.before[routine][index]
+        return self.held(routine, self.before[routine][index], key)
+
+    def held(self, routine: str, state: State | None, key: Key) -> Values:
+        """As `at`, for what holds before a statement."""
         if state is None:
             return _NOTHING  # nothing ever gets there
         found = state.get(key, _FROM_OUTSIDE)
@@ -79,6 +83,11 @@ class Reaching:
         if ENTRY not in found:
             return found
         return (found - _FROM_OUTSIDE) | self.entry.get(routine, {}).get(key, _NOTHING)
+
+
+def is_straight(program: Program) -> bool:
+    """Whether all statements run in order and call nothing, so that what holds is what was set last."""
+    return all(_ONWARD.issuperset(map(type, routine.body)) for routine in program.routines)
 
 
 def reaching(program: Program, definitions: Definitions, kinds: Set[type]) -> Reaching:

@@ -60,11 +60,8 @@ def _mapped(node: Any, change: Change) -> Any:
         return change(node if arguments is node.arguments else Function(node.name, arguments))
     if kind is FrameRef and type(node.number) is Number:
         return change(node)
-    if kind is SetSpeed or kind is SetBlend:
-        parts = node.speeds if kind is SetSpeed else node.blends
-        turn = node.turn if kind is SetSpeed else None
-        if turn is None and all(p.value is None or type(p.value.written) is Number for p in parts):
-            return node  # of those, too
+    if (kind is SetSpeed or kind is SetBlend) and sets_numbers(node):
+        return node  # of those, too
     if kind is tuple:
         return _sequence(node, change)
     if kind in _MEASURED and (node.value is None or type(node.value.written) is Number):
@@ -239,6 +236,15 @@ def note_names(node: Any, found: set[str]) -> None:
         note_names(node.value, found)
     elif kind not in _LEAVES:
         found.update([e.name for e in expressions_of(node) if type(e) is Named])
+
+
+def sets_numbers(s: object) -> bool:
+    """Whether a statement sets modal speeds or blends to numbers that are written out, and does nothing else."""
+    if type(s) is SetSpeed:
+        return s.turn is None and all(type(speed.value.written) is Number for speed in s.speeds)
+    if type(s) is SetBlend:
+        return all(blend.value is None or type(blend.value.written) is Number for blend in s.blends)
+    return False
 
 
 def calls_nothing(s: object) -> bool:

@@ -248,6 +248,9 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
         case PositionLiteral(kind):
             return "joints" if kind == "joint" else "position"
         case Named(name):
+            declared = found.declared.get(name)
+            if declared is not None and (routine, name) not in found.table:
+                return "" if declared.sizes else declared.type
             symbol = found.find(routine, name)
             return symbol.type if symbol is not None and not symbol.sizes else ""
         case Item(base, _) if isinstance(base, Named):
