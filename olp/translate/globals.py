@@ -25,14 +25,25 @@ from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Handed, Work
 from olp.units import deg, mm
 
+_SHARING = frozenset({Declare, Return, Call})
 _SYSTEMS_AND_PLACES = ("tool", "frame", "position", "joints")
 
 
 def share_variables(program: Program, work: Work) -> Program:
     """No local variable, no parameter and no returned value is left; routines hand over by variables."""
+    if not any(_hands_over(routine) for routine in program.routines):
+        for routine in program.routines:
+            work.handed.setdefault(routine.name.casefold(), Handed((), {}, None))
+        return program
     own = _Shared(program, work)
     routines = tuple(own.routine(routine) for routine in program.routines)
     return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+def _hands_over(routine: Routine) -> bool:
+    """Whether anything of a routine may be its own: variables, arguments, a result; or it calls another one."""
+    own = routine.parameters or routine.returns or routine.data
+    return bool(own) or not _SHARING.isdisjoint(map(type, routine.body))
 
 
 @dataclass(slots=True)

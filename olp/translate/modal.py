@@ -328,10 +328,7 @@ def modal(program: Program, work: Work) -> Program:
         return program
     own = _Modal(program, work, symbols_of(program))
     kinds = _MODAL_KINDS | {Move} if program.vendor == "inform" else _MODAL_KINDS
-    if is_straight(program):
-        for s in program.statements():
-            own.of(s)  # which keys are set at all
-    else:
+    if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)
     bodies = []
     for routine in program.routines:

@@ -65,6 +65,7 @@ LETTERS: Final = {
 }
 MEMBERS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
 _FIRST: Final = {"inform": 0, "tp": 1}
+_NO_FLAGS: Final = (0,) * 6
 
 
 @dataclass(slots=True)
@@ -86,6 +87,7 @@ class Numbers:
     shared: set[str] = field(default_factory=set)  # position variables that are used in several places
     initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
     routine_name: str = ""
+    told: bool = False  # that configurations are those of the plan
 
     @property
     def inform(self) -> bool:
@@ -202,10 +204,11 @@ class Numbers:
         """FANUC writes an arm configuration with every pose; where the source has none, it is that of the plan."""
         if self.inform or literal.kind != "pose" or literal.configuration or self.work.robot is None:
             return literal
-        says = "the source names no arm configuration: the one that its plan takes is written, check it"
-        if says not in self.work.notes[-1:]:
+        if not self.told:
+            says = "the source names no arm configuration: the one that its plan takes is written, check it"
             self.work.notes.append(says)
-        return PositionLiteral(literal.kind, literal.values, literal.external, (0,) * 6, literal.native)
+            self.told = True
+        return PositionLiteral(literal.kind, literal.values, literal.external, _NO_FLAGS, literal.native)
 
     def _literal_or(self, e: Expression) -> Expression:
         fixed = self._fixed(e)

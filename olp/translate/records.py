@@ -94,6 +94,8 @@ def _declared(data: tuple[Declare, ...], work: Work) -> tuple[Declare, ...]:
 
 
 def _plain(s: Declare, work: Work) -> Declare:
+    if type(s.value) is PositionLiteral and not s.sizes:
+        return s
     if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
         return mapped(s, _change)
     value = pose_of_record(s.value)

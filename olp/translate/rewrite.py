@@ -240,11 +240,14 @@ def note_names(node: Any, found: set[str]) -> None:
 
 def sets_numbers(s: object) -> bool:
     """Whether a statement sets modal speeds or blends to numbers that are written out, and does nothing else."""
-    if type(s) is SetSpeed:
-        return s.turn is None and all(type(speed.value.written) is Number for speed in s.speeds)
-    if type(s) is SetBlend:
-        return all(blend.value is None or type(blend.value.written) is Number for blend in s.blends)
-    return False
+    parts: tuple[Speed | Blend, ...]
+    if type(s) is SetSpeed and s.turn is None:
+        parts = s.speeds
+    elif type(s) is SetBlend:
+        parts = s.blends
+    else:
+        return False
+    return all(part.value is None or type(part.value.written) is Number for part in parts)
 
 
 def calls_nothing(s: object) -> bool:

@@ -22,6 +22,8 @@ from olp.program import (
     Program,
     Reference,
     Routine,
+    SetBlend,
+    SetSpeed,
     StartTask,
     Statement,
     Wait,
@@ -37,6 +39,7 @@ _HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
 # KUKA's advance run goes on past the next statement, and its stop handler that every program of its editor declares.
 _TIMELESS = frozenset({"continue", "stop-handler"})
 _BEGINNINGS = frozenset({"INI", "BASISTECH INI", "USER INI"})  # folds of what every program begins with
+_MODAL = frozenset({SetSpeed, SetBlend})
 _FOREIGN = (Opaque, Process, Reference)
 
 
@@ -48,6 +51,9 @@ def foreign_words(program: Program, work: Work) -> Program:
     for routine in program.routines:
         rows: list[Statement] = []
         for s in routine.body:
+            if type(s) in _MODAL or (type(s) is Move and not s.other):
+                rows.append(s)
+                continue
             if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.upper() in _RESOLVED:
                 continue
             if isinstance(s, Comment) and program.vendor == "krl":

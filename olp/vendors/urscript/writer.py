@@ -167,6 +167,7 @@ class _BodyWriter:
         self._routine = routine
         self._depth = depth
         self._tool: str | None = None
+        self._told: Expression | None = None  # the tool of the last move, which the next one shares
         self._lines: list[str] = []
         data = {one.name for one in program.program.data}
         # A name of the routine's own that the program has as well is its own wherever it gets a value.
@@ -209,7 +210,8 @@ class _BodyWriter:
         self._lines.append(_noted(line, comment) if comment else line)
 
     def _move(self, s: Move) -> None:
-        if s.tool is not None:
+        if s.tool is not None and (s.tool is not self._told or self._tool is None):
+            self._told = s.tool
             wanted = tool(self._words, s.tool)
             if wanted != self._tool:
                 self._add(f"set_tcp({wanted})")
@@ -228,7 +230,7 @@ class _BodyWriter:
         if isinstance(s, _OPENS):
             self._depth += 1
         if isinstance(s, SetTool):
-            self._tool = tool(self._words, s.tool)
+            self._tool, self._told = tool(self._words, s.tool), None
         elif isinstance(s, _FORGETS):
             self._tool = None
 
