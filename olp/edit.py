@@ -67,16 +67,25 @@ class Edited(NamedTuple):
     notes: tuple[Diagnostic, ...] = ()
 
 
+class SpokenSpeed(NamedTuple):
+    """`speed` of the statement on `line`, written on the line `written`: of a move in KRL mostly another one."""
+
+    line: int
+    speed: Speed
+    written: int
+
+
 def speed_of(program: Program, line: int) -> Speed | None:
     """The speed that `line` would be given by `ChangeSpeed`; None where none is written as a number."""
     found = _written_speed(program, line)
     return None if found is None else found[1]
 
 
-def speed_line(program: Program, line: int) -> int | None:
-    """The line on which the speed of `line` is written: of a move in KRL mostly another one."""
-    found = _written_speed(program, line)
-    return None if found is None else found[0].line
+def speeds(program: Program) -> list[SpokenSpeed]:
+    """All speeds that `ChangeSpeed` can change, by line. Raises OlpError (O001)."""
+    by_line = _by_line(program)
+    found = ((line, _spelt(program, by_line, line)) for line in sorted(by_line))
+    return [SpokenSpeed(line, one[1], one[0].line) for line, one in found if one is not None]
 
 
 def edited(
@@ -181,15 +190,28 @@ def _point(program: Program, name: str) -> WrittenPoint:
 
 def _written_speed(program: Program, line: int) -> tuple[WrittenSpeed, Speed] | None:
     """Where the speed of the statement on `line` stands, and what it is."""
+    return _spelt(program, _by_line(program), line)
+
+
+def _by_line(program: Program) -> dict[int, list[Move | SetSpeed]]:
+    found: dict[int, list[Move | SetSpeed]] = {}
     for one in program.statements():
-        if not isinstance(one, Move | SetSpeed) or one.line != line:
-            continue
+        if isinstance(one, Move | SetSpeed):
+            found.setdefault(one.line, []).append(one)
+    return found
+
+
+def _spelt(
+    program: Program, by_line: Mapping[int, list[Move | SetSpeed]], line: int
+) -> tuple[WrittenSpeed, Speed] | None:
+    for one in by_line.get(line, ()):
         own = [speed for speed in _speeds(one) if speed.value.literal is not None]
         for unit in [speed.unit for speed in own] or (SpeedUnit.FRACTION, SpeedUnit.TRAVEL):
             written = language(program).speed(program, one, unit)
-            said = [] if written is None else _said(program, written.line, unit)
-            if said:
-                return written, said[0]
+            said = () if written is None else by_line.get(written.line, ())
+            for speed in (speed for other in said for speed in _speeds(other)):
+                if speed.unit is unit and speed.value.literal is not None:
+                    return written, speed
     return None
 
 
@@ -197,15 +219,6 @@ def _speeds(statement: Move | SetSpeed) -> tuple[Speed, ...]:
     if isinstance(statement, SetSpeed):
         return statement.speeds
     return () if statement.speed is None else (statement.speed,)
-
-
-def _said(program: Program, line: int, unit: SpeedUnit) -> list[Speed]:
-    """The speeds of this unit that the statement on `line` says as numbers."""
-    statements = (
-        one for one in program.statements() if isinstance(one, Move | SetSpeed) and one.line == line
-    )
-    speeds = (speed for one in statements for speed in _speeds(one))
-    return [speed for speed in speeds if speed.unit is unit and speed.value.literal is not None]
 
 
 def _respelt_speed(program: Program, edit: ChangeSpeed) -> _Change:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import olp
-from olp.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_line, speed_of
+from olp.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_of, speeds
 from olp.geometry import Pose, rotation_angle
 from olp.moves import Move, SetSpeed
 from olp.placing import visits
@@ -233,8 +233,8 @@ def test_a_speed_that_other_moves_share_is_changed_only_where_it_is_set(tmp_path
     path.write_text("DEF handling()\n$VEL.CP=0.2\nLIN XP2\nLIN XP3\nEND\n")
     before = olp.read(path)
     assert refused(before, ChangeSpeed(3, 0.1)) == ["O005"]
-    assert (speed_line(before, 2), speed_line(before, 3)) == (2, None)
-    assert speed_line(program("krl"), 38) == 37
+    assert [(one.line, one.written) for one in speeds(before)] == [(2, 2)]
+    assert {one.line: one.written for one in speeds(program("krl"))}[38] == 37
     assert edited(before, [ChangeSpeed(2, 0.1)]).program.source.line(2) == "$VEL.CP=0.1"
 
 

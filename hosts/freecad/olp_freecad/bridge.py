@@ -6,6 +6,7 @@ Lengths are mm, orientations quaternions (x, y, z, w) as FreeCAD has them, times
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 from typing import Any
@@ -14,12 +15,12 @@ import numpy as np
 
 from olp.batch import Job, plan_and_time, time_program
 from olp.diagnostic import Diagnostic, OlpError
-from olp.edit import ChangeSpeed, PlacePoint, edited, speed_line, speed_of
+from olp.edit import ChangeSpeed, PlacePoint, edited, speeds
 from olp.files import write_output
 from olp.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion
 from olp.kinematics import forward
-from olp.moves import Move, Path, SetSpeed, SpeedUnit
-from olp.placing import visits
+from olp.moves import Move, Path, SpeedUnit
+from olp.placing import Visit, visits
 from olp.plan import PATHS, StepKind
 from olp.points import PointKind
 from olp.program import Program
@@ -27,7 +28,7 @@ from olp.reading import read
 from olp.timing import Timing
 from olp.track import states
 from olp.units import deg, mm, percent
-from olp.written import written_points
+from olp.written import WrittenPoint, written_points
 
 _ON_LINE, _ON_CURVE = 10, 20  # pieces of a move that are drawn with a colour each
 _MOST_PIECES = 20_000
@@ -62,7 +63,7 @@ def opened(request: dict[str, Any]) -> dict[str, Any]:
     """All that is shown of a program."""
     program = read(request["path"])
     timing = time_program(program, _job(request))
-    segments = _segments(program, timing)
+    scene = _Scene(program, timing)
     return {
         "path": program.path,
         "language": program.vendor,
@@ -73,9 +74,9 @@ def opened(request: dict[str, Any]) -> dict[str, Any]:
         "io_s": timing.io_s,
         "low_s": timing.low_s,
         "high_s": timing.high_s,
-        "segments": segments,
-        "points": _points(program, timing),
-        "frames": _frames(program, timing),
+        "segments": _segments(scene),
+        "points": _points(scene),
+        "frames": _frames(scene),
         "tools": _tools(timing),
         "speeds": _speeds(program),
         "is_followed": not timing.untimed,
@@ -106,10 +107,10 @@ def tracked(request: dict[str, Any]) -> dict[str, Any]:
 def rewritten(request: dict[str, Any]) -> dict[str, Any]:
     """The program with other points and speeds, written to `outputs` (path -> new path) or over itself."""
     program, job = read(request["path"]), _job(request)
-    speeds = {one["line"]: one["value"] * one["scale"] for one in request["speeds"]}
+    values = {one["line"]: one["value"] * one["scale"] for one in request["speeds"]}
     edits = [
         *(PlacePoint(one["name"], _pose(one["place"])) for one in request["points"]),
-        *(ChangeSpeed(line, value) for line, value in speeds.items()),
+        *(ChangeSpeed(line, value) for line, value in values.items()),
     ]
     plan = time_program(program, job).plan if request["points"] else None
     result = edited(program, edits, plan, lambda changed: time_program(changed, job).plan)
@@ -124,50 +125,94 @@ def rewritten(request: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _segments(program: Program, timing: Timing) -> list[dict[str, Any]]:
-    plan = timing.plan
-    named = {one.step: one.name for one in visits_of(program, timing) if not one.is_via}
-    moves = int((plan.kind == StepKind.MOVE).sum())
+class _Scene:
+    """A program and its times, with what several answers are made of."""
+
+    def __init__(self, program: Program, timing: Timing) -> None:
+        self.program, self.timing, self.plan = program, timing, timing.plan
+        self.written: dict[str, WrittenPoint] = {}
+        self.visits: list[Visit] = []
+        # In a language that olp only reads nothing can be moved.
+        with contextlib.suppress(OlpError):
+            self.written = written_points(program)
+            self.visits = list(visits(program, timing.plan))
+        self.moves = {one.line: one for one in program.statements() if isinstance(one, Move)}
+        self.frames = self._frames()
+        # Points that stand in several frames although their moves name one: the program changes them on the way.
+        self.computed: set[str] = set()
+        first: dict[tuple[str, str], Pose] = {}
+        for name, frame, pose in self.frames:
+            if not _alike(first.setdefault((name, repr(frame)), pose), pose):
+                self.computed.add(name)
+
+    def _frames(self) -> list[tuple[str, object, Pose]]:
+        """Point, the frame that its move names, and the frame as the program runs: the tool seen from the numbers."""
+        found = []
+        for one in self.visits:
+            point = self.written[one.name]
+            if one.pose is not None and point.kind is PointKind.POSE:
+                frame = self.moves[int(self.plan.line[one.step])].frame
+                found.append((one.name, frame, one.pose @ point.pose().inverse()))
+        return found
+
+
+def _segments(scene: _Scene) -> list[dict[str, Any]]:
+    plan, timing = scene.plan, scene.timing
+    named = {one.step: one.name for one in scene.visits if not one.is_via}
     ends = timing.end_s
-    can_follow = not timing.untimed and moves > 0
+    courses = _courses(timing)
     found = []
     for step, told in enumerate(timing.segments()):
         told["point"] = named.get(step)
-        told["own"] = told["file"] == program.path
+        told["own"] = told["file"] == scene.program.path
         told["start_s"] = float(ends[step]) - (told["duration_s"] or 0.0)
         if int(plan.kind[step]) == StepKind.MOVE:
-            told.update(_course(timing, step, float(ends[step]), moves, can_follow))
+            told.update(_course(timing, step, courses))
         found.append(told)
     return found
 
 
-def _course(timing: Timing, step: int, end: float, moves: int, can_follow: bool) -> dict[str, Any]:
-    """`way`: instants and places of a move as the tool really runs; `target`: where it is programmed to go."""
-    plan = timing.plan
-    row = int(plan.row[step])
-    path = PATHS[int(plan.moves.path[row])]
-    target = _known(plan, int(plan.moves.target[row]))
-    duration = float(np.nan_to_num(timing.duration_s[step]))
-    start = _known(plan, int(plan.moves.start[row]))
-    course = {"path": path.value, "target": target, "start": start, "way": []}
-    if target is None or (can_follow and duration <= 0.0):
-        return course
-    if not can_follow:
-        # Some time is not known, so nothing can be followed: straight from point to point.
-        course["way"] = [] if start is None else [[end - duration, start], [end, target]]
-        return course
-    count = _ON_LINE if path is Path.LINEAR else _ON_CURVE
-    count = max(1, min(count, _MOST_PIECES // moves))
-    # Nearer together at both ends, where the speed changes.
-    times = end - duration * 0.5 * (1.0 + np.cos(np.linspace(0.0, np.pi, count + 1)))
+def _courses(timing: Timing) -> dict[int, tuple[Any, Any, Any]]:
+    """Step -> instants, positions and rotations of each move that can be followed; none where a time is unknown."""
+    plan, ends = timing.plan, timing.end_s
+    durations = np.nan_to_num(timing.duration_s)
+    steps = [s for s in np.flatnonzero(plan.kind == StepKind.MOVE).tolist() if durations[s] > 0.0]
+    if timing.untimed or not steps:
+        return {}
+    times: dict[int, Any] = {}
+    for step in steps:
+        is_line = PATHS[int(plan.moves.path[int(plan.row[step])])] is Path.LINEAR
+        count = max(1, min(_ON_LINE if is_line else _ON_CURVE, _MOST_PIECES // len(steps)))
+        # Nearer together at both ends, where the speed changes.
+        shares = 0.5 * (1.0 + np.cos(np.linspace(0.0, np.pi, count + 1)))
+        times[step] = ends[step] - durations[step] * shares
+    seen = np.concatenate(list(times.values()))
     # At its very start the tool may still be the one before.
-    seen = np.maximum(times, end - duration + min(_AFTER, 0.01 * duration))
-    position, rotation, _ = states(timing, np.clip(seen, 0.0, timing.total_s))
-    if np.isnan(position).any() or np.isnan(rotation).any():
+    after = [np.full(len(times[s]), ends[s] - durations[s] + min(_AFTER, 0.01 * durations[s])) for s in steps]
+    seen = np.clip(np.maximum(seen, np.concatenate(after)), 0.0, timing.total_s)
+    position, rotation, _ = states(timing, np.maximum.accumulate(seen))
+    cuts = np.cumsum([len(times[step]) for step in steps])[:-1]
+    parts = zip(steps, np.split(position, cuts), np.split(rotation, cuts), strict=True)
+    return {step: (times[step], p, r) for step, p, r in parts}
+
+
+def _course(timing: Timing, step: int, courses: dict[int, tuple[Any, Any, Any]]) -> dict[str, Any]:
+    """`way`: instants and places of a move as the tool really runs; `target`: where it is programmed to go."""
+    plan, end = timing.plan, float(timing.end_s[step])
+    row = int(plan.row[step])
+    target, start = (_known(plan, int(at[row])) for at in (plan.moves.target, plan.moves.start))
+    course = {"path": PATHS[int(plan.moves.path[row])].value, "target": target, "start": start, "way": []}
+    if target is None or start is None:
         return course
-    places = [_place(p, q) for p, q in zip(position, quaternion_from_rotation(rotation), strict=True)]
-    course["way"] = [[float(t), place] for t, place in zip(times, places, strict=True)]
-    course["jump"] = _jump(plan, row, position)
+    if timing.untimed:
+        # Some time is not known, so nothing can be followed: straight from point to point.
+        course["way"] = [[end - float(np.nan_to_num(timing.duration_s[step])), start], [end, target]]
+    elif step in courses:
+        times, position, rotation = courses[step]
+        if not (np.isnan(position).any() or np.isnan(rotation).any()):
+            places = zip(position, quaternion_from_rotation(rotation), strict=True)
+            course["way"] = [[float(t), _place(*one)] for t, one in zip(times, places, strict=True)]
+            course["jump"] = _jump(plan, row, position)
     return course
 
 
@@ -184,14 +229,13 @@ def _jump(plan: Any, row: int, position: Any) -> int:
     return piece + 1 if off[piece] < 0.5 * np.linalg.norm(jump) else 0
 
 
-def _points(program: Program, timing: Timing) -> list[dict[str, Any]]:
+def _points(scene: _Scene) -> list[dict[str, Any]]:
     """Where the positions that can be moved are; none that the program computes with."""
     found: dict[str, dict[str, Any]] = {}
-    written, computed = written_points_of(program), _computed(program, timing)
-    for one in visits_of(program, timing):
-        if one.pose is None or one.name in computed:
+    for one in scene.visits:
+        if one.pose is None or one.name in scene.computed:
             continue
-        point = written[one.name]
+        point = scene.written[one.name]
         entry = found.setdefault(
             one.name,
             {
@@ -208,37 +252,13 @@ def _points(program: Program, timing: Timing) -> list[dict[str, Any]]:
     return list(found.values())
 
 
-def _seen_frames(program: Program, timing: Timing) -> list[tuple[str, object, Pose]]:
-    """Point, the frame that its move names, and the frame as the program runs: the tool seen from the numbers."""
-    written = written_points_of(program)
-    moves = {one.line: one for one in program.statements() if isinstance(one, Move)}
-    found = []
-    for one in visits_of(program, timing):
-        point = written[one.name]
-        if one.pose is not None and point.kind is PointKind.POSE:
-            frame = moves[int(timing.plan.line[one.step])].frame
-            found.append((one.name, frame, one.pose @ point.pose().inverse()))
-    return found
-
-
-def _computed(program: Program, timing: Timing) -> set[str]:
-    """Points that stand in several frames although their moves name one: the program changes them on the way."""
-    first: dict[tuple[str, str], Pose] = {}
-    found = set()
-    for name, frame, pose in _seen_frames(program, timing):
-        if not _alike(first.setdefault((name, repr(frame)), pose), pose):
-            found.add(name)
-    return found
-
-
-def _frames(program: Program, timing: Timing) -> list[dict[str, Any]]:
+def _frames(scene: _Scene) -> list[dict[str, Any]]:
     """The frames that positions stand in, the base left out."""
     found: list[tuple[str, Pose]] = []
-    computed = _computed(program, timing)
-    for point, frame, pose in _seen_frames(program, timing):
+    for point, frame, pose in scene.frames:
         known = any(_alike(pose, other) for other in (Pose.identity(), *(one for _, one in found)))
-        if point not in computed and not known:
-            name = getattr(frame, "name", "") or _frame_name(program, point) or f"frame of {point}"
+        if point not in scene.computed and not known:
+            name = getattr(frame, "name", "") or _frame_name(scene, point) or f"frame of {point}"
             found.append((name, pose))
     return [{"name": name, "place": _place_of(pose)} for name, pose in found]
 
@@ -250,9 +270,9 @@ def _alike(one: Pose, other: Pose) -> bool:
     )
 
 
-def _frame_name(program: Program, point: str) -> str:
-    target = written_points_of(program)[point].target
-    for routine in program.routines:
+def _frame_name(scene: _Scene, point: str) -> str:
+    target = scene.written[point].target
+    for routine in scene.program.routines:
         number = getattr(target, "number", None)
         store = getattr(target, "store", None)
         state = None if number is None else routine.points.find(store, True, number)
@@ -282,34 +302,22 @@ def _tools(timing: Timing) -> list[dict[str, Any]]:
 
 def _speeds(program: Program) -> list[dict[str, Any]]:
     """The speeds that can be changed, by line: that of the move where it is its alone, else of what sets it."""
+    try:
+        spoken = speeds(program)
+    except OlpError:
+        return []
+    moves = {one.line for one in program.statements() if isinstance(one, Move)}
+    told: set[int] = set()
     found: dict[int, dict[str, Any]] = {}
-    told: set[int | None] = set()
-    statements = [one for one in program.statements() if isinstance(one, Move | SetSpeed) and one.line > 0]
-    for one in sorted(statements, key=lambda one: isinstance(one, SetSpeed)):
-        try:
-            speed, line = speed_of(program, one.line), speed_line(program, one.line)
-        except OlpError:
-            return []
-        if speed is None or speed.value.literal is None or line in told:
+    for one in sorted(spoken, key=lambda one: one.line not in moves):
+        if one.written in told or one.line <= 0 or one.speed.value.literal is None:
             continue
-        told.add(line)
-        unit, scale = _UNITS[speed.unit]
-        value = round(speed.value.literal / scale, 6)
+        told.add(one.written)
+        unit, scale = _UNITS[one.speed.unit]
+        value = round(one.speed.value.literal / scale, 6)
         text = program.source.line(one.line).strip()
         found[one.line] = {"line": one.line, "statement": text, "value": value, "unit": unit, "scale": scale}
     return [found[line] for line in sorted(found)]
-
-
-def written_points_of(program: Program) -> dict[str, Any]:
-    """None for languages that olp only reads."""
-    try:
-        return dict(written_points(program))
-    except OlpError:
-        return {}
-
-
-def visits_of(program: Program, timing: Timing) -> list[Any]:
-    return list(visits(program, timing.plan)) if written_points_of(program) else []
 
 
 def _known(plan: Any, at: int) -> dict[str, Any] | None:
