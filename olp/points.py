@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -49,12 +48,18 @@ class PointState:
 
     def at(self, frame: str, user: int | None, tool: int) -> PointState:
         """The same in another frame and with another tool: one object for each, because every move asks."""
-        return _elsewhere(self, frame, user, tool)
+        key = (id(self), frame, user, tool)
+        known = _elsewhere.get(key)
+        if known is None or known[0] is not self:
+            if len(_elsewhere) >= _MOST_KNOWN:
+                _elsewhere.clear()
+            known = _elsewhere[key] = (self, replace(self, frame=frame, user=user, tool=tool))
+        return known[1]
 
 
-@lru_cache(maxsize=4096)
-def _elsewhere(state: PointState, frame: str, user: int | None, tool: int) -> PointState:
-    return replace(state, frame=frame, user=user, tool=tool)
+_MOST_KNOWN = 4096
+# By identity, since comparing them costs more than making one.
+_elsewhere: dict[tuple[int, str, int | None, int], tuple[PointState, PointState]] = {}
 
 
 @fast_init

@@ -45,6 +45,8 @@ class Recorder:
     _pool: int = 0
     _static: dict[tuple[int, int, Store, int], int] = field(default_factory=dict)
     _batches: dict[tuple[int, PointState], Batch] = field(default_factory=dict)
+    # The same by identity: of 100,000 positions most have a state that is one object.
+    _latest: dict[tuple[int, int], tuple[PointState, Batch]] = field(default_factory=dict)
     _kind: list[int] = field(default_factory=list)
     _row: list[int] = field(default_factory=list)
     _source: list[int] = field(default_factory=list)
@@ -77,9 +79,13 @@ class Recorder:
 
     def position(self, mechanism: int, state: PointState, values: Sequence[float]) -> int:
         """Pool index of a position computed at run time."""
-        batch = self._batches.get((mechanism, state))
-        if batch is None:
-            batch = self._batches[(mechanism, state)] = Batch(mechanism, state)
+        same = self._latest.get((mechanism, id(state)))
+        if same is not None and same[0] is state:
+            batch = same[1]
+        else:
+            found = self._batches.get((mechanism, state))
+            batch = found or self._batches.setdefault((mechanism, state), Batch(mechanism, state))
+            self._latest[(mechanism, id(state))] = (state, batch)
         index = self._pool
         self._pool += 1
         batch.rows.append(index)

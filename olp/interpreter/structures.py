@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from olp.interpreter.state import Machine, StatementError
 from olp.points import PointKind, PointState, Sector
 from olp.units import deg, mm
 
+_JOINT = PointState(PointKind.JOINT, "joint")
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 _SCALES = (mm, mm, mm, deg, deg, deg)
 _TURNS = ("q1", "q2", "q3", "q4", "rotation1", "rotation2", "rotation3")
@@ -22,10 +24,17 @@ _TURNS = ("q1", "q2", "q3", "q4", "rotation1", "rotation2", "rotation3")
 def literal_position(e: PositionLiteral) -> PositionValue:
     """A position written out; a pose stands in the frame that holds when it is moved to."""
     if e.kind == PointKind.JOINT:
-        return PositionValue(PointState(PointKind.JOINT, "joint"), e.values, e.external)
-    sectors = tuple(Sector(*one) for one in e.sectors) if e.sectors else ()
-    state = PointState(PointKind.POSE, ACTIVE, configuration=e.configuration, sectors=sectors)
-    return PositionValue(state, e.values, e.external)
+        return PositionValue(_JOINT, e.values, e.external)
+    return PositionValue(_written_state(e.configuration, e.sectors), e.values, e.external)
+
+
+@lru_cache(maxsize=4096)
+def _written_state(
+    configuration: tuple[int, ...], sectors: tuple[tuple[int, float, float], ...]
+) -> PointState:
+    """One object for all positions that are written alike, because every move asks."""
+    told = tuple(Sector(*one) for one in sectors)
+    return PointState(PointKind.POSE, ACTIVE, configuration=configuration, sectors=told)
 
 
 def pose_value(pose: Pose) -> PositionValue:

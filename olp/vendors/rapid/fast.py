@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
+from olp import memory
 from olp.expression import (
     Expression,
     FrameRef,
@@ -63,6 +64,7 @@ class PlainClauses:
 
     def __init__(self, names: Names) -> None:
         self._names = names
+        self._shelf = memory.shelf("rapid robtargets")
         self._speeds: dict[str, tuple[Speed, Quantity | None] | None] = {}
         self._blends: dict[str, Blend | None] = {}
         self._named: dict[str, Named | None] = {}
@@ -174,6 +176,20 @@ class PlainClauses:
         return None if arm is None or axes is None else self._robtarget(first, second, arm, axes)
 
     def _robtarget(self, place: str, turn: str, arm: str, axes: str) -> PositionLiteral | None:
+        shelf, key = self._shelf, (place, turn, arm, axes)
+        known = None if shelf is None else shelf.get(key)
+        if known is None:
+            before, self._names.uneven = self._names.uneven, False
+            known = self._read_robtarget(place, turn, arm, axes), self._names.uneven
+            self._names.uneven |= before
+            if shelf is not None:
+                shelf.put(key, known)
+        elif known[1]:
+            self._names.uneven = True
+        found: PositionLiteral | None = known[0]
+        return found
+
+    def _read_robtarget(self, place: str, turn: str, arm: str, axes: str) -> PositionLiteral | None:
         try:
             x, y, z = map(float, place.split(","))
             xyz = (x * mm, y * mm, z * mm)
