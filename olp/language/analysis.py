@@ -123,7 +123,7 @@ def analyse(
 
 # A program that never ends must not keep somebody waiting: not while typing, and not for ever.
 _MOST_STEPS = 200_000
-_SOME_STEPS, _STEPS_PER_LINE = 2000, 2
+_SOME_STEPS, _STEPS_PER_LINE = 2000, 1
 
 
 def _timed(program: Program, settings: Settings, most: int) -> Timing:
