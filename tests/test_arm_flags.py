@@ -207,3 +207,12 @@ def test_the_first_pose_without_flags_is_an_assumption(tmp_path):
     says = [one.says for one in program.plan(robot=GP25).assumptions]
     assert sum("first pose" in text for text in says) == 1
     assert not any("first pose" in one.says for one in program.plan().assumptions)
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_what_no_flag_can_say_is_in_the_receipt(target, tmp_path):
+    joints = np.radians([10, 5, -20, 15, -50, -430])
+    program = script(tmp_path, [f"movej({list(map(float, START))})", near_to(joints)])
+    made = convert(program, target, Context(robot=GP25))
+    found = [loss.line for loss in made.translated.losses if loss.part == "configuration"]
+    assert found == ([] if target == "rapid" else [3])

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.expression import Expression, Function, Named, PositionLiteral
+from olp.kinematics.configuration import TURN_AXES
 from olp.kinematics.readings import same_posture
 from olp.plan import StepKind
 from olp.program import Begin, Comment, Declare, Move, ObeyFlags, Path, Program, Routine, Statement
@@ -86,6 +87,9 @@ class _Literals:
     symbols: Symbols
     used: dict[int, tuple[PositionLiteral, list[int]]] = field(default_factory=dict)
     at_line: dict[int, Counter[Flags]] = field(default_factory=dict)
+    wound: set[int] = field(
+        default_factory=set
+    )  # lines that end with an axis turned further than flags can say
 
     def note(self, s: Move, routine: str) -> None:
         for target in (*s.targets, *(() if s.via is None else (s.via,))):
@@ -116,8 +120,12 @@ class _Literals:
             if stands is None
             else flags_of(other, stands, work.target)
         )
-        for line, found in zip(plan.line[steps[known]].tolist(), flags, strict=True):
+        lines = plan.line[steps[known]]
+        for line, found in zip(lines.tolist(), flags, strict=True):
             self.at_line.setdefault(line, Counter())[found] += 1
+        if work.target != "rapid":
+            twice = np.abs(axes[known][:, TURN_AXES]).max(axis=1, initial=0.0) > _TURN
+            self.wound = set(lines[twice].tolist())
 
     def tell_turns(self, moves: list[Move]) -> None:
         """Without a robot: joint moves whose axes have turned further than half a turn, as far as the source says."""
@@ -168,6 +176,9 @@ class _Literals:
         counts = self.at_line.get(s.line)
         if s.path is not Path.JOINT or not counts or len(s.targets) != 1:
             return s
+        if s.line in self.wound and literal_of_target(s.targets[0], self.symbols, routine) is not None:
+            says = "an axis has turned by more than a whole turn, which flags do not say"
+            self.work.lose(s, Fate.APPROXIMATED, "configuration", says, 360.0, "deg")
         if len(counts) > 1:
             says = "the move ends with the arm standing in several ways: the most frequent one is written"
             self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
