@@ -200,7 +200,8 @@ def cells(pytester) -> Path:
 
 def outcomes(pytester, *words: str):
     # pytest-asyncio wants a setting of every project, whether it has coroutines or not.
-    return pytester.runpytest(*words, "-p", "no:cacheprovider", "-p", "no:asyncio")
+    # In this process it would leave modules behind half forgotten, and later tests with two of every class.
+    return pytester.runpytest_subprocess(*words, "-p", "no:cacheprovider", "-p", "no:asyncio")
 
 
 def test_each_budget_is_a_test(pytester, cells, monkeypatch):
