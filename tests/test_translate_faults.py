@@ -95,6 +95,26 @@ def test_a_percent_of_the_axis_acceleration_is_of_the_rated_one(target, pattern)
     assert found_number(pattern, translated(source, "inform", target)) == pytest.approx(expected, rel=1e-6)
 
 
+def test_an_acceleration_within_a_branch_is_not_believed_behind_it():
+    points = ["///TOOL 0", "///POSTYPE ANGLE", "///ANGLE"]
+    points += ["C00000=34.0000,0.0000,0.0000,0.0000,-28.0000,0.0000"]
+    points += ["C00001=4.0000,0.0000,0.0000,0.0000,-28.0000,0.0000"]
+    rows = (
+        "MOVJ C00000 VJ=25.00 PL=0 ACC=80",
+        "IFTHEN IN#(1)=ON",
+        "MOVJ C00001 VJ=25.00 PL=0 ACC=50",
+        "ENDIF",
+    )
+    source = inform(*rows, "MOVJ C00000 VJ=25.00 PL=0 ACC=50", points=points).replace("NPOS 0", "NPOS 2")
+    assert re.findall(r"AccSet (\d+)", translated(source, "inform", "rapid")) == ["80", "50", "50"]
+    assert re.findall(r"\$ACC_AXIS\[6\]=(\d+)", translated(source, "inform", "krl")) == [
+        "100",
+        "80",
+        "50",
+        "50",
+    ]
+
+
 # --- blends ---------------------------------------------------------------------------------------------
 
 

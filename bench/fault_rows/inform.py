@@ -89,8 +89,8 @@ FAULTS: Final = (
     ),
     Fault(
         "write_positions.py",
-        "flags + (0,) * (_FLAGS - len(flags))",
-        "(0,) * _FLAGS",
+        "filled = tuple(min(abs(flag), 1) for flag in flags[:6])",
+        "filled = (0,) * 6",
         "arm configuration lost on the way from another language",
     ),
     Fault(

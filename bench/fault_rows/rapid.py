@@ -23,8 +23,8 @@ FAULTS: Final = (
     ),
     Fault(
         "literals.py",
-        'PositionLiteral("pose", pose.values, _external(external), (), native)',
-        'PositionLiteral("pose", pose.values, (), (), native)',
+        'PositionLiteral("pose", pose.values, _external(external), flags,',
+        'PositionLiteral("pose", pose.values, (), flags,',
         "external axes of a robtarget lost",
     ),
     Fault(
