@@ -211,3 +211,12 @@ def test_a_speed_has_the_decimals_that_controllers_write_and_the_rest_is_in_the_
     assert found_number(pattern, text) == written
     found = [loss for loss in made.translated.losses if "rounded" in loss.says and loss.part == "speed"]
     assert found[-1].size == pytest.approx(size, abs=1e-4)
+
+
+def test_fanuc_gets_no_sign_before_a_register_and_no_function_of_a_number():
+    rows = ("a:=-b;", "b:=Sin(30.5);", "WaitTime a*Sqrt(2.25);", "a:=Sin(b);")
+    text = translated(module(*rows, data=("VAR num a:=1;", "VAR num b:=2;")), "rapid", "tp")
+    assert "R[2:a]=0-R[1:b]" in text
+    assert "R[1:b]=.507538363" in text.replace("=0.", "=.")  # sin 30.5 deg
+    assert "SQRT" not in text
+    assert "R[2:a]=SIN[R[1:b]]" in text

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 from olp.expression import (
+    Binary,
     CallValue,
     Expression,
+    Function,
     Item,
     Member,
     Named,
@@ -18,6 +21,7 @@ from olp.expression import (
     RecordLiteral,
     State,
     Text,
+    Unary,
 )
 from olp.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
 from olp.translate.rewrite import calls_nothing, expressions_of, is_written_out, mapped
@@ -215,6 +219,30 @@ def _locals(routine: Routine) -> list[tuple[str, str, Declare | None]]:
 _MEMBERS = ("x", "y", "z", "rx", "ry", "rz")
 
 
+_FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
+    "sin": lambda angle: math.sin(math.radians(angle)),
+    "cos": lambda angle: math.cos(math.radians(angle)),
+    "tan": lambda angle: math.tan(math.radians(angle)),
+    "sqrt": math.sqrt,
+    "abs": abs,
+}
+
+
+def _computed(e: Expression, target: str) -> Expression:
+    """FANUC's functions take registers, and it has no sign before one."""
+    if target != "tp":
+        return e
+    if type(e) is Unary and e.operator == "-":
+        if isinstance(e.operand, Number):
+            return Number(-e.operand.value)
+        return Binary("-", Number(0), e.operand)
+    if type(e) is Function and e.name in _FUNCTIONS and len(e.arguments) == 1:
+        value = e.arguments[0]
+        if isinstance(value, Number) and (value.value >= 0 or e.name != "sqrt"):
+            return Number(float(f"{_FUNCTIONS[e.name](value.value):.10g}"))
+    return e
+
+
 def fold_constants(program: Program, work: Work) -> Program:
     """Names that always hold the same number, text or state are written as it."""
     symbols = symbols_of(program)
@@ -230,7 +258,7 @@ def fold_constants(program: Program, work: Work) -> Program:
                 at = _MEMBERS.index(e.name)
                 written = literal.values[at] / (mm if at < 3 else deg)
                 return Number(float(f"{written:.10g}"))
-        return e
+        return _computed(e, work.target)
 
     def folded(s: Statement) -> Statement:
         # A move to a plain name, nearly every one: a point is no number.
