@@ -201,3 +201,47 @@ def test_external_axes_are_no_part_of_the_arm_elsewhere_and_never_dropped(target
     (loss,) = converted(slid, "krl", target).translated.losses
     assert (loss.line, loss.fate.value) == (4, "commented")
     assert "external axes" in loss.says
+
+
+@pytest.mark.parametrize("second", ["100,200", "101,200"])
+def test_a_station_that_stands_still_is_no_group_that_moves(second):
+    points = [
+        "///TOOL 0",
+        "///POSTYPE BASE",
+        "///RECTAN",
+        "C00000=900.000,0.000,500.000,180.0000,0.0000,0.0000",
+    ]
+    points += ["C00001=900.000,100.000,500.000,180.0000,0.0000,0.0000"]
+    points += ["///POSTYPE PULSE", "///PULSE", "EC00000=100,200", f"EC00001={second}"]
+    rows = [f"MOVL C0000{n} V=100.0 PL=0 +MOVJ EC0000{n} VJ=50.00" for n in (0, 1)]
+    text = inform(*rows, points=points).replace("NPOS 0,0,0", "NPOS 2,0,2")
+    text = text.replace("///GROUP1 RB1", "///GROUP1 RB1\n///GROUP2 ST1")
+    made = converted(text, "inform", "krl")
+    if second == "100,200":
+        assert not made.translated.losses
+        assert any("the station stands" in note for note in made.translated.notes)
+    else:
+        assert [loss.says for loss in made.translated.losses] == ["a move of several control groups"] * 2
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_no_move_is_written_without_the_shift_that_holds_for_it(target):
+    points = [
+        "///TOOL 0",
+        "///POSTYPE BASE",
+        "///RECTAN",
+        "C00000=900.000,0.000,500.000,180.0000,0.0000,0.0000",
+    ]
+    points += ["C00001=900.000,100.000,500.000,180.0000,0.0000,0.0000", "P001=10.0,0.0,0.0,0.0,0.0,0.0"]
+    rows = (
+        "MOVL C00000 V=100.0 PL=0",
+        "SFTON P001",
+        "MOVL C00001 V=50.0 PL=0",
+        "SFTOF",
+        "MOVL C00000 V=100.0 PL=0",
+    )
+    text = inform(*rows, points=points).replace("NPOS 0,0,0", "NPOS 2,0,0")
+    first = len(text.split("\r\n")) - 2 - len(rows)  # the line before the first move
+    made = converted(text, "inform", target)
+    assert [loss.line - first for loss in made.translated.losses if loss.leaves_out] == [2, 3, 4]
+    assert_places(run_elsewhere(text, "inform", target), (900.0, 0.0, 500.0), (900.0, 0.0, 500.0))

@@ -31,6 +31,10 @@ _MOVING: Final = ("tool", "master-tool")
 
 def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list[Statement]:
     """The move with names; as it was, with a loss, where its target cannot be known."""
+    if s.parts and _stands_still(points, s):
+        says = "the station stands at the same place in all points: its part of the moves is left out"
+        points.work.note_once(says)
+        s = edited(s, {"parts": (), "coordinated": False})
     if s.parts or len(s.targets) > 1:
         points.work.lose(s, Fate.REFUSED, "groups", "a move of several control groups")
         return [s]
@@ -70,6 +74,13 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
         says = "in which frame and with which tool this position is meant is not known: base and flange are written"
         points.work.lose(s, Fate.APPROXIMATED, "frame", says)
     return [edited(s, changes) if changes else s]
+
+
+def _stands_still(points: Points, s: Move) -> bool:
+    """Whether all that a move has besides its arm are stations that no point of the program moves."""
+    targets = [target for part in s.parts for target in part.targets]
+    stations = all(type(target) is Taught and target.store is Store.STATION for target in targets)
+    return bool(targets) and stations and points.station_stands()
 
 
 def _state(points: Points, routine: Routine, target: Expression, value: Value) -> PointState | None:

@@ -30,6 +30,15 @@ class Points:
     found: dict[tuple[str, Store], dict[int, Point]] = field(
         default_factory=dict
     )  # the taught points of a routine
+    stands: bool | None = None  # whether no point moves a station, once it was asked
+
+    def station_stands(self) -> bool:
+        """Whether all points of stations, in all routines, are one and the same."""
+        if self.stands is None:
+            found = [r.points.blocks.get((Store.STATION, True)) for r in self.work.source.routines]
+            rows = [tuple(row) for block in found if block is not None for row in block.values.tolist()]
+            self.stands = all(row == rows[0] for row in rows)
+        return self.stands
 
     def point(self, routine: Routine, store: Store, number: int) -> Point | None:
         """A taught point; all of a routine are taken out of their columns at once."""

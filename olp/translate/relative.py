@@ -30,8 +30,13 @@ def relative(program: Program, work: Work) -> Program:
     for routine in program.routines:
         own.name = routine.name
         rows: list[Statement] = []
+        shifted = False
         for s in routine.body:
+            if isinstance(s, (ShiftOn, ShiftOff)):
+                shifted = isinstance(s, ShiftOn) and work.target != "inform"
             if isinstance(s, Move):
+                if shifted:  # elsewhere than where it is meant
+                    work.lose(s, Fate.REFUSED, "shift", "a move within a shift of all targets")
                 rows.append(own.move(s))
             elif isinstance(s, (ShiftOn, ShiftOff)) and work.target != "inform":
                 work.lose(s, Fate.REFUSED, "shift", "a shift of all following targets")

@@ -130,6 +130,10 @@ class Work:
         robot = self.context.robot
         return robot is None or robot.geometry is None or robot.geometry.links is not None
 
+    def note_once(self, says: str) -> None:
+        if says not in self.notes:
+            self.notes.append(says)
+
     def lose(
         self,
         statement: Statement | int,
