@@ -12,6 +12,9 @@ import { LANGUAGES } from "./languages";
 import { summary, tellMissing } from "./olp";
 import { command, settings } from "./settings";
 
+const SUFFIXES = ["toml", "jbi", "cnd", "src", "dat", "sub", "mod", "modx", "prg", "sys", "ls", "script"];
+const NEEDED = SUFFIXES.flatMap((suffix) => [suffix, suffix.toUpperCase()]);
+const BUNDLE_MS = 600;
 const LONGEST_LAST_WORDS = 10_000; // characters of what a server has said before it ended
 
 export class Server implements Disposable {
@@ -20,7 +23,14 @@ export class Server implements Disposable {
   /** The server has started or stopped, or times by other settings. */
   readonly onChange = this.changed.event;
 
-  constructor(private readonly log: LogOutputChannel) {}
+  /** Files that decide about times without being open: called programs, data lists, olp.toml, signatures. */
+  private readonly files = workspace.createFileSystemWatcher(`**/*.{${NEEDED.join(",")}}`);
+
+  constructor(private readonly log: LogOutputChannel) {
+    // The client tells the server of changed files in bundles.
+    const soon = () => setTimeout(() => this.changed.fire(), BUNDLE_MS);
+    for (const event of [this.files.onDidChange, this.files.onDidCreate, this.files.onDidDelete]) event(soon);
+  }
 
   get isRunning(): boolean {
     return this.client?.state === State.Running;
@@ -51,7 +61,7 @@ export class Server implements Disposable {
     const client = new QuietClient("olp", "olp", () => Promise.resolve(child), {
       documentSelector: LANGUAGES.map((language) => ({ scheme: "file", language })),
       initializationOptions: settings(),
-      synchronize: { fileEvents: workspace.createFileSystemWatcher("**/{olp.toml,*.dat,*.DAT}") },
+      synchronize: { fileEvents: this.files },
       outputChannel: this.log,
       revealOutputChannelOn: RevealOutputChannelOn.Never,
       middleware: {
@@ -99,6 +109,7 @@ export class Server implements Disposable {
 
   dispose(): void {
     this.changed.dispose();
+    this.files.dispose();
     void this.client?.dispose().catch(() => undefined);
   }
 }

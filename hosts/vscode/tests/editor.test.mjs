@@ -1,6 +1,6 @@
 // The extension in VS Code, in a browser, as a user has it: what is seen is asserted, and kept as pictures.
 import assert from "node:assert/strict";
-import { cpSync, existsSync, mkdirSync, readdirSync, readFileSync, rmSync } from "node:fs";
+import { cpSync, existsSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { after, before, test } from "node:test";
 import { hosts, open, until } from "./code-server.mjs";
@@ -262,11 +262,29 @@ check("what the other language cannot say is asked about first", async () => {
   await until(() => existsSync(join(folder, "converted", "PICK.src")));
 });
 
+check("a file that changes on the disk changes the times of its callers", async () => {
+  await editor.openFile("MAIN.JBI");
+  await until(async () => (await editor.status("olp.total")) === "135.372 s");
+  const place = join(folder, "PLACE.JBI");
+  const job = readFileSync(place, "latin1");
+  writeFileSync(place, job.replaceAll("V=120.0", "V=60.0").replaceAll("T=0.", "T=1."), "latin1");
+  await until(async () => parseFloat(await editor.status("olp.total")) > 140);
+  writeFileSync(place, job, "latin1");
+  await until(async () => (await editor.status("olp.total")) === "135.372 s");
+});
+
+check("a server that cannot start is told in its own words", async () => {
+  const said = "error[C012]: the language server needs the library pygls";
+  editor.set({ "olp.command": ["/bin/sh", "-c", `echo '${said}' >&2; exit 2`] });
+  await editor.told(/has ended: error\[C012\]: the language server needs the library pygls/);
+});
+
 check("where olp is not installed, it is said how to", async () => {
   editor.set({ "olp.command": ["/nowhere/olp"] });
   await editor.told(/not found as “\/nowhere\/olp”. Install it with: pip install "olp\[lsp\]"/);
-  assert.equal(await running.page.locator(".notification-list-item .codicon-error").count(), 1);
+  const errors = running.page.locator(".notification-list-item .codicon-error");
+  assert.equal(await errors.count(), 2); // and the one before
   await picture("missing");
   editor.set({});
-  await until(async () => (await editor.status("olp.total")) === "3.341 s");
+  await until(async () => (await editor.status("olp.total")) === "135.372 s");
 });
