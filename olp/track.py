@@ -121,6 +121,11 @@ def states(timing: Timing, times: Floats) -> tuple[Floats, Floats, Floats]:
     return position, rotation, _axes_along_paths(timing.plan, rows[here], position, rotation, axes)
 
 
+def tool_position(timing: Timing, times: Floats) -> Floats:
+    """(n, 3) [m]: the position of `states`, without the axes, which take most of its time."""
+    return _poses(timing, _leading_rows(timing.plan), times)[0]
+
+
 def tool_speed(timing: Timing, times: Floats) -> Floats:
     """(n,) [m/s]: how fast the tool's point of the leading mechanism travels at `times` [s], corners included."""
     rows = _leading_rows(timing.plan)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from olp.plan import PATHS, StepKind
 from olp.program import Path
 from olp.timing import Timing
-from olp.track import states, tool_speed
+from olp.track import tool_position, tool_speed
 from olp.units import mm
 from olp.webpage import printable
 
@@ -84,7 +84,7 @@ def _path(timing: Timing) -> dict[str, Any] | None:
     chosen = times[keep]
     order = np.argsort(chosen, kind="stable")
     position = np.full((len(chosen), 3), np.nan)
-    position[order] = states(timing, np.maximum.accumulate(chosen[order]))[0] / mm
+    position[order] = tool_position(timing, np.maximum.accumulate(chosen[order])) / mm
     return _polyline(position, moves[of][keep].tolist())
 
 

@@ -42,6 +42,8 @@ const SETTINGS = {
   "files.autoSave": "off",
 };
 
+const PATIENCE = 60_000; // ms; a busy machine is no failure
+
 /** Starts all of it on the folder; `stop` ends all of it. */
 export async function open(folder) {
   rmSync(home, { recursive: true, force: true });
@@ -78,6 +80,7 @@ export async function open(folder) {
 
   const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: QUIET });
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
+  context.setDefaultTimeout(PATIENCE);
   const page = await context.newPage();
   await page.goto(`http://127.0.0.1:${port}/?folder=${encodeURIComponent(folder)}`);
   await page.locator(".monaco-workbench").waitFor({ timeout: 60_000 });
@@ -91,7 +94,7 @@ export async function open(folder) {
 }
 
 /** Waits until `holds`, and fails with what `told` says. */
-export async function until(holds, patience = 20_000, told = () => holds.toString()) {
+export async function until(holds, patience = PATIENCE, told = () => holds.toString()) {
   const end = Date.now() + patience;
   while (!(await holds())) {
     if (Date.now() > end) throw new Error(`not within ${patience} ms: ${await told()}`);

@@ -74,7 +74,7 @@ export class Editor {
 
   async sees(expected) {
     const seen = async () => (await this.lines()).some((line) => expected.test(line));
-    await until(seen, 20_000, async () => `${expected} in:\n${(await this.lines()).join("\n")}`);
+    await until(seen, undefined, async () => `${expected} in:\n${(await this.lines()).join("\n")}`);
   }
 
   async seesLens(expected) {
@@ -85,7 +85,7 @@ export class Editor {
         .replace(/\u00a0/g, " ")
         .split(" | ");
     const seen = async () => (await texts()).some((text) => expected.test(text));
-    await until(seen, 20_000, async () => `${expected} in ${await texts()}`);
+    await until(seen, undefined, async () => `${expected} in ${await texts()}`);
   }
 
   /** What is said about the place of the cursor. */
@@ -126,8 +126,10 @@ export class Editor {
     await until(async () => /of \d/.test(await count.textContent()));
     if ((await count.textContent()).startsWith("?")) await this.page.keyboard.press("Enter"); // searched before
     await until(async () => /\d of \d/.test(await count.textContent()));
-    await this.page.keyboard.press("Escape");
-    await this.page.locator(".find-widget.visible").waitFor({ state: "detached" });
+    await until(async () => {
+      await this.page.keyboard.press("Escape"); // the first may close a message instead
+      return !(await this.page.locator(".find-widget.visible").isVisible());
+    });
   }
 
   async focus() {
