@@ -208,6 +208,7 @@ check("a line of a called program is chosen from its caller's view", async () =>
   await editor.seesTab("PICK.JBI");
   assert.match((await editor.facts()).line, /of PICK\.JBI$/);
   await until(async () => (await editor.line()) === 23);
+  await editor.seesLens(/^3\.341 s: motion/);
   await picture("called");
 });
 
