@@ -14,8 +14,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
+    import gc
+
     from olp.diagnostic import OlpError, error
 
+    gc.disable()  # thousands of classes of the protocol are made while it is imported; the server looks when it is idle
     try:
         from olp.lsp.server import start
     except ModuleNotFoundError as problem:
