@@ -250,3 +250,13 @@ def test_a_point_with_a_number_too_much_stops_nothing(service: Service) -> None:
     analysis = service.current(path)
     assert analysis is not None
     assert "C016" not in {d.code for d in analysis.diagnostics}
+
+
+def test_a_rule_that_fails_is_told_and_the_others_run(service: Service, monkeypatch) -> None:
+    from olp.lint.rule import all_rules
+
+    broken = next(type(rule) for rule in all_rules() if rule.code == "W001")
+    monkeypatch.setattr(broken, "find", lambda self, case: iter([1 / 0]))
+    analysis = complete(service, opened(service, "inform/pitfalls/labels.jbi"))
+    assert analysis is not None
+    assert {"C016", "W014"} <= {finding.code for finding in analysis.lint}

@@ -113,7 +113,7 @@ def analyse(
     except SupersededError:
         raise
     except Exception as problem:
-        found = (_mistake(problem),)
+        found = (mistake(problem),)
     partial = most < _MOST_STEPS and any(d.code == LIMIT for d in found)
     if partial:
         found = tuple(d for d in found if d.code != LIMIT)
@@ -133,7 +133,8 @@ def _timed(program: Program, settings: Settings, most: int) -> Timing:
     return time_plan_of(plan, job)
 
 
-def _mistake(problem: Exception) -> Diagnostic:
+def mistake(problem: Exception) -> Diagnostic:
+    """What is told where olp itself has failed."""
     says = f"olp made a mistake with this text ({type(problem).__name__}: {str(problem)[:80]})"
     return error("C016", says, help="tell its authors, with the text; nothing of it is timed")
 

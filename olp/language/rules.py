@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from olp.diagnostic import OlpError
-from olp.language.analysis import Analysis
+from olp.language.analysis import Analysis, mistake
 
 if TYPE_CHECKING:
     from olp.language.service import Service
@@ -36,7 +36,10 @@ def _over(service: Service, path: str) -> Iterator[str]:
     except OlpError as problem:
         rules, found = [], [of_diagnostic(d, path) for d in problem.diagnostics]
     for rule in rules:
-        found.extend(one for one in rule.find(case) if not is_excused(case, one))
+        try:
+            found.extend(one for one in rule.find(case) if not is_excused(case, one))
+        except Exception as problem:
+            found.append(of_diagnostic(mistake(problem), path))
         yield ""
     if service.analyses.get(path) is analysis:
         ordered = tuple(sorted(found, key=lambda one: (one.line, one.code)))
