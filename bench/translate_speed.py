@@ -1,9 +1,11 @@
 """How fast programs are read, converted and written: all pairs of languages, and each language into itself.
 
-    python bench/translate_speed.py [--moves N] [--from VENDOR] [--to VENDOR] [--profile]
+    python bench/translate_speed.py [--moves N] [--varied] [--from VENDOR] [--to VENDOR] [--profile]
 
 One program of N straight moves, each to a point of its own, in all five languages. Prints moves per CPU second of
 reading, converting and writing together, the best of three; the plans are not compared (bench/translate.py does that).
+With --varied every move has a speed of its own, the blends change, and every seventh is a joint move, whose speed is
+converted with the run of the program.
 """
 
 from __future__ import annotations
@@ -30,10 +32,22 @@ from olp.translate.link import link  # noqa: E402
 ASKED, ASKED_OWN = 15_000, 40_000  # moves/s: between languages, and INFORM alone
 
 
-def programs(moves: int, folder: Path, robot: Robot) -> dict[str, Path]:
+def varied(job: bytes) -> bytes:
+    """The job with a speed of its own for every move, all levels, and joint moves among the straight ones."""
+    rows, n = job.decode().split("\r\n"), 0
+    for at, row in enumerate(rows):
+        if row.startswith("MOVL "):
+            point = row.split()[1]
+            joint = f"MOVJ {point} VJ={1 + n % 9000 / 100:.2f} PL={n % 9}"
+            rows[at] = joint if n % 7 == 0 else f"MOVL {point} V={20 + n * 0.05:.2f} PL={n % 9}"
+            n += 1
+    return "\r\n".join(rows).encode()
+
+
+def programs(moves: int, folder: Path, robot: Robot, vary: bool = False) -> dict[str, Path]:
     """The same program in every language: the file that runs."""
     job = folder / "LONG.JBI"
-    job.write_bytes(_long_job(moves))
+    job.write_bytes(varied(_long_job(moves)) if vary else _long_job(moves))
     files = {"inform": job}
     program = olp.read(job)
     for vendor in VENDORS:
@@ -56,6 +70,7 @@ def seconds(file: Path, source: str, target: str, robot: Robot) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--moves", type=int, default=20_000)
+    parser.add_argument("--varied", action="store_true", help="every move with a speed of its own")
     parser.add_argument("--from", dest="source", choices=VENDORS)
     parser.add_argument("--to", dest="target", choices=VENDORS)
     parser.add_argument("--repeat", type=int, default=3, help="the best of so many")
@@ -63,7 +78,7 @@ def main() -> None:
     chosen = parser.parse_args()
     robot = load_robot(ROBOT)
     with tempfile.TemporaryDirectory() as folder:
-        files = programs(chosen.moves, Path(folder), robot)
+        files = programs(chosen.moves, Path(folder), robot, chosen.varied)
         print(f"{chosen.moves:,} moves: moves per CPU second of read + convert + write\n")
         print(f"{'from':<10}{'to':<10}{'moves/s':>10}{'asked':>10}")
         for source in VENDORS if chosen.source is None else (chosen.source,):
