@@ -219,13 +219,13 @@ FAULTS: Final = (
     ),
     Fault(
         "modal.py",
-        "size: Any = self.value(index, (_BLEND, s.blend.kind), usual)",
+        "size: Any = self.value((_BLEND, s.blend.kind), usual)",
         "size: Any = usual",
         "modal blend sizes ignored",
     ),
     Fault(
         "modal.py",
-        'changes["frame"] = self.value(index, _FRAME, FrameRef("base"))',
+        'changes["frame"] = self.value(_FRAME, FrameRef("base"))',
         'changes["frame"] = FrameRef("base")',
         "$BASE that was set ignored",
     ),

@@ -86,8 +86,15 @@ class Reaching:
 
 
 def is_straight(program: Program) -> bool:
-    """Whether all statements run in order and call nothing, so that what holds is what was set last."""
-    return all(_ONWARD.issuperset(map(type, routine.body)) for routine in program.routines)
+    """Whether all statements run in order and call none of its routines: what holds is what was set last."""
+    own = {routine.name.casefold() for routine in program.routines}
+    others = [s for routine in program.routines for s in routine.body if type(s) not in _ONWARD]
+    return all(
+        type(s) is Call
+        and not (s.jump or s.condition is not None or s.routine.casefold() in own)
+        and not any(type(e) is CallValue for e in expressions_of(s))
+        for s in others
+    )
 
 
 def reaching(program: Program, definitions: Definitions, kinds: Set[type]) -> Reaching:
