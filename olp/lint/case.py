@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -123,11 +123,18 @@ def routines(case: Case) -> tuple[Routine, ...]:
 
 def mentioned(thing: Any) -> Iterator[Taught | Named]:
     """Every taught point and every name in a statement or expression."""
-    if isinstance(thing, (Taught, Named)):
-        yield thing
-    elif isinstance(thing, tuple):
-        for part in thing:
-            yield from mentioned(part)
-    elif is_dataclass(thing) and not isinstance(thing, type):
-        for field in fields(thing):
-            yield from mentioned(getattr(thing, field.name))
+    left = [thing]
+    while left:
+        it = left.pop()
+        if isinstance(it, (Taught, Named)):
+            yield it
+        elif isinstance(it, tuple):
+            left.extend(reversed(it))
+        else:
+            left.extend([getattr(it, name) for name in _parts(type(it))])  # type: ignore[arg-type]
+
+
+@cache
+def _parts(kind: type) -> tuple[str, ...]:
+    """The fields of a class that may hold more, the last one first; none of what is no dataclass."""
+    return tuple(field.name for field in reversed(fields(kind))) if is_dataclass(kind) else ()

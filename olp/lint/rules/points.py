@@ -44,6 +44,8 @@ class UnusedPoint(Rule):
     def _named(self, case: Case, routine: Routine) -> Iterator[Finding]:
         """Points of languages that name them, declared in this routine."""
         own = [s for s in routine.body if isinstance(s, Declare) and _is_own(case, s)]
+        if not own:
+            return
         used = {p.name.casefold() for s in routine.body for p in mentioned(s) if isinstance(p, Named)}
         for s in own:
             if s.name.casefold() not in used and s.line:

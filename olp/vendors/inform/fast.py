@@ -81,7 +81,7 @@ class MoveLines:
 
 
 class RememberedLines(MoveLines):
-    """The same for a text that was read before: lines that stand where they stood are taken from memory."""
+    """The same for a text that was read before: its lines are taken from memory."""
 
     def __init__(self, shelf: Shelf) -> None:
         super().__init__()
@@ -91,10 +91,16 @@ class RememberedLines(MoveLines):
         known: Move | None = self._shelf.get(line)
         if known is not None and known.line == number:
             return known
-        found = super().read(line, number)
+        found = super().read(line, number) if known is None else _on_line(known, number)
         if found is not None:
             self._shelf.put(line, found)
         return found
+
+
+def _on_line(it: Move, number: int) -> Move:
+    """The same plain move on another line."""
+    same = (it.path, it.targets, it.speed, it.blend, it.parts, it.comment)
+    return Move(number, *same, coordinated=it.coordinated)
 
 
 def move_lines() -> MoveLines:
