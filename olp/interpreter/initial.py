@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from olp.assumptions import WrittenPosition
 from olp.expression import Store
 from olp.interpreter.memory import PositionValue
 from olp.interpreter.state import Machine
@@ -12,8 +13,8 @@ from olp.points import PointKind, PointState
 if TYPE_CHECKING:
     from olp.backup import PositionVariable
 
-_NUMBERS = {Store.BYTE: "B", Store.INTEGER: "I", Store.DOUBLE: "D", Store.REAL: "R", Store.STRING: "S"}
-_POSITIONS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EX"}
+NUMBERS = {Store.BYTE: "B", Store.INTEGER: "I", Store.DOUBLE: "D", Store.REAL: "R", Store.STRING: "S"}
+POSITIONS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EX"}
 
 
 def set_initial_values(m: Machine) -> None:
@@ -21,12 +22,12 @@ def set_initial_values(m: Machine) -> None:
     values = m.memory.values
     saved = m.world.backup.variables if m.world.backup is not None else None
     if saved is not None:
-        for store, letters in _NUMBERS.items():
+        for store, letters in NUMBERS.items():
             for index, value in getattr(saved, letters).items():
                 values[(store, index)] = value
-        for store, letters in _POSITIONS.items():
+        for store, letters in POSITIONS.items():
             for index, position in getattr(saved, letters).items():
-                values.setdefault((store, index), _position(position))
+                values.setdefault((store, index), PositionValue(*saved_position(position)))
     for key, given in m.assumptions.variables.items():
         values[key] = PositionValue(*given) if isinstance(given, tuple) else given
     for name, start in m.assumptions.start.items():
@@ -34,9 +35,10 @@ def set_initial_values(m: Machine) -> None:
         m.recorder.at[mechanism] = m.recorder.position(mechanism, start.state, start.values)
 
 
-def _position(saved: PositionVariable) -> PositionValue:
+def saved_position(saved: PositionVariable) -> WrittenPosition:
+    """A position of VAR.DAT, in pulses, radians or metres, with what holds for it."""
     if saved.kind == "PULSE":
-        return PositionValue(PointState(PointKind.PULSE), saved.values)
+        return WrittenPosition(PointState(PointKind.PULSE), saved.values)
     if saved.kind == "ANGLE":
-        return PositionValue(PointState(PointKind.JOINT, "joint"), saved.values)
-    return PositionValue(PointState(PointKind.POSE, saved.frame.lower() or "base"), saved.values)
+        return WrittenPosition(PointState(PointKind.JOINT, "joint"), saved.values)
+    return WrittenPosition(PointState(PointKind.POSE, saved.frame.lower() or "base"), saved.values)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.assumptions import Given
 from olp.expression import (
     POSITION_STORES,
     Argument,
@@ -41,18 +42,12 @@ from olp.program import (
     Update,
 )
 from olp.translate.lift_moves import lifted_move
+from olp.translate.lift_numbers import TYPES, arguments_of, expressions_in, numbered, whole_registers
 from olp.translate.lift_points import Points
-from olp.translate.rewrite import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.translate.rewrite import mapped
+from olp.translate.saved import saved_number, saved_points, saved_values
 from olp.translate.work import Fate, Work
 
-TYPES: Final = {
-    Store.BYTE: "integer",
-    Store.INTEGER: "integer",
-    Store.DOUBLE: "integer",
-    Store.REAL: "real",
-    Store.STRING: "string",
-    Store.ROBOT: "position",
-}
 LETTERS: Final = {
     Store.BYTE: "B",
     Store.INTEGER: "I",
@@ -80,6 +75,7 @@ def lift(program: Program, work: Work) -> Program:
     """Only names from here on. A program without numbers comes back as it is."""
     lifted = _Lift(program, work)
     routines = tuple(lifted.routine(routine) for routine in program.routines)
+    lifted.tell_unset()
     data = (*program.data, *lifted.points.declared, *lifted.global_data())
     work.states = {name: state.frame for name, state in lifted.points.states.items()}
     return replace(program, routines=routines, data=data)
@@ -97,6 +93,7 @@ class _Lift:
     largest: dict[tuple[str, Store], int] = field(default_factory=dict)
     initial: dict[str, Expression] = field(default_factory=dict)
     array_initial: list[Assign] = field(default_factory=list)
+    saved: Mapping[tuple[Store, int], Given] = field(default_factory=dict)  # what the controller keeps
     whole: frozenset[int] = frozenset()  # real registers that only ever hold whole numbers
     scope: str = ""
     parameters: tuple[Parameter, ...] = ()  # of the routine under way
@@ -105,12 +102,14 @@ class _Lift:
     def __post_init__(self) -> None:
         self.points = Points(self.work)
         for routine in self.program.routines:
-            for expression in _expressions(routine):
+            for expression in expressions_in(routine):
                 if type(expression) is Variable and type(expression.index) is not Number:
                     self._array(routine.name if expression.local else "", expression.store)
-        self.whole = _whole_registers(self.program)
+        self.whole = whole_registers(self.program)
         for routine in self.program.routines:
             self._initial_positions(routine)
+        self.saved = saved_values(self.work)
+        self._saved_positions()
         self._carry_states()
 
     # --- names ------------------------------------------------------------------------------------------
@@ -169,6 +168,48 @@ class _Lift:
                     self.array_initial.append(Assign(0, name, literal))
                     self.points.states.setdefault(name.base.name, point.state)
 
+    def _saved_positions(self) -> None:
+        """Positions that neither a header nor a statement sets are those that the controller keeps."""
+        saved = list(saved_points(self.saved))
+        used = numbered(self.program, Store.ROBOT) if saved else set()
+        by_number = ("", Store.ROBOT) in self.arrays
+        for point in saved:
+            if not by_number and point.number not in used:
+                continue
+            name = self.variable(Variable(Store.ROBOT, Number(point.number)))
+            literal = self.points.literal(self.program.routines[0], point, Store.ROBOT)
+            if literal is None:
+                continue
+            if isinstance(name, Named) and name.name not in self.initial:
+                self.initial[name.name] = literal
+                self.work.registers.discard(name.name)  # taught, as a point is
+                self.points.states.setdefault(name.name, point.state)
+            elif isinstance(name, Item) and isinstance(name.base, Named):
+                self.array_initial.insert(0, Assign(0, name, literal))  # what a header says comes after
+                self.points.states.setdefault(name.base.name, point.state)
+
+    def tell_unset(self) -> None:
+        """Numbered targets leave a register to whoever sets it; a name has to be declared with a value."""
+        if self.work.limits.numbered:
+            return
+        told: set[str] = set()
+        for s in self.program.statements():
+            for e in s.targets if isinstance(s, Move) else ():
+                if (
+                    not isinstance(e, Variable)
+                    or e.local
+                    or type(e.index) is not Number
+                    or e.store is Store.SYSTEM
+                ):
+                    continue
+                name = self.variable(e)
+                if not isinstance(name, Named) or name.name in self.initial or name.name in told:
+                    continue
+                if not self._is_changed(name):
+                    told.add(name.name)
+                    says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it: zeros are declared"
+                    self.work.lose(s, Fate.APPROXIMATED, "position", says)
+
     def _carry_states(self) -> None:
         """A position variable that is set from another one has that one's frame and tool."""
         assigned = [
@@ -211,6 +252,8 @@ class _Lift:
         for (where, store, number), name in self.names.items():
             if where == scope:
                 value = self.initial.get(name.name)
+                if value is None and not scope:
+                    value = saved_number(self.saved.get((store, number)))
                 kind = (
                     "integer"
                     if store is Store.REAL and number in self.whole
@@ -230,7 +273,7 @@ class _Lift:
         self.scope = routine.name
         parameters = routine.parameters or tuple(
             Parameter(f"arg{number}", TYPES.get(store, "real") if store else "real")
-            for number, store in enumerate(_arguments(routine), 1)
+            for number, store in enumerate(arguments_of(routine), 1)
         )
         self.parameters = parameters
         body: list[Statement] = []
@@ -387,13 +430,6 @@ class _Lift:
         return Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
 
 
-def _expressions(routine: Routine) -> list[Expression]:
-    """All expressions of a routine but those of plain moves."""
-    return [
-        e for s in routine.body if not calls_nothing(s) and not sets_numbers(s) for e in expressions_of(s)
-    ]
-
-
 def _owner(e: Any) -> Named | None:
     """The name of a position, or of the array that it is in."""
     base = e.base if isinstance(e, Item) else e
@@ -402,59 +438,3 @@ def _owner(e: Any) -> Named | None:
 
 def _is_position(e: Expression | None) -> bool:
     return isinstance(e, Variable) and e.store in POSITION_STORES
-
-
-def _arguments(routine: Routine) -> tuple[Store | None, ...]:
-    """What a routine takes: as its header says, else as its body reads."""
-    read = [e.number for e in _expressions(routine) if type(e) is Argument]
-    count = max((len(routine.arguments), *read))
-    kinds = {
-        s.value.number: s.target.store
-        for s in routine.body
-        if type(s) is Assign and type(s.value) is Argument and type(s.target) is Variable
-    }
-    said = len(routine.arguments)
-    return (*routine.arguments, *(kinds.get(number) for number in range(said + 1, count + 1)))
-
-
-def _whole_registers(program: Program) -> frozenset[int]:
-    """Numbers of the real registers that only ever get whole values, so that they can count."""
-    assigned: dict[int, list[Expression | None]] = {}
-    for s in program.statements():
-        target = getattr(s, "target", None) if isinstance(s, (Assign, Update, ReadInput, Clear)) else None
-        if target is None:
-            target = getattr(s, "variable", None)
-        if isinstance(target, Variable) and target.store is Store.REAL and isinstance(target.index, Number):
-            values = assigned.setdefault(int(target.index.value), [])
-            if isinstance(s, Assign):
-                values.append(s.value)
-            elif isinstance(s, Update):
-                values.append(Binary(s.operator, s.target, s.operand) if s.operand is not None else None)
-            else:
-                values.append(Number(0))
-    whole = set(assigned)
-    while True:
-        kept = {n for n in whole if all(_is_whole(value, whole) for value in assigned[n])}
-        if kept == whole:
-            return frozenset(whole)
-        whole = kept
-
-
-def _is_whole(e: Expression | None, whole: set[int]) -> bool:
-    match e:
-        case Number(value):
-            return isinstance(value, int) or float(value).is_integer()
-        case Variable(Store.REAL, Number(index)):
-            return int(index) in whole
-        case Variable(store):
-            return TYPES.get(store) == "integer"
-        case Unary("-", operand):
-            return _is_whole(operand, whole)
-        case Binary(operator, left, right):
-            return operator in ("div", "mod") or (
-                operator in "+-*" and _is_whole(left, whole) and _is_whole(right, whole)
-            )
-        case Function(name):
-            return name in ("round", "trunc", "floor", "ceil")
-        case _:
-            return False

@@ -16,6 +16,7 @@ from olp.translate.limits import Limits, limits_of
 
 if TYPE_CHECKING:
     from olp.cell import Cell
+    from olp.interpreter.world import World
     from olp.plan import Plan
     from olp.robot import Robot
 
@@ -232,6 +233,11 @@ def _run(program: Program, robot: Robot | None) -> Plan | None:
 
 def cell_of(program: Program, robot: Robot | None) -> Cell:
     """The robot with the tools and frames of olp.toml and the controller files beside a program."""
+    return world_of(program, robot).cell
+
+
+def world_of(program: Program, robot: Robot | None) -> World:
+    """What stands around a program: olp.toml and the controller files beside it."""
     from pathlib import Path
 
     from olp.assumptions import Assumptions, load_assumptions, nearest_assumptions
@@ -242,4 +248,4 @@ def cell_of(program: Program, robot: Robot | None) -> Cell:
     assumptions = load_assumptions(path) if path is not None else Assumptions()
     world = build_world(robot, assumptions, folder)
     world.mechanism("RB1")
-    return world.cell
+    return world
