@@ -36,16 +36,20 @@ Floats = NDArray[np.float64]
 _JOINT, _CIRCULAR, _SPLINE = (PATHS.index(p) for p in (Path.JOINT, Path.CIRCULAR, Path.SPLINE))
 _INSTANT = 1e-6  # [s] either side of an instant whose speed is asked for
 _MOST_SAMPLES = 20_000_000
+_SAME_PLACE = 1e-6  # [m, rad]
 _BEYOND = 2  # a move overlaps at most its two neighbours, because a zone reaches at most half of a move
 
 
 @dataclass(frozen=True, slots=True)
 class Track:
     """The leading robot at n instants: `time` (n,) [s], `line` (n,), `position` (n, 3) [m], `rotation` (n, 3, 3),
-    `axes` (n, k) [rad or m]; nan where unknown."""
+    `axes` (n, k) [rad or m]; nan where unknown. `segment` (n,): of `Plan.time`, from 0. `tool_changes` (n,): how often
+    another tool was taken so far: there the tool's point is another one, and nothing has moved."""
 
     time: Floats
     line: NDArray[np.int32]
+    segment: NDArray[np.intp]
+    tool_changes: NDArray[np.intp]
     file: tuple[str, ...]
     position: Floats
     rotation: Floats
@@ -54,7 +58,8 @@ class Track:
     linear: tuple[bool, ...]  # which axes are slides
 
     def frame(self) -> pandas.DataFrame:
-        """A table with units in the column names: t_s, line, x_mm … rz_deg, q1_deg … (q7_mm for a slide), file."""
+        """A table with units in the column names: t_s, line, x_mm … rz_deg, q1_deg … (q7_mm for a slide), file,
+        segment, tool_changes."""
         import pandas
 
         columns: dict[str, object] = {"t_s": self.time, "line": self.line}
@@ -64,6 +69,8 @@ class Track:
         for i, linear in enumerate(self.linear):
             columns[f"q{i + 1}_{'mm' if linear else 'deg'}"] = self.axes[:, i] / (mm if linear else deg)
         columns["file"] = self.file
+        columns["segment"] = self.segment
+        columns["tool_changes"] = self.tool_changes
         return pandas.DataFrame(columns)
 
 
@@ -87,6 +94,8 @@ def track(timing: Timing, dt: float) -> Track:
     return Track(
         times,
         plan.line[steps],
+        steps,
+        _tool_changes(timing, times),
         tuple(paths[s] for s in plan.source[steps].tolist()),
         position,
         rotation,
@@ -179,6 +188,17 @@ def _tool_change(plan: Plan, rows: NDArray[np.intp], index: NDArray[np.intp]) ->
     before, after = moves.target[rows[np.maximum(index - 1, 0)]], moves.start[rows[index]]
     twist = _multiply(_conjugate(positions.quaternion[before]), positions.quaternion[after])
     return positions.position[after] - positions.position[before], twist
+
+
+def _tool_changes(timing: Timing, times: Floats) -> NDArray[np.intp]:
+    """(n,) how many moves that begin with another tool than the one before have begun at `times`."""
+    rows = _leading_rows(timing.plan)
+    jump, twist = _tool_change(timing.plan, rows, np.arange(len(rows)))
+    turned = 2 * np.linalg.norm(twist[:, 1:], axis=1)
+    other = (np.linalg.norm(jump, axis=1) > _SAME_PLACE) | (turned > _SAME_PLACE)
+    other[0] = False
+    count: NDArray[np.intp] = np.searchsorted(np.sort(timing.rows.start[rows[other]]), times, side="right")
+    return count
 
 
 def _axes_along_paths(

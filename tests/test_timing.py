@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pathlib
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from olp.motion import model_names
 from olp.plan import PATHS, BlendCode, Plan
 from olp.points import PointKind, PointState
 from olp.program import Path
+from olp.reading import read
 from olp.robot import load_robot
 from olp.source import decode
 from olp.timing import time_plan
@@ -134,6 +137,22 @@ def test_the_track_starts_and_ends_where_the_program_does_and_passes_the_measure
     assert nearest == pytest.approx(3.34, abs=0.1)  # published recording, PL1, 60 degree turn
     steps = np.linalg.norm(np.diff(way.position, axis=0), axis=1) / 0.004 / MM
     assert steps.max() < 2 * 10.0 + 0.01
+
+
+def test_the_track_tells_where_another_tool_is_taken_and_whose_segment_it_is():
+    job = pathlib.Path(__file__).parent.parent / "samples" / "inform" / "handling" / "HANDLING.JBI"
+    plan = read(job).plan()
+    timing = time_plan(plan)
+    table = track(timing, 0.001).frame()
+    places = table[["x_mm", "y_mm", "z_mm"]].to_numpy()
+    changes = np.diff(table.tool_changes) > 0
+    jumped = np.linalg.norm(np.diff(places, axis=0), axis=1) > 20  # no joint move of this job makes 20 m/s
+    assert changes.sum() == 2
+    assert (changes == jumped).all()
+    assert np.linalg.norm(np.diff(table.filter(like="q").to_numpy(), axis=0), axis=1)[changes].max() < 1.0
+    ends = np.array([segment["end_s"] for segment in timing.segments()])
+    assert (table.t_s <= ends[table.segment] + 1e-9).all()
+    assert (plan.line[table.segment] == table.line).all()
 
 
 @ANY_MODEL

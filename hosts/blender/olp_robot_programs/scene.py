@@ -23,9 +23,6 @@ COLOUR_ITEMS = [
     ("DURATION", "Duration", "How long it takes: yellow long, violet short"),
 ]
 CONSTANT, LINEAR = 0, 1  # keyframe_points' numbers of the interpolations
-IMPOSSIBLE_M_S2 = (
-    100.0  # no arm's tool accelerates like this: there the point that olp follows is another one
-)
 
 
 def frame_rate(scene: bpy.types.Scene) -> float:
@@ -63,7 +60,7 @@ def build(
     root["olp_segments"] = [
         {key: value for key, value in segment.items() if value is not None} for segment in answer["segments"]
     ]
-    jumps = _jumps(times, [point / scale for point in points])
+    jumps = _jumps(rows)
     path = _path(program, answer["segments"], times, points, jumps)
     size = max((max(p[i] for p in points) - min(p[i] for p in points) for i in range(3)), default=0.0)
     size = size or 100 * mm
@@ -135,15 +132,9 @@ def _label(segment: dict, program: Path) -> str:
     return f"{job}{segment['line']} {segment['statement']}"[:48]
 
 
-def _jumps(times: list[float], points: list[Vector]) -> list[int]:
-    """The rows after which the place jumps, as it does where another tool begins; in metres and seconds."""
-    ways = [(b - a).length for a, b in pairwise(points)]
-    found = []
-    for i, way in enumerate(ways):
-        beside = max(ways[max(i - 1, 0) : i] + ways[i + 1 : i + 2], default=way)
-        if way - beside > IMPOSSIBLE_M_S2 * (times[i + 1] - times[i]) ** 2 + 0.0005:
-            found.append(i)
-    return found
+def _jumps(rows: list[dict]) -> list[int]:
+    """The rows after which another tool begins: the point that olp follows is another one, and nothing has moved."""
+    return [i for i, (a, b) in enumerate(pairwise(rows)) if a["tool_changes"] != b["tool_changes"]]
 
 
 def _path(
@@ -287,8 +278,8 @@ def _texts(program: Path, answer: dict, jumps: list[tuple[dict, dict, float]]) -
     notes = [f"assumed: {_place(note)}{note['says']}" for note in answer["assumptions"]]
     notes += [f"{diagnostic['severity']} {told(diagnostic)}" for diagnostic in answer["diagnostics"]]
     notes += [
-        f"jump: {Path(after['file']).name}:{after['line']}: at {float(before['t_s']):.3f} s the place that olp follows"
-        f" jumps by {way_mm:.1f} mm, as where another tool begins"
+        f"jump: {Path(after['file']).name}:{after['line']}: at {float(before['t_s']):.3f} s another tool is taken:"
+        f" its point is {way_mm:.1f} mm away"
         for before, after, way_mm in jumps
     ]
     bpy.data.texts.new(f"{program.name} notes").write("\n".join([*notes, ""]))
