@@ -61,7 +61,8 @@ class Diagnostic:
         return "\n".join(rows)
 
     def _caret_rows(self) -> list[str]:
-        text = self.source_line.replace("\t", " ")
+        # Control characters of a binary file would steer the terminal.
+        text = "".join(sign if sign.isprintable() else " " for sign in self.source_line)
         start = min(max(self.column, 1), len(text) + 1) - 1
         width = max(1, min(self.end_column, len(text) + 1) - self.column)
         # A 10,000 character line helps nobody: show the neighbourhood of the caret.

@@ -40,9 +40,10 @@ def writable() -> tuple[str, ...]:
 def refuse_unwritable(vendor: str) -> None:
     """Raises OlpError (X001), which lists the languages that can be written."""
     if vendor not in writable():
-        raise OlpError(
-            error("X001", f"olp cannot write '{vendor}'", help=f"it writes: {', '.join(writable())}")
-        )
+        from olp.vendors.vendor import find_vendor
+
+        known = ", ".join(f"{name} ({find_vendor(name).title})" for name in writable())
+        raise OlpError(error("X001", f"olp cannot write '{vendor}'", help=f"it writes: {known}"))
 
 
 def export(

@@ -14,7 +14,7 @@ import pytest
 from olp import commands
 from olp.__main__ import main
 from olp.commands.command import Parser, expand_paths
-from olp.diagnostic import OlpError
+from olp.diagnostic import Diagnostic, OlpError
 from olp.files import write_output
 from olp.version import __version__
 
@@ -164,6 +164,12 @@ def test_a_new_file_is_a_new_command_and_its_first_word_alone_names_it(
     assert "did you mean: olp go wrong?" in capsys.readouterr().err
 
 
+def test_a_line_of_a_binary_file_does_not_steer_the_terminal() -> None:
+    line = "DEF\x1b[2J\x00\x9bA\tB"
+    shown = Diagnostic("P400", "no text", line=1, column=4, end_column=5, source_line=line).render()
+    assert "1 | DEF [2J  A B" in shown
+
+
 @pytest.mark.usefixtures("extra_command")
 def test_all_problems_are_printed_with_their_places_and_the_status_is_2(
     capsys: pytest.CaptureFixture[str],
@@ -263,6 +269,14 @@ def test_patterns_that_the_shell_left_alone_are_expanded(tmp_path: Path) -> None
     make_files(tmp_path, "a1.jbi", "a2.jbi", "b.jbi", "x[1].jbi")
     assert [file.name for file in expand_paths([tmp_path / "a?.jbi"], [".jbi"])] == ["a1.jbi", "a2.jbi"]
     assert [file.name for file in expand_paths([tmp_path / "x[1].jbi"], [".jbi"])] == ["x[1].jbi"]
+
+
+def test_a_folder_without_programs_says_which_names_are_looked_for(tmp_path: Path) -> None:
+    make_files(tmp_path, "notes.txt")
+    with pytest.raises(OlpError) as caught:
+        expand_paths([tmp_path], [".jbi", ".src"])
+    (problem,) = caught.value.diagnostics
+    assert problem.help == "their names end in .jbi .src"
 
 
 def test_everything_missing_or_empty_is_reported_at_once(tmp_path: Path) -> None:

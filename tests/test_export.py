@@ -810,7 +810,7 @@ def test_a_language_that_cannot_be_written_is_refused_with_the_list_of_those_tha
         program_of([]).export("basic")
     found = caught.value.diagnostics[0]
     assert found.code == "X001"
-    assert "inform" in found.help
+    assert "inform (Yaskawa INFORM)" in found.help
     assert "inform" in writable()
 
 

@@ -293,7 +293,13 @@ def test_a_chain_needs_a_joint_for_every_axis(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "hint"), [("gp52", "yaskawa/gp50"), ("kuka/gp25x", "yaskawa/gp25"), ("", "known:")]
+    ("name", "hint"),
+    [
+        ("gp52", "yaskawa/gp50"),
+        ("yaskawa/gp25x", "yaskawa/gp25"),
+        ("kuka/kr10", "no robot of kuka is known"),
+        ("", "known:"),
+    ],
 )
 def test_an_unknown_name_lists_close_ones_and_all_that_exist(name, hint):
     with pytest.raises(OlpError) as caught:

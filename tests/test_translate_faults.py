@@ -53,6 +53,13 @@ def test_the_tools_speed_of_a_joint_move_becomes_the_leading_axis_speed():
     assert found_number(r"\bv=([\d.]+)", text) == pytest.approx(0.6 / (length / 0.5), rel=1e-5)
 
 
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_an_axis_speed_in_a_variable_is_told_and_not_guessed(target):
+    text = script("v_fun = 4", f"movej({JOINTS[1]}, a=1.0, v=v_fun)")
+    losses = converted(text, "urscript", target).translated.losses
+    assert "a speed in a variable" in " ".join(loss.says for loss in losses)
+
+
 def test_a_move_with_several_lengths_gets_the_slowest_speed():
     # The first way to A turns S (210 deg/s), every other one T (885 deg/s), which takes a smaller share for 0.5 rad/s.
     home, a, b = "[0.0,0,0,0,-0.5,0]", "[0.6,0,0,0,-0.5,0]", "[0.6,0,0,0,-0.5,0.6]"

@@ -98,5 +98,6 @@ def _search(root: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -
     ]
     problems.extend(map(from_os_error, refused))
     if not found and not refused:
-        problems.append(error("C004", f"no {' or '.join(suffixes)} file in this folder", file=str(root)))
+        help = f"their names end in {' '.join(suffixes)}"
+        problems.append(error("C004", "no robot program in this folder", file=str(root), help=help))
     return sorted(found)

@@ -71,9 +71,12 @@ def _full_name(text: str) -> str:
 
 
 def _unknown(text: str, wanted: str, names: Sequence[str]) -> Diagnostic:
+    maker, _, model = wanted.rpartition("/")
     models = {name.split("/")[1]: name for name in names}
-    close = difflib.get_close_matches(wanted.split("/")[-1], models, n=3, cutoff=0.5)
-    advice = f"did you mean {', '.join(models[model] for model in close)}? " if close else ""
+    close = difflib.get_close_matches(model, models, n=3, cutoff=0.5)
+    advice = f"did you mean {', '.join(models[it] for it in close)}? " if close else ""
+    if maker and not any(name.startswith(f"{maker}/") for name in names):
+        advice = f"no robot of {maker} is known yet, but any can be told (docs/robots.md); "
     return error(
         "R001",
         f"no robot is called {text!r}",

@@ -25,6 +25,8 @@ class MoveWriter:
         known = self._speeds.get(id(speed))
         if known is not None:
             return known[1]
+        if speed.unit not in _TAGS:
+            raise CannotSayError("a speed of this unit", "INFORM has V= in mm/s, VR= in °/s and VJ= in %")
         tag, decimals = _TAGS[speed.unit]
         _, literal, counted = values.SPEEDS[tag]
         text = f"{tag}={self.words.quantity(speed.value, (literal, counted), decimals)}"
