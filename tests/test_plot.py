@@ -36,6 +36,26 @@ def texts(data: bytes) -> list[str]:
     return [node.text or "" for node in ElementTree.fromstring(data).iter(f"{SPACE}text")]
 
 
+STATION = """/JOB
+//NAME STATION
+//POS
+///NPOS 0,0,2,0,0,0
+///TOOL 0
+///POSTYPE PULSE
+///PULSE
+EC00000=-30000,250000
+EC00001=30000,250000
+//INST
+///DATE 2026/01/01 00:00
+///ATTR SC,RW
+///GROUP1 ST1
+NOP
+MOVJ EC00000 VJ=10.0
+MOVJ EC00001 VJ=10.0
+END
+"""
+
+
 @pytest.fixture(scope="module")
 def timing():
     return time_plan(read(SEAM).plan())
@@ -264,6 +284,13 @@ def test_a_program_that_cannot_be_timed_is_not_drawn(timing):
     plan = timing.plan
     with pytest.raises(OlpError):
         program_figure(time_plan(replace(plan, moves=replace(plan.moves, travel=plan.moves.travel * np.nan))))
+
+
+def test_a_job_of_a_station_has_no_path_to_draw(tmp_path, capsys):
+    job = tmp_path / "STATION.JBI"
+    job.write_text(STATION, newline="\r\n")
+    assert main(["plot", str(job), "-o", str(tmp_path / "p.svg"), "--robot", "yaskawa/gp25"]) == 2
+    assert "error[E005]" in capsys.readouterr().err
 
 
 def test_png_without_its_library_says_what_to_install():

@@ -47,7 +47,7 @@ def run(args: Namespace) -> int:
     page = report_page(entries, args.title, _last(Path(args.output)))
     write_output(args.output, page.encode("utf-8"), inputs=paths)
     print_diagnostics([d for entry in entries for d in entry.diagnostics])
-    return 2 if any(entry.timing is None or entry.timing.untimed for entry in entries) else 0
+    return 2 if any(entry.timing is None or entry.is_partial for entry in entries) else 0
 
 
 def _entry(path: str, job: Job, budgets: str | None) -> Entry:

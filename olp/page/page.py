@@ -41,6 +41,12 @@ class Entry:
     diagnostics: tuple[Diagnostic, ...] = ()
     budgets: tuple[Item, ...] = ()
 
+    @property
+    def is_partial(self) -> bool:
+        """Whether the total leaves something out: steps without a time, or lines that could not be run."""
+        told = any(d.is_error for d in self.diagnostics)
+        return self.timing is not None and (told or self.timing.untimed > 0)
+
 
 def report_page(
     entries: Sequence[Entry],
@@ -70,6 +76,7 @@ def report_page(
         "first": max(range(len(programs)), key=lambda i: programs[i]["total_s"] or 0.0),
         "total": f"{sum(known):.3f}",
         "untimed": len(programs) - len(known),
+        "partial": any(p["partial"] for p in programs),
         "over": sum(item["status"] == "over" for p in programs for item in p["budgets"]),
         "trend": bool(earlier),
         "hosted": hosted,
@@ -88,6 +95,7 @@ def _program(index: int, entry: Entry, before: float | None) -> dict[str, Any]:
         "name": entry.path.replace("\\", "/").rpartition("/")[2],
         "total_s": None if total is None else round(total, 6),
         "total": "unknown" if total is None else f"{total:.3f}",
+        "partial": entry.is_partial,
         "motion": "" if timing is None else f"{timing.motion_s:.3f}",
         "wait": "" if timing is None else f"{timing.wait_s:.3f}",
         "io": "" if timing is None else f"{timing.io_s:.3f}",

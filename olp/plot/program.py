@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.diagnostic import OlpError, error
 from olp.plan import PATHS, StepKind
 from olp.plot.axes import Axes, room
 from olp.plot.figure import Box, Dot, Figure, Polyline, Role, Text
@@ -44,6 +45,9 @@ def program_figure(timing: Timing) -> Figure:
     ends = timing.end_s[is_move]
     times = np.unique(np.concatenate((np.linspace(0.0, timing.total_s, _SAMPLES), ends)))
     position = _positions(timing, times)
+    if not np.isfinite(position).all(axis=1).any():
+        says = "there is nothing to draw: where the tool is, is nowhere known (a station, or no robot named)"
+        raise OlpError(error("E005", says, file=plan.path, help="--robot R names an arm"))
     figure = Figure(_WIDTH, _HEIGHT, f"path and speed of {plan.path}")
     _head(figure, timing)
     kinds = plan.moves.path[plan.row[is_move]][np.minimum(np.searchsorted(ends, times), len(ends) - 1)]
