@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_arm_branch import GP25, rotation_vector
+from translate_programs import own_program, round_trip, written
 
 import olp
 from olp.kinematics import configuration_of, forward
+from olp.program import Path
 from olp.translate import Context
 from olp.translate.arm_flags import flags_of
 from olp.translate.canonical import canonical
+from olp.translate.compare import steps_of
 from olp.translate.convert import convert, run_converted
 from olp.vendors.krl import values as krl
 from olp.vendors.rapid.literals import arm, confdata
@@ -73,10 +79,10 @@ def test_confdata_counts_quarters_and_the_manuals_eight_cases():
     """cfx: 0 in front, in front, positive; 1 axis 5 negative; 2 behind the lower arm; 4 behind axis 1."""
     joints = some_joints(200, seed=2)
     flags = configuration_of(GP25, joints)
-    for row, arm_flags, (written, sectors) in zip(
+    for row, arm_flags, (arm_written, sectors) in zip(
         joints, flags, flags_of(GP25, joints, "rapid"), strict=True
     ):
-        cf1, cf4, cf6, cfx = map(int, confdata(written, sectors).split(","))
+        cf1, cf4, cf6, cfx = map(int, confdata(arm_written, sectors).split(","))
         for quarter, axis in ((cf1, 0), (cf4, 3), (cf6, 5)):
             assert quarter * 90 <= np.degrees(row[axis]) < (quarter + 1) * 90
         # Axis 5 of ABB's arms turns against Yaskawa's B: negative where B is positive.
@@ -209,10 +215,51 @@ def test_the_first_pose_without_flags_is_an_assumption(tmp_path):
     assert not any("first pose" in one.says for one in program.plan().assumptions)
 
 
+WOUND = [-430, 430, -600, 700, -275]
+
+
 @pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
-def test_what_no_flag_can_say_is_in_the_receipt(target, tmp_path):
-    joints = np.radians([10, 5, -20, 15, -50, -430])
+@pytest.mark.parametrize("turn", WOUND)
+def test_what_no_flag_can_say_is_in_the_receipt_with_its_size(target, turn, tmp_path):
+    joints = np.radians([10, 5, -20, 15, -50, turn])
     program = script(tmp_path, [f"movej({list(map(float, START))})", near_to(joints)])
-    made = convert(program, target, Context(robot=GP25))
-    found = [loss.line for loss in made.translated.losses if loss.part == "configuration"]
-    assert found == ([] if target == "rapid" else [3])
+    arm = replace(GP25, axes=(*GP25.axes[:5], replace(GP25.axes[5], lower=-13.0, upper=13.0)))
+    made = convert(program, target, Context(robot=arm))
+    found = [(loss.line, loss.size) for loss in made.translated.losses if loss.part == "configuration"]
+    plan = run_converted(made, target, arm, program)
+    stands = np.degrees(plan.positions.axes[plan.moves.target[1]][:6])
+    off = float(np.abs(stands - np.degrees(joints)).max())
+    assert found == ([] if off < 0.01 else [(3, round(off, 3))])
+    if target == "rapid" or turn == -275:
+        assert not found
+    if target in ("inform", "krl") and turn in (-430, 430):
+        assert off == pytest.approx(360.0)
+
+
+@pytest.mark.parametrize("source", ["rapid", "tp", "urscript"])
+@pytest.mark.parametrize("target", ["inform", "krl"])
+def test_axes_differ_only_where_the_receipt_says_so(source, target, tmp_path):
+    """Random program 26: RAPID's last axis comes to stand at -427 deg."""
+    one = own_program(26, source, tmp_path / "a", GP25)
+    made = convert(one, target, Context(robot=GP25))
+    two = written(made, target, tmp_path / "b")
+    steps = [steps_of(p.plan(robot=GP25)) for p in (one, two)]
+    sizes = {loss.line: loss.size for loss in made.translated.losses if loss.part == "configuration"}
+    assert sizes
+    says = 0.0
+    for a, b in zip(*steps, strict=True):
+        if a.path is Path.JOINT:
+            says = sizes.get(a.line, 0.0)
+        if a.axes:
+            off = np.degrees(np.abs(np.array(a.axes[:6]) - np.array(b.axes[:6])).max())
+            assert off == pytest.approx(says, abs=0.01)
+    assert round_trip(26, source, target, GP25) == []
+
+
+def test_a_wound_axis_that_is_given_by_its_joint_values_is_exact(tmp_path):
+    program = script(tmp_path, [f"movej({list(map(math.radians, [10, 5, -20, 15, -50, -430]))})"])
+    for target in ("inform", "krl", "rapid", "tp"):
+        made = convert(program, target, Context(robot=GP25))
+        assert not [loss for loss in made.translated.losses if loss.part == "configuration"]
+        plan = run_converted(made, target, GP25, program)
+        assert np.degrees(plan.positions.axes[plan.moves.target[0]][5]) == pytest.approx(-430, abs=1e-3)

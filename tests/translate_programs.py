@@ -21,6 +21,7 @@ from olp.expression import (
     Signal,
     State,
 )
+from olp.plan import Plan
 from olp.points import PointTable
 from olp.program import (
     Assign,
@@ -56,7 +57,7 @@ from olp.program import (
 )
 from olp.source import decode
 from olp.translate import Context
-from olp.translate.compare import compare_plans
+from olp.translate.compare import compare_plans, steps_of
 from olp.translate.convert import convert
 from olp.translate.link import link
 
@@ -294,20 +295,25 @@ def round_trip(seed: int, first: str, second: str, robot: object) -> list[str]:
         three = written(back, first, folder / "c")
         plans = [p.plan(robot=robot, max_steps=50_000) for p in (one, two, three)]
         wrong = [d.message for p in plans for d in p.diagnostics if d.is_error and d.code[0] == "I"]
-        found = compare_plans(plans[0], plans[1], speeds=not _turned(there), loose=_named(there))
-        again = compare_plans(plans[1], plans[2], speeds=not _turned(back), loose=_named(back))
+        found = compare_plans(plans[0], plans[1], loose=named(there, plans[0]))
+        again = compare_plans(plans[1], plans[2], loose=named(back, plans[1]))
         ends = compare_plans(plans[0], plans[2], speeds=False, blends=False)
         return [*wrong, *found.differences, *again.differences, *ends.differences]
 
 
-def _turned(made: object) -> bool:
-    """Whether a move lost its arm configuration, so that the arm may stand otherwise behind it."""
-    return any(loss.part == "configuration" for loss in made.translated.losses)  # type: ignore[attr-defined]
+def named(made: object, plan: Plan) -> dict[str, set[int]]:
+    """The lines whose speed or blend the receipt names.
 
-
-def _named(made: object) -> dict[str, set[int]]:
-    """The lines whose speed or blend the receipt names."""
+    Where it names the arm's configuration, the joint move that leads there and the one that leads on turn otherwise.
+    """
     found: dict[str, set[int]] = {"speed": set(), "blend": set()}
     for loss in made.translated.losses:  # type: ignore[attr-defined]
         found.setdefault(loss.part, set()).add(loss.line)
+    otherwise = False
+    for step in steps_of(plan):
+        if step.path is Path.JOINT:
+            begins = step.line in found.get("configuration", set())
+            if begins or otherwise:
+                found["speed"].add(step.line)
+            otherwise = begins
     return found

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.kinematics.configuration import TURN_AXES
+from olp.kinematics.configuration import TURN_AXES, Flags, apply_turns, turn_centres, wrap
 from olp.robots.model import Robot
 
 Array = NDArray[np.float64]
@@ -34,6 +34,14 @@ def turned_into(robot: Robot, joints: Array, sectors: Sectors) -> Array:
             turned[:, axis] = np.where(fits & ~done, further, turned[:, axis])
             done |= fits
     return turned
+
+
+def said_of(robot: Robot, joints: Array, flags: Flags, sectors: Sequence[Sectors]) -> Array:
+    """(n, 6) [rad] what a reader finds with the pose of `joints` (n, 6) [rad], `flags` (n, 6), sectors of each."""
+    said = apply_turns(wrap(joints, turn_centres(robot)), flags)
+    for row in range(len(said)):
+        said[row] = turned_into(robot, said[row : row + 1], sectors[row])[0]
+    return said
 
 
 def stands_in(joints: Array, sectors: Sectors) -> NDArray[np.bool_]:

@@ -24,6 +24,7 @@ Flags = tuple[tuple[int, ...], Sectors]
 _ARM = 3  # flags that all makers have: wrist, elbow, front or back; behind them turns are counted
 _TURN = 2.0 * math.pi
 _SIX = 6
+_SAME = 1e-3  # [rad]
 
 
 def with_flags(program: Program, work: Work) -> Program:
@@ -59,6 +60,11 @@ def flags_of(robot: Robot, axes: NDArray[np.float64], target: str) -> list[Flags
     from olp.kinematics.sectors import QUARTER, quarters_of
 
     flags = configuration_of(robot, axes)
+    if target == "inform":
+        # Beyond a whole turn the two angles that a flag tells apart are both wrong: the nearer one.
+        turned = axes[:, TURN_AXES]
+        short = (np.trunc(np.abs(turned) / math.pi + 1e-9) % 2).astype(np.int64)
+        flags[:, _ARM:] = np.where(np.abs(turned) > _TURN, short, flags[:, _ARM:])
     if target == "tp":
         turns = np.trunc((np.abs(axes) + math.pi) / _TURN + 1e-9) * np.sign(axes)
         flags = np.column_stack([flags[:, :_ARM], turns[:, (3, 5)], np.zeros(len(axes)), turns[:, 4]])
@@ -87,9 +93,8 @@ class _Literals:
     symbols: Symbols
     used: dict[int, tuple[PositionLiteral, list[int]]] = field(default_factory=dict)
     at_line: dict[int, Counter[Flags]] = field(default_factory=dict)
-    wound: set[int] = field(
-        default_factory=set
-    )  # lines that end with an axis turned further than flags can say
+    # By the line: where an axis ends that has turned further than flags can say, and where they say it ends [rad].
+    wound: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     def note(self, s: Move, routine: str) -> None:
         for target in (*s.targets, *(() if s.via is None else (s.via,))):
@@ -115,17 +120,33 @@ class _Literals:
         known = ~np.isnan(axes).any(axis=1)
         other = work.target_robot or robot
         stands = same_posture(robot, other, axes[known])
-        flags = (
-            flags_of(robot, axes[known], work.target)
-            if stands is None
-            else flags_of(other, stands, work.target)
-        )
-        lines = plan.line[steps[known]]
-        for line, found in zip(lines.tolist(), flags, strict=True):
+        if stands is None:
+            other, stands = robot, axes[known]
+        flags = flags_of(other, stands, work.target)
+        lines = plan.line[steps[known]].tolist()
+        for line, found in zip(lines, flags, strict=True):
             self.at_line.setdefault(line, Counter())[found] += 1
-        if work.target != "rapid":
-            twice = np.abs(axes[known][:, TURN_AXES]).max(axis=1, initial=0.0) > _TURN
-            self.wound = set(lines[twice].tolist())
+        self._note_wound(other, stands, lines, flags)
+
+    def _note_wound(
+        self, robot: Robot, axes: NDArray[np.float64], lines: list[int], flags: list[Flags]
+    ) -> None:
+        """Which of the axes (n, 6) [rad] at the ends of `lines` a reader of `flags` takes for others."""
+        from olp.kinematics.sectors import said_of
+
+        turned = list(TURN_AXES)
+        rows = np.flatnonzero((np.abs(axes[:, turned]) > _TURN).any(axis=1)).tolist()
+        if not rows:
+            return
+        turns = self.work.target != "krl"  # whose S tells the arm alone
+        told = [(*flags[row][0][: _SIX if turns else _ARM], *[0] * _ARM)[:_SIX] for row in rows]
+        said = said_of(robot, axes[rows], np.array(told), [flags[row][1] for row in rows])
+        for row, own in zip(rows, said, strict=True):
+            at = turned[int(np.abs(axes[row] - own)[turned].argmax())]
+            stands, read = float(axes[row, at]), float(own[at])
+            before = self.wound.get(lines[row], (0.0, 0.0))
+            if abs(stands - read) > max(_SAME, abs(before[0] - before[1])):
+                self.wound[lines[row]] = (stands, read)
 
     def tell_turns(self, moves: list[Move]) -> None:
         """Without a robot: joint moves whose axes have turned further than half a turn, as far as the source says."""
@@ -177,8 +198,9 @@ class _Literals:
         if s.path is not Path.JOINT or not counts or len(s.targets) != 1:
             return s
         if s.line in self.wound and literal_of_target(s.targets[0], self.symbols, routine) is not None:
-            says = "an axis has turned by more than a whole turn, which flags do not say"
-            self.work.lose(s, Fate.APPROXIMATED, "configuration", says, 360.0, "deg")
+            stands, said = (math.degrees(angle) for angle in self.wound[s.line])
+            says = f"an axis stands at {stands:.0f} deg, of which flags can only say {said:.0f} deg"
+            self.work.lose(s, Fate.APPROXIMATED, "configuration", says, round(abs(stands - said), 3), "deg")
         if len(counts) > 1:
             says = "the move ends with the arm standing in several ways: the most frequent one is written"
             self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
