@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -468,3 +469,16 @@ def test_an_end_of_the_interval_needs_a_signature_and_a_whole_program(tmp_path, 
     (tmp_path / "olp.toml").write_text(f"[[budget]]\nlimit_s = 100\non = '{on}'\nof = 'wait'\n")
     (read,) = budgets_for(str(tmp_path / "MAIN.JBI"))
     assert [d.code for d in read.diagnostics] == ["M001"]
+
+
+def test_versions_that_are_timed_in_part_only_are_not_called_held(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    job = (SAMPLES / "palletising" / "PICK.JBI").read_bytes()
+    for name, speed in (("old", b"100.0"), ("new", b"90.0")):
+        shutil.copytree(SAMPLES / "palletising", tmp_path / name)
+        line = b"MOVL P099 V=" + speed + b"\r\nEND\r\n"
+        (tmp_path / name / "PICK.JBI").write_bytes(re.sub(rb"END\s*$", line, job))
+    assert main(["diff", "old/PICK.JBI", "new/PICK.JBI"]) == 2
+    told = capsys.readouterr().out
+    assert "unknown" in told
+    assert "the new version is timed in part only, 1 error: line " in told

@@ -82,7 +82,8 @@ def _item(d: Difference, allow: float | None) -> Item:
     change = d.new_s - d.old_s
     over = allow is not None and change > allow
     says = f"{d.old_s:.3f} → {d.new_s:.3f} s ({_signed(change)} s)"
-    return Item(d.file, d.file, Status.FAILED if over else Status.HELD, says, seconds=d.new_s, group="diff")
+    status = Status.FAILED if over else Status.UNKNOWN if d.notes else Status.HELD
+    return Item(d.file, d.file, status, "; ".join((says, *d.notes)), seconds=d.new_s, group="diff")
 
 
 def _findings(d: Difference, allow: float | None, shown: int | None) -> Iterator[Finding]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -44,9 +44,19 @@ def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Progra
         for (a, b), (cause, details) in zip(pairs, own, strict=True)
         if (change := _change(a, b, cause, details, elsewhere, touched)) is not None
     ]
-    notes = [f"the old version: {old.untimed} steps cannot be timed"] if old.untimed else []
-    notes += [f"the new version: {new.untimed} steps cannot be timed"] if new.untimed else []
-    return Difference(file, old.total_s, new.total_s, tuple(changes), notes=tuple(notes))
+    notes = (*_left_out("old", old), *_left_out("new", new))
+    return Difference(file, old.total_s, new.total_s, tuple(changes), notes=notes)
+
+
+def _left_out(version: str, timing: Timing) -> Iterator[str]:
+    """What a version's total leaves out."""
+    if timing.untimed:
+        yield f"the {version} version: {timing.untimed} steps cannot be timed"
+    broken = [d for d in timing.diagnostics if d.is_error]
+    if broken:
+        count = "1 error" if len(broken) == 1 else f"{len(broken)} errors"
+        place = f"line {broken[0].line}: " if broken[0].line else ""
+        yield f"the {version} version is timed in part only, {count}: {place}{broken[0].message}"
 
 
 def _main(program: Program) -> str:
