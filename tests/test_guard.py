@@ -325,6 +325,17 @@ def test_programs_that_fail_come_first_the_one_most_over_before_all(tmp_path, ca
     assert files[:2] == ["C.JBI", "B.JBI"]
 
 
+def test_a_program_that_is_not_whole_has_no_total_in_the_store(tmp_path, capsys, monkeypatch):
+    path = cell(tmp_path)
+    text = path.read_bytes()
+    path.write_bytes(text.replace(b"MOVL C00002 V=150.0 PL=0", b"MOVL C00002 V=15O.0 PL=0"))
+    monkeypatch.chdir(tmp_path)
+    main(["check", "--store", "olp.db", "."])
+    capsys.readouterr()
+    assert main(["trend", "MAIN", "--format", "json"]) == 0
+    assert [point["total_s"] for point in json.loads(capsys.readouterr().out)] == [None]
+
+
 def test_a_store_keeps_runs_and_trend_shows_the_change(tmp_path, capsys, monkeypatch):
     path = cell(tmp_path, "[[budget]]\nlimit_s = 100\n")
     monkeypatch.chdir(tmp_path)

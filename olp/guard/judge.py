@@ -58,7 +58,8 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> Judged:
     read_files = tuple(
         dict.fromkeys([path, *(s.path for s in plain.plan.sources), *(s.path for s in program.companions)])
     )
-    total = None if plain.untimed else plain.total_s
+    whole = not plain.untimed and not any(d.is_error for d in plain.diagnostics)
+    total = plain.total_s if whole else None
     sums = (plain.motion_s, plain.wait_s, plain.io_s, plain.high_s)
     return Judged(path, tuple(items), tuple(found), total, *sums, read_files)
 
