@@ -91,13 +91,15 @@ def keep_branches(
             _tell_first(cell, robot)
         written = axes[target[rows], :width]
         _tell(cell, reached, written, says[target[rows]], moves.path[rows] == _JOINT)
-        seen: set[int] = set()
-        for at in np.flatnonzero(~_same(reached, written) | (says[target[rows]] >= Named.NOTHING)).tolist():
+        unsaid = says[target[rows]] >= Named.NOTHING
+        # Where a position that says nothing is reached first, it gets its axes; reached again, it may need others.
+        first = np.zeros(len(rows), dtype=bool)
+        first[np.unique(target[rows], return_index=True)[1]] = True
+        first &= unsaid
+        axes[target[rows[first]], :width] = reached[first]
+        for at in np.flatnonzero((~_same(reached, written) | unsaid) & ~first).tolist():
             index, row = int(target[rows[at]]), reached[at]
-            if says[index] >= Named.NOTHING and index not in seen:
-                seen.add(index)
-                axes[index, :width] = row
-            elif not _same(axes[index, :width], row):
+            if not _same(axes[index, :width], row):
                 target[rows[at]] = len(positions) + len(again)
                 again.append(index)
                 again_axes.append(np.pad(row, (0, axes.shape[1] - width), constant_values=np.nan))

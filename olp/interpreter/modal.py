@@ -9,7 +9,7 @@ from olp.expression import Expression, FrameRef
 from olp.geometry import Pose
 from olp.interpreter.evaluate import evaluate, quantity, whole
 from olp.interpreter.functions import FIRST_FRESH, as_position
-from olp.interpreter.memory import PositionValue, Record, Value
+from olp.interpreter.memory import ACTIVE, PositionValue, Record, Value
 from olp.interpreter.poses import raw_pose
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
@@ -139,11 +139,9 @@ def _number_of(m: Machine, kind: str, pose: Pose, known: Mapping[int, object]) -
 
 def position_in(value: PositionValue, place: tuple[str, int | None], tool: int) -> PositionValue:
     """A pose without a frame of its own as one in `place`, seen at `tool`; joint values get the tool."""
-    from olp.interpreter.memory import ACTIVE
-
     state = value.state
     if state.frame == ACTIVE:
         state = state.at(place[0], place[1], tool)
     elif state.tool != tool:
         state = state.at(state.frame, state.user, tool)
-    return value if state is value.state else value._replace(state=state)
+    return value if state is value.state else PositionValue(state, value.values, value.external)

@@ -19,6 +19,7 @@ from olp.interpreter.columns import NO_EXTRA, NOWHERE, Extra
 from olp.interpreter.evaluate import quantity, whole
 from olp.interpreter.memory import SystemPosition
 from olp.interpreter.modal import RATE_ABSOLUTE, RATE_FRACTION
+from olp.interpreter.places import place_of
 from olp.interpreter.speeds import FRACTION, JOINT, PATH_CODES, TIME, move_speed, part_speed, share
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
@@ -35,6 +36,9 @@ _HIGHEST_LEVEL = 8
 _PLAIN_LAW = "yaskawa"  # jobs whose moves carry all that rules them
 _SHARE_LAW = "fanuc"  # whose zones are shares of the speed
 _NAN = math.nan
+# Looked up once: every move asks.
+_ROBOT, _BY_RADIUS, _BY_SPEED = Store.ROBOT, BlendKind.RADIUS, BlendKind.SPEED
+_UNCHANGED = (BlendKind.LEVEL, BlendKind.CONTINUOUS)  # kinds whose number is no length
 # KUKA's defaults in $config.dat, where a program sets none: 50 %, 3 mm, 100 %, 5 deg.
 _MODAL_BLENDS = {
     BlendKind.SHARE: 0.5,
@@ -146,7 +150,9 @@ def _compound(m: Machine, s: Move) -> None:
     )
     extra = _extra(m, s, path, rows[0][1])
     _report_unknowables(m, s)
-    arm = next((mech for _, mech, _ in rows if m.world.mechanisms[mech].is_robot), rows[0][1])
+    arm = rows[0][1]
+    if len(rows) > 1:
+        arm = next((mech for _, mech, _ in rows if m.world.mechanisms[mech].is_robot), arm)
     recorded = []
     for part_number, mechanism, target in rows:
         row_path, row_unit, row_speed = path, unit, speed
@@ -188,8 +194,6 @@ def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:
         return NO_EXTRA
     via = -1
     if s.via is not None:
-        from olp.interpreter.places import place_of
-
         via = place_of(m, mechanism, s, s.via)
     arc = _NAN if s.arc is None else quantity(m, s.arc)
     return Extra(rate, turn, via, arc)
@@ -202,9 +206,7 @@ def _targets_of(
     rows = []
     for position in targets:
         if _is_general(m, position, s):
-            from olp.interpreter.places import place_of
-
-            mechanism = role(m, part, Store.ROBOT)
+            mechanism = role(m, part, _ROBOT)
             rows.append((part, mechanism, place_of(m, mechanism, s, position)))
             continue
         if not isinstance(position, (Taught, Variable)) or position.store not in POSITION_STORES:
@@ -222,7 +224,7 @@ def _is_general(m: Machine, position: Expression, s: Move) -> bool:
     """Whether a target is more than a point or variable of an INFORM job."""
     if m.law == _PLAIN_LAW and isinstance(position, (Taught, Variable, Unknown)):
         return s.tool is not None or s.frame is not None
-    return not isinstance(position, Unknown) and getattr(position, "store", Store.ROBOT) is Store.ROBOT
+    return not isinstance(position, Unknown) and getattr(position, "store", _ROBOT) is _ROBOT
 
 
 def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
@@ -239,16 +241,16 @@ def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
 def _any_blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float, str]:
     """(blend code, zone or radius [m] or share, what has still to become metres once the path is known)."""
     kind = blend.kind
-    if kind is BlendKind.LEVEL or kind is BlendKind.CONTINUOUS or m.law == _PLAIN_LAW:
+    if m.law == _PLAIN_LAW or kind in _UNCHANGED:
         return (*_blend(m, blend, mechanism), "")
     value = (
         m.blends.get(kind, _MODAL_BLENDS.get(kind, 0.0)) if blend.value is None else quantity(m, blend.value)
     )
-    if value <= 0.0 and not (kind is BlendKind.SPEED and m.law == _SHARE_LAW and blend.value is not None):
+    if value <= 0.0 and not (kind is _BY_SPEED and m.law == _SHARE_LAW and blend.value is not None):
         return _EXACT, _NAN, ""
-    if kind is BlendKind.RADIUS:
+    if kind is _BY_RADIUS:
         return (_RADIUS if m.law == _SHARE_LAW else _ZONE), value, ""
-    if kind is BlendKind.SPEED and m.law == _SHARE_LAW:
+    if kind is _BY_SPEED and m.law == _SHARE_LAW:
         return _ZONE, min(value, 1.0), ""
     return _ZONE, value, str(kind)
 

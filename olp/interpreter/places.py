@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.cell import in_frame
-from olp.expression import Expression, FrameRef, Number, Store
+from olp.expression import Expression, FrameRef, Number, PositionLiteral, Store
 from olp.geometry import Pose
 from olp.interpreter.columns import NOWHERE
 from olp.interpreter.evaluate import evaluate
@@ -20,15 +20,17 @@ from olp.interpreter.poses import current_frames, here, moved_by, pose_of, raw_p
 from olp.interpreter.scope import position_of
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
+from olp.interpreter.structures import literal_position
 from olp.points import PointKind, PointState
 from olp.program import Move, Path
 
 Place = tuple[str, int | None]
+_JOINT_PATH, _POSE = Path.JOINT, PointKind.POSE  # looked up once: every move asks
 
 
 def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     """The pool index of a move's target or via point."""
-    value = evaluate(m, target)
+    value = literal_position(target) if type(target) is PositionLiteral else evaluate(m, target)
     if not isinstance(value, PositionValue):
         value = position_of(value, spell(target))
     tool = m.active_tool if s.tool is None else tool_number(m, s.tool)
@@ -38,16 +40,20 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     if value.state.frame == "user" or own_tool:
         # A taught point names its frame and tool by number; the program may have given them other values since.
         value = value._replace(state=current_frames(m, value.state))
-    if not m.obeys_flags and s.path is Path.JOINT and value.state.configuration:
+    if not m.obeys_flags and s.path is _JOINT_PATH and value.state.configuration:
         value = value._replace(state=replace(value.state, configuration=(), sectors=()))
-    if s.frame is not None and value.state.kind is PointKind.POSE:
-        value = value._replace(state=value.state.at(place[0], place[1], value.state.tool))
+    state = value.state
+    if s.frame is not None and state.kind is _POSE and (state.frame, state.user) != place:
+        value = value._replace(state=state.at(place[0], place[1], state.tool))
     if s.relative is not None:
         value = _relative(m, mechanism, value, s.relative, place, tool)
     elif any(map(math.isnan, value.values)):
         value = _filled(m, mechanism, value)
-    value = _offset(m, mechanism, s, _displaced(m, value))
-    if any(v not in (0.0, 9e9) and not math.isnan(v) for v in value.external):
+    if m.shift is not None:
+        value = _displaced(m, value)
+    if s.offset is not None or s.tool_offset is not None:
+        value = _offset(m, mechanism, s, value)
+    if value.external and any(v not in (0.0, 9e9) and not math.isnan(v) for v in value.external):
         m.assume_once(
             "external axes", "external axes are not in this plan: they are taken as never the slowest"
         )
@@ -144,8 +150,6 @@ def _displaced(m: Machine, value: PositionValue) -> PositionValue:
 
 def _offset(m: Machine, mechanism: int, s: Move, value: PositionValue) -> PositionValue:
     """The target moved by an offset in its frame, and by one along the tool's axes."""
-    if s.offset is None and s.tool_offset is None:
-        return value
     if value.state.kind is not PointKind.POSE:
         tool = value.state.tool
         value = _seen(m, mechanism, value, m.active_frame, tool)

@@ -101,7 +101,8 @@ def analyse(
     source, edition = document.source(), document.edition
     program: Program | None = None
     timing: Timing | None = None
-    most = _MOST_STEPS if whole else min(_MOST_STEPS, _SOME_STEPS + _STEPS_PER_LINE * len(source.lines))
+    some = max(_SOME_STEPS, len(source.lines) + _STEPS_MORE)
+    most = _MOST_STEPS if whole else min(_MOST_STEPS, some)
     try:
         with remembering(Memory() if memory is None else memory, wanted):
             program = read_document(source, document.language)
@@ -123,7 +124,7 @@ def analyse(
 
 # A program that never ends must not keep somebody waiting: not while typing, and not for ever.
 _MOST_STEPS = 200_000
-_SOME_STEPS, _STEPS_PER_LINE = 2000, 1
+_SOME_STEPS, _STEPS_MORE = 2000, 500  # in any program; more than it has lines
 
 
 def _timed(program: Program, settings: Settings, most: int) -> Timing:

@@ -201,9 +201,10 @@ def _gather(
         result[is_move] = values[first]
         return result
 
+    names = [str(path) for path in PATHS]
     steps = np.nonzero(is_move)[0].tolist()
     for step, path in zip(steps, moves.path[first].tolist(), strict=True):
-        kind[step] = str(PATHS[path])
+        kind[step] = names[path]
     for step in np.nonzero(timed)[0].tolist():
         kind[step] = "wait" if plan.kind[step] == StepKind.WAIT else "signal"
     # The tool's path in a joint move is no line, so its speed along the chord would mislead.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ceil
 
-import numpy as np
-
 from olp.lint.case import Case
 from olp.lint.rule import Rule, Suggestion
 from olp.outcome.model import Finding, Level
@@ -33,14 +31,17 @@ class UnreachedSpeed(Rule):
 
     def find(self, case: Case) -> Iterator[Finding]:
         timing = case.timing
+        programmed, peak = timing.speed_mm_s, timing.reached_mm_s
+        # All steps at once, since most are not slow; a number that is not known compares as false.
+        slow = ((programmed > _SLOW) & (peak > 0) & (peak < _SHARE * programmed)).tolist()
         for line, steps in case.lines.items():
-            speed, reached = timing.speed_mm_s[steps], timing.reached_mm_s[steps]
             # Where the turn decides, that is what has to change.
-            if any(map(case.turn_rules, steps)):
-                continue
-            if not all(map(case.on_path, steps)) or np.isnan(speed).any() or np.isnan(reached).any():
-                continue
-            if speed.min() > _SLOW and (reached < _SHARE * speed).all() and (reached > 0).all():
+            if (
+                all(slow[step] for step in steps)
+                and all(map(case.on_path, steps))
+                and not any(map(case.turn_rules, steps))
+            ):
+                speed, reached = programmed[steps], peak[steps]
                 says = f"V = {speed[0]:g} mm/s is never reached: at most {reached.max():.0f} mm/s"
                 yield self.finding(
                     case, line, says, f"write what it reaches, about {_round(float(reached.max())):g}",

@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from olp.diagnostic import Severity, Span
-from olp.expression import Expression, Item, Member, Named, RecordLiteral, State, Text, Unknown
+from olp.expression import (
+    Expression,
+    Item,
+    Member,
+    Named,
+    PositionLiteral,
+    RecordLiteral,
+    State,
+    Text,
+    Unknown,
+)
 from olp.program import Declare, Jump, Label, LineKind, Move, Routine, Speed
 from olp.vendors._findings import Findings
 from olp.vendors.rapid.names import Names
@@ -100,7 +110,8 @@ def _check_moves(findings: Findings, routine: Routine, names: Names) -> None:
         if type(one) is not Move:
             continue
         for value in (*one.targets, one.via, one.tool, one.frame):
-            if value is None or (type(value) is Named and value.name in told):
+            kind = type(value)
+            if value is None or kind is PositionLiteral or (kind is Named and value.name in told):
                 continue
             base = _base(value)
             if isinstance(base, Unknown):

@@ -10,6 +10,8 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple
 
+from olp import memory
+
 _ALONE = "ELSE ENDIF ENDFOR ENDWHILE ENDTEST ENDPROC ENDFUNC ENDTRAP ENDRECORD ENDMODULE UNDO BACKWARD"
 _SINGLE: Final = frozenset(_ALONE.split())
 # How a clause that begins with one of these words ends.
@@ -77,13 +79,19 @@ class Cutter:
         """All clauses and comments in the order of the text."""
         plain, labelled = _PLAIN.fullmatch, _LABELLED.match
         new = tuple.__new__  # as the constructor does, in half the time
+        shelf = memory.shelf("rapid lines")
         for number, line in enumerate(self._lines, 1):
             if not self._open:
-                match = plain(line)
-                if match is not None and line.count(";") == 1 and not labelled(match[1]):
-                    text = match[1]
-                    word = text[:4].upper() if text[0] in "mM" else ""
-                    yield new(Clause, (word, text, number, match.start(1) + 1, number, None, True))
+                known = None if shelf is None else shelf.get(line)
+                if known is None:
+                    match = plain(line)
+                    if match is not None and line.count(";") == 1 and not labelled(match[1]):
+                        text = match[1]
+                        known = text[:4].upper() if text[0] in "mM" else "", text, match.start(1) + 1
+                        if shelf is not None:
+                            shelf.put(line, known)
+                if known is not None:
+                    yield new(Clause, (known[0], known[1], number, known[2], number, None, True))
                     continue
                 if not line or line.isspace():
                     continue

@@ -65,6 +65,7 @@ class PlainClauses:
     def __init__(self, names: Names) -> None:
         self._names = names
         self._shelf = memory.shelf("rapid robtargets")
+        self._moves = memory.shelf("rapid moves")
         self._speeds: dict[str, tuple[Speed, Quantity | None] | None] = {}
         self._blends: dict[str, Blend | None] = {}
         self._named: dict[str, Named | None] = {}
@@ -77,12 +78,15 @@ class PlainClauses:
 
     def move(self, text: str, line: int, comment: str) -> Move | None:
         """The move in a clause, or None when it is not plain."""
-        match = MOVE.fullmatch(text)
-        if match is None:
-            return None
-        (word, name, *literal, via_name, via1, via2, via3, via4, spoken, zone, tool_name, frame_name) = (
-            match.groups()
-        )
+        groups = None if self._moves is None else self._moves.get(text)
+        if groups is None:
+            match = MOVE.fullmatch(text)
+            if match is None:
+                return None
+            groups = match.groups()
+            if self._moves is not None:
+                self._moves.put(text, groups)
+        (word, name, *literal, via_name, via1, via2, via3, via4, spoken, zone, tool_name, frame_name) = groups
         circular = word[-1] in "cC"
         if circular != (via_name is not None or via1 is not None):
             return None

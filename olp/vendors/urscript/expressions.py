@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
+from olp import memory
 from olp.expression import (
     Binary,
     CallValue,
@@ -63,6 +64,7 @@ class Expressions:
         self.names = names
         self.part = part
         self.tell = tell
+        self._poses = memory.shelf("urscript poses")
 
     def lower(self, node: Node, joints: bool = False) -> Expression:
         """The expression; `joints`: a list of six numbers is a position of the axes."""
@@ -100,10 +102,16 @@ class Expressions:
         return RecordLiteral("list", tuple(("", self.lower(item, nested)) for item in node.items))
 
     def _pose(self, node: PoseOf, _: bool) -> Expression:
+        # By identity: a line that stands where it stood is the same object.
+        known = None if self._poses is None else self._poses.get(id(node))
+        if known is not None and known[0] is node:
+            found: PositionLiteral = known[1]
+            return found
         if len(node.items) != _AXES:
             self.tell("P559", f"a pose has six numbers, this one {len(node.items)}", "p[x, y, z, rx, ry, rz]")
             return Function("pose-vector", tuple(self.lower(item) for item in node.items))
         values = constants(node.items)
+        written = values is not None
         if values is None:
             folded = [fold(self.lower(item)) for item in node.items]
             values = numbers(folded)
@@ -111,7 +119,10 @@ class Expressions:
                 return Function("pose-vector", tuple(folded))
         if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
             return Function("pose-vector", tuple(map(Number, values)))
-        return pose_literal(values)
+        literal = pose_literal(values)
+        if self._poses is not None and written:
+            self._poses.put(id(node), (node, literal))
+        return literal
 
     def _subscript(self, node: Subscript, _: bool) -> Expression:
         base = self.lower(node.base)
