@@ -124,7 +124,7 @@ def analyse(
 
 # A program that never ends must not keep somebody waiting: not while typing, and not for ever.
 _MOST_STEPS = 200_000
-_SOME_STEPS, _STEPS_MORE = 2000, 500  # in any program; more than it has lines
+_SOME_STEPS, _STEPS_MORE = 2000, 250  # in any program; more than it has lines
 
 
 def _timed(program: Program, settings: Settings, most: int) -> Timing:

@@ -110,8 +110,11 @@ def _check_moves(findings: Findings, routine: Routine, names: Names) -> None:
         if type(one) is not Move:
             continue
         for value in (*one.targets, one.via, one.tool, one.frame):
-            kind = type(value)
-            if value is None or kind is PositionLiteral or (kind is Named and value.name in told):
+            if (
+                value is None
+                or type(value) is PositionLiteral
+                or (type(value) is Named and value.name in told)
+            ):
                 continue
             base = _base(value)
             if isinstance(base, Unknown):
