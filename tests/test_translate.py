@@ -548,3 +548,28 @@ def test_arguments_have_the_type_that_is_read_and_those_that_nothing_reads_are_l
     assert [loss.says for loss in made.translated.losses] == [
         "the end of a task that nothing here starts: SUB3"
     ]
+
+
+NO_POINTS = (
+    "/JOB\n//NAME {}\n//POS\n///NPOS 0,0,0,0,0,0\n"
+    "//INST\n///DATE 2026/01/01 00:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\n"
+)
+
+
+def test_a_refusal_in_a_called_program_names_its_own_file_and_line(tmp_path, capsys):
+    """SETUALM has no word in URScript; it stands in the second file, whose lines follow those of the first."""
+    (tmp_path / "MAIN.JBI").write_text(NO_POINTS.format("MAIN") + "CALL JOB:SUB\nEND\n")
+    alarm = 'TIMER T=0.5\nSETUALM 8012 "NO CARTON" 0\nEND\n'
+    (tmp_path / "SUB.JBI").write_text(NO_POINTS.format("SUB") + alarm)
+    status = main(["convert", str(tmp_path / "MAIN.JBI"), "--to", "urscript", "-o", str(tmp_path / "out")])
+    told = capsys.readouterr().err
+    assert status == 2
+    assert "SUB.JBI:11" in told
+    assert "MAIN.JBI:" not in told
+
+
+def test_programs_that_do_nothing_are_not_said_to_agree(tmp_path, capsys):
+    job = tmp_path / "EMPTY.JBI"
+    job.write_text(NO_POINTS.format("EMPTY") + "END\n")
+    main(["convert", str(job), "--to", "krl", "-o", str(tmp_path / "out"), "--robot", "yaskawa/gp25"])
+    assert "there was nothing to compare" in capsys.readouterr().out

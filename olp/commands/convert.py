@@ -110,7 +110,10 @@ def _convert(
 
     program = read(job, encoding=args.encoding)
     linked = link(program)
-    converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
+    try:
+        converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
+    except OlpError as refused:
+        raise OlpError(*map(linked.located, refused.diagnostics)) from None
     robots = (context.robot, context.target_robot)
     plans = (
         _plan(lambda: linked.program.plan(robot=context.robot)),

@@ -92,7 +92,7 @@ def compare_plans(
             if off > 1e-6:
                 result.differences.append(f"{where}: waits of {a.duration:g} s and {b.duration:g} s")
     if len(first) != len(second):
-        result.differences.append(f"{len(first)} steps and {len(second)}")
+        result.differences.append(f"the source runs {len(first)} steps, the translation {len(second)}")
     return result
 
 

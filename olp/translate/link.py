@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from olp.diagnostic import Diagnostic
 from olp.expression import CallValue
 from olp.program import Call, Program, Routine, Statement
 from olp.source import Source
@@ -32,6 +33,14 @@ class Linked:
             if line > part.offset:
                 return part.path, line - part.offset
         return self.program.path, line
+
+    def located(self, found: Diagnostic) -> Diagnostic:
+        """A diagnostic of the linked program with the file and the line that people know."""
+        path, line = self.place(found.line)
+        if not found.line or line == found.line:
+            return found
+        # The text of another file is not at hand, so there is nothing to draw a caret under.
+        return replace(found, file=path, line=line, column=1, end_column=1, source_line="")
 
 
 def link(program: Program) -> Linked:

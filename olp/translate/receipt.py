@@ -224,6 +224,8 @@ def _comparison_text(receipt: Receipt) -> list[str]:
     c = receipt.comparison
     if c is None:
         return ["the two programs could not be run and compared"]
+    if not c.steps and not c.differences:
+        return ["neither program moves or waits here: there was nothing to compare"]
     rows = [
         f"both run: {c.steps} steps, at most {c.worst_position / mm:.2g} mm and {c.worst_angle / deg:.2g} deg apart,"
         f" speeds {100 * c.worst_speed:.2g} %, blends {c.worst_blend / mm:.2g} mm, waits {c.worst_wait:.2g} s",
