@@ -89,6 +89,31 @@ def test_a_zone_that_is_only_cut_to_half_is_nothing_to_tell():
     )
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "told_lines"),
+    [
+        (0.05, 0.0, []),
+        (0.05, 0.0499, []),
+        (0.05, 0.05, [3, 4]),  # URScript: the zones of two points meet
+        (0.12, 0.0, [3]),  # reaches over the next point, which has none
+        (0.0, 0.101, [4]),  # and over the one before
+    ],
+)
+def test_blends_of_urscript_that_overlap_are_told_as_points_that_the_robot_skips(
+    tmp_path, first, second, told_lines
+):
+    import olp
+
+    script = tmp_path / "a.script"
+    rows = [(0.2, 0.0, 0.0), (0.4, 0.0, first), (0.4, 0.1, second), (0.1, 0.1, 0.0)]
+    moves = [f"  movel(p[{x},{y},0.3,0,3.14,0], v=0.2, r={r})" for x, y, r in rows]
+    script.write_text("\n".join(["def f():", *moves, "end", ""]))
+    found = [d for d in time_plan(olp.read(script).plan()).diagnostics if d.code == "T104"]
+    assert [d.line for d in found] == told_lines[:1]
+    assert all("skips" in d.message for d in found)
+    assert ["once more" in d.message for d in found] == [len(told_lines) == 2][: len(found)]
+
+
 @pytest.mark.parametrize("way", ["MOVL C00105 V=50.0", "MOVJ C00105 VJ=5.00"])
 def test_a_point_out_of_reach_is_told_and_the_moves_behind_it_are_timed(way):
     timing = timed(f"MOVL C00100 V=50.0 PL=0\n{way}\nMOVL C00101 V=50.0 PL=0\nMOVL C00102 V=50.0 PL=0")

@@ -93,6 +93,26 @@ def test_random_programs_come_back_as_they_were(source, target):
         assert round_trip(seed, source, target, ROBOT) == [], seed
 
 
+def test_blends_for_urscript_never_meet(tmp_path):
+    """Other controllers cut a zone to half of the way; URScript leaves such a point out of the path."""
+    module = tmp_path / "m.mod"
+    points = [(500, 0, 600), (500, 90, 600), (500, 150, 600), (500, 150, 500), (540, 150, 500)]
+    zones = ["fine", "z100", "z50", "z10", "z5"]
+    moves = [
+        f"    MoveL [[{x},{y},{z}],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v200,{zone},tool0;"
+        for (x, y, z), zone in zip(points, zones, strict=True)
+    ]
+    module.write_text("\n".join(["MODULE m", "  PROC main()", *moves, "  ENDPROC", "ENDMODULE", ""]))
+    program = olp.read(module)
+    made = convert(program, "urscript", Context(robot=ROBOT))
+    radii = run_converted(made, "urscript", ROBOT, program).moves.blend[1:4] / MM
+    ways = [90, 60, 100, 40]
+    assert all(a + b < way for a, b, way in zip([0, *radii], [*radii, 0], ways, strict=True))
+    assert radii == pytest.approx([29.99, 29.99, 10])
+    told = [(loss.line, round(loss.size, 2)) for loss in made.translated.losses if loss.part == "blend"]
+    assert told == [(4, 70.01), (5, 20.01)]
+
+
 @pytest.mark.parametrize("target", VENDORS)
 def test_a_moved_point_is_seen_by_the_comparison(target):
     program = Maker(3).program()

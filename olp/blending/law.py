@@ -113,6 +113,9 @@ class BlendingLaw(ABC):
     source: ClassVar[str]
     amount: ClassVar[str]
     measured: ClassVar[bool] = False  # whether recordings of a real controller stand behind the law
+    overlap_skips: ClassVar[bool] = (
+        False  # whether the robot leaves out a point whose zone meets another; else cut
+    )
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def __init__(self, **values: float) -> None:

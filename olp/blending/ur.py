@@ -10,10 +10,11 @@ class BlendRadius(ParabolicLaw):
     behind.
 
     The script manual states the radius, not the curve. Users report that the tool's speed inside is not the
-    programmed one at low speeds, and that blends start late; both are outside this law. Overlapping blends are
-    refused by the robot; here they are cut to half of the move and reported as such (`Passage.capped`).
+    programmed one at low speeds, and that blends start late; both are outside this law. A waypoint whose blend
+    overlaps another's is skipped by the robot, which warns; here it is cut to half of the move and told (T104).
     """
 
     summary = "UR blend radius r: leaves the path at r before the waypoint, joins the next at r behind it"
     source = "Universal Robots script manual, parameter r of movej, movel, movep. The curve is assumed, not measured"
     amount = "blend radius r [m]"
+    overlap_skips = True

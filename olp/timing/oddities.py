@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.blending import load_law
 from olp.diagnostic import Diagnostic, info, warning
 from olp.interpreter.paths import circle
 from olp.plan import PATHS, BlendCode, Plan, StepKind
@@ -62,9 +63,12 @@ def _long_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
     zoned = np.flatnonzero(moves.blend_code == BlendCode.ZONE)
     if not len(zoned) or plan.zone_law == "fanuc":
         return
+    if load_law(plan.zone_law).overlap_skips:
+        yield from _overlapping_zones(plan, wanted)
+        return
     after = _following(moves.mechanism)[zoned]
     zoned, after = zoned[after >= 0], after[after >= 0]
-    travels = wanted.metric & ~wanted.unknown & (wanted.length > _NOTHING)
+    travels = _travels(wanted)
     both = travels[zoned] & travels[after]
     zoned, after = zoned[both], after[both]
     shorter = np.minimum(wanted.length[zoned], wanted.length[after])
@@ -75,14 +79,35 @@ def _long_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
         says = (
             f"the corner's zone of {zone:g} mm is longer than the shorter of its moves: {cut:.3g} mm are used"
         )
-        yield from of_rows(
-            plan,
-            rows,
-            warning,
-            "T104",
-            says,
-            "a zone ends at half of the shorter move; a lower position level changes nothing",
-        )
+        how = "a zone ends at half of the shorter move: a smaller one that still does changes nothing"
+        yield from of_rows(plan, rows, warning, "T104", says, how)
+
+
+def _overlapping_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
+    """Where the robot skips the point of a zone that meets its neighbour's: told wherever two zones touch."""
+    moves = plan.moves
+    zone = np.where(moves.blend_code == BlendCode.ZONE, moves.blend, 0.0)
+    after = _following(moves.mechanism)
+    first = np.flatnonzero((after >= 0) & _travels(wanted)[after])
+    second = after[first]
+    room = wanted.length[second]
+    over = zone[first] + zone[second] > room * (1 - 1e-9)
+    if not over.any():
+        return
+    rows = np.unique(np.concatenate((first[over], second[over])))
+    asked, way = (zone[first] + zone[second])[over][0] / mm, room[over][0] / mm
+    says = (
+        f"blends overlap here: they take {asked:.4g} mm of a way of {way:.4g} mm; the robot skips such a point "
+        "and warns, timed with half of the way"
+    )
+    how = "make r smaller: those of two points together have to be less than the way between them"
+    yield from of_rows(plan, rows[zone[rows] > 0], warning, "T104", says, how)
+
+
+def _travels(wanted: Demand) -> NDArray[np.bool_]:
+    """(m,): rows whose length is known, is metres, and is one."""
+    travels: NDArray[np.bool_] = wanted.metric & ~wanted.unknown & (wanted.length > _NOTHING)
+    return travels
 
 
 def _following(mechanism: NDArray[np.int16]) -> NDArray[np.intp]:

@@ -18,10 +18,10 @@ _SAME: Final = 1e-6  # relative: below this two shares are one
 
 def accelerations(program: Program, work: Work) -> Program:
     """Every move's accelerations as the target says them; what it cannot say is left out, with a loss."""
-    if work.target == "krl" and any(type(s) is Move and _is_free(s) for s in program.statements()):
-        work.notes.append(
-            "paths accelerate and turn as INITMOV sets it where nothing is programmed: as delivered 2.3 m/s², 200 deg/s"
-        )
+    says = work.limits.unprogrammed_acceleration
+    joints = AccelerationUnit.AXIS in work.limits.accelerations
+    if says and any(type(s) is Move and _is_free(s, joints) for s in program.statements()):
+        work.notes.append(says)
     if not any(
         type(s) is Move and not (s.acceleration is None and s.deceleration is None and s.rate is None)
         for s in program.statements()
@@ -34,8 +34,8 @@ def accelerations(program: Program, work: Work) -> Program:
     return replace(program, routines=routines)
 
 
-def _is_free(s: Move) -> bool:
-    return s.path is not Path.JOINT and s.acceleration is None and s.rate is None
+def _is_free(s: Move, joints: bool) -> bool:
+    return (joints or s.path is not Path.JOINT) and s.acceleration is None and s.rate is None
 
 
 def _move(s: Statement, work: Work) -> Statement:

@@ -19,6 +19,7 @@ _LEVEL_STOP: Final = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))
 _ORDER: Final = (BlendKind.RADIUS, BlendKind.LEVEL, BlendKind.SHARE, BlendKind.SPEED)
 _SIZED: Final = frozenset({BlendKind.RADIUS, BlendKind.LEVEL})
 _NOTHING: Final = 1e-6  # [m] below this two blends are one
+_GRAIN: Final = 1e-5  # [m] by which a blend that is cut stays apart from its neighbour
 _ACCELERATION: Final = 5.0  # [m/s²] where no robot says; only to bring shares of speed and lengths together
 _LEAST_TIME: Final = 0.1  # [s] of braking, as olp.blending.fanuc assumes it
 
@@ -46,6 +47,8 @@ class _Blends:
     def move(self, s: Statement) -> Statement:
         assert isinstance(s, Move)
         new = self._blend(s)
+        if new is not None and not self.work.limits.blends_may_overlap:
+            new = self._apart(s, new)
         return s if new is s.blend else edited(s, {"blend": new})
 
     def _blend(self, s: Move) -> Blend | None:
@@ -88,6 +91,19 @@ class _Blends:
                 self.known[key] = made
             return made
         return self._converted(s, blend.kind, size, allowed) or stop
+
+    def _apart(self, s: Move, blend: Blend) -> Blend:
+        """A radius that leaves the other half of both its ways to the neighbours' blends."""
+        size = None if blend.value is None else blend.value.literal
+        if size is None or size <= 0.0 or blend.kind is not BlendKind.RADIUS:
+            return blend
+        room = self.rows.room(s)
+        if size < room:
+            return blend
+        cut = max(math.ceil(room / _GRAIN) - 1, 0) * _GRAIN
+        says = "longer than half of the way, where two blends meet and the robot would skip the point: cut to less"
+        self.work.lose(s, Fate.APPROXIMATED, "blend", says, (size - cut) / mm, "mm")
+        return Blend(BlendKind.RADIUS, Quantity(Number(_clean(cut / mm)), mm))
 
     def _unsized(self, s: Move, allowed: frozenset[BlendKind]) -> Blend | None:
         """Passed without a stop, however near: the smallest zone is the nearest that can be said."""

@@ -63,9 +63,11 @@ class Limits:
     has_configuration: bool = True  # a pose can say how the arm stands
     speed_steps: Mapping[SpeedUnit, float] = field(default_factory=dict)  # the finest that is written, SI
     acceleration_step: float = 0.0  # of a share of the rated acceleration; 0: any
+    unprogrammed_acceleration: str = ""  # the note where the language's own default is not the rated one
     radius_step: float = 0.0  # of a blend [m]; 0: any
     bounds_turning: bool = False  # a move can bound how fast the tool turns
     largest_radius: float = 0.0  # of a blend [m]; 0: no bound
+    blends_may_overlap: bool = True  # the controller cuts two that meet; else it leaves a point out
 
 
 def limits_of(vendor: str) -> Limits:

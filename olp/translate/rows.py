@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ class Rows:
 
     work: Work
     _by_line: dict[int, list[Row]] | None = field(default=None)
+    _room: dict[int, float] | None = field(default=None)
 
     def of(self, s: Move) -> list[Row]:
         """All executions of a move, in order; none where the plan does not reach it."""
@@ -38,6 +40,31 @@ class Rows:
             plan = self.work.plan()
             self._by_line = {} if plan is None else _rows(plan)
         return self._by_line.get(s.line, [])
+
+    def room(self, s: Move) -> float:
+        """[m] half of the shortest way to or from the point of a move, inf where the plan shows none."""
+        if self._room is None:
+            plan = self.work.plan()
+            self._room = {} if plan is None else _rooms(plan)
+        return self._room.get(s.line, math.inf)
+
+
+def _rooms(plan: Plan) -> dict[int, float]:
+    moves = plan.moves
+    own = np.where(
+        moves.length > _NOTHING, moves.length, np.inf
+    )  # nan as well: who does not know bounds nothing
+    next_way = np.append(own[1:], np.inf)
+    next_way[np.append(moves.mechanism[1:] != moves.mechanism[:-1], True)] = np.inf
+    half = 0.5 * np.minimum(own, next_way)
+    steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))[0]
+    last = np.append(plan.row[plan.kind == StepKind.MOVE], len(moves))
+    found: dict[int, float] = {}
+    ends = last[np.searchsorted(last, plan.row[steps], side="right")] - 1
+    for line, room in zip(plan.line[steps].tolist(), half[ends].tolist(), strict=True):
+        if room < found.get(line, math.inf):
+            found[line] = room
+    return found
 
 
 def _rows(plan: Plan) -> dict[int, list[Row]]:

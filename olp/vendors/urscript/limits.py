@@ -6,7 +6,7 @@ from typing import Final
 
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.translate.limits import Limits
-from olp.vendors.urscript.builtins import KNOWN
+from olp.vendors.urscript.builtins import JOINT_DEFAULTS, KNOWN, PATH_DEFAULTS
 from olp.vendors.urscript.helpers import COUNTER, TEXTS
 
 _WORDS: Final = frozenset((
@@ -41,4 +41,9 @@ LIMITS: Final = Limits(
     external_axes=0,
     has_override=False,
     has_configuration=False,
+    blends_may_overlap=False,
+    unprogrammed_acceleration=(
+        "moves accelerate as URScript does where nothing is programmed: "
+        f"paths at {PATH_DEFAULTS[0]} m/s², joint moves at {JOINT_DEFAULTS[0]} rad/s² of the leading axis"
+    ),
 )
