@@ -18,8 +18,8 @@ class LongZone(Told):
     codes = ("T104",)
     why = (
         "Controllers cut a corner's zone to half of the shorter move. The path then depends on points that were never "
-        "meant to shape it, and a change of one of them moves the corner of another. A Universal Robot does not cut: it "
-        "skips a point whose blend meets its neighbour's, so there the two together have to be less than the way "
+        "meant to shape it, and a change of one of them moves the corner of another. A Universal Robot does not cut: "
+        "it skips a point whose blend meets its neighbour's, so there the two together have to be less than the way "
         "between them."
     )
     example = "MOVL C00001 V=300.0 PL=8\nMOVL C00002 V=300.0   20 mm further"
