@@ -98,7 +98,8 @@ def test_offsets_that_turn_are_frames_before_and_behind_the_target(target):
 def test_an_offset_that_only_others_set_stays_one_and_the_receipt_asks_for_it(target, written):
     made = converted(tp(*OFFSETS[:2], positions=SPOTS), "tp", target)
     assert written in b"\n".join(made.files.values()).decode("cp1252")
-    assert [loss.part for loss in made.translated.losses if "set them" in loss.says] == ["variable"]
+    assert [loss.part for loss in made.translated.losses if "zeros are written" in loss.says] == ["variable"]
+    assert made.translated.asks == {"set these values, which are zeros now": ("PV1",)}
 
 
 # --- arcs -----------------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.export import refuse_unwritable
     from olp.files import write_output
-    from olp.translate.receipt import as_text
+    from olp.translate.receipt_text import as_text
     from olp.vendors.vendor import vendor_suffixes
 
     refuse_unwritable(args.to)

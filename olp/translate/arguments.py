@@ -56,7 +56,7 @@ def _without_surplus(program: Program, work: Work) -> Program:
         if not isinstance(s, Call) or len(s.arguments) <= taken.get(s.routine, len(s.arguments)):
             return s
         count = taken[s.routine]
-        work.notes.append(f"line {s.line}: {s.routine} reads {count} of its {len(s.arguments)} arguments")
+        work.note_at(s, f"{s.routine} reads {count} of its {len(s.arguments)} arguments")
         return replace(s, arguments=s.arguments[:count])
 
     routines = tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from olp.diagnostic import Diagnostic
 from olp.program import Program
@@ -33,7 +33,7 @@ from olp.translate.relative import relative
 from olp.translate.signals import signals
 from olp.translate.speeds import speeds
 from olp.translate.vectors import vectors
-from olp.translate.words import comment_lengths, comment_out, foreign_words
+from olp.translate.words import comment_out, comment_texts, foreign_words
 from olp.translate.work import Context, Fate, Loss, Work, work_for
 
 Pass = Callable[[Program, Work], Program]
@@ -45,6 +45,7 @@ class Translated:
     """`mapping`: (kind, name in the source) -> name in the target.
 
     Kinds: point, variable, tool, frame, routine, signal, label. `problems`: what no comment can stand for (X012).
+    `remarks`: on statements of which nothing is lost. `asks`: what is to be done before it runs, with what.
     """
 
     program: Program
@@ -52,6 +53,8 @@ class Translated:
     mapping: dict[tuple[str, str], str]
     notes: tuple[str, ...] = ()
     problems: tuple[Diagnostic, ...] = ()
+    remarks: tuple[Loss, ...] = ()
+    asks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def passes(work: Work) -> tuple[Pass, ...]:
@@ -90,9 +93,9 @@ def passes(work: Work) -> tuple[Pass, ...]:
             flow,
             names,
             number,
-            comment_lengths,
+            comment_texts,
         )
-    return (*first, flow, signals, names, comment_lengths)
+    return (*first, flow, signals, names, comment_texts)
 
 
 def canonical(
@@ -123,6 +126,8 @@ def canonical(
         },
         tuple(dict.fromkeys(work.notes)),
         tuple(work.problems),
+        tuple(dict.fromkeys(work.remarks)),
+        {says: tuple(things) for says, things in work.asks.items()},
     )
 
 

@@ -14,6 +14,7 @@ from olp.collecting import no_garbage_collection
 from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
 from olp.export import refuse_unwritable
 from olp.program import Program, Routine
+from olp.translate.called import language
 from olp.translate.canonical import Translated, canonical
 from olp.translate.limits import limits_of
 from olp.translate.split import split
@@ -70,7 +71,10 @@ def _converted(
         if not problems or context.on_loss != "comment" or lines.keys() <= left_out.keys():
             break
         left_out = lines | left_out
-    told = [*refusals(program, vendor, translated), *problems]
+    told = refusals(program, vendor, translated)
+    refused = {found.line for found in told}
+    # What a pass refuses the writer cannot say either, and in less fitting words.
+    told += [found for found in problems if not found.line or found.line not in refused]
     if told:
         raise OlpError(*dict.fromkeys(told))
     return Converted(files, main, translated)
@@ -87,7 +91,7 @@ def refusals(program: Program, vendor: str, translated: Translated) -> list[Diag
                 if loss.line
                 else None
             )
-            message = f"{vendor} cannot say this: {loss.says}"
+            message = f"{language(vendor)} cannot say this: {loss.says}"
             help = "--on-loss comment writes it as a comment"
             found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
     return found

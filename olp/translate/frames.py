@@ -184,8 +184,9 @@ class _Systems:
                 return found.pose
         elif number in cell.user_frames:
             return cell.user_frames[number]
-        says = f"the values of {_words(kind)} {number} are not in the program: zeros are written, set them"
+        says = f"the values of {_words(kind)} {number} are not in the program: zeros are written"
         self.work.lose(0, Fate.APPROXIMATED, _words(kind), says)
+        self.work.ask("set these values, which are zeros now", f"{_words(kind)} {number}")
         return Pose.identity()
 
     def _made(self, kind: str, key: Expression, stem: str, value: PositionLiteral) -> Named:

@@ -209,6 +209,7 @@ class _Lift:
                     told.add(name.name)
                     says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it: zeros are declared"
                     self.work.lose(s, Fate.APPROXIMATED, "position", says)
+                    self.work.ask("teach these positions, which are zeros now", name.name)
 
     def _carry_states(self) -> None:
         """A position variable that is set from another one has that one's frame and tool."""

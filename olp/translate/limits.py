@@ -68,6 +68,9 @@ class Limits:
     bounds_turning: bool = False  # a move can bound how fast the tool turns
     largest_radius: float = 0.0  # of a blend [m]; 0: no bound
     blends_may_overlap: bool = True  # the controller cuts two that meet; else it leaves a point out
+    comment_swaps: Mapping[str, str] = field(
+        default_factory=dict
+    )  # what no comment or message holds -> what does
 
 
 def limits_of(vendor: str) -> Limits:

@@ -1,4 +1,7 @@
-"""The receipt of a translation: what was kept, changed and left out, and how far apart the two programs are."""
+"""The receipt of a translation: what was kept, changed and left out, and how far apart the two programs are.
+
+The form for scripts is here, that for people in `receipt_text`.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from olp.program import Begin, Comment, Declare, End, Program
+from olp.translate.before import before_it_runs
 from olp.translate.canonical import Translated
 from olp.translate.compare import Comparison, compare_plans, steps_of
 from olp.translate.link import Linked
@@ -24,10 +28,11 @@ _UNCOUNTED = (Begin, End, Comment, Declare)
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """`counts`: kind of statement -> fate -> how many. `lines`: what is not exact, worst first in each line.
+    """`counts`: kind of statement -> fate -> how many. `losses`: what is not exact; `remarks`: what is and is told.
 
     `comparison`: of both plans, None where one cannot be run. `times`: (line of the source, seconds there, line of the
-    target, seconds there) of each matching step; nan where no robot lets it be known.
+    target, seconds there) of each matching step; nan where no robot lets it be known. `before_run`: what is to be
+    done before the translation runs on a controller.
     """
 
     source: str
@@ -42,6 +47,8 @@ class Receipt:
     places: Mapping[int, tuple[str, int]] = field(default_factory=dict)
     comparison: Comparison | None = None
     times: tuple[tuple[int, float, int, float], ...] = ()
+    before_run: tuple[str, ...] = ()
+    remarks: tuple[Loss, ...] = ()
 
     @property
     def totals(self) -> dict[str, int]:
@@ -51,6 +58,10 @@ class Receipt:
     @property
     def is_exact(self) -> bool:
         return not self.losses
+
+    def place(self, loss: Loss) -> tuple[str, int]:
+        """File and line of a loss; line 0: the program as a whole."""
+        return self.places.get(loss.line, (self.source, loss.line))
 
 
 def receipt_of(
@@ -70,6 +81,8 @@ def receipt_of(
         comparison = compare_plans(one, other, without=left_out)
         times = _times(one, other, left_out)
     program = linked.program
+    idle = (loss for loss in translated.losses if loss.fate is Fate.EXACT)
+    remarks = (*idle, *translated.remarks)
     return Receipt(
         program.path,
         program.vendor,
@@ -80,9 +93,11 @@ def receipt_of(
         tuple(loss for loss in translated.losses if loss.fate is not Fate.EXACT),
         translated.mapping,
         translated.notes,
-        {loss.line: linked.place(loss.line) for loss in translated.losses},
+        {loss.line: linked.place(loss.line) for loss in (*translated.losses, *remarks)},
         comparison,
         times,
+        before_it_runs(linked, translated, target, comparison is not None),
+        remarks,
     )
 
 
@@ -123,9 +138,6 @@ def _durations(plan: Plan, left_out: set[int]) -> list[tuple[int, float]]:
     return [(step.line, step.seconds) for step in steps_of(plan, left_out, timing.duration_s.tolist())]
 
 
-# --- words ----------------------------------------------------------------------------------------------
-
-
 def as_json(receipt: Receipt) -> dict[str, Any]:
     """The receipt for scripts; nan is null."""
     comparison = receipt.comparison
@@ -144,14 +156,20 @@ def as_json(receipt: Receipt) -> dict[str, Any]:
         "statements": {kind: dict(row) for kind, row in receipt.counts.items()},
         "losses": [_loss(receipt, loss) for loss in receipt.losses],
         "mapping": [{"kind": kind, "from": name, "to": to} for (kind, name), to in receipt.mapping.items()],
-        "notes": list(receipt.notes),
+        "notes": [*receipt.notes, *(_remark(receipt, loss) for loss in receipt.remarks)],
+        "before_run": list(receipt.before_run),
         "difference": None if comparison is None else _difference(comparison),
         "time": _time(receipt),
     }
 
 
+def _remark(receipt: Receipt, loss: Loss) -> str:
+    file, line = receipt.place(loss)
+    return f"line {line}: {loss.says}" if file == receipt.source else f"{file}:{line}: {loss.says}"
+
+
 def _loss(receipt: Receipt, loss: Loss) -> dict[str, Any]:
-    file, line = receipt.places.get(loss.line, (receipt.source, loss.line))
+    file, line = receipt.place(loss)
     return {
         "file": file,
         "line": line,
@@ -186,53 +204,3 @@ def _time(receipt: Receipt) -> dict[str, Any] | None:
             {"line": a, "source_s": x, "target_line": b, "target_s": y} for a, x, b, y in receipt.times
         ],
     }
-
-
-def as_text(receipt: Receipt) -> str:
-    """The receipt for people."""
-    lines = [
-        f"{receipt.source} ({receipt.source_vendor}) as {receipt.target_vendor}: {', '.join(receipt.files)}",
-        "",
-    ]
-    width = max((len(kind) for kind in receipt.counts), default=9)
-    lines.append(f"{'statement':<{width}}" + "".join(f"{fate.value:>14}" for fate in _ORDER))
-    for kind, row in receipt.counts.items():
-        lines.append(f"{kind:<{width}}" + "".join(f"{row.get(fate.value, 0) or '':>14}" for fate in _ORDER))
-    totals = receipt.totals
-    lines.append(f"{'all':<{width}}" + "".join(f"{totals[fate.value]:>14}" for fate in _ORDER))
-    if receipt.losses:
-        lines += ["", *(_loss_text(receipt, loss) for loss in receipt.losses)]
-    if receipt.mapping:
-        lines += [
-            "",
-            *(f"{kind} {name} is {to}" for (kind, name), to in receipt.mapping.items() if name != to),
-        ]
-    if receipt.notes:
-        lines += ["", *(f"note: {note}" for note in receipt.notes)]
-    lines += ["", *_comparison_text(receipt)]
-    return "\n".join(lines) + "\n"
-
-
-def _loss_text(receipt: Receipt, loss: Loss) -> str:
-    file, line = receipt.places.get(loss.line, ("", loss.line))
-    place = f"{file}:{line}" if line else file or receipt.source
-    size = "" if math.isnan(loss.size) else f", {loss.size:.4g} {loss.unit}"
-    return f"{place}: {loss.statement}: {loss.part} {loss.fate.value}: {loss.says}{size}"
-
-
-def _comparison_text(receipt: Receipt) -> list[str]:
-    c = receipt.comparison
-    if c is None:
-        return ["the two programs could not be run and compared"]
-    if not c.steps and not c.differences:
-        return ["neither program moves or waits here: there was nothing to compare"]
-    rows = [
-        f"both run: {c.steps} steps, at most {c.worst_position / mm:.2g} mm and {c.worst_angle / deg:.2g} deg apart,"
-        f" speeds {100 * c.worst_speed:.2g} %, blends {c.worst_blend / mm:.2g} mm, waits {c.worst_wait:.2g} s",
-        *c.differences[:20],
-    ]
-    if receipt.times:
-        source, target = (sum(row[at] for row in receipt.times) for at in (1, 3))
-        names = " and ".join(dict.fromkeys(name for name in receipt.robots if name)) or "no robot named"
-        rows.append(f"predicted ({names}): {source:.3f} s before, {target:.3f} s after")
-    return rows

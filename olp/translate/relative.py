@@ -127,8 +127,9 @@ class _Relative:
             return self._literal(offset)
         by = self._literal(offset)
         if by is not None and not any(v == v and v for v in by.values):
-            says = f"the values of {offset.name} are not in the program: zeros are written, set them"
+            says = f"the values of {offset.name} are not in the program: zeros are written"
             self.work.lose(0, Fate.APPROXIMATED, "variable", says)
+            self.work.ask("set these values, which are zeros now", offset.name)
             return None
         return by
 

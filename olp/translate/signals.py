@@ -94,9 +94,8 @@ class _Signals:
             taken = self.taken.setdefault(bus, set())
             known = next(n for n in range(1, 100_000) if n not in taken)
             self._take(bus, name, known)
-            self.work.notes.append(
-                f"{bus} {name} has no number: {known} is taken; say another one in the mapping file"
-            )
+            says = "say under [signals] in the mapping file which numbers these have, which are free ones now"
+            self.work.ask(says, f"{bus} {name} is {known}")
         self.work.names[("signal", f"{bus} {name}")] = str(known)
         return known
 

@@ -192,7 +192,7 @@ class _Speeds:
             says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
         else:
             says = "the move is not reached in this run: its speed is the share of full speed that it was"
-        self.work.notes.append(f"line {s.line}: {says}")
+        self.work.note_at(s, says)
         return Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
 
     def _factor(self, unit: SpeedUnit, other: SpeedUnit) -> float | None:

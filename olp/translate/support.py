@@ -105,7 +105,7 @@ def _made_in(tree: ast.AST) -> set[str]:
 def written_by(vendor: str, kind: str) -> str:
     """What becomes of a statement of this kind in the vendor's language: "exact", "approximated" or "" (refused)."""
     from olp.translate.convert import convert
-    from olp.translate.work import Context
+    from olp.translate.work import Context, Fate
 
     statements = probes().get(kind)
     if statements is None or vendor not in writable():
@@ -117,7 +117,8 @@ def written_by(vendor: str, kind: str) -> str:
         )
     except OlpError:
         return ""
-    return "approximated" if converted.translated.losses else "exact"
+    is_exact = all(loss.fate is Fate.EXACT for loss in converted.translated.losses)
+    return "exact" if is_exact else "approximated"
 
 
 @lru_cache

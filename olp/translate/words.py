@@ -15,6 +15,7 @@ from olp.program import (
     Declare,
     Disabled,
     End,
+    Message,
     Move,
     ObeyFlags,
     Opaque,
@@ -24,11 +25,15 @@ from olp.program import (
     Routine,
     SetBlend,
     SetSpeed,
+    ShiftOff,
+    ShiftOn,
     StartTask,
     Statement,
     Wait,
     WaitTask,
 )
+from olp.translate.called import language
+from olp.translate.folds import without_folds
 from olp.translate.tree import Block, Node, flat, parse
 from olp.translate.work import Fate, Work
 
@@ -38,7 +43,6 @@ _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"
 _HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
 # KUKA's advance run goes on past the next statement, and its stop handler that every program of its editor declares.
 _TIMELESS = frozenset({"continue", "stop-handler"})
-_BEGINNINGS = frozenset({"INI", "BASISTECH INI", "USER INI"})  # folds of what every program begins with
 _MODAL = frozenset({SetSpeed, SetBlend})
 _FOREIGN = (Opaque, Process, Reference)
 
@@ -47,18 +51,17 @@ def foreign_words(program: Program, work: Work) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     comments = work.context.on_loss == "comment"
     started = {s.task for s in program.statements() if isinstance(s, StartTask)}
+    shifts = any(isinstance(s, ShiftOn) for s in program.statements())
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
-        for s in routine.body:
+        for s in without_folds(routine.body) if program.vendor == "krl" else routine.body:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
                 continue
             if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.upper() in _RESOLVED:
                 continue
-            if isinstance(s, Comment) and program.vendor == "krl":
-                rows += _unfolded(s)
-            elif isinstance(s, ObeyFlags) and work.target != "rapid":
+            if isinstance(s, ObeyFlags) and work.target != "rapid":
                 continue  # the flags that its moves end with are written
             elif isinstance(s, Disabled):
                 rows.append(Comment(s.line, s.text.strip()))
@@ -69,10 +72,9 @@ def foreign_words(program: Program, work: Work) -> Program:
             elif isinstance(s, Move) and s.other:
                 rows.append(_without_options(s, work))
             elif isinstance(s, Process) and program.vendor == "krl" and s.name in _TIMELESS:
-                says = f"{s.name} takes no time and moves nothing: it stands there as a comment"
-                work.lose(s, Fate.EXACT, "statement", says)
-                work.notes.append(f"line {s.line}: {says}")
-                rows.append(Comment(s.line, _text(program, s)))
+                rows.append(_idle(s, f"{s.name} takes no time and moves nothing", program, work))
+            elif isinstance(s, ShiftOff) and not shifts:
+                rows.append(_idle(s, "no shift is on that could end here", program, work))
             elif isinstance(s, WaitTask) and s.task not in started:
                 work.lose(
                     s, Fate.REFUSED, "statement", f"the end of a task that nothing here starts: {s.task}"
@@ -80,7 +82,7 @@ def foreign_words(program: Program, work: Work) -> Program:
                 rows.append(s)
             elif isinstance(s, _FOREIGN):
                 fate = Fate.COMMENTED if comments else Fate.REFUSED
-                says = f"words of {program.vendor} that mean nothing in {work.target}"
+                says = f"a word of {language(program.vendor)} that means nothing in {language(work.target)}"
                 work.lose(s, fate, "statement", says)
                 rows.append(Comment(s.line, _text(program, s)))
             else:
@@ -89,39 +91,57 @@ def foreign_words(program: Program, work: Work) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _unfolded(s: Comment) -> list[Statement]:
-    """The marks of KUKA's editor: the name of a fold is a comment, its parameters and its end are nothing."""
-    text = s.text.strip()
-    if text.upper().startswith("ENDFOLD"):
-        return []
-    if text.upper().startswith("FOLD"):
-        name = text[4:].partition(";%{")[0].strip()
-        return [replace(s, text=name)] if name and name.upper() not in _BEGINNINGS else []
-    return [s]
+def _idle(s: Statement, why: str, program: Program, work: Work) -> Comment:
+    """A statement that does nothing, as a comment."""
+    work.lose(s, Fate.EXACT, "statement", f"{why}: it stands there as a comment")
+    return Comment(s.line, _text(program, s))
 
 
-def comment_lengths(program: Program, work: Work) -> Program:
-    """Comments in lines that the target keeps whole."""
-    room = work.limits.comment
-    if not room:
+def comment_texts(program: Program, work: Work) -> Program:
+    """Comments and messages in characters that the target takes, comments in lines that it keeps whole."""
+    if not work.limits.comment and not work.limits.comment_swaps:
         return program
-    from textwrap import wrap
-
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
         for s in routine.body:
-            if isinstance(s, Comment) and len(s.text) > room:
-                rows += [Comment(s.line, part) for part in wrap(s.text, room)]
-                continue
-            said: Any = s
-            comment = getattr(s, "comment", "")
-            if len(comment) > room and not isinstance(s, Case):
-                rows += [Comment(s.line, part) for part in wrap(comment, room)]
-                said = replace(said, comment="")
-            rows.append(said)
+            if isinstance(s, Comment):
+                rows += [replace(s, text=part) for part in _lines(s.text, work)]
+            else:
+                rows += _with_legal_texts(s, work)
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
+
+
+def _with_legal_texts(s: Statement, work: Work) -> list[Statement]:
+    """The statement; before it its comment, where that is too long to stand behind it."""
+    said: Any = s
+    if isinstance(s, Message) and isinstance(s.text, Text):
+        said = replace(s, text=Text(_legal(s.text.value, work)))
+    comment = getattr(s, "comment", "")
+    if not comment or isinstance(s, Case):
+        return [said]
+    lines = _lines(comment, work)
+    if len(lines) == 1:
+        return [said if lines[0] == comment else replace(said, comment=lines[0])]
+    return [*(Comment(s.line, part) for part in lines), replace(said, comment="")]
+
+
+def _lines(text: str, work: Work) -> list[str]:
+    legal, room = _legal(text, work), work.limits.comment
+    if not room or len(legal) <= room:
+        return [legal]
+    from textwrap import wrap
+
+    return wrap(legal, room)
+
+
+def _legal(text: str, work: Work) -> str:
+    for old, new in work.limits.comment_swaps.items():
+        if old in text:
+            work.note_once(f"{old!r} ends a line there: in comments and messages it is written as {new!r}")
+            text = text.replace(old, new)
+    return text
 
 
 def _without_options(s: Move, work: Work) -> Move:
@@ -134,7 +154,9 @@ def _without_options(s: Move, work: Work) -> Move:
         for name, value in s.other
         if name in said
     ]
-    work.lose(s, Fate.COMMENTED, "option", f"the option {', '.join(said)} means nothing in {work.target}")
+    work.lose(
+        s, Fate.COMMENTED, "option", f"the option {', '.join(said)} means nothing in {language(work.target)}"
+    )
     return replace(
         s, other=(), comment=" ".join([*([s.comment] if s.comment else []), f"[{' '.join(texts)}]"])
     )
@@ -187,5 +209,5 @@ def _all(program: Program, statements: list[Statement], says: str, work: Work) -
 
 
 def _text(program: Program, s: Statement) -> str:
-    text = program.source.line(s.line).strip() if s.line else ""
+    text = program.source.line(s.line).strip().rstrip("; ") if s.line else ""
     return f"not translated: {text or type(s).__name__}"

@@ -113,6 +113,10 @@ class Work:
     handed: dict[str, Handed] = field(default_factory=dict)  # routines whose parameters have become variables
     problems: list[Diagnostic] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    remarks: list[Loss] = field(default_factory=list)  # on statements of which nothing is lost
+    asks: dict[str, dict[str, None]] = field(
+        default_factory=dict
+    )  # what is to be done before it runs -> with what
     _cell: list[Cell] = field(default_factory=list)
     _plan: list[Plan | None] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
@@ -134,6 +138,14 @@ class Work:
     def note_once(self, says: str) -> None:
         if says not in self.notes:
             self.notes.append(says)
+
+    def note_at(self, statement: Statement, says: str) -> None:
+        """Notes something about a statement of which nothing is lost."""
+        self.remarks.append(Loss(statement.line, kind_of(statement), Fate.EXACT, "note", says))
+
+    def ask(self, says: str, thing: str) -> None:
+        """Notes what is to be done with something before the translation runs: set a tool, teach a position."""
+        self.asks.setdefault(says, {})[thing] = None
 
     def lose(
         self,

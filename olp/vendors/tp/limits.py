@@ -51,4 +51,5 @@ LIMITS: Final = Limits(
     acceleration_step=percent,
     joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
     largest_radius=1.0,
+    comment_swaps={";": ","},  # it ends a line, wherever it stands
 )

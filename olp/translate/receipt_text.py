@@ -1,0 +1,145 @@
+"""The receipt of a translation for people: first what matters, then the details, each said once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from olp.translate.before import places, some
+from olp.translate.called import STATEMENTS
+from olp.translate.receipt import Receipt
+from olp.translate.work import Fate, Loss
+from olp.units import deg, mm
+
+_FATES = tuple(Fate)
+_DIFFERENCES = 20  # that are shown
+_LARGEST = 4
+_TINY = 1e-6  # what is smaller is the rounding of a computer
+
+Group = list[Loss]
+
+
+def as_text(receipt: Receipt) -> str:
+    """How much is exact, what differs most, what is to be done; behind that each difference, names and notes."""
+    parts = [
+        [
+            f"{receipt.source} ({receipt.source_vendor}) as {receipt.target_vendor}: {', '.join(receipt.files)}",
+            *_summary(receipt),
+        ],
+        _listed("before it runs", receipt.before_run),
+        list(_table(receipt)),
+        [_told(receipt, group) for group in _groups(receipt.losses)],
+        list(_names(receipt)),
+        [
+            *(f"note: {note}" for note in receipt.notes),
+            *(f"note: {_place(receipt, group)}: {group[0].says}" for group in _groups(receipt.remarks)),
+        ],
+    ]
+    return "\n\n".join("\n".join(lines) for lines in parts if lines) + "\n"
+
+
+def _listed(title: str, rows: Iterable[str]) -> list[str]:
+    lines = [f"- {row}" for row in rows]
+    return [f"{title}:", *lines] if lines else []
+
+
+# --- the first screen -----------------------------------------------------------------------------------
+
+
+def _summary(receipt: Receipt) -> Iterator[str]:
+    totals = receipt.totals
+    count = sum(totals.values())
+    others = [f"{n} {fate}" for fate, n in totals.items() if n and fate != Fate.EXACT]
+    exact = totals[Fate.EXACT.value]
+    yield f"{count} statements: {', '.join([f'{exact} exact' if others else 'all exact', *others])}"
+    yield from _compared(receipt)
+    if largest := _largest(receipt):
+        yield f"largest differences: {'; '.join(largest)}"
+
+
+def _compared(receipt: Receipt) -> Iterator[str]:
+    c = receipt.comparison
+    if c is None:
+        yield "the two programs could not be run and compared"
+        return
+    if not c.steps and not c.differences:
+        yield "neither program moves or waits here: there was nothing to compare"
+        return
+    yield (
+        f"both run: {c.steps} steps, at most {_number(c.worst_position / mm)} mm and {_number(c.worst_angle / deg)} deg"
+        f" apart, speeds {_number(100 * c.worst_speed)} %, blends {_number(c.worst_blend / mm)} mm,"
+        f" waits {_number(c.worst_wait)} s"
+    )
+    yield from (f"  {says}" for says in c.differences[:_DIFFERENCES])
+    if len(c.differences) > _DIFFERENCES:
+        yield f"  and {len(c.differences) - _DIFFERENCES} more differences"
+    if receipt.times:
+        source, target = (sum(row[at] for row in receipt.times) for at in (1, 3))
+        names = " and ".join(dict.fromkeys(name for name in receipt.robots if name)) or "no robot named"
+        yield f"predicted ({names}): {source:.3f} s before, {target:.3f} s after"
+
+
+def _number(value: float) -> str:
+    return "0" if abs(value) < _TINY else f"{value:.2g}"
+
+
+def _largest(receipt: Receipt) -> list[str]:
+    """The largest difference of each part and unit, with its place."""
+    worst: dict[tuple[str, str], Loss] = {}
+    for loss in receipt.losses:
+        key = (loss.part, loss.unit)
+        if loss.size > _TINY and (key not in worst or loss.size > worst[key].size):
+            worst[key] = loss
+    found = [
+        f"{part} {loss.size:.3g} {unit} at {places([receipt.place(loss)])}"
+        for (part, unit), loss in worst.items()
+    ]
+    return found[:_LARGEST]
+
+
+def _table(receipt: Receipt) -> Iterator[str]:
+    """What is not exact of each kind of statement."""
+    rows = {STATEMENTS[kind]: row for kind, row in receipt.counts.items() if set(row) - {Fate.EXACT.value}}
+    if not rows:
+        return
+    width = max(map(len, [*rows, "statement"]))
+    yield f"{'statement':<{width}}" + "".join(f"{fate.value:>14}" for fate in _FATES)
+    for called, row in rows.items():
+        cells = "".join(f"{row.get(fate.value, 0) or '':>14}" for fate in _FATES)
+        yield f"{called:<{width}}{cells}".rstrip()
+
+
+# --- the details ----------------------------------------------------------------------------------------
+
+
+def _groups(losses: Iterable[Loss]) -> list[Group]:
+    """What says the same of the same kind of statement, the worst fates first."""
+    found: dict[tuple[str, Fate, str, str, str], Group] = {}
+    for loss in losses:
+        key = (loss.statement, loss.fate, loss.part, loss.says, loss.unit)
+        found.setdefault(key, []).append(loss)
+    return sorted(found.values(), key=lambda group: -_FATES.index(group[0].fate))
+
+
+def _place(receipt: Receipt, group: Group) -> str:
+    times = f" ({len(group)} times)" if len(group) > 1 else ""
+    return places(map(receipt.place, group)) + times
+
+
+def _told(receipt: Receipt, group: Group) -> str:
+    first = group[0]
+    part = "" if first.part == "statement" else f" {first.part}"
+    sizes = [loss.size for loss in group if not math.isnan(loss.size)]
+    size = f", {'at most ' if len(set(sizes)) > 1 else ''}{max(sizes):.4g} {first.unit}" if sizes else ""
+    what = f"{STATEMENTS[first.statement]}{part}" if first.line else first.part
+    return f"{_place(receipt, group)}: {what} {first.fate.value}: {first.says}{size}"
+
+
+def _names(receipt: Receipt) -> Iterator[str]:
+    """Which name is which, in one line for each kind; the receipt for scripts has all of them."""
+    kinds: dict[str, list[str]] = {}
+    for (kind, name), to in receipt.mapping.items():
+        if name != to:
+            kinds.setdefault(kind, []).append(f"{name} is {to}")
+    for kind, names in kinds.items():
+        yield f"{kind}{'s' * (len(names) > 1)}: {some(names)}"

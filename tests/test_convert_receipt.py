@@ -1,0 +1,196 @@
+"""What people see of a translation: the receipt says first what matters, each thing once, in words that they know."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from olp.__main__ import main
+from olp.diagnostic import OlpError
+from olp.expression import Store
+from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.reading import read
+from olp.robot import load_robot
+from olp.translate.called import ACCELERATIONS, BLENDS, SPEEDS, STATEMENTS, STORES
+from olp.translate.convert import convert
+from olp.translate.support import kinds
+from olp.translate.work import Context, Fate
+
+SAMPLES = Path(__file__).resolve().parents[1] / "samples"
+ROBOT = "yaskawa/gp25"
+
+
+def receipt(tmp_path: Path, capsys: pytest.CaptureFixture[str], source: Path, target: str, *more: str):
+    """The receipt as text and for scripts."""
+    arguments = (
+        "--to",
+        target,
+        "--robot",
+        ROBOT,
+        "-o",
+        str(tmp_path / "out"),
+        "--on-loss",
+        "comment",
+        "--force",
+    )
+    file = tmp_path / "receipt.json"
+    assert main(["convert", str(source), *arguments, "--receipt", str(file), *more]) == 0
+    return capsys.readouterr().out, json.loads(file.read_text())
+
+
+def written(tmp_path: Path, name: str, text: str) -> Path:
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+KRL = """DEF k()
+;FOLD INI;%{PE}
+BAS (#INITMOV,0 )
+;ENDFOLD (INI)
+;FOLD Pick the part
+;FOLD PTP P1 CONT Vel=40 % PDAT1 Tool[1] Base[0];%{PE}%R 5.6.13,%MKUKATPBASIS,%CMOVE,%VPTP,%P 1:PTP
+BAS (#VEL_PTP,40)
+PTP {A1 5.5,A2 -90,A3 90,A4 3.5,A5 40,A6 21}
+;ENDFOLD
+;FOLD SPTP P2 Vel=60 % ;%{PE}
+;FOLD Parameters ;%{h}
+;Params IlfProvider=maker.forms.movement; Kuka.PointName=P2
+;ENDFOLD
+BAS (#VEL_PTP,60)
+PTP {A1 15.5,A2 -90,A3 90,A4 3.5,A5 40,A6 21}
+;ENDFOLD
+;ENDFOLD
+; slowly; the part is wet
+$OUT[3]=TRUE
+END
+"""
+
+
+def test_of_an_editors_folds_only_those_that_people_named_are_comments(tmp_path, capsys):
+    receipt(tmp_path, capsys, written(tmp_path, "k.src", KRL), "urscript")
+    comments = [line.strip() for line in (tmp_path / "out/k.script").read_text().splitlines() if "#" in line]
+    assert comments == ["# Pick the part", "# slowly; the part is wet"]
+
+
+def test_no_comment_or_message_of_a_listing_holds_what_ends_its_lines(tmp_path, capsys):
+    module = written(
+        tmp_path,
+        "M.mod",
+        "MODULE M\nPROC main()\n! close; then go\n"
+        'TPWrite "one; two";\nPulseDO do1; ! a; b\nENDPROC\nENDMODULE\n',
+    )
+    text, found = receipt(tmp_path, capsys, module, "tp")
+    listing = (tmp_path / "out/main.ls").read_text()
+    body = listing[listing.index("/MN") : listing.index("/POS")].splitlines()[1:]
+    assert body
+    assert all(line.count(";") == 1 and line.endswith(";") for line in body)
+    assert any("! close, then go" in line for line in body)
+    assert any("MESSAGE[one, two]" in line for line in body)
+    assert sum("';' ends a line" in note for note in found["notes"]) == 1
+    assert "';' ends a line" in text
+
+
+def test_what_is_told_of_several_lines_stands_there_once_and_in_the_json_for_each(tmp_path, capsys):
+    text, found = receipt(tmp_path, capsys, SAMPLES / "krl/handling.src", "tp")
+    says = "the acceleration is left out"
+    rows = [
+        loss
+        for loss in found["losses"]
+        if loss["says"].startswith(says) and loss["statement"] == "Move linear"
+    ]
+    assert len(rows) == 4
+    told = [line for line in text.splitlines() if says in line and "linear move" in line]
+    assert len(told) == 1
+    assert "(4 times)" in told[0]
+    assert all(str(row["line"]) in told[0] for row in rows)
+
+
+def test_no_two_lines_of_a_receipt_say_the_same(tmp_path, capsys):
+    for source in sorted((SAMPLES / "inform/welding").glob("*.JBI")):
+        text, _ = receipt(tmp_path, capsys, source, "krl")
+        details = [line for line in text.splitlines() if line.strip()]
+        assert len(details) == len(set(details))
+
+
+def test_every_kind_of_thing_has_words_of_its_own():
+    assert set(STATEMENTS) == {*kinds(), "program"}
+    assert len(set(STATEMENTS.values())) == len(STATEMENTS)
+    for words, enum in (
+        (SPEEDS, SpeedUnit),
+        (ACCELERATIONS, AccelerationUnit),
+        (BLENDS, BlendKind),
+        (STORES, Store),
+    ):
+        assert set(words) == set(enum)
+
+
+def test_a_statement_that_is_refused_is_told_once(tmp_path):
+    job = SAMPLES / "inform/welding/WELD-MAIN.JBI"
+    program = read(job)
+    with pytest.raises(OlpError) as refused:
+        convert(program, "urscript", Context(robot=load_robot(ROBOT)))
+    lines = [found.line for found in refused.value.diagnostics]
+    assert len(lines) == len(set(lines))
+
+
+def test_a_shift_that_ends_where_none_is_on_changes_nothing(tmp_path, capsys):
+    text = (SAMPLES / "up20/DOWN-L.JBI").read_text(errors="replace")
+    at = text.index("NOP")
+    job = written(tmp_path, "S.JBI", text[:at] + "NOP\nSFTOF\n" + text[at:].removeprefix("NOP").lstrip())
+    for target in ("krl", "tp", "rapid", "urscript"):
+        told, found = receipt(tmp_path, capsys, job, target)
+        assert found["totals"]["commented"] == found["totals"]["refused"] == 0
+        assert not found["difference"]["says"]
+        assert "no shift is on that could end here" in told
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "asked"),
+    [
+        (
+            "rapid/handling.mod",
+            "inform",
+            ["signals as they are called now: out do3 is 3, in di7 is 7", "loads"],
+        ),
+        (
+            "krl/handling.src",
+            "tp",
+            ["tools 1-2 and frames 1-2: this one sets them", "wired as in the source"],
+        ),
+        ("inform/welding/WELD-MAIN.JBI", "krl", ["write anew what is only a comment now", "HOME.JBI:18"]),
+    ],
+)
+def test_what_is_to_be_done_before_it_runs_is_one_short_list(tmp_path, capsys, source, target, asked):
+    text, found = receipt(tmp_path, capsys, SAMPLES / source, target)
+    items = found["before_run"]
+    assert 0 < len(items) <= 8
+    assert all(any(words in item for item in items) for words in asked)
+    assert all(f"- {item}" in text for item in items)
+    assert text.index("before it runs:") < text.index("statement  ")
+
+
+def test_a_routine_that_the_translation_does_not_hold_is_asked_for(tmp_path, capsys):
+    module = "MODULE M\nPROC main()\nWaitTime 1;\nGoHome;\nENDPROC\nENDMODULE\n"
+    _, found = receipt(tmp_path, capsys, written(tmp_path, "M.mod", module), "inform")
+    assert any("load what it calls" in item and "GOHOME" in item.upper() for item in found["before_run"])
+
+
+def test_the_receipt_begins_with_how_much_is_exact(tmp_path, capsys):
+    text, found = receipt(tmp_path, capsys, SAMPLES / "tp/handling.ls", "urscript")
+    count = found["totals"]["exact"]
+    assert text.splitlines()[1] == f"{count} statements: all exact"
+    text, found = receipt(tmp_path, capsys, SAMPLES / "krl/handling.src", "tp")
+    totals = found["totals"]
+    assert text.splitlines()[1] == (
+        f"{sum(totals.values())} statements: {totals['exact']} exact, {totals['approximated']} approximated"
+    )
+    worst = max((loss["size"] or 0.0) for loss in found["losses"] if loss["part"] == "blend")
+    assert f"blend {worst:.3g} mm" in text
+
+
+def test_what_takes_nothing_is_no_loss(tmp_path):
+    made = convert(read(written(tmp_path, "k.src", "DEF k()\nWAIT SEC 0\nCONTINUE\nEND\n")), "rapid")
+    assert {loss.fate for loss in made.translated.losses} == {Fate.EXACT}
