@@ -51,7 +51,7 @@ def _summary(receipt: Receipt) -> Iterator[str]:
     count = sum(totals.values())
     others = [f"{n} {fate}" for fate, n in totals.items() if n and fate != Fate.EXACT]
     exact = totals[Fate.EXACT.value]
-    yield f"{count} statements: {', '.join([f'{exact} exact' if others else 'all exact', *others])}"
+    yield f"{count} statement{'s' * (count != 1)}: {', '.join([f'{exact} exact' if others else 'all exact', *others])}"
     yield from _compared(receipt)
     if largest := _largest(receipt):
         yield f"largest differences: {'; '.join(largest)}"
