@@ -43,8 +43,12 @@ def named(robots):
 
 
 def random_joints(robot, count, seed=7):
-    """Inside the limits and at most one turn of S, R, T: what RCONF can tell apart."""
+    """Inside the limits, at most one turn of S, R, T and one round of L, U, B: what RCONF can tell apart."""
     low, high = np.maximum(robot.lower, -360 * deg), np.minimum(robot.upper, 360 * deg)
+    if robot.geometry.links:
+        middle, within = (robot.lower + robot.upper) / 2.0, [1, 2, 4]
+        low[within] = np.maximum(low, middle - np.pi)[within]
+        high[within] = np.minimum(high, middle + np.pi)[within]
     return np.random.default_rng(seed).uniform(low, high, (count, len(robot.axes)))
 
 
