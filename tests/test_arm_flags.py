@@ -11,6 +11,7 @@ from test_arm_branch import GP25, rotation_vector
 from translate_programs import own_program, round_trip, written
 
 import olp
+from olp.geometry import Pose
 from olp.kinematics import configuration_of, forward
 from olp.program import Path
 from olp.translate import Context
@@ -57,6 +58,52 @@ def test_a_pose_is_reached_with_the_same_axes_in_every_language(target, tmp_path
     np.testing.assert_allclose(found, joints, atol=1e-5)
     # And none of them is the one that an arm without flags would take.
     assert len(found) == len(joints)
+
+
+def in_front_of(joints, first, name):
+    """The same move, its pose written as the product of a named pose and another one."""
+    position, rotation = forward(GP25, joints)
+    rest = first.inverse() @ Pose(position[0], rotation[0])
+    numbers = ", ".join(f"{v:.15f}" for v in [*rest.position, *rotation_vector(rest.rotation)])
+    pose = f"pose_trans({name}, p[{numbers}])"
+    return f"movej(get_inverse_kin({pose}, qnear={list(map(float, joints))}), a=1.4, v=0.5)"
+
+
+FEATURE = Pose.from_xyz_angles([0.61, -0.12, 0.23, 0.21, -0.34, 0.93])
+
+
+def named_pose(name, pose):
+    numbers = ", ".join(f"{v:.15f}" for v in [*pose.position, *rotation_vector(pose.rotation)])
+    return f"global {name} = p[{numbers}]"
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_a_pose_in_a_frame_that_urscript_tells_joints_for_keeps_its_frame_and_its_flags(target, tmp_path):
+    joints = some_joints(12, seed=6)
+    rows = [named_pose("feature", FEATURE), f"movej({list(map(float, START))})"]
+    program = script(tmp_path, [*rows, *(in_front_of(one, FEATURE, "feature") for one in joints)])
+    made = convert(program, target, Context(robot=GP25))
+    assert not [loss for loss in made.translated.losses if loss.part == "configuration"]
+    assert not any(word in data for data in made.files.values() for word in (b"PoseMult", b"MULMAT", b"Offset"))
+    plan = run_converted(made, target, GP25, program)
+    np.testing.assert_allclose(plan.positions.axes[plan.moves.target][1:, :6], joints, atol=1e-5)
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_a_pose_off_a_waypoint_is_reached_with_the_same_axes_or_the_receipt_names_it(target, tmp_path):
+    joints = some_joints(12, seed=7)
+    rows = [named_pose("start_p", FEATURE), "movel(start_p)", f"movej({list(map(float, START))})"]
+    program = script(tmp_path, [*rows, *(in_front_of(one, FEATURE, "start_p") for one in joints)])
+    made = convert(program, target, Context(robot=GP25))
+    named = {loss.line for loss in made.translated.losses if loss.part == "configuration"}
+    ends = steps_of(run_converted(made, target, GP25, program))[-len(joints) :]
+    for line, (step, wanted) in enumerate(zip(ends, joints, strict=True), 5):
+        assert line in named or np.allclose(step.axes[:6], wanted, atol=1e-5), line
+    if target == "rapid":  # PoseMult gives no flags: the controller is told not to look at them
+        text = made.files[made.main].decode("latin-1")
+        assert len(named) == len(joints) and "ConfJ \\Off;" in text
+    else:
+        assert not named
 
 
 @pytest.mark.parametrize("source", ["inform", "krl", "rapid", "tp"])

@@ -117,7 +117,7 @@ def _product(m: Machine, arguments: Arguments) -> Value:
     if first.state.frame == ACTIVE:  # components that the second one leaves out do not move
         second = second._replace(values=tuple(0.0 if math.isnan(v) else v for v in second.values))
     state, other = first.state, second.state
-    if other.configuration and state.configuration != other.configuration:
+    if other.configuration and (state.configuration, state.sectors) != (other.configuration, other.sectors):
         state = replace(state, configuration=other.configuration, sectors=other.sectors)
     return with_pose(first, raw_pose(first) @ raw_pose(second), state)
 

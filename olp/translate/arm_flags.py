@@ -234,7 +234,7 @@ def _left_open(program: Program, work: Work) -> Program:
             if type(s) is not Move or s.path is not Path.JOINT:
                 continue
             value = literal_of_target(s.targets[0], symbols, routine.name)
-            if value is not None and value.sectors:
+            if value is not None and value.sectors and not _is_product(s.targets[0]):
                 known = True
             elif value is not None or not _is_joints(s, symbols, routine.name):
                 open_moves.add(id(s))
@@ -248,6 +248,13 @@ def _left_open(program: Program, work: Work) -> Program:
         _unwatched(r, open_moves) if known else _never(r) if r.name == main else r for r in program.routines
     ]
     return replace(program, routines=tuple(routines))
+
+
+def _is_product(e: Expression) -> bool:
+    """Whether a target comes out of PoseMult, which gives RAPID a place and a turn, and no flags."""
+    while type(e) is Function and e.name in ("pose-offset", "pose-relative-tool"):
+        e = e.arguments[0]
+    return type(e) is Function and e.name == "pose-product"
 
 
 def _is_joints(s: Move, symbols: Symbols, routine: str) -> bool:

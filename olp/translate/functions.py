@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from olp.expression import Binary, Expression, Function, Named, Number, PositionLiteral
+from olp.expression import Binary, Expression, FrameRef, Function, Named, Number, PositionLiteral
 from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
 from olp.program import Assign, Move, Path, Program, Statement
 from olp.translate.records import literal_of
@@ -24,6 +24,7 @@ def functions(program: Program, work: Work) -> Program:
     symbols = symbols_of(program)
     geometry = None if work.robot is None else work.robot.geometry
     flagged = geometry is not None and geometry.links is not None
+    goals = _goals(program)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -34,6 +35,7 @@ def functions(program: Program, work: Work) -> Program:
 
         for s in routine.body:
             if isinstance(s, Move) and s.path is Path.JOINT and work.target != "urscript":
+                s = _in_frame(s, goals, symbols, routine.name)
                 s = replace(s, targets=tuple(_joints(t, symbols, routine.name, flagged) for t in s.targets))
             if work.target == "krl" and isinstance(s, Assign):
                 s = _rounded(s, symbols, routine.name)
@@ -60,6 +62,36 @@ def _rounded(s: Assign, symbols: Symbols, routine: str) -> Assign:
     if isinstance(value, Function) and rounds and kind_of_value(symbols, routine, s.target) == "integer":
         return replace(s, value=value.arguments[0])
     return s
+
+
+def _goals(program: Program) -> set[str]:
+    """Names that moves go to: the first pose of a product is a frame where it is none of them."""
+    found: set[str] = set()
+    for s in program.statements():
+        if type(s) is not Move:
+            continue
+        for e in (*s.targets, s.via):
+            while type(e) is Function and e.name == "inverse":
+                e = e.arguments[0]
+            if type(e) is Named:
+                found.add(e.name)
+    return found
+
+
+def _in_frame(s: Move, goals: set[str], symbols: Symbols, routine: str) -> Move:
+    """inverse(frame : pose, near) as a move in that frame, where other languages say how the arm stands at the pose."""
+    e = s.targets[0]
+    if type(e) is not Function or e.name != "inverse" or s.frame != FrameRef("base"):
+        return s
+    product = e.arguments[0]
+    if type(product) is not Function or product.name != "pose-product" or len(product.arguments) != 2:
+        return s
+    frame, pose = product.arguments
+    if type(frame) is not Named or frame.name in goals or len(s.targets) > 1:
+        return s
+    if type(symbols.fixed_value(routine, frame)) is not PositionLiteral:
+        return s
+    return replace(s, frame=frame, targets=(replace(e, arguments=(pose, *e.arguments[1:])),))
 
 
 def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool) -> Expression:
