@@ -1,6 +1,6 @@
 """Translations between all languages: the sample program in all directions, and random programs there and back.
 
-    python bench/translate.py [--count N] [--moves N]
+    python bench/translate.py [--count N] [--first SEED] [--between LANGUAGE LANGUAGE] [--moves N]
 
 Prints three tables: for the sample each direction's worst difference of position, orientation, speed and blend, and
 what its receipt names; for N random programs of each language and target how many come back with an equal plan, but
@@ -60,17 +60,18 @@ def directions() -> None:
             )
 
 
-def round_trips(count: int) -> int:
+def round_trips(seeds: range, between: set[str]) -> int:
     robot = load_robot(ROBOT)
     print(f"\n{'there and back':<20}{'equal':>12}")
     bad = 0
     for source in VENDORS:
         for target in VENDORS:
-            if target == source:
+            if target == source or not {source, target} <= between:
                 continue
-            failed = [seed for seed in range(count) if _differs(seed, source, target, robot)]
+            failed = [seed for seed in seeds if _differs(seed, source, target, robot)]
             bad += len(failed)
-            print(f"{source + ' ' + target:<20}{count - len(failed):>6}/{count:<5}{failed[:6] or ''}")
+            equal = len(seeds) - len(failed)
+            print(f"{source + ' ' + target:<20}{equal:>6}/{len(seeds):<5}{failed[:6] or ''}", flush=True)
     return bad
 
 
@@ -119,10 +120,15 @@ def _long_job(moves: int) -> bytes:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20, help="random programs per pair")
+    parser.add_argument("--first", type=int, default=0, help="the first program's seed")
+    parser.add_argument(
+        "--between", nargs=2, choices=VENDORS, default=VENDORS, help="these two languages alone"
+    )
     parser.add_argument("--moves", type=int, default=0, help="length of the program for the speed table")
     arguments = parser.parse_args()
     directions()
-    wrong = round_trips(arguments.count)
+    seeds = range(arguments.first, arguments.first + arguments.count)
+    wrong = round_trips(seeds, set(arguments.between))
     if arguments.moves:
         speed(arguments.moves)
     sys.exit(1 if wrong else 0)
