@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import NamedTuple
@@ -30,12 +31,20 @@ class Sector(NamedTuple):
     high: float
 
 
+def sectors_of_turns(turns: Iterable[tuple[int, int]]) -> tuple[Sector, ...]:
+    """Where axes (from 0) stand that count turns as FANUC's do: turn n is 360 n - 180 to 360 n + 180 deg.
+
+    An axis that counts none needs no sector: no turn is what a pose alone means.
+    """
+    return tuple(Sector(axis, (2 * n - 1) * math.pi, (2 * n + 1) * math.pi) for axis, n in turns if n)
+
+
 @dataclass(frozen=True, slots=True)
 class PointState:
     """What holds for a run of points: how to read the numbers, in which frame, with which tool.
 
     `configuration`: the controller's arm flags (RCONF) or () when none were given. `sectors`: where axes
-    stand, for languages that tell turns by signs or quarters.
+    stand, for languages that tell turns by signs, by quarters or by their number.
     """
 
     kind: PointKind

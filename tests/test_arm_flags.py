@@ -84,7 +84,9 @@ def test_a_pose_in_a_frame_that_urscript_tells_joints_for_keeps_its_frame_and_it
     program = script(tmp_path, [*rows, *(in_front_of(one, FEATURE, "feature") for one in joints)])
     made = convert(program, target, Context(robot=GP25))
     assert not [loss for loss in made.translated.losses if loss.part == "configuration"]
-    assert not any(word in data for data in made.files.values() for word in (b"PoseMult", b"MULMAT", b"Offset"))
+    assert not any(
+        word in data for data in made.files.values() for word in (b"PoseMult", b"MULMAT", b"Offset")
+    )
     plan = run_converted(made, target, GP25, program)
     np.testing.assert_allclose(plan.positions.axes[plan.moves.target][1:, :6], joints, atol=1e-5)
 
@@ -101,7 +103,8 @@ def test_a_pose_off_a_waypoint_is_reached_with_the_same_axes_or_the_receipt_name
         assert line in named or np.allclose(step.axes[:6], wanted, atol=1e-5), line
     if target == "rapid":  # PoseMult gives no flags: the controller is told not to look at them
         text = made.files[made.main].decode("latin-1")
-        assert len(named) == len(joints) and "ConfJ \\Off;" in text
+        assert len(named) == len(joints)
+        assert "ConfJ \\Off;" in text
     else:
         assert not named
 

@@ -1,4 +1,4 @@
-"""How far axes have turned, where a program says it by the sectors they stand in: signs (KUKA), quarters (ABB)."""
+"""How far axes have turned, said by sectors: signs (KUKA), quarters (ABB), numbers of turns (FANUC)."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _TURNS = (0, 1, -1, 2, -2)
 
 
 def turned_into(robot: Robot, joints: Array, sectors: Sectors) -> Array:
-    """Joints (n, 6) [rad] with S, R, T whole turns further where their sector asks for it and the limits let them."""
+    """Joints (n, 6) [rad] with axes whole turns further where their sector asks for it and the limits let them."""
     turned = joints.copy()
     for axis, low, high in sectors:
-        if axis not in TURN_AXES:
-            continue
+        if axis not in TURN_AXES and not (math.isfinite(low) and math.isfinite(high)):
+            continue  # a sign of one of the arm's axes tells no turn
         value = joints[:, axis]
         done = np.zeros(len(joints), dtype=bool)
         for turns in _TURNS:

@@ -13,6 +13,7 @@ from olp.expression import Expression, Function, Named, PositionLiteral
 from olp.kinematics.configuration import TURN_AXES
 from olp.kinematics.readings import same_posture
 from olp.plan import StepKind
+from olp.points import sectors_of_turns
 from olp.program import Begin, Comment, Declare, Move, ObeyFlags, Path, Program, Routine, Statement
 from olp.robot import Robot
 from olp.translate.rewrite import edited, mapped
@@ -65,8 +66,8 @@ def flags_of(robot: Robot, axes: NDArray[np.float64], target: str) -> list[Flags
         turned = axes[:, TURN_AXES]
         short = (np.trunc(np.abs(turned) / math.pi + 1e-9) % 2).astype(np.int64)
         flags[:, _ARM:] = np.where(np.abs(turned) > _TURN, short, flags[:, _ARM:])
+    turns = np.trunc((np.abs(axes) + math.pi) / _TURN + 1e-9) * np.sign(axes)
     if target == "tp":
-        turns = np.trunc((np.abs(axes) + math.pi) / _TURN + 1e-9) * np.sign(axes)
         flags = np.column_stack([flags[:, :_ARM], turns[:, (3, 5)], np.zeros(len(axes)), turns[:, 4]])
     rows = [tuple(map(int, row)) for row in flags.tolist()]
     rows = [row if len(row) == _SIX or row[_SIX] else row[:_SIX] for row in rows]
@@ -77,6 +78,9 @@ def flags_of(robot: Robot, axes: NDArray[np.float64], target: str) -> list[Flags
             tuple((n, -math.inf, 0.0) if below else (n, 0.0, math.inf) for n, below in enumerate(row))
             for row in signs
         ]
+    elif target == "tp":
+        counts = turns.astype(np.int64).tolist()
+        sectors = [sectors_of_turns((axis, row[axis]) for axis in (3, 4, 5)) for row in counts]
     elif target == "rapid":
         quarters = (quarters_of(axes) * QUARTER).tolist()
         sectors = [
@@ -132,17 +136,17 @@ class _Literals:
         self, robot: Robot, axes: NDArray[np.float64], lines: list[int], flags: list[Flags]
     ) -> None:
         """Which of the axes (n, 6) [rad] at the ends of `lines` a reader of `flags` takes for others."""
+        from olp.kinematics.configuration import turn_centres
         from olp.kinematics.sectors import said_of
 
-        turned = list(TURN_AXES)
-        rows = np.flatnonzero((np.abs(axes[:, turned]) > _TURN).any(axis=1)).tolist()
+        rows = np.flatnonzero((np.abs(axes - turn_centres(robot)) > math.pi).any(axis=1)).tolist()
         if not rows:
             return
         turns = self.work.target != "krl"  # whose S tells the arm alone
         told = [(*flags[row][0][: _SIX if turns else _ARM], *[0] * _ARM)[:_SIX] for row in rows]
         said = said_of(robot, axes[rows], np.array(told), [flags[row][1] for row in rows])
         for row, own in zip(rows, said, strict=True):
-            at = turned[int(np.abs(axes[row] - own)[turned].argmax())]
+            at = int(np.abs(axes[row] - own).argmax())
             stands, read = float(axes[row, at]), float(own[at])
             before = self.wound.get(lines[row], (0.0, 0.0))
             if abs(stands - read) > max(_SAME, abs(before[0] - before[1])):

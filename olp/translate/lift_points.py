@@ -84,7 +84,9 @@ class Points:
             return PositionLiteral("joint", _trimmed(values)) if state.kind is not PointKind.PULSE else None
         if state.kind is PointKind.POSE:
             further = self._further(routine, values) if len(values) > _POSE else ()
-            return PositionLiteral("pose", values[:_POSE], further, state.configuration)
+            return PositionLiteral(
+                "pose", values[:_POSE], further, state.configuration, sectors=state.sectors
+            )
         if state.kind is PointKind.JOINT:
             if self.work.source.vendor == "tp" and len(values) > _POSE:
                 return PositionLiteral("joint", _trimmed(values[:_POSE]), self._further(routine, values))

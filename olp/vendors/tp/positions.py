@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from olp.diagnostic import Severity, Span
 from olp.expression import Store
-from olp.points import PointBlock, PointKind, PointState, PointTable
+from olp.points import PointBlock, PointKind, PointState, PointTable, sectors_of_turns
 from olp.program import LineKind
 from olp.units import deg, mm
 from olp.vendors._findings import Findings
@@ -101,12 +101,17 @@ class Positions:
         _mark(kinds, lines, first)
 
     def _pose_state(self, user: str, tool: str, flags: str, line: int) -> int:
+        configuration = self._configuration(flags, line)
+        fourth, sixth, fifth = (
+            (*configuration[3:5], *configuration[6:], 0)[:3] if configuration else (0, 0, 0)
+        )
         state = PointState(
             PointKind.POSE,
             SELECTED if user == "F" else "base" if user == "0" else "user",
             None if user in ("0", "F") else int(user),
             MODAL if tool == "F" else int(tool),
-            self._configuration(flags, line),
+            configuration,
+            sectors=sectors_of_turns(((3, fourth), (4, fifth), (5, sixth))),
         )
         index = self._states.setdefault(state, len(self._states))
         self._known[user, tool, flags] = index
