@@ -53,6 +53,7 @@ class Resolved(NamedTuple):
     axes: Floats
 
 
+EXTERNAL_AXES = "external axes are not in this plan: they are taken as never the slowest"
 ROBOT_GAP = "robot "  # begins the key of a gap that a robot for the mechanism would fill
 
 
@@ -86,9 +87,17 @@ class Cell:
         """
         if not self.mechanisms[mechanism].is_robot:
             return self._resolve_external(mechanism, state, values)
+        if state.own:
+            values = self._without_external(state, values)
         if state.kind is PointKind.POSE:
             return self._resolve_pose(mechanism, state, values, seed)
         return self._resolve_axes(mechanism, state, values)
+
+    def _without_external(self, state: PointState, values: Floats) -> Floats:
+        """What of the numbers is the arm's."""
+        if np.nan_to_num(values[:, state.own :]).any():
+            self._gap("external axes", EXTERNAL_AXES)
+        return values[:, : state.own]
 
     def tool_pose(self, number: int) -> Pose:
         """The tool's centre point on the flange; the flange itself when the tool is not known (reported)."""

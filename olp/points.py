@@ -45,6 +45,7 @@ class PointState:
 
     `configuration`: the controller's arm flags (RCONF) or () when none were given. `sectors`: where axes
     stand, for languages that tell turns by signs, by quarters or by their number.
+    `own`: how many of a point's numbers are the arm's, where axes beside it (FANUC's E1, E2, E3) follow; 0: all are.
     """
 
     kind: PointKind
@@ -54,6 +55,7 @@ class PointState:
     configuration: tuple[int, ...] = ()
     outside_limits: bool = False
     sectors: tuple[Sector, ...] = ()
+    own: int = 0
 
     def at(self, frame: str, user: int | None, tool: int) -> PointState:
         """The same in another frame and with another tool: one object for each, because every move asks."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.cell import in_frame
+from olp.cell import EXTERNAL_AXES, in_frame
 from olp.expression import Expression, FrameRef, Number, PositionLiteral, Store
 from olp.geometry import Pose
 from olp.interpreter.columns import NOWHERE
@@ -54,9 +54,7 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     if s.offset is not None or s.tool_offset is not None:
         value = _offset(m, mechanism, s, value)
     if value.external and any(v not in (0.0, 9e9) and not math.isnan(v) for v in value.external):
-        m.assume_once(
-            "external axes", "external axes are not in this plan: they are taken as never the slowest"
-        )
+        m.assume_once("external axes", EXTERNAL_AXES)
     if s.tool is not None and s.frame is not None:
         m.active_tool, m.active_frame = tool, place  # for RAPID's CRobT(), behind this move
     return m.recorder.position(mechanism, value.state, value.values)

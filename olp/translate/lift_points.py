@@ -97,13 +97,10 @@ class Points:
         """What follows the six values of a position, as it was written: FANUC's E1 in mm or deg, or a seventh axis."""
         group = routine.details.get("group 1", "1")
         units = (routine.details.get(f"unit GP{group} E{n}", "deg") for n in range(1, len(values)))
-        return tuple(
-            [
-                v / (mm if unit == "mm" else deg)
-                for v, unit in zip(values[_POSE:], units, strict=False)
-                if v == v
-            ]
-        )
+        found = [v / (mm if unit == "mm" else deg) for v, unit in zip(values[_POSE:], units, strict=False)]
+        while found and found[-1] != found[-1]:
+            found.pop()
+        return tuple(found)
 
     def _joints_of(self, pulses: tuple[float, ...]) -> PositionLiteral | None:
         robot = self.work.robot

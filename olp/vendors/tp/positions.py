@@ -37,6 +37,7 @@ _CONFIGURATION = re.compile(r"\b[CK]ONFIG\s*:\s*'([^']*)'")
 _VALUE = re.compile(r"\b(X|Y|Z|W|P|R|J\d|E\d)\s*=\s*([^\s,}=]+)\s*(mm|deg)?")
 _NUMBER = re.compile(r"[-+]?(?:\d{1,15}\.?\d{0,15}|\.\d{1,15})(?:[eE][-+]?\d{1,2})?")
 _POSE_NAMES: Final = ("X", "Y", "Z", "W", "P", "R")
+_SIX: Final = 6  # axes of an arm, numbers of a pose
 _MOST_LINES = 60  # of one position
 _LARGEST = 1e6  # mm or deg
 
@@ -100,7 +101,7 @@ class Positions:
             places.append(start)
         _mark(kinds, lines, first)
 
-    def _pose_state(self, user: str, tool: str, flags: str, line: int) -> int:
+    def _pose_state(self, user: str, tool: str, flags: str, line: int, own: int = 0) -> int:
         configuration = self._configuration(flags, line)
         fourth, sixth, fifth = (
             (*configuration[3:5], *configuration[6:], 0)[:3] if configuration else (0, 0, 0)
@@ -112,9 +113,11 @@ class Positions:
             MODAL if tool == "F" else int(tool),
             configuration,
             sectors=sectors_of_turns(((3, fourth), (4, fifth), (5, sixth))),
+            own=own,
         )
         index = self._states.setdefault(state, len(self._states))
-        self._known[user, tool, flags] = index
+        if not own:
+            self._known[user, tool, flags] = index
         return index
 
     def _configuration(self, text: str, line: int) -> tuple[int, ...]:
@@ -206,9 +209,11 @@ class Positions:
             if name[0] in "JE" and unit == "mm":
                 self.units[f"GP{group} {name}"] = "mm"
         user, tool = frames.get("UF", "0"), frames.get("UT", "1" if group == 1 else "0")
+        extra = _external(values)
+        own = max(_SIX, sum(name[0] == "J" for name in values)) if extra else 0
         if "X" in values or (flags is not None and "J1" not in values):
             names: tuple[str, ...] = _POSE_NAMES
-            state = self._pose_state(user, tool, flags[1] if flags else "N U T, 0, 0, 0", line)
+            state = self._pose_state(user, tool, flags[1] if flags else "N U T, 0, 0, 0", line, own)
         else:
             names = tuple(sorted(name for name in values if name[0] == "J"))
             joint = PointState(
@@ -216,6 +221,7 @@ class Positions:
                 "joint",
                 None if user == "F" else int(user),
                 MODAL if tool == "F" else int(tool),
+                own=own,
             )
             state = self._states.setdefault(joint, len(self._states))
         missing = [name for name in names if name not in values]
@@ -229,11 +235,10 @@ class Positions:
             message = f"motion group {group} is kept in the text only"
             self.findings.once(Severity.WARNING, "P514", str(group), message, self._span(line))
             return
-        extra = [values[name] for name in sorted(name for name in values if name[0] == "E")]
         row = [values[name] for name in names]
         rows = self._groups.setdefault(group, _Group())
         rows.numbers.append(number)
-        rows.values.append([*row, *[float("nan")] * (6 - len(row)), *extra] if extra else row)
+        rows.values.append([*row, *[float("nan")] * (_SIX - len(row)), *extra] if extra else row)
         rows.states.append(state)
         rows.lines.append(line)
 
@@ -301,6 +306,12 @@ class Positions:
                 help = f"the first one is in line {seen[number]}; the last one counts"
                 self.findings.warning("P512", f"P[{number}] stands twice", self._span(line), help)
             seen.setdefault(number, line)
+
+
+def _external(values: dict[str, float]) -> list[float]:
+    """E1, E2 and so on as far as there are any; nan for one that is left out."""
+    last = max((int(name[1:]) for name in values if name[0] == "E"), default=0)
+    return [values.get(f"E{n}", float("nan")) for n in range(1, last + 1)]
 
 
 def _to_si(values: NDArray[np.float64], joint: NDArray[np.bool_], units: dict[str, float]) -> None:
