@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from olp.diagnostic import Diagnostic
@@ -22,6 +22,7 @@ from olp.translate.globals import fold_constants, share_variables
 from olp.translate.here import here
 from olp.translate.hoist import hoist
 from olp.translate.known import known_systems
+from olp.translate.left_out import LeftOut, leave_out
 from olp.translate.lift import lift
 from olp.translate.modal import modal
 from olp.translate.names import names
@@ -30,10 +31,11 @@ from olp.translate.postures import postures
 from olp.translate.prune import prune
 from olp.translate.records import records
 from olp.translate.relative import relative
+from olp.translate.schedules import schedules
 from olp.translate.signals import signals
 from olp.translate.speeds import speeds
 from olp.translate.vectors import vectors
-from olp.translate.words import comment_out, comment_texts, foreign_words
+from olp.translate.words import comment_texts, foreign_words
 from olp.translate.work import Context, Fate, Loss, Work, work_for
 
 Pass = Callable[[Program, Work], Program]
@@ -61,6 +63,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
     """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
         foreign_words,
+        schedules,
         records,
         vectors,
         lift,
@@ -99,23 +102,22 @@ def passes(work: Work) -> tuple[Pass, ...]:
 
 
 def canonical(
-    program: Program, target: str, context: Context | None = None, left_out: Mapping[int, str] | None = None
+    program: Program, target: str, context: Context | None = None, left_out: LeftOut | None = None
 ) -> Translated:
     """`program` as the writer of the language `target` takes it. Raises OlpError (X010) for one that cannot be written.
 
-    A program of the same language stays as it is. `left_out`: lines of the source that become comments, and why. With
-    `on_loss` "comment" so does every line that a pass refuses.
+    A program of the same language stays as it is. `left_out`: what becomes a comment, and why. With `on_loss`
+    "comment" so does every line that a pass refuses, which is added there.
     """
     context = context or Context()
     if program.vendor == target and not context.flat:
         return Translated(program, (), {})
-    lines = dict(left_out or {})
+    out = LeftOut() if left_out is None else left_out
     for _ in range(_ROUNDS):
-        result, work = _translated(program, target, context, lines)
+        result, work = _translated(program, target, context, out)
         refused = {x.line: x.says for x in work.losses if x.fate is Fate.REFUSED and x.line}
-        if context.on_loss != "comment" or refused.keys() <= lines.keys():
+        if context.on_loss != "comment" or not out.add(refused):
             break
-        lines = refused | lines
     return Translated(
         result,
         tuple(dict.fromkeys(work.losses)),
@@ -131,11 +133,9 @@ def canonical(
     )
 
 
-def _translated(
-    program: Program, target: str, context: Context, lines: Mapping[int, str]
-) -> tuple[Program, Work]:
+def _translated(program: Program, target: str, context: Context, out: LeftOut) -> tuple[Program, Work]:
     work = work_for(program, target, context)
-    result = comment_out(program, lines, work)
+    result = leave_out(program, out, work)
     for step in passes(work):
         result = step(result, work)
     return result, work

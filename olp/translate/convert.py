@@ -16,6 +16,7 @@ from olp.export import refuse_unwritable
 from olp.program import Program, Routine
 from olp.translate.called import language
 from olp.translate.canonical import Translated, canonical
+from olp.translate.left_out import LeftOut
 from olp.translate.limits import limits_of
 from olp.translate.split import split
 from olp.translate.work import Context, Fate
@@ -62,15 +63,14 @@ def convert(
 def _converted(
     program: Program, vendor: str, context: Context, encoding: str | None, date: str | None
 ) -> Converted:
-    left_out: dict[int, str] = {}
+    left_out = LeftOut()
     for _ in range(_ROUNDS):
         translated = canonical(program, vendor, context, left_out)
         raise_errors(translated.problems)
         files, main, problems = _written(translated.program, vendor, encoding, date)
         lines = {found.line: found.message for found in problems if found.line}
-        if not problems or context.on_loss != "comment" or lines.keys() <= left_out.keys():
+        if context.on_loss != "comment" or not left_out.add(lines):
             break
-        left_out = lines | left_out
     told = refusals(program, vendor, translated)
     refused = {found.line for found in told}
     # What a pass refuses the writer cannot say either, and in less fitting words.

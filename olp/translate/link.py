@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from olp.diagnostic import Diagnostic
 from olp.expression import CallValue
 from olp.program import Call, Program, Routine, Statement
 from olp.source import Source
 from olp.translate.rewrite import expressions_of
+
+S = TypeVar("S", bound=Statement)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +69,11 @@ def link(program: Program) -> Linked:
             continue
         other = job.program
         if id(other) not in offsets:
-            offsets[id(other)] = len(lines)
-            parts.append(Part(other.path, len(lines), len(other.source.lines)))
+            offset = offsets[id(other)] = len(lines)
+            parts.append(Part(other.path, offset, len(other.source.lines)))
             lines += other.source.lines
             known = {declare.name.casefold() for declare in data}
-            data += [d for d in other.data if d.name.casefold() not in known]
+            data += [_moved(d, offset) for d in other.data if d.name.casefold() not in known]
         routine = _shifted(job.routine, offsets[id(other)])
         have.add(routine.name.casefold())
         routines.append(routine)
@@ -95,8 +97,15 @@ def _called(routine: Routine) -> list[str]:
 
 
 def _shifted(routine: Routine, offset: int) -> Routine:
-    body: list[Statement] = []
-    for s in routine.body:
-        statement: Any = s
-        body.append(replace(statement, line=s.line + offset) if s.line else s)
-    return replace(routine, body=tuple(body), line=routine.line + offset)
+    return replace(
+        routine,
+        body=tuple([_moved(s, offset) for s in routine.body]),
+        data=tuple([_moved(d, offset) for d in routine.data]),
+        line=routine.line + offset,
+    )
+
+
+def _moved(s: S, offset: int) -> S:
+    """A statement `offset` lines further down."""
+    statement: Any = s
+    return replace(statement, line=s.line + offset) if s.line else s

@@ -1,20 +1,16 @@
-"""What belongs to the source's language alone, and what the target was found not to say, as comments."""
+"""What belongs to the source's language alone, as comments."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from olp.expression import Named, Text
 from olp.program import (
     Assign,
-    Begin,
     Case,
     Comment,
-    Declare,
     Disabled,
-    End,
     Message,
     Move,
     ObeyFlags,
@@ -22,7 +18,6 @@ from olp.program import (
     Process,
     Program,
     Reference,
-    Routine,
     SetBlend,
     SetSpeed,
     ShiftOff,
@@ -34,7 +29,6 @@ from olp.program import (
 )
 from olp.translate.called import language
 from olp.translate.folds import without_folds
-from olp.translate.tree import Block, Node, flat, parse
 from olp.translate.work import Fate, Work
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
@@ -84,7 +78,7 @@ def foreign_words(program: Program, work: Work) -> Program:
                 fate = Fate.COMMENTED if comments else Fate.REFUSED
                 says = f"a word of {language(program.vendor)} that means nothing in {language(work.target)}"
                 work.lose(s, fate, "statement", says)
-                rows.append(Comment(s.line, _text(program, s)))
+                rows.append(Comment(s.line, untranslated(program, s)))
             else:
                 rows.append(s)
         routines.append(replace(routine, body=tuple(rows)))
@@ -94,7 +88,7 @@ def foreign_words(program: Program, work: Work) -> Program:
 def _idle(s: Statement, why: str, program: Program, work: Work) -> Comment:
     """A statement that does nothing, as a comment."""
     work.lose(s, Fate.EXACT, "statement", f"{why}: it stands there as a comment")
-    return Comment(s.line, _text(program, s))
+    return Comment(s.line, untranslated(program, s))
 
 
 def comment_texts(program: Program, work: Work) -> Program:
@@ -162,52 +156,7 @@ def _without_options(s: Move, work: Work) -> Move:
     )
 
 
-def comment_out(program: Program, lines: Mapping[int, str], work: Work) -> Program:
-    """The statements of these lines as comments, and why; a block of which a part is among them, as a whole."""
-    if not lines:
-        return program
-    return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
-
-
-def _commented(program: Program, routine: Routine, lines: Mapping[int, str], work: Work) -> Routine:
-    nodes = parse(routine.body)
-    if nodes is None:
-        return routine
-    return replace(routine, body=tuple(flat(_nodes(program, nodes, lines, work))))
-
-
-def _nodes(program: Program, nodes: list[Node], lines: Mapping[int, str], work: Work) -> list[Node]:
-    result: list[Node] = []
-    for node in nodes:
-        if isinstance(node, Block):
-            markers = [*(m for m, _ in node.branches), node.closer]
-            if any(m.line in lines for m in markers):
-                says = next(lines[m.line] for m in markers if m.line in lines)
-                result += _all(program, list(flat([node])), says, work)
-            else:
-                branches = [(m, _nodes(program, inside, lines, work)) for m, inside in node.branches]
-                result.append(Block(branches, node.closer))
-        elif node.line in lines and not isinstance(node, (Begin, End, Declare, Comment)):
-            result += _all(program, [node], lines[node.line], work)
-        else:
-            result.append(node)
-    return result
-
-
-def _all(program: Program, statements: list[Statement], says: str, work: Work) -> list[Node]:
-    rows: list[Node] = []
-    last = 0
-    for s in statements:
-        if isinstance(s, Comment):
-            rows.append(s)
-            continue
-        work.lose(s, Fate.COMMENTED, "statement", says)
-        if s.line != last:
-            rows.append(Comment(s.line, _text(program, s)))
-        last = s.line
-    return rows
-
-
-def _text(program: Program, s: Statement) -> str:
+def untranslated(program: Program, s: Statement) -> str:
+    """The comment that stands where a statement of the source cannot."""
     text = program.source.line(s.line).strip().rstrip("; ") if s.line else ""
     return f"not translated: {text or type(s).__name__}"

@@ -105,13 +105,13 @@ class _Writer:
         head = [details.get("data head", f"DEFDAT {name}{public}")]
         if "data rows" in details:
             head.append(details["data rows"])
-        try:
-            return (above + "\n" if above else "" if self.own else HEADER) + as_text(
-                [*head, *write_data.rows(self.words, rows), "ENDDAT"]
-            )
-        except CannotSayError as problem:
-            self.lose(problem, 0)
-            return ""
+        written: list[str] = []
+        for one in rows:
+            try:
+                written += write_data.rows(self.words, [one])
+            except CannotSayError as problem:
+                self.lose(problem, one.line)
+        return (above + "\n" if above else "" if self.own else HEADER) + as_text([*head, *written, "ENDDAT"])
 
     def _first_name(self) -> str:
         return self.routines[0].name if self.routines else "PROGRAM"

@@ -109,6 +109,8 @@ class StatementWriter:
     def declare(self, s: Declare, *, module: bool = False) -> str:
         """`CONST robtarget p:=…;`"""
         written = native_type(s, self.own) if self.own else self.words.types[s.name.lower()]
+        if not written:
+            raise CannotSayError(f"a variable whose type nothing tells ({s.name})")
         kind = self.words.names.resolved(written)
         storage = _STORAGE.get(s.storage, "VAR")
         if kind in ("tooldata", "wobjdata") and not self.own:

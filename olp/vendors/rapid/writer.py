@@ -182,6 +182,10 @@ class _ProgramWriter:
         rest = routine.body[len(lead) :] if self.own else routine.body
         before = "".join(f"{_STEP}!{one.text}\n" for one in lead) if self.own else ""
         rows = self.bodies.rows(rest, routine, self._safety(routine))
+        untyped = [one.name for one in routine.parameters if not one.switch and not self._parameter_type(one)]
+        if untyped:
+            problem = CannotSayError(f"a parameter whose type nothing tells ({', '.join(untyped)})")
+            self._lose(problem, routine.line)
         kind = routine.details.get("kind", "") if self.own else ""
         kind = kind or ("FUNC" if routine.returns else "PROC")
         behind = f" !{routine.comment}" if routine.comment else ""

@@ -1,0 +1,97 @@
+"""What the target cannot say becomes a comment by the user's choice: values, data, routines, and whoever needs them."""
+
+import pytest
+from tp_listings import listing
+from translate_programs import VENDORS
+
+import olp
+from olp.diagnostic import OlpError
+from olp.robot import load_robot
+from olp.translate import Context
+from olp.translate.convert import convert, run_converted
+from olp.translate.link import link
+from olp.translate.work import Fate
+
+ROBOT = load_robot("yaskawa/gp25")
+POSE = "[[900,0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+MODULE = f"""MODULE m
+  CONST robtarget pHome := {POSE};
+  VAR socketdev link;
+  VAR num count := 3;
+  PROC main()
+    talk link, count;
+    MoveL pHome, v100, fine, tool0;
+    count := count + 1;
+  ENDPROC
+  PROC talk(VAR socketdev s, num n)
+    SocketSend s \\Str := "ready";
+    count := n;
+  ENDPROC
+ENDMODULE
+"""
+SCRIPT = """def f():
+  server = rpc_factory("xmlrpc", "http://127.0.0.1:4242")
+  height = server.height()
+  movel(p[0.9, 0.0, 0.5, 0, 3.14, 0], v=0.1)
+  if height > 2:
+    sleep(1)
+  end
+end
+"""
+
+
+def converted(text, name, target, folder):
+    path = folder / name
+    path.write_text(text)
+    program = link(olp.read(path)).program
+    made = convert(program, target, Context(robot=ROBOT, on_loss="comment"))
+    plan = run_converted(made, target, ROBOT, program)  # it reads back, or this raises
+    return made.translated.losses, b"".join(made.files.values()).decode("latin-1"), plan
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "rapid"])
+def test_a_routine_whose_head_cannot_be_said_goes_with_its_calls(tmp_path, target):
+    losses, text, plan = converted(MODULE, "m.mod", target, tmp_path)
+    gone = {loss.line for loss in losses if loss.leaves_out}
+    assert {6, 11} <= gone
+    assert gone.isdisjoint({7, 8})
+    assert text.count("not translated:") >= 2
+    assert len(plan.moves) == 1
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "urscript"])
+def test_a_value_that_cannot_be_said_is_told_and_its_variable_stays(tmp_path, target):
+    losses, text, plan = converted(SCRIPT, "f.script", target, tmp_path)
+    told = {loss.line for loss in losses if loss.fate is not Fate.EXACT}
+    assert {2, 3} <= told
+    assert len(plan.moves) == 1
+    assert "rpc_factory(" not in text.replace("not translated: server = rpc_factory(", "")
+
+
+def test_without_a_comment_everything_is_refused_at_once(tmp_path):
+    path = tmp_path / "m.mod"
+    path.write_text(MODULE)
+    with pytest.raises(OlpError) as caught:
+        convert(olp.read(path), "krl", Context(robot=ROBOT))
+    assert {d.line for d in caught.value.diagnostics} >= {3, 10}
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "tp"])
+def test_a_speed_of_the_weld_schedule_is_a_variable_that_has_to_be_set(tmp_path, target):
+    path = tmp_path / "WELD.LS"
+    path.write_text(listing("L P[1] 100mm/sec FINE", "L P[2] WELD_SPEED CNT100", "L P[3] WELD_SPEED FINE"))
+    losses, text, _ = converted(path.read_text(), "WELD.LS", target, tmp_path)
+    told = [loss for loss in losses if "weld_speed has to be set" in loss.says]
+    assert len(told) == 2
+    assert {loss.fate for loss in told} == {Fate.APPROXIMATED}
+    assert "weld_speed" in text
+
+
+def test_lines_of_data_in_a_linked_file_are_those_of_the_joined_text(tmp_path):
+    (tmp_path / "m.mod").write_text("MODULE m\n  PROC main()\n    Other;\n  ENDPROC\nENDMODULE\n")
+    (tmp_path / "Other.mod").write_text(
+        "MODULE Other\n  VAR num depth := 4;\n  PROC Other()\n    depth := depth + 1;\n  ENDPROC\nENDMODULE\n"
+    )
+    program = link(olp.read(tmp_path / "m.mod")).program
+    declared = next(d for d in program.data if d.name == "depth")
+    assert "VAR num depth" in program.source.line(declared.line)
