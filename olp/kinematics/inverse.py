@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.diagnostic import OlpError, error
-from olp.kinematics.chain import BLOCK, geometry_of
+from olp.kinematics.chain import BLOCK, as_joints, geometry_of
+from olp.kinematics.choosing import closest
 from olp.kinematics.configuration import apply_turns, from_standard, links_of, turn_centres, wrap
 from olp.kinematics.numeric import solve_from
+from olp.kinematics.offset_wrist import offset_wrist_of, solutions
 from olp.kinematics.spherical import flipped, solve, solve_arms
 from olp.robots.model import Links, Robot
 
@@ -26,7 +28,8 @@ def inverse(
 
     Spherical wrists: the branch and turns of `configuration`, RCONF's first six flags, (n, 6) or (6,); later
     ones are not looked at, turn flags that an old controller does not write (ERC has five in all) are 0.
-    Other chains have no such flags: the solution near `seed` (k,) or (n, k) [rad], by default near mid-range.
+    Other chains have no such flags: the solution near `seed` (k,) or (n, k) [rad], by default near mid-range; the
+    nearest of all where the arm has a closed form.
     Joints out of reach are nan; soft limits are not looked at (`within_limits` does).
     Raises OlpError: K001 no geometry, K005 poses of wrong shape.
     """
@@ -34,7 +37,12 @@ def inverse(
     position, rotation = as_poses(positions, rotations)
     if geometry.links is None:
         start = (robot.lower + robot.upper) / 2.0 if seed is None else seed
-        return solve_from(robot, position, rotation, start)
+        arm = offset_wrist_of(geometry)
+        if arm is None:
+            return solve_from(robot, position, rotation, start)
+        seeds = np.broadcast_to(as_joints(robot, start), (len(position), len(robot.axes)))
+        found = closest(robot, solutions(arm, position, rotation, seeds[:, 5]), seeds)
+        return found, ~np.isnan(found[:, 0])
     return _by_flags(robot, geometry.links, position, rotation, as_flags(configuration, len(position)))
 
 

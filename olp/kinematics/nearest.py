@@ -2,54 +2,32 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.kinematics.chain import as_joints, geometry_of
-from olp.kinematics.configuration import from_standard, to_standard, wrap
-from olp.kinematics.inverse import as_poses, branches
-from olp.kinematics.numeric import solve_from
+from olp.kinematics.choosing import closest
+from olp.kinematics.configuration import from_standard, to_standard
+from olp.kinematics.inverse import as_poses, branches, inverse
 from olp.kinematics.spherical import STRAIGHT_WRIST
 from olp.robots.model import Links, Robot
 
 Array = NDArray[np.float64]
-
-_TURN = 2.0 * math.pi
 
 
 def nearest(robot: Robot, positions: ArrayLike, rotations: ArrayLike, seed: ArrayLike) -> Array:
     """Joints (n, k) [rad | m] of flange poses (n, 3) [m], (n, 3, 3) nearest to `seed`, (k,) or (n, k).
 
     Nearest is the smallest sum of squared angles; solutions inside the soft limits come first. nan out of reach.
-    Arms without a spherical wrist: where Newton's steps from the seed lead.
+    Arms without a closed form: where Newton's steps from the seed lead.
     Raises OlpError: K001 no geometry, K002 number of axes, K005 poses of wrong shape.
     """
     position, rotation = as_poses(positions, rotations)
     links = geometry_of(robot).links
     if links is None:
-        return solve_from(robot, position, rotation, seed)[0]
-    start = np.broadcast_to(as_joints(robot, seed), (len(position), len(robot.axes)))[:, None, :]
-    found = _held(links, branches(robot, position, rotation), start)
-    found = start + wrap(found - start)
-    found = _towards(found, robot.lower, robot.upper)
-    outside = (found < robot.lower - 1e-9) | (found > robot.upper + 1e-9)
-    way = np.nan_to_num(np.sum((found - start) ** 2, axis=2), nan=np.inf)
-    # Further than any two joint positions are apart.
-    way += 1e6 * outside.any(axis=2)
-    chosen: Array = found[np.arange(len(found)), way.argmin(axis=1)]
-    return chosen
-
-
-def _towards(joints: Array, lower: Array, upper: Array) -> Array:
-    """`joints` by whole turns to inside the limits, where that can be."""
-    up = _TURN * np.ceil((lower - 1e-9 - joints) / _TURN)
-    raised = np.where(up > 0, joints + up, joints)
-    down = _TURN * np.ceil((raised - upper - 1e-9) / _TURN)
-    lowered = np.where(down > 0, raised - down, raised)
-    inside: Array = np.where(lowered >= lower - 1e-9, lowered, joints)
-    return inside
+        return inverse(robot, position, rotation, seed=seed)[0]
+    start = np.broadcast_to(as_joints(robot, seed), (len(position), len(robot.axes)))
+    return closest(robot, _held(links, branches(robot, position, rotation), start[:, None, :]), start)
 
 
 def _held(links: Links, joints: Array, start: Array) -> Array:
