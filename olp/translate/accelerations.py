@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
 
 import numpy as np
 
 from olp.expression import Number, Quantity
-from olp.program import Acceleration, AccelerationUnit, Move, Path, Program, Statement
+from olp.program import Acceleration, AccelerationUnit, Move, Path, Program
 from olp.translate.rewrite import edited
-from olp.translate.work import Fate, Work
+from olp.translate.work import Fate, Loss, Work
 from olp.units import percent
 
 _SAME: Final = 1e-6  # relative: below this two shares are one
@@ -27,22 +27,40 @@ def accelerations(program: Program, work: Work) -> Program:
         for s in program.statements()
     ):
         return program
+    own = _Accelerations(work)
     routines = tuple(
-        replace(r, body=tuple([_move(s, work) if type(s) is Move else s for s in r.body]))
+        replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
         for r in program.routines
     )
     return replace(program, routines=routines)
 
 
+@dataclass(slots=True)
+class _Accelerations:
+    """`known`: by the ids of a move's accelerations, that move, what became of them, and what is lost of it."""
+
+    work: Work
+    known: dict[tuple[object, ...], tuple[Move, dict[str, Any], list[Loss]]] = field(default_factory=dict)
+
+    def move(self, s: Move) -> Move:
+        """Moves share what modal statements set: what becomes of it does not depend on the move."""
+        if s.acceleration is None and s.deceleration is None and s.rate is None:
+            return s
+        key = (s.path, id(s.acceleration), id(s.deceleration), id(s.rate))
+        known = self.known.get(key)
+        if known is None:
+            losses = len(self.work.losses)
+            made = _rounded(_converted(s, self.work), self.work)
+            changes = {name: getattr(made, name) for name in ("acceleration", "deceleration", "rate")}
+            self.known[key] = (s, changes, self.work.losses[losses:])
+            return made
+        for loss in known[2]:
+            self.work.lose(s, loss.fate, loss.part, loss.says, loss.size, loss.unit)
+        return edited(s, known[1])
+
+
 def _is_free(s: Move, joints: bool) -> bool:
     return (joints or s.path is not Path.JOINT) and s.acceleration is None and s.rate is None
-
-
-def _move(s: Statement, work: Work) -> Statement:
-    assert isinstance(s, Move)
-    if s.acceleration is None and s.deceleration is None and s.rate is None:
-        return s
-    return _rounded(_converted(s, work), work)
 
 
 def _rounded(s: Move, work: Work) -> Move:

@@ -85,6 +85,6 @@ def _row(s: Statement) -> Statement:
 
 
 def _without(e: Expression) -> Expression:
-    return (
-        replace(e, configuration=(), sectors=()) if isinstance(e, PositionLiteral) and e.configuration else e
-    )
+    if type(e) is not PositionLiteral or not e.configuration:
+        return e
+    return PositionLiteral(e.kind, e.values, e.external, native=e.native)

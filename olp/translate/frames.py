@@ -243,7 +243,7 @@ class _Systems:
     def _folded(self, s: Move, frame: Expression | None, changes: dict[str, Any]) -> None:
         """URScript: the target seen from the base."""
         tool = changes.get("tool", s.tool)
-        if tool == _FLANGE:
+        if type(tool) is FrameRef and tool == _FLANGE:
             changes["tool"] = _ZERO
         if frame is None or (isinstance(frame, FrameRef) and frame.kind in ("base", "robot")):
             return
@@ -252,7 +252,7 @@ class _Systems:
             return
         changes["frame"] = _BASE
         targets = changes.get("targets", s.targets)
-        changes["targets"] = tuple(self._in_base(frame, target) for target in targets)
+        changes["targets"] = tuple([self._in_base(frame, target) for target in targets])
         if s.via is not None:
             changes["via"] = self._in_base(frame, s.via)
 
@@ -334,7 +334,7 @@ class _Systems:
     def routine_of(self, routine: Routine) -> Routine:
         self.routine = routine.name
         self.same.clear()
-        return replace(routine, body=tuple(self.move(s) if isinstance(s, Move) else s for s in routine.body))
+        return replace(routine, body=tuple([self.move(s) if type(s) is Move else s for s in routine.body]))
 
     def routine_with_values(self, routine: Routine, main: bool) -> Routine:
         self.routine = routine.name

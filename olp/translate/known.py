@@ -51,8 +51,9 @@ def system_of(target: Expression | None) -> Key | None:
 def _counts(program: Program) -> dict[Key, int]:
     found: dict[Key, int] = {}
     for s in program.statements():
-        target = s.target if isinstance(s, Assign) else s.frame if isinstance(s, DefineFrame) else None
-        key = system_of(target)
+        if not isinstance(s, (Assign, DefineFrame)):
+            continue
+        key = system_of(s.target if isinstance(s, Assign) else s.frame)
         if key is not None:
             found[key] = found.get(key, 0) + 1
     return found

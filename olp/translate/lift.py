@@ -41,10 +41,10 @@ from olp.program import (
     Statement,
     Update,
 )
-from olp.translate.lift_moves import lifted_move
+from olp.translate.lift_moves import has_names, lifted_move
 from olp.translate.lift_numbers import TYPES, arguments_of, expressions_in, numbered, whole_registers
 from olp.translate.lift_points import Points
-from olp.translate.rewrite import mapped
+from olp.translate.rewrite import mapped, sets_numbers
 from olp.translate.saved import saved_number, saved_points, saved_values
 from olp.translate.work import Fate, Work
 
@@ -74,7 +74,7 @@ _LARGEST_ARRAY: Final = 100
 def lift(program: Program, work: Work) -> Program:
     """Only names from here on. A program without numbers comes back as it is."""
     lifted = _Lift(program, work)
-    routines = tuple(lifted.routine(routine) for routine in program.routines)
+    routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
     lifted.tell_unset()
     data = (*program.data, *lifted.points.declared, *lifted.global_data())
     work.states = {name: state.frame for name, state in lifted.points.states.items()}
@@ -86,6 +86,7 @@ class _Lift:
     program: Program
     work: Work
     points: Points = field(init=False)
+    expressions: list[list[Expression]] = field(default_factory=list)  # of each routine, as `expressions_in`
     names: dict[tuple[str, Store, int], Named] = field(
         default_factory=dict
     )  # routine ("" global), kind, number
@@ -102,7 +103,8 @@ class _Lift:
     def __post_init__(self) -> None:
         self.points = Points(self.work)
         for routine in self.program.routines:
-            for expression in expressions_in(routine):
+            self.expressions.append(expressions_in(routine))
+            for expression in self.expressions[-1]:
                 if type(expression) is Variable and type(expression.index) is not Number:
                     self._array(routine.name if expression.local else "", expression.store)
         self.whole = whole_registers(self.program)
@@ -270,16 +272,21 @@ class _Lift:
 
     # --- routines ---------------------------------------------------------------------------------------
 
-    def routine(self, routine: Routine) -> Routine:
+    def routine(self, routine: Routine, expressions: list[Expression]) -> Routine:
+        """`routine` with names; `expressions`: those in it, but for plain moves'."""
         self.scope = routine.name
         parameters = routine.parameters or tuple(
             Parameter(f"arg{number}", TYPES.get(store, "real") if store else "real")
-            for number, store in enumerate(arguments_of(routine), 1)
+            for number, store in enumerate(arguments_of(routine, expressions), 1)
         )
         self.parameters = parameters
         body: list[Statement] = []
-        for statement in routine.body:
-            body += self.statement(routine, statement)
+        inform = self.work.source.vendor == "inform"
+        for s in routine.body:
+            if (type(s) is Move and not inform and has_names(s)) or sets_numbers(s):
+                body.append(s)
+            else:
+                body += self.statement(routine, s)
         local: tuple[Statement, ...] = tuple(self._declared(routine.name))
         if routine.name == (self.program.main or self.program.routines[0].name):
             local = (*local, *self.array_initial)

@@ -29,6 +29,11 @@ _VALUES: Final = (
 _MOVING: Final = ("tool", "master-tool")
 
 
+def has_names(s: Move) -> bool:
+    """Whether a move goes to a named position, and nothing else of it can be numbered."""
+    return type(s.targets[0]) is Named and is_written_out(s)
+
+
 def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list[Statement]:
     """The move with names; as it was, with a loss, where its target cannot be known."""
     if s.parts and _stands_still(points, s):

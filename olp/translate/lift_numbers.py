@@ -14,7 +14,18 @@ from olp.expression import (
     Unary,
     Variable,
 )
-from olp.program import Assign, Clear, Program, ReadInput, Routine, Update
+from olp.program import (
+    Assign,
+    Clear,
+    Comment,
+    Move,
+    Program,
+    ReadInput,
+    Routine,
+    SetBlend,
+    SetSpeed,
+    Update,
+)
 from olp.translate.rewrite import calls_nothing, expressions_of, sets_numbers
 
 TYPES: Final = {
@@ -25,6 +36,8 @@ TYPES: Final = {
     Store.STRING: "string",
     Store.ROBOT: "position",
 }
+
+_SETTING_NO_REGISTER: Final = frozenset({Move, SetSpeed, SetBlend, Comment})  # as nearly all statements
 
 
 def expressions_in(routine: Routine) -> list[Expression]:
@@ -44,9 +57,9 @@ def numbered(program: Program, store: Store) -> set[int]:
     }
 
 
-def arguments_of(routine: Routine) -> tuple[Store | None, ...]:
-    """What a routine takes: as its header says, else as its body reads."""
-    read = [e.number for e in expressions_in(routine) if type(e) is Argument]
+def arguments_of(routine: Routine, expressions: list[Expression]) -> tuple[Store | None, ...]:
+    """What a routine takes: as its header says, else as its body, with these expressions, reads."""
+    read = [e.number for e in expressions if type(e) is Argument]
     count = max((len(routine.arguments), *read))
     kinds = {
         s.value.number: s.target.store
@@ -61,6 +74,8 @@ def whole_registers(program: Program) -> frozenset[int]:
     """Numbers of the real registers that only ever get whole values, so that they can count."""
     assigned: dict[int, list[Expression | None]] = {}
     for s in program.statements():
+        if type(s) in _SETTING_NO_REGISTER:
+            continue
         target = getattr(s, "target", None) if isinstance(s, (Assign, Update, ReadInput, Clear)) else None
         if target is None:
             target = getattr(s, "variable", None)

@@ -14,6 +14,7 @@ from olp.program import (
     Acceleration,
     AccelerationUnit,
     Assign,
+    Blend,
     BlendKind,
     Comment,
     Declare,
@@ -52,18 +53,21 @@ _SCALES: Final[Mapping[object, float]] = {
     BlendKind.TURN: deg,
 }
 # What holds where a program sets nothing, as the interpreter takes it.
-_BLENDS: Final[Mapping[object, float]] = {
-    BlendKind.SHARE: 50.0,
-    BlendKind.RADIUS: 3.0,
-    BlendKind.SPEED: 100.0,
-    BlendKind.TURN: 5.0,
+_BLENDS: Final[Mapping[object, Quantity]] = {
+    BlendKind.SHARE: Quantity(Number(50.0), percent),
+    BlendKind.RADIUS: Quantity(Number(3.0), mm),
+    BlendKind.SPEED: Quantity(Number(100.0), percent),
+    BlendKind.TURN: Quantity(Number(5.0), deg),
 }
+_NO_BLEND: Final = Quantity(Number(0.0), 1.0)
+_FLANGE: Final = FrameRef("tool", Number(0))
+_BASE: Final = FrameRef("base")
 _CHANGING: Final = frozenset(
     {"Named", "Item", "Member", "Signal", "Function", "CallValue", "SystemValue", "Variable"}
 )
 _MODAL_KINDS: Final = frozenset(_MODAL)
 _NEVER: Final[Values] = frozenset({UNSET})
-_NO_KEYS: Final[Mapping[Key, int]] = {}
+_NO_KEYS: Final[Mapping[Key, object]] = {}
 _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
@@ -89,20 +93,24 @@ class _Modal:
     routine: str = ""
     flow: Reaching = field(default_factory=Reaching)
     made: dict[tuple[SpeedUnit, int], Speed] = field(default_factory=dict)  # moves share their speeds
+    sized: dict[tuple[Blend, int], Blend] = field(default_factory=dict)  # and their blends
     keys: set[Key] = field(default_factory=set)  # that any statement sets
     state: State | None = None  # before the statement that is looked at
+    current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
 
     # --- definitions ------------------------------------------------------------------------------------
 
     def of(self, s: Statement) -> Mapping[Key, int]:
         """The keys that a statement sets."""
-        if type(s) is Move:
-            if self.program.vendor != "inform" or s.speed is None:
-                return _NO_KEYS
-            return {(_LAST, s.speed.unit): self._number(s, (_LAST, s.speed.unit), s.speed.value)}
-        if type(s) not in _MODAL_KINDS:
+        return {key: self._number(s, key, value) for key, value in self._given(s).items()}
+
+    def _given(self, s: Statement) -> Mapping[Key, object]:
+        """The keys that a statement sets, and to what."""
+        if type(s) is not Move:
+            return _settings(s)
+        if self.program.vendor != "inform" or s.speed is None:
             return _NO_KEYS
-        return {key: self._number(s, key, value) for key, value in _settings(s).items()}
+        return {(_LAST, s.speed.unit): s.speed.value}
 
     def _number(self, s: Statement, key: Key, value: object) -> int:
         number = self.numbers.get((id(s), key))
@@ -115,9 +123,18 @@ class _Modal:
     # --- values -----------------------------------------------------------------------------------------
 
     def value(self, key: Key, unset: object = None) -> object:
-        """What holds at a statement: a value, a variable where it depends on the way there, or `unset`."""
+        """What holds at a statement: a value, a variable where it depends on the way there, or `unset`.
+
+        A key is always asked for with the same `unset`.
+        """
         if key not in self.keys:
             return unset
+        found = self.current.get(key, self)
+        if found is self:
+            found = self.current[key] = self._value(key, unset)
+        return found
+
+    def _value(self, key: Key, unset: object) -> object:
         state = self.state
         if (
             state is not None
@@ -175,20 +192,31 @@ class _Modal:
     def straight(self, routine: Routine, kinds: Set[type]) -> list[Statement]:
         """The statements of a routine that is run from its first to its last one."""
         held: dict[Key, Values] = {}
-        self.state = held
+        self.state, self.current = held, {}
         rows: list[Statement] = []
         for s in routine.body:
             rows.append(self.move(s) if type(s) is Move else s)
             if type(s) in kinds:
-                for key, number in self.of(s).items():
-                    held[key] = frozenset((number,))
+                self._hold(s, held)
         return rows
+
+    def _hold(self, s: Statement, held: dict[Key, Values]) -> None:
+        """Notes what a statement sets for those behind it; numbers that are written out need no definition."""
+        for key, value in self._given(s).items():
+            if type(value) is Quantity and type(value.written) is Number:
+                self.keys.add(key)
+                self.current[key] = value
+            else:
+                self.current.pop(key, None)
+                held[key] = frozenset((self._number(s, key, value),))
 
     def routed(self, routine: Routine, states: list[State | None]) -> list[Statement]:
         """The statements of a routine; `states`: what holds before each."""
+        self.current = {}
         rows: list[Statement] = []
         for s, state in zip(routine.body, states, strict=True):
-            self.state = state
+            if state is not self.state:
+                self.state, self.current = state, {}
             rows.append(self.move(s) if type(s) is Move else self.placed(s))
         return rows
 
@@ -198,9 +226,7 @@ class _Modal:
         if s.speed is None:
             changes["speed"] = self._speed(s, joint)
         if s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS:
-            usual = Quantity(Number(_BLENDS.get(s.blend.kind, 0.0)), _SCALES.get(s.blend.kind, 1.0))
-            size: Any = self.value((_BLEND, s.blend.kind), usual)
-            changes["blend"] = s.blend._replace(value=size)
+            changes["blend"] = self._blend(s.blend)
         if s.acceleration is None and s.rate is None and not self.keys.isdisjoint(_RATES[joint]):
             share, rate = (self.value(key) for key in _RATES[joint])
             if share is not None:
@@ -211,9 +237,9 @@ class _Modal:
         if s.turn is None and (turn := self.value(_TURNING)) is not None:
             changes["turn"] = turn
         if s.tool is None:
-            changes["tool"] = self.value(_TOOL, FrameRef("tool", Number(0)))
+            changes["tool"] = self.value(_TOOL, _FLANGE)
         if s.frame is None:
-            changes["frame"] = self.value(_FRAME, FrameRef("base"))
+            changes["frame"] = self.value(_FRAME, _BASE)
         if _OVERRIDE in self.keys and not self.work.limits.has_override:
             self._fold_override(s, changes)
         return edited(s, changes) if changes else s
@@ -235,6 +261,15 @@ class _Modal:
         )
         return None
 
+    def _blend(self, blend: Blend) -> Blend:
+        size: Any = self.value((_BLEND, blend.kind), _BLENDS.get(blend.kind, _NO_BLEND))
+        known = self.sized.get((blend, id(size)))
+        if known is None:
+            known = blend._replace(value=size)
+            if type(size.written) is Number:
+                self.sized[(blend, id(size))] = known  # which keeps the size, and so its id
+        return known
+
     def _fold_override(self, s: Move, changes: dict[str, Any]) -> None:
         share = self.value(_OVERRIDE)
         speed: Speed | None = changes.get("speed", s.speed)
@@ -254,8 +289,8 @@ class _Modal:
         """KRL and FANUC read the position in the frame and with the tool that hold."""
         if type(s) is not Assign or HERE not in expressions_of(s) or self.work.target not in NAMING:
             return s
-        tool: Any = self.value(_TOOL, FrameRef("tool", Number(0)))
-        frame: Any = self.value(_FRAME, FrameRef("base"))
+        tool: Any = self.value(_TOOL, _FLANGE)
+        frame: Any = self.value(_FRAME, _BASE)
         return mapped(s, lambda e: seen_in(tool, frame) if e == HERE else e)
 
     def kept(self, s: Statement) -> list[Statement]:

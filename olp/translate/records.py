@@ -7,7 +7,7 @@ from dataclasses import replace
 from olp.expression import Expression, Member, Named, PositionLiteral, RecordLiteral
 from olp.geometry import Pose
 from olp.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
-from olp.translate.rewrite import expressions_of, mapped
+from olp.translate.rewrite import expressions_of, mapped, note_names
 from olp.translate.work import Fate, Work
 
 _FLANGE = ("tframe", "tcp", "trsf")
@@ -48,16 +48,10 @@ def _without_frames(program: Program) -> Program:
     """KRL's FRAME is any pose: what is never a tool or a frame of a move is a position."""
     used: set[str] = set()
     for s in program.statements():
-        found: list[Expression | None] = []
-        if isinstance(s, Move):
-            found = [s.tool, s.frame]
-        elif isinstance(s, SetTool):
-            found = [s.tool]
-        elif isinstance(s, SetFrame):
-            found = [s.frame]
-        used |= {
-            e.name for part in found if part is not None for e in expressions_of(part) if isinstance(e, Named)
-        }
+        if isinstance(s, (Move, SetTool)) and s.tool is not None:
+            note_names(s.tool, used)
+        if isinstance(s, (Move, SetFrame)) and s.frame is not None:
+            note_names(s.frame, used)
     set_to = [
         (s.target.name, s.value)
         for s in program.statements()
@@ -66,16 +60,18 @@ def _without_frames(program: Program) -> Program:
     for _ in range(5):
         for name, value in set_to:
             if name in used:
-                used |= {e.name for e in expressions_of(value) if isinstance(e, Named)}
+                note_names(value, used)
 
     def plain(d: Declare) -> Declare:
         return replace(d, type="position") if d.type in ("tool", "frame") and d.name not in used else d
 
-    def row(s: Statement) -> Statement:
-        return plain(s) if isinstance(s, Declare) else s
-
     routines = tuple(
-        replace(r, body=tuple(map(row, r.body)), data=tuple(map(plain, r.data))) for r in program.routines
+        replace(
+            r,
+            body=tuple([plain(s) if type(s) is Declare else s for s in r.body]),
+            data=tuple(map(plain, r.data)),
+        )
+        for r in program.routines
     )
     return replace(program, routines=routines, data=tuple(map(plain, program.data)))
 

@@ -58,7 +58,7 @@ def _mapped(node: Any, change: Change) -> Any:
     if kind is Function:
         arguments = _sequence(node.arguments, change)
         return change(node if arguments is node.arguments else Function(node.name, arguments))
-    if kind is FrameRef and type(node.number) is Number:
+    if kind is FrameRef and (node.number is None or type(node.number) is Number):
         return change(node)
     if (kind is SetSpeed or kind is SetBlend) and sets_numbers(node):
         return node  # of those, too
@@ -96,17 +96,26 @@ def _mapped_move(s: Move, change: Change) -> Move:
             changes["targets"] = (target,)
     elif (new := _sequence(targets, change)) is not targets:
         changes["targets"] = new
-    if (tool := s.tool) is not None and (new := _mapped(tool, change)) is not tool:
-        changes["tool"] = new
-    if (frame := s.frame) is not None and (new := _mapped(frame, change)) is not frame:
-        changes["frame"] = new
+    if (tool := s.tool) is not None:
+        seen: Any = change(tool) if type(tool) is Named else _mapped(tool, change)
+        if seen is not tool:
+            changes["tool"] = seen
+    if (frame := s.frame) is not None:
+        seen = change(frame) if type(frame) is Named else _mapped(frame, change)
+        if seen is not frame:
+            changes["frame"] = seen
     if (
         (speed := s.speed) is not None
         and type(speed.value.written) is not Number
         and (new := _mapped(speed, change)) is not speed
     ):
         changes["speed"] = new
-    if (blend := s.blend) is not None and (new := _mapped(blend, change)) is not blend:
+    if (
+        (blend := s.blend) is not None
+        and blend.value is not None
+        and type(blend.value.written) is not Number
+        and (new := _mapped(blend, change)) is not blend
+    ):
         changes["blend"] = new
     return _changed_move(s, changes) if changes else s
 
@@ -159,13 +168,11 @@ def is_written_out(s: Move) -> bool:
 
 
 def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
-    if not node:
-        return node
-    if len(node) == 1:
-        only = _mapped(node[0], change)
-        return node if only is node[0] else (only,)
-    new = tuple([_mapped(item, change) for item in node])
-    return node if all(a is b for a, b in zip(new, node, strict=True)) else new
+    for at, item in enumerate(node):
+        new = _mapped(item, change)
+        if new is not item:
+            return (*node[:at], new, *[_mapped(later, change) for later in node[at + 1 :]])
+    return node
 
 
 def replaced(node: Any, changed: dict[str, Any]) -> Any:
@@ -213,28 +220,26 @@ def note_names(node: Any, found: set[str]) -> None:
     if kind is Named:
         found.add(node.name)
     elif kind is Move and is_usual(node):
-        for e in (*node.targets, node.tool, node.frame):
+        for e in node.targets:
+            note_names(e, found)
+        for e in (node.tool, node.frame):
             if type(e) is Named:
                 found.add(e.name)
-            elif (
-                e is not None
-                and type(e) not in _LEAVES
-                and not (type(e) is FrameRef and type(e.number) is Number)
+            elif e is not None and not (
+                type(e) is FrameRef and (e.number is None or type(e.number) is Number)
             ):
                 note_names(e, found)
-        for measured in (node.speed, node.blend):
-            if (
-                measured is not None
-                and measured.value is not None
-                and type(measured.value.written) is not Number
-            ):
-                note_names(measured.value.written, found)
+        speed, blend = node.speed, node.blend
+        if speed is not None and type(speed.value.written) is not Number:
+            note_names(speed.value.written, found)
+        if blend is not None and blend.value is not None and type(blend.value.written) is not Number:
+            note_names(blend.value.written, found)
     elif kind is Function:
         for e in node.arguments:
             note_names(e, found)
     elif kind is Declare and type(node.value) in _LEAVES and not node.sizes:
         note_names(node.value, found)
-    elif kind not in _LEAVES:
+    elif kind not in _LEAVES and not sets_numbers(node):
         found.update([e.name for e in expressions_of(node) if type(e) is Named])
 
 
@@ -247,7 +252,7 @@ def sets_numbers(s: object) -> bool:
         parts = s.blends
     else:
         return False
-    return all(part.value is None or type(part.value.written) is Number for part in parts)
+    return not [p for p in parts if p.value is not None and type(p.value.written) is not Number]
 
 
 def calls_nothing(s: object) -> bool:

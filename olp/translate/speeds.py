@@ -52,6 +52,7 @@ class _Speeds:
     program: Program
     rows: Rows = field(init=False)
     shown: dict[int, Segment] | None = None
+    rounded: dict[int, tuple[Speed, float, Speed]] = field(default_factory=dict)  # by the id of the last
     scaled: bool = False  # the robots differ, so that a percent of one is not a percent of the other
 
     def __post_init__(self) -> None:
@@ -63,39 +64,36 @@ class _Speeds:
 
     def move(self, s: Statement) -> Statement:
         assert isinstance(s, Move)
-        speed = s.speed
+        changes: dict[str, Speed | None] = {}
         if s.turn is not None and not self.work.limits.bounds_turning:
-            s = self._without_turn(s)
-        if speed is None:
-            return s
+            self._lose_turn(s)
+            changes["turn"] = None
+        if s.speed is not None and (new := self._said(s, s.speed)) is not s.speed:
+            changes["speed"] = new
+        return edited(s, changes) if changes else s
+
+    def _said(self, s: Move, speed: Speed) -> Speed:
         allowed = self.work.limits.joint_speeds if s.path is Path.JOINT else self.work.limits.path_speeds
         if SpeedUnit.AXIS in allowed:
             # URScript's moves by shares of all limits (optimovej) exist on few controllers.
             allowed = allowed - {SpeedUnit.FRACTION}
-        if speed.unit in allowed and not (self.scaled and speed.unit is SpeedUnit.FRACTION):
-            changed = self._rounded(s, speed)
-            return s if changed is speed else edited(s, {"speed": changed})
-        # A linear move with a share of the axes' speed means what it means; its time is what can be said.
-        return edited(s, {"speed": self._rounded(s, self._converted(s, speed, allowed))})
-
-    def _rounded(self, s: Move, speed: Speed) -> Speed:
-        """As many decimals as the target writes: whole percents, or tenths of mm/s."""
+        if speed.unit not in allowed or (self.scaled and speed.unit is SpeedUnit.FRACTION):
+            # A linear move with a share of the axes' speed means what it means; its time is what can be said.
+            speed = self._converted(s, speed, allowed)
         step = self.work.limits.speed_steps.get(speed.unit)
-        value = None if step is None else speed.value.literal
-        if step is None or value is None:
+        if step is None or type(speed.value.written) is not Number:
             return speed
-        scale, unit = _SCALES[speed.unit], _UNITS[speed.unit]
-        rounded = max(1, round(value / step)) * step
-        written = _clean(rounded / scale)
-        if abs(rounded - value) <= _SAME * value:
-            if speed.value.scale == scale and speed.value.written in (Number(written), Number(int(written))):
-                return speed
-        else:
-            says = f"rounded to {step / scale:g} {unit}"
-            self.work.lose(s, Fate.APPROXIMATED, "speed", says, abs(rounded - value) / scale, unit)
-        return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale))
+        known = self.rounded.get(id(speed))
+        if known is None:
+            known = self.rounded[id(speed)] = (*_rounded(speed, step), speed)  # which keeps its id
+        if known[1]:
+            unit = _UNITS[speed.unit]
+            says = f"rounded to {step / _SCALES[speed.unit]:g} {unit}"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, known[1], unit)
+        return known[0]
 
-    def _without_turn(self, s: Move) -> Move:
+    def _lose_turn(self, s: Move) -> None:
+        """Tells whether the bound on the tool's turning, which the target does not have, would slow this move."""
         assert s.turn is not None
         bound, speed = s.turn.literal, None if s.speed is None else s.speed.value.literal
         worst = 0.0
@@ -106,7 +104,6 @@ class _Speeds:
         if worst > _SAME:
             says = "the bound on the tool's turning is left out, and would have slowed this move"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * worst, "%")
-        return edited(s, {"turn": None})
 
     def _segments(self, s: Move) -> list[Segment]:
         """Length and turn of each execution: from the text where it shows them, else from the plan."""
@@ -225,6 +222,22 @@ class _Speeds:
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
         scaled = speed.value.scale * factor / _SCALES[unit]
         return Speed(unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit]))
+
+
+def _rounded(speed: Speed, step: float) -> tuple[Speed, float]:
+    """A literal speed in whole steps [SI] of the target, and how far off that is in its unit, 0 where it is none."""
+    value, scale = speed.value.literal, _SCALES[speed.unit]
+    assert value is not None
+    rounded = max(1, round(value / step)) * step
+    written = _clean(rounded / scale)
+    off = abs(rounded - value) if abs(rounded - value) > _SAME * value else 0.0
+    if (
+        not off
+        and speed.value.scale == scale
+        and speed.value.written in (Number(written), Number(int(written)))
+    ):
+        return speed, off
+    return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale)), off / scale
 
 
 def _rated(robot: Robot) -> list[float]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import isnan
 from typing import Final
 
 import numpy as np
 
 from olp.expression import CallValue, Function, Named, Number, PositionLiteral, State, Text, Variable
-from olp.geometry import rotation_angle, rotation_from_angles
+from olp.geometry import Array, rotation_angle, rotation_from_angles
 from olp.program import Assign, Call, Move, Path, Program, StartTask, Statement, Update
 from olp.translate.rewrite import expressions_of, is_usual
 from olp.translate.symbols import Symbols
@@ -31,9 +30,10 @@ def segments(program: Program, symbols: Symbols) -> dict[int, Segment]:
     main = program.main or (program.routines[0].name if program.routines else "")
     called = {s.routine.casefold() for s in program.statements() if isinstance(s, (Call, StartTask))}
     found: dict[int, Segment] = {}
-    pairs: list[tuple[Move, tuple[float, ...], tuple[float, ...]]] = []
+    pairs: list[tuple[Move, int, int]] = []
+    poses: list[tuple[float, ...]] = []
     for routine in program.routines:
-        before: tuple[Move, tuple[float, ...]] | None = None
+        before: Move | None = None  # whose pose is the last one
         first = routine.name == main and main.casefold() not in called
         for s in routine.body:
             if type(s) is not Move:
@@ -43,19 +43,27 @@ def segments(program: Program, symbols: Symbols) -> dict[int, Segment]:
                     before, first = None, False
                 continue
             pose = _pose(s, routine.name, symbols)
-            if pose is not None and before is not None and _same_place(before[0], s):
-                pairs.append((s, before[1], pose))
+            if pose is not None and before is not None and _same_place(before, s):
+                pairs.append((s, len(poses) - 1, len(poses)))
             elif first:
                 found[id(s)] = (0.0, 0.0)
-            before, first = (None if pose is None else (s, pose)), False
+            if pose is not None:
+                poses.append(pose)
+            before, first = (None if pose is None else s), False
     if pairs:
-        start, end = (np.array([pair[at] for pair in pairs]) for at in (1, 2))
-        lengths = np.linalg.norm(end[:, :3] - start[:, :3], axis=1).tolist()
-        turns = rotation_angle(rotation_from_angles(start[:, 3:]), rotation_from_angles(end[:, 3:])).tolist()
-        found.update(
-            (id(pair[0]), row) for pair, row in zip(pairs, zip(lengths, turns, strict=True), strict=True)
-        )
+        moves, start, end = zip(*pairs, strict=True)
+        lengths, turns = _between(np.array(poses), list(start), list(end))
+        for s, length, turn in zip(moves, lengths, turns, strict=True):
+            if length == length and turn == turn:  # all components are written
+                found[id(s)] = (length, turn)
     return found
+
+
+def _between(poses: Array, start: list[int], end: list[int]) -> tuple[list[float], list[float]]:
+    """Lengths [m] and turns [rad] from rows of `poses` (n, 6) to others, nan where a component is."""
+    places, turned = poses[:, :3], rotation_from_angles(poses[:, 3:])
+    lengths = np.linalg.norm(places[end] - places[start], axis=1)
+    return lengths.tolist(), rotation_angle(turned[start], turned[end]).tolist()
 
 
 def _keeps_systems(s: Statement) -> bool:
@@ -75,7 +83,7 @@ def _pose(s: Move, routine: str, symbols: Symbols) -> tuple[float, ...] | None:
     if type(value) is not PositionLiteral or value.kind != "pose":
         return None
     values = value.values[:6]
-    return values if len(values) == 6 and not any(map(isnan, values)) else None
+    return values if len(values) == 6 else None
 
 
 def _is_whole(s: Move) -> bool:

@@ -236,6 +236,13 @@ _FLAGS = ("group", "analog", "register")
 
 def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
     """The type of a value as `Declare.type` says it: integer, real, boolean, string, position, joints, or nothing."""
+    if type(e) is Named:  # nearly always
+        name = e.name
+        declared = found.declared.get(name)
+        if declared is not None and (routine, name) not in found.table:
+            return "" if declared.sizes else declared.type
+        symbol = found.find(routine, name)
+        return symbol.type if symbol is not None and not symbol.sizes else ""
     match e:
         case Number(value):
             return "integer" if isinstance(value, int) else "real"
@@ -247,12 +254,6 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             return ("real" if "analog" in bus else "integer") if any(w in bus for w in _FLAGS) else "boolean"
         case PositionLiteral(kind):
             return "joints" if kind == "joint" else "position"
-        case Named(name):
-            declared = found.declared.get(name)
-            if declared is not None and (routine, name) not in found.table:
-                return "" if declared.sizes else declared.type
-            symbol = found.find(routine, name)
-            return symbol.type if symbol is not None and not symbol.sizes else ""
         case Item(base, _) if isinstance(base, Named):
             symbol = found.find(routine, base.name)
             return "" if symbol is None else symbol.type if symbol.sizes else "real"
