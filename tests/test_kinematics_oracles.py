@@ -47,7 +47,7 @@ def eaik_robot(robot):
 def opw_robot(robot):
     links = robot.geometry.links
     model = KinematicModel(
-        a1=links.a1, a2=-links.a3, c2=links.a2, c3=links.d4, c4=links.d6,
+        a1=links.a1, a2=-links.a3, c1=links.height, c2=links.a2, c3=links.d4, c4=links.d6,
         offsets=(0.0, 0.0, -math.pi / 2, 0.0, 0.0, math.pi), flip_axes=(False, False, True, True, True, True),
     )  # fmt: skip
     return OpwRobot(model, degrees=False)

@@ -9,7 +9,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.kinematics.configuration import from_standard, to_standard, wrap
+from olp.kinematics.configuration import (
+    TURN_AXES,
+    from_standard,
+    links_of,
+    to_standard,
+    within_limits,
+    wrap,
+)
 from olp.robots.model import Links, Robot
 
 Array = NDArray[np.float64]
@@ -38,7 +45,8 @@ def readings_of_joints(robot: Robot, joints: Array) -> Array:
 def same_posture(robot: Robot, other: Robot, joints: Array) -> Array | None:
     """Joints (n, 6) [rad] with which `other` stands as `robot` does with `joints`: link beside link, front to front.
 
-    None where one of them is no six-axis arm with a spherical wrist. L, U and B lie within the other's range.
+    None where one of them is no six-axis arm with a spherical wrist. L, U and B lie within the other's range; S, R
+    and T have the turns that they had, but where only other ones are within the other's limits.
     """
     one = None if robot.geometry is None else robot.geometry.links
     two = None if other.geometry is None else other.geometry.links
@@ -47,10 +55,17 @@ def same_posture(robot: Robot, other: Robot, joints: Array) -> Array | None:
     if (one.signs, one.zeros) == (two.signs, two.zeros):
         return joints
     found = from_standard(two, to_standard(one, joints))
-    middle = (other.lower + other.upper) / 2.0
+    turned = wrap(found, (other.lower + other.upper) / 2.0)
     for axis in (1, 2, 4):
-        found[:, axis] = wrap(found[:, axis], middle[axis])
-    return found
+        found[:, axis] = turned[:, axis]
+    return np.where(within_limits(other, turned) & ~within_limits(other, found), turned, found)
+
+
+def turned_back(robot: Robot, other: Robot, joints: Array, found: Array) -> NDArray[np.bool_]:
+    """(n,) whether `found`, which `same_posture` made of `joints`, has S, R or T whole turns elsewhere."""
+    went_on = from_standard(links_of(other), to_standard(links_of(robot), joints))
+    apart: Array = np.abs(found - went_on)[:, TURN_AXES]
+    return np.asarray((apart > np.pi).any(axis=1))
 
 
 def _coupled(robot: Robot) -> Links | None:

@@ -73,7 +73,7 @@ class Geometry:
     flange_offset: Vector  # [m] from the last joint, at zero, in the base frame
     flange_rotation: tuple[Vector, Vector, Vector] = FLANGE_AT_ZERO  # rows, at zero
     links: Links | None = None  # set when the closed-form inverse of a spherical wrist applies
-    base_height: float | None = None  # [m] of the base frame (where axes S and L meet) above the floor
+    base_height: float | None = None  # [m] of the base frame, in which poses are given, above the floor
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,11 +37,11 @@ def postures(program: Program, work: Work) -> Program:
             work.notes.append(f"joint values are those of {robot.name}, carried as written to {other.name}")
         return program
     own = _Postures(work, robot, other)
-    below = other.geometry.links.height - robot.geometry.links.height
-    if abs(below) > _SAME:
-        where = "higher" if below < 0 else "lower"
+    above = _above(robot, other)
+    if abs(above) > _SAME:
+        where = "higher" if above > 0 else "lower"
         says = f"{other.name} counts poses from an origin that is {where}: those in the base are carried as written"
-        work.lose(0, Fate.APPROXIMATED, "base", says, abs(below) / mm, "mm")
+        work.lose(0, Fate.APPROXIMATED, "base", says, abs(above) / mm, "mm")
     return own.program(program)
 
 
@@ -53,6 +53,7 @@ class _Postures:
     apart: dict[PositionLiteral, float] = field(
         default_factory=dict
     )  # [m] of the flange, by what became of a posture
+    turned: set[PositionLiteral] = field(default_factory=set)  # with an axis whole turns elsewhere
 
     def program(self, program: Program) -> Program:
         routines = tuple(
@@ -81,6 +82,7 @@ class _Postures:
         if not isinstance(e, PositionLiteral) or not _is_joints(e):
             return e
         from olp.kinematics import forward
+        from olp.kinematics.readings import turned_back
 
         joints = self._joints(e)
         if joints is None:
@@ -88,13 +90,12 @@ class _Postures:
             return e
         there = self._there(joints)
         made = replace(e, values=tuple(_clean(v) for v in self._read(there)[0]))
-        apart = forward(self.other, there)[0][0] - forward(self.robot, joints)[0][0] + self._origins()
+        apart = forward(self.other, there)[0][0] - forward(self.robot, joints)[0][0]
+        apart[2] += _above(self.robot, self.other)
         self.apart[made] = float(np.linalg.norm(apart))
+        if turned_back(self.robot, self.other, joints, there)[0]:
+            self.turned.add(made)
         return made
-
-    def _origins(self) -> Floats:
-        """[m] from the other's origin to the own one: both arms are put onto one axis L."""
-        return np.array([0.0, 0.0, links_of(self.robot).height - links_of(self.other).height])
 
     def _step(self, e: Expression) -> Expression:
         """A relative target: how much each joint turns."""
@@ -139,6 +140,21 @@ class _Postures:
                 if apart > _SAME:
                     says = f"{self.other.name} stands as {self.robot.name} does, its flange elsewhere"
                     self.work.lose(s, Fate.APPROXIMATED, "joints", says, apart / mm, "mm")
+                if value in self.turned:
+                    says = (
+                        f"an axis of {self.other.name} stands whole turns elsewhere, where its limits let it"
+                    )
+                    self.work.lose(s, Fate.APPROXIMATED, "joints", says, 360.0, "deg")
+
+
+def _above(robot: Robot, other: Robot) -> float:
+    """[m] by which the other's base lies higher, both on one floor; where that is not known, with axes L level."""
+    assert robot.geometry is not None
+    assert other.geometry is not None
+    one, two = robot.geometry.base_height, other.geometry.base_height
+    if one is not None and two is not None:
+        return two - one
+    return links_of(robot).height - links_of(other).height
 
 
 def _has_joints(program: Program) -> bool:

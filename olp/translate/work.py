@@ -162,9 +162,13 @@ class Work:
         self.losses.append(Loss(line, kind, fate, part, says, size, unit))
 
     def need_robot(self, why: str) -> None:
-        """Notes, once, that the question cannot be answered without a robot (X012)."""
+        """Notes, once, that the question cannot be answered without a robot that makes the moves (X012)."""
         if not any(found.code == "X012" for found in self.problems):
-            help = "say --robot maker/model (and --target-robot where it is another one)"
+            if self.robot is None:
+                help = "say --robot maker/model (and --target-robot where it is another one)"
+            else:
+                help = f"{self.robot.name} does not reach every point of the program, or some are not known: "
+                help += "olp time with this robot says which"
             self.problems.append(error("X012", why, file=self.source.path, help=help))
 
     def routine(self, name: str) -> Routine:
