@@ -176,3 +176,20 @@ def test_the_sample_written_again_does_the_same() -> None:
     for one, other in zip(poses(first), poses(second), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-12)
     assert [type(s).__name__ for s in first.steps()] == [type(s).__name__ for s in second.steps()]
+
+
+def test_an_arc_with_an_angle_starts_where_another_ended() -> None:
+    """A quarter of a circle, a half of the same circle, and the chord back to the first point."""
+    at = "{{X {},Y {},Z 300,A 0,B 0,C 180}}"
+    top, left, bottom, right = (at.format(*xy) for xy in ((800, 100), (700, 0), (800, -100), (900, 0)))
+    plan = run(
+        "$BASE=$NULLFRAME",
+        f"PTP {right}",
+        f"CIRC {top},{left},CA 90",
+        f"CIRC {left},{bottom},CA 180",
+        f"LIN {right}",
+    )
+    wanted = [(0.9, 0.0), (0.8, 0.1), (0.8, -0.1), (0.9, 0.0)]
+    np.testing.assert_allclose([pose[:2, 3] for pose in poses(plan)], wanted, atol=1e-9)
+    quarter = np.pi * 0.1 / 2
+    np.testing.assert_allclose(plan.moves.length[1:], [quarter, 2 * quarter, np.sqrt(0.02)], atol=1e-9)

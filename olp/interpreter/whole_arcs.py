@@ -42,8 +42,11 @@ def beyond_targets(
         axes.append(np.full(positions.axes.shape[1], np.nan))
         return count + len(added) - 1
 
+    def point(index: int) -> Floats:
+        return positions.position[index][None] if index < count else added[index - count][None]
+
     for row, extra in extras.items():
-        a, b = (positions.position[index][None] for index in (start[row], extra.via))
+        a, b = point(start[row]), point(extra.via)  # after an arc with an angle the start is an added point
         end = int(target[row])
         c = positions.position[end][None]
         centre, radius, axis = circle(a, b, c)
