@@ -46,6 +46,21 @@ def test_the_turn_of_a_transformation_is_zyz(turn: tuple[float, float, float]) -
     np.testing.assert_allclose(ours, Rotation.from_euler("ZYZ", turn, degrees=True).as_matrix(), atol=1e-12)
 
 
+def test_texts_choose_their_case_and_numbers_may_have_a_colon() -> None:
+    found = program(
+        '$s = "b"', "SCASE $s OF", 'SVALUE "a":', "TWAIT 1", 'SVALUE "b", "c":', "TWAIT 2", "ANY:", "TWAIT 3", "END",
+        "GOTO 20", "TWAIT 4", "20: TWAIT 5",
+    )  # fmt: skip
+    assert codes(found) == []
+    assert [step.duration for step in found.plan().steps()] == pytest.approx([2, 5])
+
+
+@pytest.mark.parametrize("line", ["DRAW 10,,20,,,5", "DRAW 0,0,-50,0,0,0,100", "TDRAW ,,20,,,,50"])
+def test_a_draw_that_turns_or_has_a_speed_is_kept_and_told(line: str) -> None:
+    found = program(line)
+    assert (codes(found), moves(found)) == (["P585"], [])
+
+
 def test_a_computed_transformation_turns_like_a_written_one() -> None:
     plan = program(
         "x = 31.5",

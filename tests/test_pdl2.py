@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import olp
 from olp.expression import Number, Signal
-from olp.program import Blend, BlendKind, Move, Path, Program, SpeedUnit
+from olp.program import Blend, BlendKind, Dwell, EndWhile, Move, Path, Program, SpeedUnit, While
 from olp.reading import read_source
 from olp.source import decode
 from olp.units import mm
@@ -81,6 +81,41 @@ def test_a_move_carries_what_stands_behind_with_over_several_lines() -> None:
     assert move.tool is not None
 
 
+def test_a_setting_behind_a_move_ends_with_its_line() -> None:
+    """Nothing but a comma or an & takes the next line, unless that is WITH or ENDMOVE."""
+    first, second, third = moves(
+        program(
+            "MOVE LINEAR TO p WITH $LIN_SPD = 0.2",
+            "MOVE LINEAR TO p, WITH $LIN_SPD = 0.3, CONDITION[2],",
+            " WITH CONDITION[1],",
+            "ENDMOVE",
+            "MOVE LINEAR TO p WITH $LIN_SPD = 0.4",
+            "ENDMOVE",
+            data="p : POSITION",
+        )
+    )
+    assert [one.line for one in (first, second, third)] == [5, 6, 9]
+    assert [one.speed and one.speed.value.literal for one in (first, second, third)] == [0.2, 0.3, 0.4]
+
+
+def test_values_that_a_position_leaves_out_are_zero() -> None:
+    found = program("MOVE LINEAR TO POS(0)", "MOVE LINEAR TO POS(10, 20, 30)")
+    assert codes(found) == []
+    np.testing.assert_allclose(moves(found)[1].targets[0].values, [0.01, 0.02, 0.03, 0, 0, 0], atol=1e-12)
+
+
+def test_begin_cycle_runs_again() -> None:
+    found = read_source(decode(b"PROGRAM main\nBEGIN CYCLE\n DELAY 150\nEND main\n", "a.pdl"))
+    assert codes(found) == []
+    assert [type(one) for one in found.routines[0].body] == [While, Dwell, EndWhile]
+
+
+def test_a_variable_is_added_to() -> None:
+    found = program("n := 10", "n += 150", "n -= 50", "DELAY n", data="n : INTEGER")
+    assert codes(found) == []
+    assert [step.duration for step in found.plan().steps()] == pytest.approx([0.11])
+
+
 def test_a_program_goes_on_during_a_move_with_advance() -> None:
     first, second = moves(program("MOVE LINEAR TO p ADVANCE", "MOVE LINEAR TO p"))
     assert (first.no_wait, second.no_wait) == (True, False)
@@ -129,7 +164,9 @@ def test_routines_take_arguments_and_names_have_no_case() -> None:
         ("MOVE LINEAR p", "P590"),
         ("MOVE CIRCULAR TO p", "P590"),
         ("DELAY )", "P590"),
-        ("MOVE ABOUT p BY 10", "P590"),
+        ("MOVE ABOUT p BY 10", "P595"),
+        ("MOVE LINEAR ALONG track[1..4] WITH $LIN_SPD = 0.3", "P595"),
+        ("MOVE ARM[1] TO p SYNCMOVE ARM[2] TO q", "P595"),
         ("$TERM_TYPE := NOSETTLE", "P591"),
         ("OPEN HAND 1", "P591"),
         ("MOVE RELATIVE p", "P595"),

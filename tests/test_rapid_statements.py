@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from rapid_modules import NO_AXES, codes, errors, module, move, read, statement, statements
 
@@ -65,6 +66,7 @@ from olp.program import (
     Wait,
     While,
 )
+from olp.timing import time_plan
 from olp.units import deg, mm
 
 TRAVEL = SpeedUnit.TRAVEL
@@ -195,6 +197,21 @@ def test_process_moves_are_moves_with_what_belongs_to_the_process_beside_them() 
     output = move("MoveLDO p1,v100,z10,t\\WObj:=w,doGlue,1;")
     assert output.tool == Named("t")
     assert output.other[0] == ("MoveLDO", State(True))
+
+
+def test_a_move_of_external_axes_alone_leaves_the_arm_where_it_is() -> None:
+    """Its axis values of the arm are 9E9, which nobody may take for degrees."""
+    moved = "MoveExtJ [[9E9,9E9,9E9,9E9,9E9,9E9],[10,9E9,9E9,9E9,9E9,9E9]],vrot10,fine;"
+    assert statement(moved) == Process(0, "MoveExtJ", (("", Text(moved[9:-1])),))
+
+
+def test_a_speed_that_lets_the_tool_not_turn_is_told_and_times_the_move() -> None:
+    far = "[[{},0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    moves = f"MoveJ {far.format(700)},v100,z10,tool0;\nMoveJ {far.format(900)},[100,0,100,100],z10,tool0;"
+    moves += f"\nMoveJ {far.format(700)},v100,z10,tool0;"
+    timing = time_plan(read(module(moves)).plan("yaskawa/gp25"))
+    assert "I301" in [found.code for found in timing.diagnostics]
+    assert np.isfinite(timing.duration_s).all()
 
 
 def test_a_search_watches_its_signal() -> None:

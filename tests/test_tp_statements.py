@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from tp_listings import HEAD, body, listing, one, read
 
+from olp.diagnostic import OlpError
+from olp.export import export
 from olp.expression import (
     Argument,
     Binary,
@@ -446,3 +448,25 @@ def test_the_fields_that_only_tp_needs_survive():
     details = read(listing("DO[3:grip, left]=ON")).routines[0].details
     assert details["DO[3]"] == "grip, left"
     assert details["/ATTR OWNER"] == "MNEDITOR"
+
+
+UNMODELLED = [
+    "R[2]=VR[1].MODELID",
+    "R[2]=VR[R[1]].MES[3]",
+    "R[3]=TIMER_OVERFLOW[1]",
+    "IF PL[1]=[*,2,R[4]],JMP LBL[1]",
+    "WAIT PL[1]=[1,1,*]",
+    "WAIT ERR_NUM=11006",
+    "IF (VR[1].ENC[1]>3) THEN",
+]
+
+
+@pytest.mark.parametrize("text", UNMODELLED)
+def test_what_is_read_and_not_modelled_stays_as_written(text):
+    """Vision and pallet registers and the last alarm: no mistake, but nothing that another language has."""
+    block = [text, "ENDIF"] if text.endswith("THEN") else [text]
+    program = read(listing("LBL[1]", *block))
+    assert not [one for one in program.diagnostics if one.is_error]
+    assert f"2:  {text} " in export(program, "tp").decode()
+    with pytest.raises(OlpError, match="cannot say"):
+        export(program, "krl")

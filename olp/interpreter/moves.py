@@ -20,7 +20,7 @@ from olp.interpreter.evaluate import quantity, whole
 from olp.interpreter.memory import SystemPosition
 from olp.interpreter.modal import RATE_ABSOLUTE, RATE_FRACTION
 from olp.interpreter.places import place_of
-from olp.interpreter.speeds import FRACTION, JOINT, PATH_CODES, TIME, move_speed, part_speed, share
+from olp.interpreter.speeds import FRACTION, JOINT, PATH_CODES, TIME, move_speed, part_speed, share, turn_rate
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.interpreter.targets import place
@@ -189,7 +189,7 @@ def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:
         given = quantity(m, s.rate.value)
         if given > 0.0 and s.rate.unit is not AccelerationUnit.FRACTION:
             rate = given
-    turn = m.turn if s.turn is None else quantity(m, s.turn)
+    turn = m.turn if s.turn is None else turn_rate(m, s.turn)
     if s.via is None and math.isnan(rate) and math.isnan(turn):
         return NO_EXTRA
     via = -1

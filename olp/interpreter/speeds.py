@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from olp.diagnostic import Severity
-from olp.expression import Number
+from olp.expression import Number, Quantity
 from olp.interpreter.evaluate import number, quantity
 from olp.interpreter.state import Machine, StatementError
 from olp.plan import PATHS
@@ -41,7 +41,13 @@ def set_speed(m: Machine, s: SetSpeed) -> None:
     for speed in s.speeds:
         m.modal[UNITS[speed.unit]] = _checked(m, UNITS[speed.unit], quantity(m, speed.value))
     if s.turn is not None:
-        m.turn = quantity(m, s.turn)
+        m.turn = turn_rate(m, s.turn)
+
+
+def turn_rate(m: Machine, turn: Quantity) -> float:
+    """[rad/s] that a move turns its tool at no faster; a bound of zero would keep it from turning at all."""
+    value = quantity(m, turn)
+    return _checked(m, UNITS[SpeedUnit.TURN], value) if value <= 0.0 else value
 
 
 def part_speed(m: Machine, part: MovePart, leading: tuple[int, float]) -> tuple[int, int, float]:

@@ -76,15 +76,15 @@ _MARK = re.compile(
     re.IGNORECASE,
 )
 _HEAD = re.compile(r"\s*\.PROGRAM\s+([A-Z_][\w.]*)\s*(?:\(([^)]*)\))?", re.IGNORECASE)
-_LABEL = re.compile(r"(\d+)(?:\s+|$)|([A-Z_][\w.]*)\s*:(?!=)\s*", re.IGNORECASE)
+_LABEL = re.compile(r"(\d+)(?:\s*:|\s+|$)\s*|([A-Z_][\w.]*)\s*:(?!=)\s*", re.IGNORECASE)
 _ROW = re.compile(r"([#$]?[A-Z_][\w.]*)\s*(?:\[([\d,\s]+)\])?\s*=?\s*(.*)", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?", re.IGNORECASE)
 _TABLES: Final = (".TRANS", ".JOINTS", ".REALS", ".STRINGS", ".INTEGER")
 _KNOWN: Final = words(
-    "JMOVE LMOVE HMOVE C1MOVE C2MOVE XMOVE LAPPRO JAPPRO LDEPART JDEPART DRAW TDRAW TWAIT STABLE DELAY BREAK "
-    "CALL GOTO IF ELSE ELSEIF END WHILE DO UNTIL FOR CASE VALUE ANY RETURN SIGNAL SWAIT WAIT POINT TOOL BASE"
+    "JMOVE LMOVE HMOVE C1MOVE C2MOVE XMOVE LAPPRO JAPPRO LDEPART JDEPART DRAW TDRAW TWAIT STABLE DELAY BREAK CALL GOTO "
+    "IF ELSE ELSEIF END WHILE DO UNTIL FOR CASE SCASE VALUE SVALUE ANY RETURN SIGNAL SWAIT WAIT POINT TOOL BASE"
 )
-_MOVES: Final = words("DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
+_MOVES: Final = words("DRAW TDRAW DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
 _UNTAUGHT: Final = PositionLiteral("pose", (float("nan"),) * 6)
 _MOST_ELEMENTS: Final = 5000  # per index of an array
 _MOST_ROOM: Final = 500_000  # elements of all arrays together

@@ -190,10 +190,11 @@ class AsRules(BlockRules):
         return Move(0, _PATHS[word[0].upper()], (target,), blend=MODAL)
 
     def draw(self, children: list[Any]) -> Move:
-        values = _padded(children[1:], 6)
+        *values, speed = _padded(children[1:], 7)
+        turned = any(value != Number(0) for value in values[3:])
+        if speed != Number(0) or (turned and str(children[0]).upper() == "DRAW"):
+            raise NotModelledError(children)  # a turn about the axes of the base, or a speed of its own
         if str(children[0]).upper() == "DRAW":
-            if any(value != Number(0) for value in values[3:]):
-                raise LineError("DRAW with a turn", "dx, dy, dz; TDRAW turns the tool")
             return Move(0, Path.LINEAR, (Function("pose-offset", (_HERE, *values[:3])),), blend=MODAL)
         return Move(0, Path.LINEAR, (Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL)
 

@@ -65,6 +65,15 @@ _TYPES: Final = {
 }
 _SECTIONS: Final = words("VAR CONST TYPE BEGIN CYCLE IMPORT ENDTYPE")
 _MOST_JOINED: Final = 40
+_MOVE = re.compile(r"MOVE(?:FLY)?\b", re.IGNORECASE)
+_CLOSED = re.compile(r"\bENDMOVE$", re.IGNORECASE)
+_SETTING = re.compile(r"(?:WITH|ENDMOVE)\b|\$\w+\s*=", re.IGNORECASE)
+# Moves that are legal and not modelled: along paths, about and by vectors, part of the way, of two arms at once.
+_UNMODELLED = re.compile(
+    r"MOVE(?:FLY)?\s+(?:ARM\s*\[[^\]]*\]\s*)?(?:JOINT\s+|LINEAR\s+|CIRCULAR\s+)?(?:ALONG|ABOUT|BY|FOR)\b"
+    r"|MOVE(?:FLY)?\b.*\bSYNCMOVE(?:FLY)?\b",
+    re.IGNORECASE,
+)
 
 
 class Line(NamedTuple):
@@ -148,8 +157,10 @@ class _File:
                 number += 1
                 continue
             count = 1
-            while number + count <= len(lines) and count < _MOST_JOINED and _goes_on(text):
+            while number + count <= len(lines) and count < _MOST_JOINED:
                 more, _ = _parted(lines[number + count - 1])
+                if not _goes_on(text, more):
+                    break
                 text = f"{text.removesuffix('&').rstrip()} {more}"
                 count += 1
             yield Line(number, text, comment, count)
@@ -201,7 +212,7 @@ class _File:
         part = self.part or self.program
         if word == "IMPORT":
             self.kinds[number - 1], self.section = LineKind.RECORD, "VAR"
-        elif word == "CYCLE" and part is not None:
+        elif part is not None and (word == "CYCLE" or (word == "BEGIN" and rest.upper() == "CYCLE")):
             part.body.append(While(number, State(True)))
             part.cycle = number
         elif rest:
@@ -269,7 +280,8 @@ class _File:
         if written := _WRITE.fullmatch(text):
             part.body.append(Message(number, Text(written[1])))
             return
-        for one in self.parser.parse(text, number):
+        unmodelled = _UNMODELLED.match(text) is not None
+        for one in [self.parser.opaque(text, number)] if unmodelled else self.parser.parse(text, number):
             part.body.extend(self._placed(one, number))
 
     def _placed(self, one: Any, number: int) -> list[Statement]:
@@ -307,15 +319,13 @@ class _File:
         )
 
 
-def _goes_on(text: str) -> bool:
-    """Whether the instruction has more lines: a comma before WITH, an open WITH, or a trailing &."""
+def _goes_on(text: str, more: str) -> bool:
+    """Whether the next line belongs to the instruction: behind a trailing &, or to the WITH and ENDMOVE of a move."""
     if text.endswith("&"):
         return True
-    upper = text.upper()
-    if not upper.startswith("MOVE"):
+    if not _MOVE.match(text) or _CLOSED.search(text):
         return False
-    has_with = re.search(r"\bWITH\b", upper) is not None
-    return (upper.endswith(",") or has_with) and not upper.endswith("ENDMOVE")
+    return text.endswith(",") or _SETTING.match(more) is not None
 
 
 def _parted(text: str) -> tuple[str, str | None]:

@@ -132,6 +132,9 @@ class Pdl2Rules(BlockRules):
     def member(self, children: list[Any]) -> Expression:
         return Member(children[0], str(children[1]).lower())
 
+    def member_item(self, children: list[Any]) -> Expression:
+        return Item(self.member(children[:2]), tuple(children[2]))
+
     def function(self, children: list[Any]) -> Expression:
         name, arguments = str(children[0]), tuple(children[1] or ())
         word = name.upper()
@@ -162,7 +165,7 @@ class Pdl2Rules(BlockRules):
     def comma(self, _: list[Any]) -> tuple[str, Any]:
         return "", None
 
-    def setting(self, children: list[Any]) -> tuple[Expression, Expression]:
+    def setting(self, children: list[Any]) -> tuple[Expression, Expression | None]:
         return children[0], children[1]
 
     def with_(self, children: list[Any]) -> tuple[str, Any]:
@@ -197,7 +200,7 @@ class Pdl2Rules(BlockRules):
     def _move(self, word: str, path: Token | None, target: Expression, tails: list[Any]) -> Any:
         fields: dict[str, Any] = {}
         other: list[tuple[str, Expression]] = []
-        settings: list[tuple[Expression, Expression]] = []
+        settings: list[tuple[Expression, Expression | None]] = []
         for name, value in tails:
             if name == "with":
                 settings.append(value)
@@ -218,9 +221,14 @@ class Pdl2Rules(BlockRules):
         move = replace(move, other=tuple(other))
         return move if path is not None or move.via is not None else Untyped(move)
 
-    def _with(self, move: Move, key: Expression, value: Expression, other: list[Any], fly: bool) -> Move:
-        """The move with one of its own settings."""
+    def _with(
+        self, move: Move, key: Expression, value: Expression | None, other: list[Any], fly: bool
+    ) -> Move:
+        """The move with one of its own settings, or with a condition that holds during it."""
         word = key.name if isinstance(key, Named) else ""
+        if value is None:
+            other.append(("condition", key))
+            return move
         if word == "$LIN_SPD":
             return move if move.path is Path.JOINT else replace(move, speed=_travel(value))
         if word in _OVERRIDES and move.path is Path.JOINT:
@@ -251,6 +259,10 @@ class Pdl2Rules(BlockRules):
         if not isinstance(target, (Named, Item, Member)):
             raise LineError("nothing can be stored here", "a variable or a port")
         return Assign(0, target, value)
+
+    def update(self, children: list[Any]) -> Any:
+        target, word, value = children
+        return self.assign([target, Binary(str(word)[0], target, value)])
 
     def _system(self, word: str, target: Named, value: Expression) -> Any:
         if word == "$TOOL":
@@ -328,14 +340,16 @@ def _travel(value: Expression) -> Speed:
 
 
 def _pose(values: tuple[Expression, ...]) -> Expression:
-    """POS(x, y, z, a, e, r, 'flags')."""
-    flags = values[6].value if len(values) == 7 and isinstance(values[6], Text) else ""
-    if len(values) not in (6, 7):
-        raise LineError(f"a position with {len(values)} values", "POS(x, y, z, a, e, r, 'flags')")
-    numbers = constants(values[:6])
+    """POS(x, y, z, a, e, r, 'flags'); values that are left out at the end are 0, as in POS(0)."""
+    flags = values[-1].value if values and isinstance(values[-1], Text) else ""
+    given = values[:-1] if values and isinstance(values[-1], Text) else values
+    if not given or len(given) > 6:
+        raise LineError(f"a position with {len(given)} values", "POS(x, y, z, a, e, r, 'flags')")
+    values = (*given, *[Number(0)] * (6 - len(given)))
+    numbers = constants(values)
     if numbers is not None:
         return zyz_pose(numbers, (("CNFG", flags),) if flags else ())
-    x, y, z, a, e, r = values[:6]
+    x, y, z, a, e, r = values
     zero = Number(0)
     tilted = Function("pose-angles", (x, y, z, zero, e, a))  # Rz(a) Ry(e)
     return Function("pose-product", (tilted, Function("pose-angles", (*(zero,) * 5, r))))

@@ -30,7 +30,6 @@ LAYOUTS: Final[dict[str, Layout]] = {
     "movel": Layout(_L, "tszo"),
     "movec": Layout(_C, "vtszo"),
     "moveabsj": Layout(_J, "jszo"),
-    "moveextj": Layout(_J, "jsz"),
     **{f"move{c}{s}": Layout(p, h) for c, p, h in (("j", _J, "tszo"), ("l", _L, "tszo"), ("c", _C, "vtszo"))
        for s in ("do", "ao", "go", "sync")},
     **{f"{w}j{s}": Layout(_J, "ts", "zo") for w, s in (("trigg", ""), ("paint", ""), ("arc", ""))},

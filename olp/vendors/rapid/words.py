@@ -151,7 +151,11 @@ _PROCESS: Final = """
     weldgeton worldaccLim worldacclim write writeanybin writebin writeblock writecfgdata writerawbytes writestrbin
     writevar wzboxdef wzcyldef wzdisable wzdosetdef wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef
     pdispset errlogw iwaituntil restart indamove indcmove inddmove indrmove indreset signalchange cap capapTrSetup
-    readpathdata setgapsync weldon weldoff"""
+    readpathdata setgapsync weldon weldoff
+    moveextj camflush camgetloadedjob camgetparameter camgetresult camloadjob camreqimage camsetexposure
+    camsetparameter camsetprogrammode camsetrunmode camstartloadjob camwaitloadjob ditheract ditherdeact egmwaitcond
+    motionprocessmodeset mtooltcpcalib raisetouser siclose siconnect sigetcyclic sisetcyclic stcalib stclose stopen
+    stoolrotcalib stooltcpcalib sttune sttunereset supsyncsensoroff supsyncsensoron"""
 PROCESS: Final = frozenset(_PROCESS.lower().split())
 _INTERRUPTS: Final = """
     isignaldi isignaldo isignalgi isignalgo isignalai isignalao itimer ipers ierror ivarvalue ipathpos irmqmessage

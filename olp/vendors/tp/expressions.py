@@ -25,6 +25,7 @@ from olp.expression import (
     Taught,
     Text,
     Unary,
+    Unknown,
     Variable,
 )
 from olp.vendors.tp import values
@@ -154,6 +155,9 @@ class ValueRules(Transformer[Token, Any]):
 
     def system(self, children: list[Token]) -> Named:
         return Named("".join(str(children[0]).split()))
+
+    def unmodelled(self, children: list[Token]) -> Unknown:
+        return Unknown(str(children[0]))
 
     def here(self, children: list[Token]) -> SystemValue:
         return SystemValue(_HERE[str(children[0])])

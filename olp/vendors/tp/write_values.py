@@ -28,6 +28,7 @@ from olp.expression import (
     Taught,
     Text,
     Unary,
+    Unknown,
     Variable,
 )
 from olp.points import PointKind, PointTable
@@ -56,6 +57,7 @@ _SINGLE = (
     FrameRef,
     Text,
     Named,
+    Unknown,
 )
 
 
@@ -87,10 +89,14 @@ def number(literal: Number) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """How one program spells. `names`: comments of signals, DO[3] -> gripper. `points`: what it teaches."""
+    """How one program spells. `names`: comments of signals, DO[3] -> gripper. `points`: what it teaches.
+
+    `own`: the program is TP's own.
+    """
 
     names: Mapping[str, str]
     points: PointTable = field(default_factory=PointTable)
+    own: bool = False
 
     # --- registers --------------------------------------------------------------------------------------
 
@@ -201,6 +207,10 @@ class Words:
                 return f"'{text}'"
             case Named(name) if name.startswith("$"):
                 return name
+            case Unknown(text) if self.own:
+                return text
+            case Unknown(text):
+                raise CannotSayError(f"the word {text}")
             case Named(name):
                 raise CannotSayError(f"the variable {name} by its name", "give it a register")
             case _:

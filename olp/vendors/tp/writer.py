@@ -94,7 +94,7 @@ class _ListingWriter:
         self.own = program.vendor == "tp"
         self.details = routine.details if self.own else {}
         self.positions = PositionWriter(routine.points, self.details, self.own)
-        words = Words(self.details, routine.points)
+        words = Words(self.details, routine.points, self.own)
         self.moves = MoveWriter(words, self.positions, Scratch(_used(program), LIMITS.numbered[Store.ROBOT]))
         self.labels = Labels(routine, self.own)
         self.words = words
