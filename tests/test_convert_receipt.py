@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from olp.__main__ import main
+from olp.called import ACCELERATIONS, BLENDS, FUNCTIONS, SIGNALS, SPEEDS, STATEMENTS, STORES, VALUES
 from olp.diagnostic import OlpError
 from olp.expression import Store
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.reading import read
 from olp.robot import load_robot
-from olp.translate.called import ACCELERATIONS, BLENDS, SPEEDS, STATEMENTS, STORES
 from olp.translate.convert import convert
 from olp.translate.support import kinds
 from olp.translate.work import Context, Fate
 
 SAMPLES = Path(__file__).resolve().parents[1] / "samples"
 ROBOT = "yaskawa/gp25"
+VENDORS = ("inform", "krl", "rapid", "tp", "urscript")
 
 
 def receipt(tmp_path: Path, capsys: pytest.CaptureFixture[str], source: Path, target: str, *more: str):
@@ -192,6 +195,87 @@ def test_the_receipt_begins_with_how_much_is_exact(tmp_path, capsys):
     assert f"blend {worst:.3g} mm" in text
 
 
+ROBOTS_OWN = "/PROG  GRIP\n/ATTR\n/MN\n   1:  RO[3]=ON ;\n   2:  WAIT RI[2]=ON ;\n/POS\n/END\n"
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "urscript"])
+def test_signals_of_the_robot_itself_are_mapped_by_the_file_that_the_message_names(tmp_path, capsys, target):
+    listing = written(tmp_path, "GRIP.LS", ROBOTS_OWN)
+    assert main(["convert", str(listing), "--to", target, "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    advice = re.findall(r'map it under (\[signals\]) in the mapping file, as in (.*) = "(in|out) 12"', said)
+    assert [(name, kind) for _, name, kind in advice] == [('"robot-out 3"', "out"), ('"robot-in 2"', "in")]
+    cell = written(tmp_path, "cell.toml", '[signals]\n"robot-out 3" = "out 12"\n"robot-in 2" = "in 7"\n')
+    text, found = receipt(tmp_path, capsys, listing, target, "--map", str(cell))
+    assert found["totals"]["exact"] == 2
+    assert not found["difference"]["says"]
+    assert "connect the signals as they are called now: robot-out 3 is out 12, robot-in 2 is in 7" in text
+    (file,) = (tmp_path / "out").iterdir()
+    assert "12" in file.read_text()
+
+
+def test_where_signals_have_names_those_of_the_robot_have_some_too(tmp_path, capsys):
+    text, found = receipt(tmp_path, capsys, written(tmp_path, "GRIP.LS", ROBOTS_OWN), "rapid")
+    assert found["totals"]["exact"] == 2
+    assert not found["difference"]["says"]
+    assert "configure the signals: robot-out 3 is ro3, robot-in 2 is ri2" in text
+    assert len(found["before_run"]) == 1
+
+
+def test_a_signal_with_a_computed_number_is_no_variable_where_signals_have_names(tmp_path):
+    listing = written(tmp_path, "GRIP.LS", ROBOTS_OWN.replace("RI[2]", "RI[R[1]]"))
+    with pytest.raises(OlpError, match="a signal with a computed number"):
+        convert(read(listing), "rapid")
+
+
+def messages(text: str, name: str, folder: Path) -> Iterator[str]:
+    """Whatever the translations of a program into all other languages tell."""
+    program = read(written(folder, name, text))
+    for target in VENDORS:
+        for on_loss in ("error", "comment"):
+            try:
+                made = convert(program, target, Context(robot=load_robot(ROBOT), on_loss=on_loss)).translated
+            except OlpError as refused:
+                yield from (found.message for found in refused.diagnostics)
+            else:
+                yield from (loss.says for loss in (*made.losses, *made.remarks))
+                yield from (*made.notes, *made.asks)
+
+
+FOREIGN = {
+    "A.src": "DEF a()\nINT i\nSIGNAL s $CYCFLAG[1]\ni=3 B_AND 5\nWAIT FOR $CYCFLAG[2]\nWAIT FOR $TIMER_FLAG[1]\n"
+    "$VEL.CP=0.5\nLIN {X 900,Y 0,Z 500,A 0,B 0,C 180} C_VEL\nPTP $POS_ACT\nHALT\nEND\n",
+    "B.mod": 'MODULE B\nVAR string t;\nVAR num n;\nVAR socketdev k;\nPROC main()\nt:=NumToStr(n,2)+" ";\n'
+    "n:=StrLen(t);\nt:=StrPart(t,1,2);\nWaitDI di1,1\\MaxTime:=2\\TimeFlag:=late;\nPulseDO do1;\nSocketClose k;\n"
+    "ENDPROC\nENDMODULE\n",
+    "C.ls": "/PROG  C\n/MN\n   1:  F[1]=(ON) ;\n   2:  WAIT UI[3]=ON TIMEOUT,LBL[1] ;\n   3:  R[1]=R[2] DIV 3 ;\n"
+    "   4:  LBL[1] ;\n   5:  RUN C ;\n   6:  MESSAGE[a] ;\n   7:L P[1] WELD_SPEED FINE ;\n   8:  Arc Start[1] ;\n"
+    "/POS\nP[1]{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX = 900 mm, Y = 0 mm, Z = 500 mm,\n"
+    "\tW = 180 deg, P = 0 deg, R = 0 deg\n};\n/END\n",
+    "D.script": "def d():\n  thread t():\n    sync()\n  end\n  run t()\n  if get_configurable_digital_in(2):\n"
+    "    sleep(0.1)\n  end\n  q = pose_add(get_actual_tcp_pose(), p[0,0,0.1,0,0,0])\n  movel(q, a=1.2, v=0.25)\n"
+    '  n = random()\n  popup(str_cat("a", "b"))\nend\nd()\n',
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_no_message_has_words_that_only_the_source_code_knows(tmp_path, name):
+    inner = {*FUNCTIONS, *VALUES, *SIGNALS, *(store.value for store in Store)}
+    inner = {word for word in inner if "-" in word} | {
+        kind for kind in kinds() if kind not in STATEMENTS.values()
+    }
+    told = list(messages(FOREIGN[name], name, tmp_path))
+    assert len(told) > 3
+    for says in told:
+        words = set(re.findall(r"[\w-]+", re.sub(r'"[^"]*"', "", says)))
+        assert not words & inner, says
+
+
 def test_what_takes_nothing_is_no_loss(tmp_path):
     made = convert(read(written(tmp_path, "k.src", "DEF k()\nWAIT SEC 0\nCONTINUE\nEND\n")), "rapid")
     assert {loss.fate for loss in made.translated.losses} == {Fate.EXACT}
+
+
+def test_what_has_no_value_in_the_program_is_asked_for(tmp_path):
+    made = convert(read(written(tmp_path, "C.ls", FOREIGN["C.ls"])), "rapid", Context(on_loss="comment"))
+    assert made.translated.asks["set these variables, which have no values"] == ("weld_speed [mm/s]",)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -366,6 +367,11 @@ def test_conditions_without_precedence_get_parentheses() -> None:
 )
 def test_what_krl_cannot_say_is_refused(statement: Statement) -> None:
     assert refused(statement) == ["X002"]
+
+
+def test_each_move_that_cannot_be_said_is_told_although_they_share_their_speed() -> None:
+    slow = move(Speed(SpeedUnit.TIME, Quantity(Number(2), 1.0)))
+    assert refused(slow, replace(slow, line=2), replace(slow, line=3)) == ["X002"] * 3
 
 
 def test_expressions_keep_their_meaning() -> None:

@@ -130,6 +130,8 @@ def _signals(translated: Translated, target: str) -> Iterator[str]:
     for s in translated.program.statements():
         if not isinstance(s, Move) or s.until is not None or s.search is not None:
             kept |= {_signal(e): None for e in expressions_of(s) if isinstance(e, Signal)}
+    if target in _NAMED:
+        kept = {name: None for name in kept if name.partition(" ")[2] not in renamed.values()}
     if same := [name for name in kept if name not in new]:
         yield f"see that these signals are wired as in the source, or map them under [signals]: {some(same)}"
 

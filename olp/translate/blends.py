@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from olp import called
 from olp.expression import Number, Quantity
 from olp.interpreter.world import DEFAULT_ZONES
 from olp.program import Blend, BlendKind, Move, Path, Program, Statement
@@ -119,7 +120,7 @@ class _Blends:
     ) -> Blend | None:
         size = self._size(s, kind, value)
         if size is None:
-            says = "how far from its corner this blend begins depends on a move that this run does not show"
+            says = "its size depends on a move that this run does not show: the smallest zone is taken"
             self.work.lose(s, Fate.APPROXIMATED, "blend", says)
             size = self._zones()[0]
         blend, off = self._of_size(s, size, allowed)
@@ -128,7 +129,7 @@ class _Blends:
                 s, Fate.APPROXIMATED, "blend", "no blend that the target has: an exact stop", size / mm, "mm"
             )
         elif not off <= _NOTHING:
-            says = f"{kind.value} as {blend.kind.value}"
+            says = f"{called.BLENDS[kind]} written as {called.BLENDS[blend.kind]}"
             self.work.lose(s, Fate.APPROXIMATED, "blend", says, off / mm, "mm")
         return blend
 

@@ -14,12 +14,12 @@ from olp.collecting import no_garbage_collection
 from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
 from olp.export import refuse_unwritable
 from olp.program import Program, Routine
-from olp.translate.called import language
 from olp.translate.canonical import Translated, canonical
 from olp.translate.left_out import LeftOut
 from olp.translate.limits import limits_of
 from olp.translate.split import split
 from olp.translate.work import Context, Fate
+from olp.vendors.vendor import language_of
 
 if TYPE_CHECKING:
     from olp.assumptions import Assumptions
@@ -68,7 +68,7 @@ def _converted(
         translated = canonical(program, vendor, context, left_out)
         raise_errors(translated.problems)
         files, main, problems = _written(translated.program, vendor, encoding, date)
-        lines = {found.line: found.message for found in problems if found.line}
+        lines = {found.line: _reason(found) for found in problems if found.line}
         if context.on_loss != "comment" or not left_out.add(lines):
             break
     told = refusals(program, vendor, translated)
@@ -78,6 +78,12 @@ def _converted(
     if told:
         raise OlpError(*dict.fromkeys(told))
     return Converted(files, main, translated)
+
+
+def _reason(found: Diagnostic) -> str:
+    """Why the writer cannot say something, as the receipt tells it: "a computed index (…)"."""
+    says = found.message.partition(": ")[2] or found.message
+    return f"{says} ({found.help})" if found.help else says
 
 
 def refusals(program: Program, vendor: str, translated: Translated) -> list[Diagnostic]:
@@ -91,7 +97,7 @@ def refusals(program: Program, vendor: str, translated: Translated) -> list[Diag
                 if loss.line
                 else None
             )
-            message = f"{language(vendor)} cannot say this: {loss.says}"
+            message = f"{language_of(vendor)} cannot say this: {loss.says}"
             help = "--on-loss comment writes it as a comment"
             found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
     return found

@@ -157,7 +157,12 @@ class _Systems:
             return e
         if not isinstance(e.number, Number):
             if self.work.target != "krl":
-                self.work.lose(s, Fate.REFUSED, _words(kind), "its number is computed while the program runs")
+                self.work.lose(
+                    s,
+                    Fate.REFUSED,
+                    _words(kind),
+                    f"the {_words(kind)}'s number is computed while the program runs",
+                )
             return e
         number = int(e.number.value)
         wanted = self._map(kind).get(str(number))
@@ -248,7 +253,7 @@ class _Systems:
         if frame is None or (isinstance(frame, FrameRef) and frame.kind in ("base", "robot")):
             return
         if isinstance(frame, FrameRef):
-            self.work.lose(s, Fate.REFUSED, "frame", "a frame that is not known here")
+            self.work.lose(s, Fate.REFUSED, "frame", "a frame whose values are not known here")
             return
         changes["frame"] = _BASE
         targets = changes.get("targets", s.targets)

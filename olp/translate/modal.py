@@ -69,6 +69,7 @@ _MODAL_KINDS: Final = frozenset(_MODAL)
 _NEVER: Final[Values] = frozenset({UNSET})
 _NO_KEYS: Final[Mapping[Key, object]] = {}
 _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
+_CALLED = {_LAST: "speed", _TURN: "turning speed", _RATE: "acceleration"}
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
 _OVERRIDE: Final[Key] = ("override",)
@@ -156,8 +157,9 @@ class _Modal:
         if unset is None and UNSET in found and len(found) == 2:
             known = next(value for value in values if value is not None)
             if self._is_fixed(known):
-                self.work.notes.append(
-                    f"{key[0]}: taken as set, although one way leads past every statement that sets it"
+                part = _CALLED.get(str(key[0]), key[0])
+                self.work.note_once(
+                    f"{part}: taken as set, although one way leads past every statement that sets it"
                 )
                 return known
         return self._variable(key, found, unset)

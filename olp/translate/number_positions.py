@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from olp import called
 from olp.expression import (
     Binary,
     Element,
@@ -123,7 +124,10 @@ class Numbers:
         largest = self.work.limits.numbered.get(store, 0)
         if start + size - 1 >= largest + first:
             self.work.lose(
-                0, Fate.REFUSED, "variable", f"more than {largest} variables of the kind {store.value}"
+                0,
+                Fate.REFUSED,
+                "variable",
+                f"more than {largest} variables of one kind ({called.STORES[store]})",
             )
         letter = LETTERS[self.work.target].get(store, "")
         shown = f"{letter}{start:03d}" if self.inform else f"{letter}[{start}]"
@@ -261,7 +265,7 @@ class Numbers:
             by = self._relative(e.arguments[1:], place, before, line)
             before.append(Assign(line, result, Function("pose-product", (start, by))))
         else:
-            self.work.lose(line, Fate.REFUSED, "target", f"the position function {e.name}")
+            self.work.lose(line, Fate.REFUSED, "target", called.function(e.name))
         return result
 
     def _placed(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:

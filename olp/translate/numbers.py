@@ -122,7 +122,7 @@ class _Numbers(Numbers):
             return [replace(s, target=mapped(s.target, self._change), value=value)]
         if self.inform and isinstance(s.target, Member):
             if s.target.name not in MEMBERS:
-                says = f"a position has no element '{s.target.name}' that can be set on its own"
+                says = f"INFORM has no data with an element '{s.target.name}' that can be set on its own"
                 self.work.lose(s, Fate.REFUSED, "element", says)
                 return [s]
             return self._set_element(s)

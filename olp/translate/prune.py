@@ -8,6 +8,7 @@ from olp.expression import Named, PositionLiteral, RecordLiteral
 from olp.program import Declare, Program
 from olp.translate.rewrite import expressions_of, note_names
 from olp.translate.work import Fate, Work
+from olp.vendors.vendor import language_of
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
 _HELD = _PLAIN | {"tool", "frame", ""}  # types that every language has in some form
@@ -62,4 +63,9 @@ def _refuse(program: Program, types: dict[str, str], work: Work) -> None:
             continue
         name = next((e.name for e in expressions_of(s) if type(e) is Named and e.name in types), None)
         if name is not None:
-            work.lose(s, Fate.REFUSED, "data", f"{name} is data of the type {types[name]!r}")
+            work.lose(
+                s,
+                Fate.REFUSED,
+                "data",
+                f"{name} is data of the type {types[name]}, which {language_of(work.target)} does not have",
+            )

@@ -10,12 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from olp.called import kind_of
 from olp.program import Begin, Comment, Declare, End, Program
 from olp.translate.before import before_it_runs
 from olp.translate.canonical import Translated
 from olp.translate.compare import Comparison, compare_plans, steps_of
 from olp.translate.link import Linked
-from olp.translate.work import Fate, Loss, kind_of
+from olp.translate.work import Fate, Loss
 from olp.units import deg, mm
 
 if TYPE_CHECKING:

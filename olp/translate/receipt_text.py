@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
+from olp.called import STATEMENTS
 from olp.translate.before import places, some
-from olp.translate.called import STATEMENTS
 from olp.translate.receipt import Receipt
 from olp.translate.work import Fate, Loss
 from olp.units import deg, mm

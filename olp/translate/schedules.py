@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from olp import called
 from olp.expression import Named, SystemValue
 from olp.program import Declare, Move, Program, Statement
 from olp.translate.rewrite import edited
@@ -31,8 +32,9 @@ def _move(s: Statement, names: dict[SystemValue, str], work: Work) -> Statement:
     name = names.get(held)
     if name is None:
         name = names[held] = work.fresh(held.name.replace("-", "_"))
-    says = f"the controller's {held.name} is not in the program: {name} has to be set, in mm/s"
+    says = f"{called.value(held.name)} is not in the program: {name} has to be set, in mm/s"
     work.lose(s, Fate.APPROXIMATED, "speed", says)
+    work.ask("set these variables, which have no values", f"{name} [mm/s]")
     return edited(
         s, {"speed": s.speed._replace(value=s.speed.value._replace(written=Named(name)), native="")}
     )

@@ -30,6 +30,17 @@ _STEMS: Final[Mapping[str, str]] = {
 _NAMING: Final = frozenset({"rapid"})
 
 
+_ANALOG: Final = frozenset({"analog-in", "analog-out"})
+
+
+def _plain(bus: str) -> str:
+    """What a signal is where it has a name: whose it is (the robot's, the tool's, the system's) makes no difference."""
+    if bus == "tool-analog-in":
+        return "analog-in"
+    kind = bus.rpartition("-")[2]
+    return kind if kind in ("in", "out") and bus not in _ANALOG else bus
+
+
 def signals(program: Program, work: Work) -> Program:
     """Every signal as the target addresses it."""
     own = _Signals(work)
@@ -83,7 +94,7 @@ class _Signals:
         if self.work.target in _NAMING and isinstance(e.index, Number):
             name = f"{_STEMS.get(e.bus, re.sub(r'[^a-z]', '_', e.bus))}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
-            return replace(e, index=Text(name))
+            return replace(e, bus=_plain(e.bus), index=Text(name))
         if self.work.target not in _NAMING and isinstance(e.index, Text):
             return replace(e, index=Number(self._number(e.bus, e.index.value)))
         return e

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from olp import called
 from olp.expression import Named, Text
 from olp.program import (
     Assign,
@@ -27,16 +28,16 @@ from olp.program import (
     Wait,
     WaitTask,
 )
-from olp.translate.called import language
 from olp.translate.folds import without_folds
 from olp.translate.work import Fate, Work
+from olp.vendors.vendor import language_of
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
 _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
 # Options that change nothing where they are left out: offsets of external axes, and names of the data set.
 _HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
 # KUKA's advance run goes on past the next statement, and its stop handler that every program of its editor declares.
-_TIMELESS = frozenset({"continue", "stop-handler"})
+_TIMELESS = {"continue": "CONTINUE", "stop-handler": "the stop handler"}
 _MODAL = frozenset({SetSpeed, SetBlend})
 _FOREIGN = (Opaque, Process, Reference)
 
@@ -66,7 +67,7 @@ def foreign_words(program: Program, work: Work) -> Program:
             elif isinstance(s, Move) and s.other:
                 rows.append(_without_options(s, work))
             elif isinstance(s, Process) and program.vendor == "krl" and s.name in _TIMELESS:
-                rows.append(_idle(s, f"{s.name} takes no time and moves nothing", program, work))
+                rows.append(_idle(s, f"{_TIMELESS[s.name]} takes no time and moves nothing", program, work))
             elif isinstance(s, ShiftOff) and not shifts:
                 rows.append(_idle(s, "no shift is on that could end here", program, work))
             elif isinstance(s, WaitTask) and s.task not in started:
@@ -76,7 +77,7 @@ def foreign_words(program: Program, work: Work) -> Program:
                 rows.append(s)
             elif isinstance(s, _FOREIGN):
                 fate = Fate.COMMENTED if comments else Fate.REFUSED
-                says = f"a word of {language(program.vendor)} that means nothing in {language(work.target)}"
+                says = f"a word of {language_of(program.vendor)} that means nothing in {language_of(work.target)}"
                 work.lose(s, fate, "statement", says)
                 rows.append(Comment(s.line, untranslated(program, s)))
             else:
@@ -148,9 +149,8 @@ def _without_options(s: Move, work: Work) -> Move:
         for name, value in s.other
         if name in said
     ]
-    work.lose(
-        s, Fate.COMMENTED, "option", f"the option {', '.join(said)} means nothing in {language(work.target)}"
-    )
+    which = f"the options {', '.join(said)} mean" if len(said) > 1 else f"the option {said[0]} means"
+    work.lose(s, Fate.COMMENTED, "option", f"{which} nothing in {language_of(work.target)}")
     return replace(
         s, other=(), comment=" ".join([*([s.comment] if s.comment else []), f"[{' '.join(texts)}]"])
     )
@@ -159,4 +159,4 @@ def _without_options(s: Move, work: Work) -> Move:
 def untranslated(program: Program, s: Statement) -> str:
     """The comment that stands where a statement of the source cannot."""
     text = program.source.line(s.line).strip().rstrip("; ") if s.line else ""
-    return f"not translated: {text or type(s).__name__}"
+    return f"not translated: {text or called.statement(s)}"

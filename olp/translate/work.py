@@ -6,12 +6,13 @@ import collections.abc
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
+from olp.called import kind_of
 from olp.diagnostic import Diagnostic, error
 from olp.expression import Named, PositionLiteral
 from olp.frozen import fast_init
-from olp.program import Move, Parameter, Path, Program, Routine, Statement
+from olp.program import Parameter, Program, Routine, Statement
 from olp.translate.limits import Limits, limits_of
 
 if TYPE_CHECKING:
@@ -212,16 +213,6 @@ class Work:
 def work_for(program: Program, target: str, context: Context) -> Work:
     """Raises OlpError (X010) for a language that cannot be written."""
     return Work(program, target, limits_of(target), context)
-
-
-_MOVES: Final = {path: f"Move {path.value}" for path in Path}
-
-
-def kind_of(statement: Statement) -> str:
-    """How the receipt calls a kind of statement: its class in the neutral program, a move by its path."""
-    if type(statement) is Move:
-        return _MOVES[statement.path]
-    return type(statement).__name__
 
 
 def _names_in(program: Program) -> set[str]:

@@ -80,3 +80,8 @@ def recognise(source: Source) -> Vendor | None:
     if len(by_suffix) == 1:
         return by_suffix[0]
     return next((vendor for vendor in by_suffix or vendors if vendor.sniff(source)), None)
+
+
+def language_of(vendor: str) -> str:
+    """How people call a vendor's language: INFORM, TP."""
+    return find_vendor(vendor).title.split()[-1]

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from olp import called
 from olp.expression import Store
 from olp.points import PointBlock, PointKind, PointState, PointTable
 from olp.units import deg, mm
@@ -72,13 +73,13 @@ class PositionWriter:
             key for key, block in self.points.blocks.items() if len(block) and key not in FAMILIES.values()
         ]
         if unknown:
-            raise CannotSayError(f"taught positions of kind {unknown[0][0].value}")
+            raise CannotSayError(f"a taught position as a {called.STORES[unknown[0][0]]}")
 
     # --- state ------------------------------------------------------------------------------------------
 
     def _records(self, state: PointState) -> Iterator[str]:
         if state.frame not in _POSTYPES:
-            raise CannotSayError(f"positions in the coordinate system '{state.frame}'")
+            raise CannotSayError(f"positions in {called.SYSTEMS.get(state.frame, state.frame)}")
         wanted = {"USER": str(state.user)} if state.user is not None else {}
         wanted["TOOL"] = str(state.tool)
         if not self.old or state.frame not in ("pulse", "joint", "base"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from olp import called
 from olp.expression import (
     Argument,
     Binary,
@@ -134,13 +135,13 @@ def _function(words: Words, target: str, function: Function) -> str:
     if name == "parameter" and len(arguments) == 2:
         return f"GETPRM {target} KIND={words.value(arguments[0])} PRMNO={words.value(arguments[1])}"
     if name not in _FUNCTION_WORDS:
-        raise CannotSayError(f"the function '{name}'")
+        raise CannotSayError(called.function(name))
     return " ".join([_FUNCTION_WORDS[name], target, *map(words.value, arguments)])
 
 
 def _only(function: Function, name: str) -> Expression:
     if function.name != name or len(function.arguments) != 1:
-        raise CannotSayError(f"the function '{function.name}' in this place")
+        raise CannotSayError(f"{called.function(function.name)} in this place")
     return function.arguments[0]
 
 
@@ -153,7 +154,7 @@ def _update(words: Words, s: Update) -> str:
     if s.operator in _STEPS and s.operand == Number(1) and _counts(s.target):
         return f"{_STEPS[s.operator]} {target}"
     if s.operator not in _UPDATES or s.operand is None:
-        raise CannotSayError(f"the operation '{s.operator}'")
+        raise CannotSayError(called.operation(s.operator))
     return f"{_UPDATES[s.operator]} {target} {words.value(s.operand)}"
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
+from olp import called
 from olp.expression import (
     Binary,
     Compare,
@@ -108,7 +109,7 @@ class Words:
     def taught(self, it: Taught) -> str:
         letter = self.station_letter if it.store is Store.STATION else TAUGHT_LETTERS.get(it.store, "")
         if not letter:
-            raise CannotSayError(f"a taught position of kind {it.store.value}")
+            raise CannotSayError(f"a taught position as a {called.STORES[it.store]}")
         return f"{letter}{it.number:0{self.point_digits}d}"
 
     def position(self, it: Expression) -> str:
@@ -119,14 +120,14 @@ class Words:
     def signal(self, it: Signal) -> str:
         """Without the half of a register, which stands behind it as a word of its own."""
         if it.bus not in BUSES:
-            raise CannotSayError(f"the signal '{it.bus}'")
+            raise CannotSayError(*called.signal(it))
         return f"{BUSES[it.bus]}#({self.value(it.index)})"
 
     def frame(self, it: FrameRef) -> str:
         if it.number is not None and it.kind in ("user", "tool"):
             return f"{'UF' if it.kind == 'user' else 'TL'}#({self.value(it.number)})"
         if it.kind not in FRAMES:
-            raise CannotSayError(f"the coordinate system '{it.kind}'")
+            raise CannotSayError(called.SYSTEMS.get(it.kind, it.kind))
         return FRAMES[it.kind]
 
     def system(self, it: SystemValue) -> str:
@@ -136,7 +137,7 @@ class Words:
             return _POSITION_VALUES[it.name]
         letters = {store.value: letter for store, letter in LETTERS.items()}
         if it.name not in letters:
-            raise CannotSayError(f"the controller's value '{it.name}'")
+            raise CannotSayError(called.value(it.name))
         return f"${letters[it.name]}{it.index:03d}"
 
     # --- values -----------------------------------------------------------------------------------------
@@ -176,8 +177,14 @@ class Words:
                 return f"-{self.expression(operand, 3)}"
             case Signal():
                 return self.signal(it)
-            case Binary() | Unary() | Compare() | Logic() | Element() | SystemValue():
-                raise CannotSayError("an operation that EXPRESS does not have")
+            case SystemValue(name):
+                raise CannotSayError(f"{called.value(name)} within a computation")
+            case Binary(operator) | Unary(operator):
+                raise CannotSayError(called.operation(operator), "EXPRESS has + - * and /")
+            case Compare() | Logic() | Element():
+                raise CannotSayError(
+                    "a comparison or an element within a computation", "EXPRESS has + - * and /"
+                )
             case _:
                 return self.value(it)
 

@@ -15,6 +15,7 @@ from olp.vendors.inform.write_moves import MoveWriter
 from olp.vendors.inform.write_positions import PositionWriter
 from olp.vendors.inform.write_statements import SPELLINGS, vendor_words_only
 from olp.vendors.inform.write_values import LETTERS, CannotSayError, Words
+from olp.vendors.vendor import language_of
 
 _COUNTED = tuple(store for store in LETTERS if store is not Store.SYSTEM)
 _COMMENT_ROWS = 8
@@ -155,7 +156,7 @@ class _JobWriter:
 
     def _other(self, words: Words, statement: Statement) -> str:
         if not self.own and vendor_words_only(statement):
-            raise CannotSayError(f"words of {self.program.vendor} that mean nothing in INFORM")
+            raise CannotSayError(f"a word of {language_of(self.program.vendor)} that means nothing in INFORM")
         return SPELLINGS[type(statement)](words, statement)
 
     def _lose(self, problem: CannotSayError, line: int) -> None:

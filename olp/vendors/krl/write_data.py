@@ -93,7 +93,7 @@ def elements(words: Words, it: Declare) -> Iterator[str]:
     elif isinstance(it.value, Text):
         yield f"{it.name}[]={words.expression(it.value)}"
     else:
-        raise CannotSayError(f"the value of {it.name}")
+        raise CannotSayError(f"the value that {it.name} begins with")
 
 
 def _rows(words: Words, name: str, before: str, it: RecordLiteral, left: int) -> Iterator[str]:

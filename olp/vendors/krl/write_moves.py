@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from olp import called
 from olp.expression import (
     Expression,
     FrameRef,
@@ -130,10 +131,10 @@ class MoveWriter:
         if blend.kind is BlendKind.CONTINUOUS:
             return " C_PTP" if path is Path.JOINT else " C_DIS"
         if blend.kind not in _SIZES:
-            raise CannotSayError(f"a blend of the kind '{blend.kind.value}'")
+            raise CannotSayError(f"a blend by {called.BLENDS[blend.kind]}")
         joint = path is Path.JOINT
         if (joint and blend.kind in _OF_PATH) or (not joint and blend.kind is BlendKind.SHARE):
-            raise CannotSayError(f"a blend of the kind '{blend.kind.value}' on this kind of move")
+            raise CannotSayError(f"a blend by {called.BLENDS[blend.kind]} on this kind of move")
         return f" {_SIZES[blend.kind][2]}"
 
     # --- spline forms -----------------------------------------------------------------------------------
@@ -184,7 +185,7 @@ class MoveWriter:
         elif speed.unit is SpeedUnit.TRAVEL:
             yield "$VEL.CP", self.words.quantity(speed.value, 1.0)
         else:
-            raise CannotSayError(f"a speed of the kind '{speed.unit.value}' in a WITH list")
+            raise CannotSayError(f"{called.SPEEDS[speed.unit]} in a WITH list")
 
     def _rate_setting(self, rate: Acceleration) -> Iterator[tuple[str, str]]:
         if rate.unit is not AccelerationUnit.TRAVEL:
@@ -200,15 +201,15 @@ class MoveWriter:
         # Canonical programs share their values: the same object needs no second look.
         joint = s.path is Path.JOINT
         if s.tool is not None and told.get("tool") is not s.tool:
-            told["tool"] = s.tool
             self._set(lines, "$TOOL", self.words.expression(s.tool))
+            told["tool"] = s.tool
         if s.frame is not None and told.get("frame") is not s.frame:
-            told["frame"] = s.frame
             self._set(lines, "$BASE", self.words.expression(s.frame))
+            told["frame"] = s.frame
         key = "joint" if joint else "path"
         if s.speed is not None and told.get(key) is not s.speed:
-            told[key] = s.speed
             self._speed(lines, s.speed)
+            told[key] = s.speed  # not before it is written: what cannot be said is told for each move
         if s.turn is not None:
             self._turn(lines, self.words.quantity(s.turn, deg))
         if s.rate is not None:
@@ -239,7 +240,7 @@ class MoveWriter:
         elif speed.unit is SpeedUnit.TURN:
             self._turn(lines, self.words.quantity(speed.value, deg))
         else:
-            raise CannotSayError(f"a speed of the kind '{speed.unit.value}'", "KRL knows %, m/s and deg/s")
+            raise CannotSayError(called.SPEEDS[speed.unit], "KRL knows %, m/s and deg/s")
 
     def _turn(self, lines: list[str], value: str) -> None:
         self._set(lines, "$VEL.ORI1", value)
@@ -303,7 +304,7 @@ class MoveWriter:
         lines = []
         for blend in s.blends:
             if blend.kind not in _SIZES or blend.value is None:
-                raise CannotSayError(f"a modal blend of the kind '{blend.kind.value}'")
+                raise CannotSayError(f"a blend by {called.BLENDS[blend.kind]} for all moves")
             name, scale, _ = _SIZES[blend.kind]
             lines.append(f"{name}={self.words.quantity(blend.value, scale)}")
         return lines

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from olp import called
 from olp.moves import Move, SetAcceleration, SetBlend, SetFrame, SetOverride, SetSpeed, SetTool
 from olp.program import (
     Begin,
@@ -214,7 +215,7 @@ class RoutineWriter:
             if found is not None:
                 return found
         if kind not in SPELLINGS:
-            raise CannotSayError(f"a statement of the kind {kind.__name__}")
+            raise CannotSayError(called.statement(one))
         before, one = computed_first(one, self.words, self.temporaries)
         return [*before, *SPELLINGS[kind](self.words, one)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
+from olp import called
 from olp.expression import Expression, State, Text, Unary
 from olp.program import (
     Assign,
@@ -68,7 +69,7 @@ def _update(words: Words, s: Update) -> list[str]:
     if s.operator == "not" or s.operand is None:
         return [f"{target}=B_NOT {words.expression(s.operand or s.target, 13)}"]
     if s.operator not in _UPDATES:
-        raise CannotSayError(f"the operation '{s.operator}'")
+        raise CannotSayError(called.operation(s.operator))
     return [f"{target}={target}{_UPDATES[s.operator]}{words.expression(s.operand, 12)}"]
 
 

@@ -7,6 +7,7 @@ from decimal import Decimal
 from functools import lru_cache
 from typing import Final
 
+from olp import called
 from olp.expression import (
     Binary,
     CallValue,
@@ -187,7 +188,7 @@ class Words:
         if isinstance(it.index, Text):
             return it.index.value
         if it.bus not in _SIGNALS:
-            raise CannotSayError(f"the signal '{it.bus}'", "map it to inputs or outputs")
+            raise CannotSayError(*called.signal(it))
         return f"{_SIGNALS[it.bus]}[{self.expression(it.index)}]"
 
     def system(self, it: SystemValue) -> str:
@@ -196,7 +197,7 @@ class Words:
         if it.name == "timed-out":
             return "TIMED_OUT"
         if it.name not in _SYSTEM:
-            raise CannotSayError(f"the controller's value '{it.name}'")
+            raise CannotSayError(called.value(it.name))
         return _SYSTEM[it.name]
 
     # --- values -----------------------------------------------------------------------------------------
@@ -231,7 +232,7 @@ class Words:
             return self.frame(it)
         if isinstance(it, Unknown) and (self.own or not it.text):
             return it.text
-        raise CannotSayError(f"a value of this kind ({type(it).__name__})")
+        raise CannotSayError("a value of a kind that KRL does not have")
 
     def arguments(self, given: tuple[Expression, ...]) -> str:
         return ",".join(self.expression(one) for one in given)
@@ -263,11 +264,11 @@ class Words:
                 return "$ROBROOT"
             if it.kind == "base":
                 return "$NULLFRAME"
-            raise CannotSayError(f"the coordinate system '{it.kind}'")
+            raise CannotSayError(called.SYSTEMS.get(it.kind, it.kind))
         if type(it.number) is Number and it.number.value == 0:
             return "$NULLFRAME"
         if it.kind not in ("tool", "user"):
-            raise CannotSayError(f"the coordinate system '{it.kind}'")
+            raise CannotSayError(called.SYSTEMS.get(it.kind, it.kind))
         return f"{'TOOL_DATA' if it.kind == 'tool' else 'BASE_DATA'}[{self.expression(it.number)}]"
 
     # --- operations -------------------------------------------------------------------------------------
@@ -309,7 +310,7 @@ class Words:
         if it.operator == "mod" and self._is_integer(left) and self._is_integer(right):
             a, b = self.expression(left, 11), self.expression(right, 12)
             return f"{a}-{a}/{b}*{b}", 10
-        raise CannotSayError(f"the operation '{it.operator}'", "KRL has + - * / and B_AND, B_OR, B_EXOR")
+        raise CannotSayError(called.operation(it.operator), "KRL has + - * / and B_AND, B_OR, B_EXOR")
 
     def _quotient(self, it: Binary, own: int) -> tuple[str, int]:
         """A quotient of two INT is cut: that is `div`; of others it is not."""
@@ -353,7 +354,7 @@ class Words:
             return self._aggregate(list(zip(_AXES, arguments, strict=False)))
         if name in _FUNCTIONS:
             return f"{_FUNCTIONS[name]}({self.arguments(arguments)})"
-        raise CannotSayError(f"the function '{name}'")
+        raise CannotSayError(called.function(name))
 
     def _aggregate(self, parts: list[tuple[str, Expression]]) -> str:
         """Numbers only, but in KRL's own programs; `write_poses` puts computed ones into a variable first."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import Final
 
+from olp import called
 from olp.expression import (
     Expression,
     FrameRef,
@@ -93,7 +94,7 @@ class MoveWriter:
         if unit is SpeedUnit.TIME:
             return f"{base or 'v1000'}\\T:={self.words.scaled(value, 1.0)}"
         if unit is not SpeedUnit.TRAVEL:
-            raise CannotSayError(f"a speed as {unit.value}", "RAPID's speeds are those of the tool, in mm/s")
+            raise CannotSayError(called.SPEEDS[unit], "RAPID's speeds are those of the tool, in mm/s")
         if base:
             return f"{base}\\V:={self.words.scaled(value, mm)}" if native.endswith(f"{OWN}V") else base
         if value.literal is None:
@@ -127,7 +128,7 @@ class MoveWriter:
     def _spelled_blend(self, blend: Blend) -> str:
         kind, value, native = blend
         if kind is not BlendKind.RADIUS or value is None:
-            raise CannotSayError(f"a blend as {kind.value}", "RAPID's zones are radii in mm")
+            raise CannotSayError(f"a blend by {called.BLENDS[kind]}", "RAPID's zones are radii in mm")
         if self.words.own and native:
             base = native.partition(OWN)[0]
             return f"{base}\\Z:={self.words.scaled(value, mm)}" if native.endswith(f"{OWN}Z") else base

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
+from olp import called
 from olp.expression import (
     Compare,
     Expression,
@@ -100,7 +101,7 @@ class StatementWriter:
         """The instructions of one statement. Raises CannotSayError."""
         spell = _SPELLINGS.get(type(s))
         if spell is None:
-            raise CannotSayError(f"a statement of the kind {type(s).__name__}")
+            raise CannotSayError(called.statement(s))
         found = spell(self, s)
         return found if isinstance(found, list) else [found]
 

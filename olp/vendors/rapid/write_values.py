@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from olp import called
 from olp.expression import (
     Binary,
     CallValue,
@@ -113,10 +114,12 @@ class Words:
             return it.index.value
         prefix = PREFIXES.get(it.bus)
         if prefix is None:
-            raise CannotSayError(f"the signal '{it.bus}'")
+            raise CannotSayError(*called.signal(it))
         if isinstance(it.index, Number):
             return f"{prefix}{int(it.index.value)}"
-        if self.own or isinstance(it.index, (Named, Item)):
+        named = it.index.base if isinstance(it.index, Item) else it.index
+        is_signal = isinstance(named, Named) and self.types.get(named.name.lower(), "").startswith("signal")
+        if self.own or is_signal:
             return self.value(it.index)
         raise CannotSayError("a signal with a computed number", "signals have names in RAPID")
 
@@ -199,7 +202,7 @@ class Words:
             case Binary(operator, left, right):
                 own = _STRENGTH.get(operator)
                 if own is None:
-                    raise CannotSayError(f"the operator {operator}")
+                    raise CannotSayError(called.operation(operator))
                 if operator == "/":  # always of real numbers
                     left, right = _whole(left), _whole(right)
                 word = operator.upper() if operator.isalpha() else operator
@@ -326,14 +329,16 @@ class Words:
             if 0 < index <= len(self.clocks):
                 return f"ClkRead({self.clocks[index - 1]})"
             raise CannotSayError(f"timer {index}", "declare a clock")
-        raise CannotSayError(f"the controller's value '{name}'")
+        raise CannotSayError(called.value(name))
 
     def _frame(self, it: FrameRef) -> str:
         if it.kind in ("base", "robot"):
             return "wobj0"
         if it.kind == "tool" and it.number in (None, Number(0)):
             return "tool0"
-        raise CannotSayError(f"{it.kind} by its number", "tools and work objects have names in RAPID")
+        raise CannotSayError(
+            called.SYSTEMS.get(it.kind, it.kind), "tools and work objects have names in RAPID"
+        )
 
     # --- functions and calls --------------------------------------------------------------------------------
 
@@ -360,7 +365,7 @@ class Words:
             return f"{_WORDS[name]}({','.join(map(self.value, arguments))})", _ATOM
         special = FUNCTIONS.get(name)
         if special is None:
-            raise CannotSayError(f"the function '{name}'")
+            raise CannotSayError(called.function(name))
         return special(self, arguments, kind), _ATOM
 
     def as_pose(self, it: Expression) -> str:

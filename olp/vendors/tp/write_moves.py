@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from olp import called
 from olp.expression import (
     Expression,
     FrameRef,
@@ -107,7 +108,7 @@ class MoveWriter:
     def _position(self, it: Expression, s: Move, lines: list[str]) -> str:
         if type(it) is Taught:
             if it.store is not Store.ROBOT:
-                raise CannotSayError(f"a taught position of kind {it.store.value} on its own")
+                raise CannotSayError(f"a taught position as a {called.STORES[it.store]} on its own")
             number = self.positions.taught(it.number, _number(s.frame), _number(s.tool))
             return self._point(number)
         if isinstance(it, PositionLiteral):
@@ -160,7 +161,7 @@ class MoveWriter:
             raise CannotSayError("a move without a speed of its own")
         joint = s.path is Path.JOINT
         if (speed.unit is SpeedUnit.FRACTION) is not joint and speed.unit is not SpeedUnit.TIME:
-            raise CannotSayError(f"a {s.path.value} move with a speed of kind {speed.unit.value}")
+            raise CannotSayError(f"a {s.path.value} move with {called.SPEEDS[speed.unit]}")
         known = self._speeds.get(id(speed))
         if known is None:
             # The object is kept, so that its id stays its own.
@@ -184,7 +185,7 @@ class MoveWriter:
             ]
             words = near or ([_USUAL[unit]] if unit in _USUAL else [])
         if not words:
-            raise CannotSayError(f"a speed of kind {unit.value}")
+            raise CannotSayError(called.SPEEDS[unit])
         return f"{self.words.quantity(quantity, values.UNITS[words[0]][1])}{words[0]}"
 
     def _blend(self, s: Move) -> str:
@@ -203,7 +204,7 @@ class MoveWriter:
         if kind is BlendKind.CONTINUOUS:
             return "CNT100"
         if value is None or kind not in (BlendKind.SPEED, BlendKind.RADIUS):
-            raise CannotSayError(f"a corner of kind {kind.value}")
+            raise CannotSayError(f"a blend by {called.BLENDS[kind]}")
         if kind is BlendKind.RADIUS:
             if value.literal == 0 and not native.startswith("C"):
                 return "FINE"
@@ -229,7 +230,9 @@ class MoveWriter:
             words.append(f"ACC{self._argument(s.acceleration, values.PERCENT) if share is None else share}")
         if s.relative is not None:
             if s.relative.kind != "own":
-                raise CannotSayError(f"a move relative to the {s.relative.kind} frame")
+                raise CannotSayError(
+                    f"a move by an offset in {called.SYSTEMS.get(s.relative.kind, s.relative.kind)}"
+                )
             words.append("INC")
         words += offsets
         for word, offset in (("Offset", s.offset), ("Tool_Offset", s.tool_offset)):

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from olp import called
 from olp.expression import PositionLiteral, Store
 from olp.points import PointBlock, PointKind, PointState, PointTable
 from olp.units import deg, mm
@@ -88,9 +89,7 @@ class PositionWriter:
         """All positions, in order of their numbers in the table, then those that were added."""
         unknown = [key for key in self.points.blocks if not key[1] or key[0] not in GROUP_STORES.values()]
         if unknown:
-            raise CannotSayError(
-                f"positions of kind {unknown[0][0].value} that the program sets when it is loaded"
-            )
+            raise CannotSayError(f"a {called.STORES[unknown[0][0]]} that the program sets when it is loaded")
         if self._block is not None:
             texts = _Rows(self, self._block, 1)
             others = self._other_groups()

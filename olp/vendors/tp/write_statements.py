@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from olp import called
 from olp.expression import (
     Binary,
     Compare,
@@ -77,12 +78,12 @@ class StatementWriter:
         """Raises CannotSayError."""
         spell = _SPELLINGS.get(type(statement))
         if spell is None:
-            raise CannotSayError(f"the statement {type(statement).__name__}")
+            raise CannotSayError(called.statement(statement))
         return spell(self, statement)
 
     def _only_own(self, statement: Statement) -> None:
         if not self.own:
-            raise CannotSayError(f"words of another language ({type(statement).__name__})")
+            raise CannotSayError(f"a word of another language: {called.statement(statement)}")
 
     # --- values -----------------------------------------------------------------------------------------
 
@@ -138,14 +139,14 @@ class StatementWriter:
             return component_lines(self.words, index, parts)
         shift = shift_of(value)
         if shift is None or not is_position(shift[0]):
-            raise CannotSayError(f"the function '{value.name}'")
+            raise CannotSayError(called.function(value.name))
         start, by = shift
         first = self.assign(Assign(0, target, start)) if start != target else []
         return [*first, *added_lines(self.words, index, by)]
 
     def update(self, s: Update) -> list[str]:
         if s.operator not in ("+", "-", "*", "/") or s.operand is None:
-            raise CannotSayError(f"the operation '{s.operator}'")
+            raise CannotSayError(called.operation(s.operator))
         return [
             f"{self.words.value(s.target)}={self.words.assigned(Binary(s.operator, s.target, s.operand))}"
         ]

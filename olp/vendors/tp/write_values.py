@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final
 
+from olp import called
 from olp.expression import (
     Argument,
     Binary,
@@ -110,7 +111,7 @@ class Words:
 
     def _position_register(self, it: Variable) -> str:
         if it.store not in _GROUPS or it.local:
-            raise CannotSayError(f"a {it.store.value} variable", "TP has R, PR and SR registers")
+            raise CannotSayError(f"a {called.STORES[it.store]}", "TP has R, PR and SR registers")
         group = _GROUPS[it.store]
         return f"PR[{'' if group == 1 else f'GP{group}:'}{self.index(it.index)}"
 
@@ -153,7 +154,7 @@ class Words:
 
     def signal(self, it: Signal) -> str:
         if it.bus not in SIGNALS or it.part:
-            raise CannotSayError(f"the signal '{it.bus}'")
+            raise CannotSayError(*called.signal(it))
         if isinstance(it.index, Text):
             raise CannotSayError(f"the signal '{it.index.value}' by its name", "say which number it has")
         key = f"{SIGNALS[it.bus]}[{self.index(it.index)}]"
@@ -162,7 +163,7 @@ class Words:
 
     def frame(self, it: FrameRef) -> str:
         if it.kind not in ("user", "tool") or it.number is None:
-            raise CannotSayError(f"the coordinate system '{it.kind}' in this place")
+            raise CannotSayError(f"{called.SYSTEMS.get(it.kind, it.kind)} in this place")
         return f"{'UFRAME' if it.kind == 'user' else 'UTOOL'}[{self.index(it.number)}]"
 
     def system(self, it: SystemValue) -> str:
@@ -170,7 +171,7 @@ class Words:
             return self.named("TIMER", Number(it.index))
         if it.name in ("current-pose", "current-joints"):
             return "LPOS" if it.name == "current-pose" else "JPOS"
-        raise CannotSayError(f"the controller's value '{it.name}'")
+        raise CannotSayError(called.value(it.name))
 
     def named(self, word: str, index: Expression) -> str:
         key = f"{word}[{self.index(index)}]"
@@ -248,9 +249,9 @@ class Words:
             case Function(name, arguments) if name in FUNCTIONS:
                 return f"{FUNCTIONS[name]}[{','.join(map(self.expression, arguments))}]"
             case Function(name, _):
-                raise CannotSayError(f"the function '{name}'")
+                raise CannotSayError(called.function(name))
             case Binary(operator, _, _):
-                raise CannotSayError(f"the operation '{operator}'")
+                raise CannotSayError(called.operation(operator))
             case _:
                 return self.value(it)
         return f"({text})" if own < strength else text

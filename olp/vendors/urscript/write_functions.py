@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
+from olp import called
 from olp.expression import Expression, Function, Item, NamedArgument, Number, PositionLiteral
 from olp.units import deg, mm
 from olp.vendors.urscript import builtins, helpers
@@ -27,7 +28,7 @@ def function(words: Words, e: Function) -> tuple[str, int]:
         return words.helper(helpers.WORDS[e.name], e.arguments)
     if words.own or e.name in builtins.KNOWN:
         return f"{e.name}({words.arguments(e.arguments)})", _WHOLE
-    raise CannotSayError(f"the function {e.name}")
+    raise CannotSayError(called.function(e.name))
 
 
 def pose(words: Words, values: tuple[Expression, ...]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from olp import called
 from olp.expression import Expression, FrameRef, Function, Number, State
 from olp.moves import AccelerationUnit, Blend, BlendKind, Move, Path, SpeedUnit
 from olp.vendors.urscript.write_values import CannotSayError, Words
@@ -87,7 +88,7 @@ class MoveWriter:
             raise CannotSayError("a spline")
         word = words.get(s.speed.unit)
         if word is None:
-            raise CannotSayError(f"a {s.path} move with a speed by {s.speed.unit}")
+            raise CannotSayError(f"a {s.path} move with {called.SPEEDS[s.speed.unit]}")
         return "movep" if ("process", State(True)) in s.other and word == "movel" else word
 
     def _rate(self, s: Move, word: str) -> list[str]:
@@ -98,7 +99,7 @@ class MoveWriter:
         if s.rate is None:
             return []
         if s.rate.unit is not _UNITS.get(word, AccelerationUnit.TRAVEL):
-            raise CannotSayError(f"an acceleration by {s.rate.unit} of a {s.path} move")
+            raise CannotSayError(f"{called.ACCELERATIONS[s.rate.unit]} of a {s.path} move")
         return [f"a={self._words.quantity(s.rate.value)}"]
 
     def _speed(self, s: Move, other: dict[str, Expression]) -> list[str]:

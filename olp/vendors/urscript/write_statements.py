@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from olp import called
 from olp.expression import (
     Binary,
     Expression,
@@ -76,7 +77,7 @@ def spell(words: Words, s: Statement) -> Lines:
     """The statement as lines. Raises CannotSayError."""
     rule = _SPELL.get(type(s))
     if rule is None:
-        raise CannotSayError(f"a {type(s).__name__.lower()}")
+        raise CannotSayError(called.statement(s))
     return rule(words, s)
 
 
@@ -134,7 +135,7 @@ def _assign(words: Words, s: Assign) -> Lines:
 
 def _update(words: Words, s: Update) -> Lines:
     if s.operand is None or s.operator not in "+-*/" or isinstance(s.target, Variable):
-        raise CannotSayError(f"the operation '{s.operator}'")
+        raise CannotSayError(called.operation(s.operator))
     return [store(words, s.target, Binary(s.operator, s.target, s.operand))]
 
 
@@ -188,7 +189,7 @@ def _wait(words: Words, s: Wait) -> Lines:
 def _output(words: Words, s: SetOutput) -> Lines:
     word = builtins.OUTPUT_WORDS.get(s.signal.bus)
     if word is None or type(s.signal.index) is Text:
-        raise CannotSayError(f"the signal {s.signal.bus}", "map it to an output with a number")
+        raise CannotSayError(*called.signal(s.signal))
     if s.signal.bus == "out" and type(s.signal.index) is Number and s.signal.index.value >= _STANDARD_SIGNALS:
         word = word.replace("_standard", "")
     value = s.value

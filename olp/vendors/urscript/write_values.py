@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from olp import called
 from olp.expression import (
     Binary,
     CallValue,
@@ -72,7 +73,7 @@ class Words:
         """The text and how tightly it holds together."""
         spell = _SPELL.get(type(e))
         if spell is None:
-            raise CannotSayError(f"a {type(e).__name__.lower()}")
+            raise CannotSayError("a value of a kind that URScript does not have")
         return spell(self, e)
 
     def at_least(self, e: Expression, strength: int) -> str:
@@ -163,7 +164,7 @@ class Words:
     def _frame(self, e: FrameRef) -> tuple[str, int]:
         if e.kind == "base" or (e.kind == "tool" and e.number == Number(0)):
             return _ZERO, _WHOLE
-        raise CannotSayError(f"the {e.kind} frame of the controller", "name a frame with its pose")
+        raise CannotSayError(called.SYSTEMS.get(e.kind, e.kind), "name a frame with its pose")
 
     def _item(self, e: Item) -> tuple[str, int]:
         text = self.element(e)
@@ -204,7 +205,7 @@ class Words:
     def _signal(self, e: Signal) -> tuple[str, int]:
         word = builtins.INPUT_WORDS.get(e.bus)
         if word is None or type(e.index) is Text:
-            raise CannotSayError(f"the signal {e.bus}", "map it to an input or output with a number")
+            raise CannotSayError(*called.signal(e))
         if e.bus in ("in", "out") and type(e.index) is Number and e.index.value >= _STANDARD_SIGNALS:
             word = word.replace("_standard", "")
         return f"{word}({self.value(e.index)})", _WHOLE
@@ -214,7 +215,7 @@ class Words:
         if e.name == "timed-out":
             return f"{helpers.COUNTER} <= 0", _COMPARISON
         if e.name not in words:
-            raise CannotSayError(f"the controller's value {e.name}")
+            raise CannotSayError(called.value(e.name))
         return words[e.name], _WHOLE
 
     # --- arithmetic -------------------------------------------------------------------------------------
@@ -234,7 +235,7 @@ class Words:
         if e.operator == "-" and found is not None and e.right == Number(1) and len(found.arguments) == 2:
             return f"str_find({self.arguments(found.arguments)})", _WHOLE
         if e.operator not in _BINARY:
-            raise CannotSayError(f"the operation {e.operator}")
+            raise CannotSayError(called.operation(e.operator))
         word, strength = _BINARY[e.operator]
         return f"{self.at_least(e.left, strength)} {word} {self.at_least(e.right, strength + 1)}", strength
 
