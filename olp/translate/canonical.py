@@ -11,6 +11,7 @@ from olp.translate.accelerations import accelerations
 from olp.translate.arcs import arcs
 from olp.translate.arguments import arguments
 from olp.translate.arm_flags import with_flags
+from olp.translate.arrays import array_bounds
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
 from olp.translate.externals import externals
@@ -34,6 +35,7 @@ from olp.translate.relative import relative
 from olp.translate.schedules import schedules
 from olp.translate.signals import signals
 from olp.translate.speeds import speeds
+from olp.translate.undeclared import undeclared
 from olp.translate.vectors import vectors
 from olp.translate.words import comment_texts, foreign_words
 from olp.translate.work import Context, Fate, Loss, Work, work_for
@@ -67,6 +69,8 @@ def passes(work: Work) -> tuple[Pass, ...]:
         records,
         vectors,
         lift,
+        undeclared,
+        array_bounds,
         known_systems,
         postures,
         modal,

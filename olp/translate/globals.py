@@ -136,7 +136,14 @@ class _Shared:
     def _local(self, routine: Routine, s: Declare, change: Any) -> Iterator[Statement]:
         name = self.names.get((routine.name, s.name), s.name)
         value = mapped(s.value, change)
-        again = s.storage == "variable" and not s.shared and value is not None and not s.sizes
+        again = s.storage == "variable" and not s.shared and value is not None
+        rows = _listed(value) if s.sizes else None
+        if again and rows is not None:
+            self.declared.append(replace(s, line=0, name=name, value=None, shared=True, comment=""))
+            for at, one in enumerate(rows, 1):
+                yield Assign(s.line, Item(Named(name), (Number(at),)), one)
+            return
+        again = again and not s.sizes
         literal = isinstance(value, (PositionLiteral, RecordLiteral)) or s.type in ("tool", "frame")
         kept = value if not again or (literal and s.type in _SYSTEMS_AND_PLACES) else None
         self.declared.append(replace(s, line=0, name=name, value=kept, shared=True, comment=""))
@@ -178,6 +185,14 @@ class _Shared:
             if parameter.by_reference and isinstance(value, (Named, Item, Member)):
                 after.append(Assign(line, value, target))
         return before, after
+
+
+def _listed(value: Expression | None) -> list[Expression] | None:
+    """The elements of an array of numbers or texts that is written out, None for any other value."""
+    if not isinstance(value, RecordLiteral) or any(name for name, _ in value.members):
+        return None
+    found = [one for _, one in value.members]
+    return found if all(isinstance(one, (Number, Text, State)) for one in found) else None
 
 
 def paired(

@@ -166,14 +166,22 @@ class _Modal:
 
     def _is_fixed(self, value: object) -> bool:
         """Whether a value is the same whenever it is looked at."""
-        if isinstance(value, (Named, Item)):
-            return self.symbols.fixed_value(self.routine, value) is not None
+        if isinstance(value, Named):
+            return self._never_changes(value)
+        if isinstance(value, Item):
+            written = all(type(index) is Number for index in value.indices)
+            return written and isinstance(value.base, Named) and self._never_changes(value.base)
         if type(value) is FrameRef and type(value.number) is Number:
             return True
         return not any(
             type(e).__name__ in _CHANGING and self.symbols.fixed_value(self.routine, e) is None
             for e in expressions_of(value)
         )
+
+    def _never_changes(self, e: Named) -> bool:
+        """Whether a name holds what it begins with; what that is need not be known here."""
+        symbol = self.symbols.find(self.routine, e.name)
+        return symbol is not None and not symbol.assigned and symbol.parameter is None
 
     def _variable(self, key: Key, found: Values, unset: object) -> object:
         name = self.variables.get(key)

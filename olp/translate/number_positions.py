@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -30,6 +30,7 @@ from olp.program import (
     Program,
     Statement,
 )
+from olp.translate.arrays import sizes_of
 from olp.translate.point_table import Place, place_of
 from olp.translate.rewrite import mapped
 from olp.translate.symbols import Symbol, Symbols
@@ -75,6 +76,7 @@ class Numbers:
 
     work: Work
     symbols: Symbols
+    arrays: Mapping[str, int] = field(default_factory=dict)  # largest index written of each
     numbers: dict[str, int] = field(default_factory=dict)
     taken: dict[Store, set[int]] = field(default_factory=dict)
     points: dict[str, dict[tuple[PositionLiteral, Place], int]] = field(default_factory=dict)
@@ -88,6 +90,9 @@ class Numbers:
     shared: set[str] = field(default_factory=set)  # position variables that are used in several places
     initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
     routine_name: str = ""
+    before: list[Statement] | None = None  # what runs before the statement under way, where anything can
+    line: int = 0
+    indices: int = 0  # of elements, computed for the statement under way
     told: bool = False  # that configurations are those of the plan
 
     @property
@@ -102,12 +107,20 @@ class Numbers:
 
     def variable(self, e: Named) -> Variable:
         """The numbered variable that a name becomes."""
-        symbol = self.symbols.find("", e.name) or Symbol(e.name, "real")
+        symbol = self.symbols.find("", e.name)
+        if symbol is None:  # every pass declares what it makes, and `undeclared` all others
+            self.work.lose(self.line, Fate.REFUSED, "variable", f"{e.name} is declared nowhere")
+            symbol = Symbol(e.name, "real")
         store = self._store(symbol)
         known = self.numbers.get(e.name)
         if known is None:
-            known = self.numbers[e.name] = self._allocate(e.name, store, _size(symbol))
+            known = self.numbers[e.name] = self._allocate(e.name, store, self._size(symbol))
         return Variable(store, Number(known), name=e.name)
+
+    def _size(self, symbol: Symbol) -> int:
+        """How many numbers it takes: an array whose size nothing tells, those that are used of it."""
+        sizes = sizes_of(self.symbols, symbol)
+        return max(1, self.arrays.get(symbol.name, 1) if sizes is None or 0 in sizes else math.prod(sizes))
 
     def _allocate(self, name: str, store: Store, size: int) -> int:
         taken = self.taken.setdefault(store, set())
@@ -147,9 +160,22 @@ class Numbers:
             index = e.indices[0]
             if isinstance(index, Number):
                 return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
-            shift = int(base.index.value) - 1
-            return replace(base, index=index if not shift else Binary("+", index, Number(shift)), name="")
+            return replace(base, index=self._shifted(index, int(base.index.value) - 1), name="")
         return e
+
+    def _shifted(self, index: Expression, shift: int) -> Expression:
+        """The number of an element: one variable is all that a number may be computed by."""
+        fits = isinstance(index, Variable) and not (self.inform and index.store is Store.REAL)
+        if not shift and fits:
+            return index
+        if shift:
+            index = Binary("+" if shift > 0 else "-", index, Number(abs(shift)))
+        if self.before is None:
+            return index  # of a loop: the writer says that it cannot
+        self.indices += 1
+        kept = self.variable(Named(self._whole(f"element_index{self.indices}")))
+        self.before.append(Assign(self.line, kept, index))
+        return kept
 
     # --- positions --------------------------------------------------------------------------------------
 
@@ -312,10 +338,14 @@ class Numbers:
             before.append(Assign(line, element, count))
 
     def _counter(self) -> str:
-        if "element_count" not in self.numbers:
-            self.work.helpers.add("element_count")
-            self.symbols.table[("", "element_count")] = Symbol("element_count", "integer", assigned=1)
-        return "element_count"
+        return self._whole("element_count")
+
+    def _whole(self, name: str) -> str:
+        """A variable of the translation's own for whole numbers."""
+        if name not in self.numbers:
+            self.work.helpers.add(name)
+            self.symbols.table[("", name)] = Symbol(name, "integer", assigned=1)
+        return name
 
 
 def counts_of(value: Expression, scale: int) -> Expression:
@@ -334,10 +364,3 @@ def _leading(e: Expression) -> list[str]:
     if isinstance(e, Named):
         return [e.name]
     return _leading(e.base) if isinstance(e, Item) else []
-
-
-def _size(symbol: Symbol) -> int:
-    count = 1
-    for size in symbol.sizes:
-        count *= int(size.value) if isinstance(size, Number) else 1
-    return count

@@ -13,22 +13,29 @@ from olp.expression import (
     Named,
     Number,
     PositionLiteral,
+    RecordLiteral,
     State,
     Text,
+    Variable,
 )
 from olp.program import (
     Assign,
     Begin,
+    Case,
     Comment,
     ControlGroup,
     Declare,
     DefineFrame,
+    ElseIf,
     End,
     Move,
     Program,
     Routine,
     Statement,
+    Until,
+    While,
 )
+from olp.translate.arrays import largest_indices
 from olp.translate.number_positions import MEMBERS, Numbers, counts_of
 from olp.translate.point_table import Place, place_of, table
 from olp.translate.rewrite import edited, is_usual, is_written_out, mapped
@@ -36,6 +43,7 @@ from olp.translate.symbols import kind_of_value, symbols_of
 from olp.translate.work import Fate, Work
 
 _NO_SYSTEMS: Final = {"tool": None, "frame": None}
+_HEADS: Final = (While, Until, ElseIf, Case)  # before which nothing can run each time
 _VALUES: Final = (
     "speed", "blend", "acceleration", "deceleration", "rate", "turn", "offset", "tool_offset", "until"
 )  # fmt: skip
@@ -43,7 +51,7 @@ _VALUES: Final = (
 
 def number(program: Program, work: Work) -> Program:
     """For INFORM and FANUC: no name of a variable or point is left."""
-    own = _Numbers(work, symbols_of(program))
+    own = _Numbers(work, symbols_of(program), largest_indices(program))
     main = program.main or (program.routines[0].name if program.routines else "")
     own.note_places(program)
     bodies = [(routine, own.body(routine)) for routine in program.routines]
@@ -71,6 +79,7 @@ class _Numbers(Numbers):
         rows: list[Statement] = []
         for s in routine.body:
             before: list[Statement] = []
+            self.before, self.line, self.indices = None if type(s) in _HEADS else before, s.line, 0
             new = [self._move(s, before)] if type(s) is Move else self._statement(s, before)
             if before:
                 rows += before
@@ -128,6 +137,8 @@ class _Numbers(Numbers):
             return self._set_element(s)
         value = mapped(s.value, self._change)
         match value:
+            case State(on):
+                value = Number(int(on))
             case Binary("*", Member(base, name), Number(factor)) if (
                 self.inform and factor in (1000, 10_000) and name in MEMBERS
             ):
@@ -156,21 +167,28 @@ class _Numbers(Numbers):
                 comments.append(Comment(0, f"{self.work.names[('variable', declare.name)]} {declare.name}"))
             if declare.value is None or declare.name in self.work.registers or symbol is None:
                 continue
-            target = self.variable(Named(declare.name))
-            if isinstance(declare.value, PositionLiteral):
-                if self.inform:
-                    assert isinstance(target.index, Number)
-                    self.initial[int(target.index.value)] = (
-                        declare.value,
-                        self.places.get(declare.name, (0, None)),
-                    )
-                else:
-                    rows.append(Assign(0, target, declare.value))
-            elif isinstance(declare.value, (Number, Text)):
-                rows.append(Assign(0, target, declare.value))
-            elif isinstance(declare.value, State):
-                rows.append(Assign(0, target, Number(int(declare.value.on))))
+            rows += self._begins(declare.name, self.variable(Named(declare.name)), declare.value)
         return [*comments, *rows]
+
+    def _begins(self, name: str, target: Variable, value: Expression) -> list[Statement]:
+        """What gives a variable, or the elements of an array, the value that it begins with."""
+        match value:
+            case PositionLiteral() if self.inform:
+                assert isinstance(target.index, Number)
+                self.initial[int(target.index.value)] = (value, self.places.get(name, (0, None)))
+                return []
+            case PositionLiteral() | Number() | Text():
+                return [Assign(0, target, value)]
+            case State(on):
+                return [Assign(0, target, Number(int(on)))]
+            case RecordLiteral(_, members) if all(not member for member, _ in members):
+                assert isinstance(target.index, Number)
+                first = int(target.index.value)
+                rows: list[Statement] = []
+                for at, (_, one) in enumerate(members):
+                    rows += self._begins(name, replace(target, index=Number(first + at), name=""), one)
+                return rows
+        return []
 
     def routine(self, routine: Routine, body: tuple[Statement, ...], main: bool) -> Routine:
         rows = [

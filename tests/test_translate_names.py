@@ -1,0 +1,289 @@
+"""Names that no file at hand declares: every written program declares what it uses, and the receipt tells each."""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from translate_programs import VENDORS, own_program
+from translated_texts import (
+    ROBOT,
+    converted,
+    inform,
+    krl,
+    module,
+    read,
+    run_elsewhere,
+    script,
+    tp,
+    translated,
+)
+
+import olp
+from olp.diagnostic import OlpError
+from olp.expression import Named
+from olp.program import Declare, For, Program
+from olp.reading import read as read_file
+from olp.translate import Context
+from olp.translate.convert import convert
+from olp.translate.link import link
+from olp.translate.receipt import counts_of
+from olp.translate.rewrite import expressions_of
+from olp.translate.work import Fate
+
+SAMPLES = Path(olp.__file__).parent.parent / "samples"
+
+
+def undeclared_in(program: Program) -> set[str]:
+    """Names that a program uses and nothing in its own files declares. KRL's own variables begin with $."""
+    shared = {d.name.casefold() for d in program.data}
+    found = set()
+    for routine in program.routines:
+        known = shared | {d.name.casefold() for d in (*routine.data, *routine.parameters)}
+        known |= {s.name.casefold() for s in routine.body if isinstance(s, Declare)}
+        if program.vendor == "rapid":
+            known |= {s.variable.name.casefold() for s in routine.body if isinstance(s, For)}
+        used = {e.name for s in routine.body for e in expressions_of(s) if isinstance(e, Named)}
+        found |= {name for name in used if name.casefold() not in known and not name.startswith("$")}
+    return found
+
+
+def twice_in(program: Program) -> set[str]:
+    found = Counter(d.name.casefold() for d in program.data)
+    for routine in program.routines:
+        own = [d for d in routine.body if isinstance(d, Declare)]
+        assert not [n for n, k in Counter(d.name.casefold() for d in own if not d.value).items() if k > 1]
+    return {name for name, count in found.items() if count > 1}
+
+
+def written_again(made, target, folder):
+    """The main file of a translation, read from a folder with the files beside it."""
+    for name, data in made.files.items():
+        (folder / name).write_bytes(data)
+    again = link(read_file(folder / made.main, vendor=target)).program
+    assert not [d.render() for d in again.diagnostics if d.is_error]
+    return again
+
+
+def check(source, target, folder):
+    """Signals are the controller's: the receipt names those that it has to have."""
+    refused = ""
+    try:
+        made = convert(source, target, Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    except OlpError as problem:  # nothing is written
+        refused = str(problem)
+    assert "declared nowhere" not in refused
+    if refused:
+        return
+    again = written_again(made, target, folder)
+    signals = {to for (kind, _), to in made.translated.mapping.items() if kind == "signal"}
+    assert undeclared_in(again) <= signals
+    assert twice_in(again) == set()
+
+
+OTHERS_KRL = krl(
+    "  $TOOL = tlGrip",
+    "  $BASE = bsTable[2]",
+    "  BAS(#VEL_PTP, 30)",
+    "  $VEL.CP = 0.4",
+    "  PTP xHome",
+    "  PTP axHome",
+    "  IF axHome.A1 > 10 THEN",
+    "    bParked = TRUE",
+    "  ENDIF",
+    "  FOR iStep = 1 TO 4",
+    "    xRow[iStep].Z = xRow[iStep].Z + rLift",
+    "    LIN xRow[iStep] C_DIS",
+    "  ENDFOR",
+    "  xInter = xRow[2]",
+    "  LIN xInter",
+    "  LIN xHome : {X 10, Y 0, Z 0, A 0, B 0, C 0}",
+    "  WAIT FOR bParked",
+    "  WAIT FOR $IN[4] AND bReady",
+    "  SWITCH nKind",
+    "  CASE 1",
+    "    $OUT[2] = bParked",
+    "  DEFAULT",
+    "    doOther(nKind, rLift)",
+    "  ENDSWITCH",
+    "  nDone = nDone + 1",
+    "  nLast = nKind",
+)
+OTHERS_RAPID = module(
+    "MoveJ pHome, v200, fine, tGrip;",
+    "MoveAbsJ jPark, v200, fine, tool0;",
+    "FOR i FROM 1 TO 3 DO",
+    "  MoveL Offs(pStart, i * 10, nGap, 0), vSlow, zNear, tGrip\\WObj:=wTable;",
+    "  pRow{i}.trans.z := pRow{i}.trans.z + nGap;",
+    "ENDFOR",
+    "MoveL pRow{2}, v100, z10, tGrip\\WObj:=wTable;",
+    "pKept := pRow{1};",
+    "MoveL RelTool(pKept, 0, 0, 20), v100, fine, tGrip;",
+    "IF bReady AND nParts > 3 THEN",
+    "  nParts := nParts - 1;",
+    "ENDIF",
+    "TEST nKind",
+    "CASE 1, 2:",
+    "  SetGO goCode, nKind;",
+    "DEFAULT:",
+    "  doOther nKind, pKept;",
+    "ENDTEST",
+    "WHILE bReady DO",
+    "  bReady := FALSE;",
+    "ENDWHILE",
+)
+OTHERS_SCRIPT = script(
+    "movej(q_home, a=1.2, v=0.8)",
+    "movel(p_start, a=1.2, v=0.25)",
+    "movel(pose_trans(feature, p_start), a=1.2, v=0.25)",
+    "i = 0",
+    "while i < parts:",
+    "  movel(row[i], v=0.1)",
+    "  i = i + 1",
+    "end",
+    "if ready:",
+    "  set_digital_out(2, ready)",
+    "  do_other(parts)",
+    "end",
+)
+OTHERS_INFORM = inform(
+    "MOVJ P010 VJ=20.00",
+    "MOVL P[I003] V=100.0",
+    "SET R004 R005",
+    "CALL JOB:OTHER ARGFI003",
+)
+OTHERS_TP = tp("J PR[4] 20% FINE", "L PR[R[3]] 100mm/sec FINE", "R[7]=R[8]+1", "CALL OTHER(R[7])")
+OTHERS = {
+    "inform": OTHERS_INFORM, "krl": OTHERS_KRL, "rapid": OTHERS_RAPID, "tp": OTHERS_TP, "urscript": OTHERS_SCRIPT,
+}  # fmt: skip
+PAIRS = [(source, target) for source in VENDORS for target in VENDORS if source != target]
+
+
+@pytest.mark.parametrize(("source", "target"), PAIRS)
+def test_a_written_program_uses_no_name_that_nothing_declares(source, target, tmp_path):
+    check(read(OTHERS[source], source), target, tmp_path)
+
+
+def sample_files():
+    suffixes = {".jbi", ".src", ".mod", ".prg", ".ls", ".script"}
+    files = [f for f in sorted(SAMPLES.rglob("*")) if f.suffix.lower() in suffixes]
+    return [f for f in files if "backup" not in f.parts and "broken" not in f.parts]
+
+
+@pytest.mark.parametrize("path", sample_files(), ids=lambda path: path.stem)
+def test_no_sample_is_written_with_a_name_that_nothing_declares(path, tmp_path):
+    program = link(read_file(path)).program
+    if any(d.is_error for d in program.diagnostics):
+        return
+    for target in VENDORS:
+        if target != program.vendor:
+            (tmp_path / target).mkdir()
+            check(program, target, tmp_path / target)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_random_program_is_written_with_a_name_that_nothing_declares(seed, tmp_path):
+    for first in VENDORS:
+        (tmp_path / first).mkdir()
+        program = own_program(seed, first, tmp_path / first, ROBOT)
+        for target in VENDORS:
+            if target != first:
+                (tmp_path / first / target).mkdir()
+                check(program, target, tmp_path / first / target)
+
+
+def loss_lines(made, part):
+    return [(loss.line, loss.says) for loss in made.translated.losses if loss.part == part]
+
+
+def test_uses_tell_what_a_name_is():
+    text = translated(OTHERS_KRL, "krl", "rapid")
+    declared = {
+        line.split()[2].rstrip(";"): line.split()[:2] for line in text.splitlines() if "not declared" in line
+    }
+    assert declared == {
+        "tlGrip": ["PERS", "tooldata"], "bsTable{2}": ["PERS", "wobjdata"], "xHome": ["PERS", "robtarget"],
+        "axHome": ["PERS", "jointtarget"], "bParked": ["VAR", "bool"], "iStep": ["VAR", "num"],
+        "xRow{4}": ["PERS", "robtarget"], "rLift": ["VAR", "num"], "xInter": ["PERS", "robtarget"],
+        "bReady": ["VAR", "bool"], "nKind": ["VAR", "num"], "nDone": ["VAR", "num"], "nLast": ["VAR", "num"],
+    }  # fmt: skip
+    assert "MoveAbsJ axHome" in text
+    assert "MoveJ xHome" in text
+
+
+def test_a_type_spreads_over_what_is_assigned_and_compared():
+    rows = ["$VEL.CP = 0.2", "iB = iC", "IF iA == iB THEN", "xRow[iC] = xKept", "ENDIF", "xRow[2] = xKept"]
+    text = krl(*rows, "$OUT[3] = bA", "bB = bA", "LIN xNear : xKept")
+    written = translated(text, "krl", "urscript")
+    told = [line for line in written.splitlines() if "not declared" in line]
+    zeros = {line.split("=")[0].split()[-1]: line.split("=")[1].split("#")[0].strip() for line in told}
+    assert {zeros[name] for name in ("iA", "iB", "iC")} == {"0"}
+    assert {zeros[name] for name in ("bA", "bB")} == {"False"}
+    assert zeros["xNear"].startswith("p[")
+
+
+def test_the_receipt_names_each_once_and_every_move_that_depends_on_one():
+    source = read(OTHERS_RAPID, "rapid")
+    made = convert(source, "krl", Context(robot=ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+    told = [says for _, says in loss_lines(made, "name")]
+    names = [says.split()[0] for says in told if not says.startswith("it depends")]
+    assert sorted(names) == sorted(set(names))
+    assert {"pHome", "jPark", "pStart", "tGrip", "wTable", "vSlow_v_tcp", "zNear_pzone_tcp"} <= set(names)
+    assert "i" not in names  # FOR declares it
+    moves = [(kind, row) for kind, row in counts_of(source, made.translated.losses).items() if "Move" in kind]
+    assert moves
+    assert not [kind for kind, row in moves if row.get("exact")]
+    assert "it depends on pRow, which is not declared here" in told
+
+
+def test_a_position_that_is_handed_on_takes_its_doubt_along():
+    text = krl("  DECL E6POS xMid", "  xMid = xHome", "  $VEL.CP = 0.2", "  LIN xMid",
+               "  LIN {X 500, Y 0, Z 400, A 0, B 90, C 0}")  # fmt: skip
+    made = converted(text, "krl", "rapid")
+    assert [line for line, says in loss_lines(made, "name") if "xHome" in says] == [3, 5]
+
+
+@pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
+def test_a_routine_that_no_file_has_is_told_once(target):
+    text = krl("  doOther(1)", "  doOther(2)", "  WAIT SEC 1")
+    says = [says for _, says in loss_lines(converted(text, "krl", target), "call")]
+    assert len(says) == 1
+    assert says[0].startswith("doOther is in no file here")
+
+
+@pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
+def test_what_only_the_controller_knows_is_no_variable(target):
+    text = krl("  DECL INT nMode", "  IF $MODE_OP == #T1 THEN", "    nMode = 1", "  ENDIF", "  WAIT SEC 1")
+    made = converted(text, "krl", target)
+    assert [loss.line for loss in made.translated.losses if loss.fate is Fate.COMMENTED] == [3, 4, 5]
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_an_index_beyond_an_array_is_no_other_variable(target):
+    data = ["VAR num nPart{3};", "VAR num nOther;"]
+    rows = ["nOther := 1;", "nPart{3} := 2;", "nPart{4} := 3;", "WaitTime nOther;"]
+    made = converted(module(*rows, data=data), "rapid", target)
+    assert [(line, says) for line, says in loss_lines(made, "statement") if "nPart" in says] == [
+        (7, "nPart has 3 elements, and the index is 4")
+    ]
+    assert run_elsewhere(module(*rows, data=data), "rapid", target).durations.tolist() == [1.0]
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_an_array_of_unknown_size_takes_what_is_used_of_it(target):
+    text = krl("  DECL INT nI", "  nFar[3] = 7", "  rOther = 2", "  WAIT SEC rOther", "  nI = 5", "  nFar[nI] = 9",
+               "  WAIT SEC rOther")  # fmt: skip
+    made = converted(text, "krl", target)
+    (lost,) = [loss for loss in made.translated.losses if loss.fate is Fate.COMMENTED]
+    assert (lost.line, lost.says) == (
+        7,
+        "nFar is not declared here, and nothing tells how many elements it has",
+    )
+    assert run_elsewhere(text, "krl", target).durations.tolist() == [2.0, 2.0]
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_lists_keep_their_values_and_their_places(target):
+    rows = ["first = 4", "a = [1, 2, 3]", "b = 2", "i = 2", "a[1] = b + a[2]", "sleep(a[i])", "sleep(a[1])",
+            "while i > 0:", "  i = i - 1", "  sleep(a[i] + first)", "end"]  # fmt: skip
+    waits = [3.0, 5.0, 9.0, 5.0]
+    assert run_elsewhere(script(*rows), "urscript", target).durations.tolist() == waits
