@@ -28,6 +28,10 @@ _WORDS: Final = {
     "tool": "a tool",
     "frame": "a frame",
 }
+_ASKS: Final = {
+    "taught": "teach what no file here declares, or copy its values",
+    "set": "set what no file here declares",
+}
 
 
 def undeclared(program: Program, work: Work) -> Program:
@@ -133,6 +137,7 @@ def _tell(use: Use, work: Work) -> None:
         size = "x".join(str(size) for size in use.sizes)
         says += f", {size} of them"
     work.lose(use.first, Fate.APPROXIMATED, "name", f"{says}; its value has to be {verb}")
+    work.ask(_ASKS[verb], use.name)
     for line in sorted(use.computed) if use.sizes and (work.limits.numbered or not all(use.sizes)) else ():
         says = f"{use.name} is not declared here, and nothing tells how many elements it has"
         work.lose(line, Fate.REFUSED, "index", says)
