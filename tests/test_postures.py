@@ -7,7 +7,9 @@ import pytest
 from test_kinematics_oracles import assert_same_solutions, eaik_robot, matrices, random_joints
 
 import olp
+from olp.diagnostic import OlpError
 from olp.kinematics import branches, forward, inverse
+from olp.kinematics.otherwise import same_flange
 from olp.kinematics.readings import joints_of_readings, readings_of_joints, same_posture
 from olp.robot import load_robot, read_robot
 from olp.translate import Context
@@ -182,3 +184,92 @@ def test_an_arm_of_other_lengths_stands_alike_and_the_receipt_says_how_far_off(t
     joints = np.radians([[10, -20, -5, 30, -50, 40]])
     apart = np.linalg.norm(forward(longer, joints)[0] - forward(fanuc, joints)[0])
     assert found[0].size == pytest.approx(apart * 1000, abs=1e-6)
+
+
+def universal(tmp_path, name, motion):
+    path = tmp_path / f"{name}.script"
+    path.write_text(f"def {name}():\n{motion}end\n{name}()\n")
+    return olp.read(path)
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [("fanuc/m-20ia", "universal-robots/ur20"), ("universal-robots/ur20", "fanuc/m-20ia"),
+     ("yaskawa/gp25", "yaskawa/hc10"), ("universal-robots/ur10e", "yaskawa/gp180")],
+)  # fmt: skip
+def test_an_arm_that_is_built_otherwise_holds_its_flange_where_the_first_did(one, two):
+    one, two = load_robot(one), load_robot(two)
+    joints = random_joints(one, 40, seed=9)
+    there = same_flange(one, two, joints, np.zeros(6))
+    reached = ~np.isnan(there).any(axis=1)
+    assert reached.sum() > 5
+    for ours, theirs in zip(forward(one, joints[reached]), forward(two, there[reached]), strict=True):
+        np.testing.assert_allclose(theirs, ours, atol=1e-9)
+
+
+def test_of_several_ways_to_hold_the_flange_the_one_with_like_links_is_taken():
+    """A FANUC with its upper arm up and its forearm forward and down: so stands the Universal Robot, elbow up."""
+    fanuc, universal = load_robot("fanuc/m-20ia"), load_robot("universal-robots/ur20")
+    joints = np.radians([[10.0, 5.0, -25.0, 0.0, -60.0, 0.0]])
+    there = same_flange(fanuc, universal, joints, np.zeros(6))
+    assert np.sin(there[0, 1]) < -0.7  # -1: the upper arm points up
+    back = same_flange(universal, fanuc, there, np.zeros(6))
+    np.testing.assert_allclose(back, joints, atol=1e-9)
+
+
+def test_points_that_lie_close_stay_on_one_side_and_turn():
+    fanuc, universal = load_robot("fanuc/m-20ia"), load_robot("universal-robots/ur20")
+    way = np.linspace(0.0, 1.0, 30)[:, None] * np.radians([[60.0, 30.0, 20.0, 40.0, -50.0, 170.0]])
+    joints = np.radians([[-20.0, 5.0, -25.0, 10.0, -60.0, 10.0]]) + way
+    rows = [np.zeros(6)]
+    for row in joints:
+        rows.append(same_flange(fanuc, universal, row[None], rows[-1])[0])
+    steps = np.abs(np.diff(np.array(rows[1:]), axis=0))
+    assert steps.max() < 0.35
+
+
+def test_a_listing_for_a_universal_robot_goes_to_the_same_places(listing):
+    fanuc, universal = load_robot("fanuc/m-20ia"), load_robot("universal-robots/ur20")
+    made = convert(listing, "urscript", Context(robot=fanuc, target_robot=universal))
+    one, two = listing.plan(robot=fanuc), run_converted(made, "urscript", universal, listing)
+    places = [p.positions.position[p.moves.target] for p in (one, two)]
+    np.testing.assert_allclose(places[0], places[1], atol=1e-6)
+    (base,) = [loss for loss in made.translated.losses if loss.part == "base"]
+    assert (base.size, base.unit) == (pytest.approx(236.3), "mm")
+    assert any("another way" in note for note in made.translated.notes)
+
+
+def test_a_universal_robots_joints_become_what_fanucs_pendant_shows(tmp_path):
+    arm, fanuc = load_robot("universal-robots/ur10e"), load_robot("fanuc/m-20ia")
+    program = universal(
+        tmp_path,
+        "way",
+        "  movej([0.5, -1.4, 1.6, -1.7, -1.5, 0.3], a=1.4, v=1.05)\n"
+        "  movej([0.2, -1.2, 1.5, -1.8, -1.5, 0.6], a=1.4, v=1.05)\n",
+    )
+    made = convert(program, "tp", Context(robot=arm, target_robot=fanuc))
+    one, two = program.plan(robot=arm), run_converted(made, "tp", fanuc, program)
+    places = [p.positions.position[p.moves.target] for p in (one, two)]
+    np.testing.assert_allclose(places[0], places[1], atol=1e-6)
+
+
+def test_what_the_other_arm_does_not_reach_is_refused_at_its_line(listing):
+    fanuc, universal = load_robot("fanuc/m-20ia"), load_robot("universal-robots/ur3e")
+    with pytest.raises(OlpError) as caught:
+        convert(listing, "urscript", Context(robot=fanuc, target_robot=universal))
+    told = caught.value.diagnostics
+    assert [(d.code, d.line) for d in told] == [("X011", 9), ("X011", 10), ("X011", 11)]
+    assert "universal-robots/ur3e does not reach where fanuc/m-20ia stands" in told[0].message
+
+
+def test_joints_that_are_computed_or_relative_mean_nothing_to_another_kind_of_arm(tmp_path):
+    arm, fanuc = load_robot("universal-robots/ur10e"), load_robot("fanuc/m-20ia")
+    program = universal(
+        tmp_path,
+        "asks",
+        "  movej([0.5, -1.4, 1.6, -1.7, -1.5, 0.3])\n  q = get_actual_joint_positions()\n"
+        "  movej([q[0] + 0.1, q[1], q[2], q[3], q[4], q[5]])\n",
+    )
+    with pytest.raises(OlpError) as caught:
+        convert(program, "tp", Context(robot=arm, target_robot=fanuc))
+    assert any("mean nothing to fanuc/m-20ia" in d.message for d in caught.value.diagnostics)

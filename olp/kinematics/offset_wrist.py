@@ -113,7 +113,8 @@ def _first(arm: OffsetWrist, crossing: Array, side: float) -> Array:
     x, y, _ = arm.frame[2]
     away = np.hypot(crossing[:, 0], crossing[:, 1])
     lean = np.arccos(across / np.where(away > 0.0, away, np.nan))
-    return np.arctan2(crossing[:, 1], crossing[:, 0]) - np.arctan2(y, x) + side * lean
+    first: Array = np.arctan2(crossing[:, 1], crossing[:, 0]) - np.arctan2(y, x) + side * lean
+    return first
 
 
 def _about_up(frame: Array, cosine: Array, sine: Array) -> Array:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.expression import Expression, Function, PositionLiteral
-from olp.kinematics.configuration import links_of
 from olp.program import Declare, Move, Program, Statement
 from olp.robot import Robot
 from olp.translate.rewrite import expressions_of, mapped
@@ -22,6 +21,7 @@ from olp.units import deg, mm
 
 Floats = NDArray[np.float64]
 _SAME = 1e-7  # [m]
+_SIX = 6
 
 
 def postures(program: Program, work: Work) -> Program:
@@ -32,11 +32,15 @@ def postures(program: Program, work: Work) -> Program:
         work.notes.append(says)
     if robot is None or other is None or robot == other or robot.geometry is None or other.geometry is None:
         return program
-    if robot.geometry.links is None or other.geometry.links is None:
+    if len(robot.axes) != _SIX or len(other.axes) != _SIX:
         if _has_joints(program):
             work.notes.append(f"joint values are those of {robot.name}, carried as written to {other.name}")
         return program
-    own = _Postures(work, robot, other)
+    alike = robot.geometry.links is not None and other.geometry.links is not None
+    own = _Postures(work, robot, other) if alike else _Places(work, robot, other)
+    if not alike and _has_joints(program):
+        says = f"{other.name} is built otherwise than {robot.name}: joint moves take another way to the same place"
+        work.notes.append(says)
     above = _above(robot, other)
     if abs(above) > _SAME:
         where = "higher" if above > 0 else "lower"
@@ -154,7 +158,56 @@ def _above(robot: Robot, other: Robot) -> float:
     one, two = robot.geometry.base_height, other.geometry.base_height
     if one is not None and two is not None:
         return two - one
-    return links_of(robot).height - links_of(other).height
+    return _height(robot) - _height(other)
+
+
+@dataclass(slots=True)
+class _Places(_Postures):
+    """Between arms that are built otherwise: joint values with which the flange is where it was."""
+
+    last: Floats | None = None  # (k,) [rad] where the other arm stood before
+    beyond: set[PositionLiteral] = field(default_factory=set)  # what the other arm does not reach
+
+    def _statement(self, s: Statement) -> Statement:
+        steps = isinstance(s, Move) and s.relative is not None and any(map(_is_joints, s.targets))
+        if steps or any(isinstance(e, Function) and e.name == "joints" for e in expressions_of(s)):
+            says = (
+                f"joint values that are computed mean nothing to {self.other.name}, which is built otherwise"
+            )
+            self.work.lose(s, Fate.REFUSED, "joints", says)
+            return s
+        return mapped(s, self._change)
+
+    def _change(self, e: Expression) -> Expression:
+        if not isinstance(e, PositionLiteral) or not _is_joints(e):
+            return e
+        from olp.kinematics.otherwise import same_flange
+
+        joints = self._joints(e)
+        start = np.zeros(_SIX) if self.last is None else self.last
+        there = None if joints is None else same_flange(self.robot, self.other, joints, start)
+        if there is None or np.isnan(there).any():
+            self.beyond.add(e)
+            return e
+        self.last = there[0]
+        return replace(e, values=tuple(_clean(v) for v in self._read(there)[0]))
+
+    def _tell(self, program: Program) -> None:
+        """Moves to what the other arm does not reach."""
+        symbols = symbols_of(program)
+        for routine in program.routines:
+            for s in routine.body:
+                if isinstance(s, Move) and any(
+                    symbols.fixed_value(routine.name, t) in self.beyond for t in s.targets
+                ):
+                    says = f"{self.other.name} does not reach where {self.robot.name} stands with these joint values"
+                    self.work.lose(s, Fate.REFUSED, "joints", says)
+
+
+def _height(robot: Robot) -> float:
+    """[m] of axis 2 above the origin of the base."""
+    assert robot.geometry is not None
+    return sum(joint.offset[2] for joint in robot.geometry.joints[:2])
 
 
 def _has_joints(program: Program) -> bool:
