@@ -235,7 +235,7 @@ def test_a_listing_for_a_universal_robot_goes_to_the_same_places(listing):
     places = [p.positions.position[p.moves.target] for p in (one, two)]
     np.testing.assert_allclose(places[0], places[1], atol=1e-6)
     (base,) = [loss for loss in made.translated.losses if loss.part == "base"]
-    assert (base.size, base.unit) == (pytest.approx(236.3), "mm")
+    assert (base.size, base.unit) == (pytest.approx(525.0), "mm")
     assert any("another way" in note for note in made.translated.notes)
 
 
