@@ -11,6 +11,7 @@ from olp.translate.accelerations import accelerations
 from olp.translate.arcs import arcs
 from olp.translate.arguments import arguments
 from olp.translate.arm_flags import with_flags
+from olp.translate.array_values import array_values
 from olp.translate.arrays import array_bounds
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
@@ -35,6 +36,8 @@ from olp.translate.relative import relative
 from olp.translate.schedules import schedules
 from olp.translate.signals import signals
 from olp.translate.speeds import speeds
+from olp.translate.tasks import tasks
+from olp.translate.texts import texts
 from olp.translate.undeclared import undeclared
 from olp.translate.vectors import vectors
 from olp.translate.words import comment_texts, foreign_words
@@ -48,7 +51,7 @@ _ROUNDS = 12  # of commenting out what the passes refuse
 class Translated:
     """`mapping`: (kind, name in the source) -> name in the target.
 
-    Kinds: point, variable, tool, frame, routine, signal, label. `problems`: what no comment can stand for (X012).
+    Kinds: point, variable, tool, frame, routine, signal, task, label. `problems`: what no comment can stand for (X012).
     `remarks`: on statements of which nothing is lost. `asks`: what is to be done before it runs, with what.
     """
 
@@ -65,6 +68,8 @@ def passes(work: Work) -> tuple[Pass, ...]:
     """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
         foreign_words,
+        texts,
+        array_values,
         schedules,
         records,
         vectors,
@@ -92,6 +97,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
     if work.limits.numbered:
         return (
             *first,
+            tasks,
             signals,
             share_variables,
             fold_constants,

@@ -164,7 +164,8 @@ class _Hoist(Values):
                 arguments = tuple(self.value(a, before, alone=True) for a in s.arguments)
                 return [*before, replace(s, arguments=arguments)]
             case Message():
-                return [*before, replace(s, text=self.value(s.text, before, alone=True))]
+                text = self.value(s.text, before, alone=True)  # first: it adds to what stands before
+                return [*before, replace(s, text=text)]
             case _:
                 return [s]
 
@@ -227,7 +228,8 @@ class _Hoist(Values):
             on: list[Node] = [replace(s, value=State(True))]
             off: list[Node] = [replace(s, value=State(False), comment="")]
             return [*before, Block([(If(s.line, condition), on), (Else(s.line), off)], EndIf(s.line))]
-        return [*before, replace(s, value=self.value(s.value, before, alone=True))]
+        value = self.value(s.value, before, alone=True)  # first: it adds to what stands before
+        return [*before, replace(s, value=value)]
 
     def _quantities(self, s: Any, before: list[Statement]) -> Any:
         """Computed speeds, times and blends in variables, in the unit that a number of the target has there."""

@@ -110,11 +110,7 @@ class Values:
                 function = self._function(e, before)
                 if not self.simple and not alone:
                     return function
-                return self._kept(
-                    function,
-                    "real" if kind_of_value(self.symbols, self.routine, e) == "real" else "integer",
-                    before,
-                )
+                return self._kept(function, kind_of_value(self.symbols, self.routine, e), before)
             case Binary("div" | "mod" as word, left, right) if self.simple:
                 return self._divided(word, left, right, before)
             case Binary(operator, left, right):
@@ -268,9 +264,8 @@ class Values:
     def _side(self, e: Expression, before: list[Statement]) -> Expression:
         if isinstance(e, (Signal, State)):
             return e
-        new = self.value(e, before)
-        # Signals and numbers alone, or sums of them: IFTHENEXP.
-        return new if not isinstance(new, (Member, SystemValue)) else self._kept(new, "real", before)
+        # Jobs seen compare one value with another: what is computed stands in a variable.
+        return self.value(e, before, alone=True)
 
     def _flag_variable(self, e: Expression, before: list[Statement]) -> Expression:
         target = self.temporary("integer")

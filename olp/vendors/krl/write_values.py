@@ -245,11 +245,13 @@ class Words:
     def _text(self, it: Text) -> str:
         if it.value[:1] == "#" and it.value[1:].isidentifier():
             return it.value
-        if '"' in it.value:
-            raise CannotSayError('a text that holds "')
+        if '"' in it.value or not it.value.isprintable():
+            raise CannotSayError('a text that holds " or a control character')
         return f'"{it.value}"'
 
     def record(self, it: RecordLiteral) -> str:
+        if not self.own and any(not name for name, _ in it.members):
+            raise CannotSayError("an array as a whole in this place")
         types = self.scope.structures.get(it.type.upper(), {})
         parts = []
         for name, value in it.members:

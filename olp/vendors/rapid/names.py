@@ -60,6 +60,7 @@ class Names:
     signals: dict[str, str] = field(default_factory=dict)  # name -> bus
     clocks: dict[str, int] = field(default_factory=dict)  # name -> number from 1
     local: dict[str, str] = field(default_factory=dict)  # types of the routine that is read
+    arrays: dict[str, int] = field(default_factory=dict)  # name -> number of dimensions
     uneven: bool = False  # a quaternion that is not of unit length was read
 
     def spelled(self, name: str) -> str:
@@ -160,6 +161,8 @@ def _data(names: Names, match: re.Match[str], inside: dict[str, str] | None) -> 
     key, kind = name.lower(), kind.lower()
     names.spelled(name)
     (names.types if inside is None else inside).setdefault(key, kind)
+    if sizes:
+        names.arrays.setdefault(key, sizes.count(",") + 1)
     if kind == "clock":
         names.clocks.setdefault(key, len(names.clocks) + 1)
     if kind in ("speeddata", "zonedata") and value and not sizes:
@@ -178,8 +181,10 @@ def _head(names: Names, text: str, inside: dict[str, str]) -> None:
     kind, returns, name, listed = match.groups()
     names.spelled(name)
     parameters = []
-    for optional, _, of, called, _sizes in _PARAMETER.findall(listed or ""):
+    for optional, _, of, called, sizes in _PARAMETER.findall(listed or ""):
         names.spelled(called)
+        if sizes:
+            names.arrays.setdefault(called.lower(), sizes.count(",") + 1)
         inside[called.lower()] = of.lower()
         parameters.append((called, of.lower(), bool(optional)))
     head = RoutineHead(name, kind.upper(), tuple(parameters), (returns or "").lower())

@@ -249,10 +249,8 @@ class ClauseRules(ExpressionRules):
             )
         target = self.parts(base, postfixes)
         kind = literals.type_of(target, self.names)
-        sizes = (
-            1 if isinstance(value, Aggregate) and isinstance(target, Named) and self._is_array(name) else 0
-        )
-        return Assign(0, target, self.coerce(value, "" if sizes else kind, sizes))
+        sizes = self.names.arrays.get(name.lower(), 0) if isinstance(target, Named) else 0
+        return Assign(0, target, self.coerce(value, kind, sizes))
 
     def _axes(self, value: Expression | Aggregate) -> Function:
         """`j.robax := …` as whole new joint values."""
@@ -260,11 +258,6 @@ class ClauseRules(ExpressionRules):
             return Function("joints", literals.joint_parts(value))
         except literals.ShapeError as wrong:
             raise BrokenError(str(wrong), "[") from None
-
-    def _is_array(self, name: str) -> bool:
-        return False if self.names.members(self.names.type_of(name)) else self.names.type_of(name) in (
-            "num", "dnum", "string", "bool", "byte",
-        )  # fmt: skip
 
     def _partly(self, place: Expression, part: str, value: Expression | Aggregate) -> Function:
         """`p.trans := …` and `p.rot := …` as a whole new pose; the other part stays."""

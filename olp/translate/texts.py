@@ -1,0 +1,54 @@
+"""KRL's texts, which are arrays of characters, as the one value that they are elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from olp.expression import Expression, Item, Named, Unknown
+from olp.program import Declare, Program, Statement
+from olp.translate.rewrite import calls_nothing, expressions_of, mapped
+from olp.translate.work import Fate, Work
+
+_WHOLE = Unknown("")  # an index that is left out
+
+
+def texts(program: Program, work: Work) -> Program:
+    """NAME[] is the text itself, NAMES[2,] one of several. A single character of a text is refused."""
+    if program.vendor != "krl":
+        return program
+    rows = {
+        d.name.casefold(): len(d.sizes)
+        for d in (*program.data, *program.statements(), *(d for r in program.routines for d in r.data))
+        if isinstance(d, Declare) and d.type == "string" and d.sizes
+    }
+    routines = tuple(
+        replace(
+            r,
+            body=tuple([s if calls_nothing(s) else _row(s, rows, work) for s in r.body]),
+            data=tuple(map(_shorter, r.data)),
+        )
+        for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(map(_shorter, program.data)))
+
+
+def _row(s: Statement, rows: dict[str, int], work: Work) -> Statement:
+    if isinstance(s, Declare):
+        s = _shorter(s)
+    for e in expressions_of(s) if rows else ():
+        if type(e) is not Item or type(e.base) is not Named:
+            continue
+        if len(e.indices) == rows.get(e.base.name.casefold()) and e.indices[-1] != _WHOLE:
+            work.lose(s, Fate.REFUSED, "statement", f"a single character of the text {e.base.name}")
+    return mapped(s, _whole)
+
+
+def _shorter(d: Declare) -> Declare:
+    return replace(d, sizes=d.sizes[:-1]) if d.type == "string" and d.sizes else d
+
+
+def _whole(e: Expression) -> Expression:
+    if type(e) is not Item or (e.indices and e.indices[-1] != _WHOLE):
+        return e
+    indices = e.indices[:-1]
+    return Item(e.base, indices) if indices else e.base

@@ -1,0 +1,123 @@
+"""Texts, arrays, computed values and tasks, which each language holds in its own way."""
+
+import pytest
+from translate_programs import VENDORS
+from translated_texts import converted, module, run_elsewhere
+
+import olp
+from olp.translate.work import Fate
+
+TEXTS = """DEF a()
+DECL CHAR s[10]
+DECL CHAR t[10]
+DECL INT n
+s[]="abc"
+t[]=s[]
+n=STRLEN(t[])
+WAIT SEC n*0.1
+b(s[])
+END
+DEF b(x[]:IN)
+DECL CHAR x[]
+WAIT SEC 0.2
+END
+"""
+POSES = [f"[[900,{y},500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]" for y in (0, 50)]
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "krl"])
+def test_krl_texts_are_one_value(target):
+    plan = run_elsewhere(TEXTS, "krl", target)
+    assert plan.durations.tolist() == pytest.approx([0.3, 0.2])
+
+
+def test_a_single_character_of_a_text_is_refused():
+    text = TEXTS.replace("t[]=s[]", "t[1]=s[2]")
+    losses = converted(text, "krl", "rapid").translated.losses
+    assert any(loss.line == 6 and loss.fate is not Fate.EXACT for loss in losses)
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "rapid"])
+def test_arrays_that_are_assigned_as_a_whole(target):
+    text = module(
+        f"ps := [{POSES[0]},{POSES[1]}];",
+        "w := [0.1,0.2,0.3];",
+        "FOR i FROM 1 TO 2 DO",
+        "MoveL ps{i}, v100, fine, tool0;",
+        "ENDFOR",
+        "WaitTime w{3};",
+        data=("VAR robtarget ps{2};", "VAR num w{3};"),
+    )
+    plan = run_elsewhere(text, "rapid", target)
+    assert plan.positions.position[plan.moves.target][:, 1].tolist() == pytest.approx([0.0, 0.05], abs=1e-6)
+    assert plan.durations.tolist() == pytest.approx([0.3])
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+@pytest.mark.parametrize(
+    ("statement", "computed"),
+    [
+        ("SetGO go1, n * 2 + 1;", r"\bOG#\(1\) [RD]|GO\[1\]=R\["),
+        ("SetAO ao1, n * 2 + 1;", r"AO#\(1\) [RD]|AO\[1\]=R\["),
+    ],
+)
+def test_what_a_signal_is_set_to_is_computed_before(target, statement, computed):
+    import re
+
+    text = module(
+        "k := 2;", "n := n + k;", statement, "WaitTime 0.1;", data=("VAR num n := 3;", "VAR num k;")
+    )
+    made = converted(text, "rapid", target)
+    written = made.files[made.main].decode("latin-1").splitlines()
+    at = next(n for n, row in enumerate(written) if re.search(computed, row))
+    assert "* 2 + 1" in written[at - 1] or "*2+1" in written[at - 1]
+
+
+def test_a_text_that_is_put_together_is_computed_before_it_is_shown():
+    text = module('TPWrite "x" + s;', "WaitTime 0.1;", data=('VAR string s := "abc";',))
+    made = converted(text, "rapid", "inform")
+    rows = made.files[made.main].decode("latin-1").splitlines()
+    at = next(n for n, row in enumerate(rows) if row.startswith("MSG S"))
+    assert rows[at - 1].startswith(f"CAT$ {rows[at].split()[1]} ")
+
+
+def test_conditions_of_inform_compare_one_value_with_another():
+    text = module(
+        "k := 2;", "WHILE n * 2 < 20 AND k + 1 > 0 DO", "n := n + k;", "ENDWHILE", "WaitTime n / 10;",
+        data=("VAR num n := 3;", "VAR num k;"),
+    )  # fmt: skip
+    made = converted(text, "rapid", "inform")
+    rows = made.files[made.main].decode("latin-1").splitlines()
+    conditions = [row for row in rows if "IF" in row.split()[0] or row.startswith(("WHILE", "JUMP"))]
+    assert conditions
+    assert not any(sign in row for row in conditions for sign in (" + ", " * ", " - ", " / "))
+    assert run_elsewhere(text, "rapid", "inform").durations.tolist() == pytest.approx([1.1])
+
+
+def test_tasks_have_numbers_in_inform():
+    text = """def f():
+  thread blink():
+    sleep(0.5)
+  end
+  h = run blink()
+  movej([0,-1.5,1.5,0,1.5,0])
+  join h
+end
+"""
+    made = converted(text, "urscript", "inform")
+    written = b"".join(made.files.values()).decode("latin-1")
+    assert "PSTART JOB:blink SUB1" in written
+    assert "PWAIT SUB1" in written
+    assert made.translated.mapping["task", "h"] == "SUB1"
+
+
+@pytest.mark.parametrize("quoted", ['"a""b"', '"a\\0Ab"'])
+def test_texts_that_krl_cannot_hold_are_refused(quoted):
+    losses = converted(module(f"s := {quoted};", "WaitTime 0.1;", data=("VAR string s;",)), "rapid", "krl")
+    assert [loss.line for loss in losses.translated.losses if loss.fate is Fate.COMMENTED]
+
+
+def test_rapid_takes_arrays_of_points_in_an_assignment(tmp_path):
+    path = tmp_path / "m.mod"
+    path.write_text(module(f"ps := [{POSES[0]},{POSES[1]}];", data=("VAR robtarget ps{2};",)))
+    assert not [d for d in olp.read(path).diagnostics if d.is_error]
