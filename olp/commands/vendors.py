@@ -7,7 +7,9 @@ from argparse import ArgumentParser, Namespace
 from olp.files import write_output
 
 SUMMARY = "list the robot languages, and what of each is read and written"
-_LEGEND = "r read, w written exactly, ~ written with an approximation, - not at all"
+_LEGEND = """r read, w written exactly, ~ written with an approximation, - not at all
+time: what such a statement adds to a program's time; a process instruction what olp.toml says, else nothing"""
+_TIMES = {"move": "move", "wait": "wait", "signal": "I/O"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -22,7 +24,8 @@ def run(args: Namespace) -> int:
 
 
 def _text() -> str:
-    from olp.translate.support import support
+    from olp.called import STATEMENTS
+    from olp.translate.support import support, timed_as
     from olp.vendors.vendor import find_vendor, vendor_names
 
     names = vendor_names()
@@ -30,11 +33,12 @@ def _text() -> str:
     lines = [
         f"{name:<10} {find_vendor(name).title} ({' '.join(find_vendor(name).suffixes)})" for name in names
     ]
-    width = max(map(len, table))
-    lines += ["", f"{'statement':<{width}}" + "".join(f"{name:>10}" for name in names)]
+    width = max(len(STATEMENTS[kind]) for kind in table)
+    lines += ["", f"{'statement':<{width}}  time" + "".join(f"{name:>10}" for name in names)]
     for kind, row in table.items():
         cells = (_cell(row[name].reads, row[name].writes) for name in names)
-        lines.append(f"{kind:<{width}}" + "".join(f"{cell:>10}" for cell in cells))
+        head = f"{STATEMENTS[kind]:<{width}}  {_TIMES.get(timed_as(kind), ''):<4}"
+        lines.append(head + "".join(f"{cell:>10}" for cell in cells))
     return "\n".join([*lines, "", _LEGEND, ""])
 
 
@@ -45,7 +49,7 @@ def _cell(reads: bool, writes: str) -> str:
 def _json() -> str:
     import json
 
-    from olp.translate.support import support
+    from olp.translate.support import kinds, support, timed_as
     from olp.vendors.vendor import find_vendor, vendor_names
 
     document = {
@@ -57,5 +61,6 @@ def _json() -> str:
             kind: {name: {"reads": it.reads, "writes": it.writes or None} for name, it in row.items()}
             for kind, row in support().items()
         },
+        "times": {kind: timed_as(kind) or None for kind in kinds()},
     }
     return json.dumps(document, indent=2) + "\n"

@@ -16,7 +16,9 @@ from olp.expression import (
     Quantity,
     Signal,
     State,
+    Store,
     Text,
+    Variable,
 )
 from olp.points import PointTable
 from olp.program import (
@@ -34,6 +36,7 @@ from olp.program import (
     Continue,
     Declare,
     Default,
+    DefineFrame,
     Disabled,
     Dwell,
     Else,
@@ -58,6 +61,7 @@ from olp.program import (
     Program,
     PulseOutput,
     ReadInput,
+    Reference,
     Repeat,
     Return,
     Routine,
@@ -87,6 +91,7 @@ from olp.source import decode
 Probes = Mapping[str, tuple[Statement, ...]]
 
 _N, _P, _Q = Named("n"), Named("p1"), Named("p2")
+_R = Variable(Store.ROBOT, Number(1))
 _MORE = Compare(">", _N, Number(0))
 _IN, _OUT = Signal("in", Number(2)), Signal("out", Number(3))
 _TOOL = PositionLiteral("pose", (0.01, -0.02, 0.2, 0.1, 0.2, 0.3))
@@ -139,6 +144,8 @@ _MOVES: Probes = {
     "ObeyFlags": (ObeyFlags(0, False), _move(Path.JOINT)),
     "ShiftOn": (ShiftOn(0, _P), _move(Path.LINEAR), ShiftOff(0)),
     "ExternalTool": (ExternalTool(0, Number(1)),),
+    "DefineFrame": (DefineFrame(0, FrameRef("user", Number(1)), (_R, _R, _R)), _move(Path.LINEAR)),
+    "Reference": (Reference(0, Number(1), (_R,)), _move(Path.LINEAR)),
 }
 _VALUES: Probes = {
     "Assign": (_STEP,),
