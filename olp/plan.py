@@ -28,6 +28,9 @@ Floats = NDArray[np.float64]
 PATHS: tuple[Path, ...] = tuple(Path)
 
 
+VALUES = frozenset({"I203", "I209"})  # findings that a value is not known: the statement is left out
+
+
 class StepKind(IntEnum):
     """What a step is; the row index of the step points into the columns of that kind."""
 
@@ -155,6 +158,7 @@ class Plan:
 
     `kind` (n,): StepKind. `row` (n,): first row in `moves`, or index into `durations`. `source` (n,): index into
     `sources`, `line` (n,): 1-based line there. `durations` [s]: of waits and signals.
+    `unknown`: how many steps there were when a statement was first left out because a value is not known; -1: none was.
     `calls`: of the main routine, in order. `zone_law`: the blending law whose zones BlendCode.ZONE means.
     """
 
@@ -175,6 +179,7 @@ class Plan:
     settings: Mapping[str, str | float] = field(default_factory=dict)  # [motion] of olp.toml, as written
     calls: tuple[CallSpan, ...] = ()
     zone_law: str = "yaskawa"
+    unknown: int = -1
 
     @property
     def path(self) -> str:

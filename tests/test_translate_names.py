@@ -1,5 +1,6 @@
 """Names that no file at hand declares: every written program declares what it uses, and the receipt tells each."""
 
+import json
 from collections import Counter
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from translated_texts import (
 )
 
 import olp
+from olp.__main__ import main
 from olp.diagnostic import OlpError
 from olp.expression import Named
 from olp.program import Declare, For, Program
@@ -287,3 +289,33 @@ def test_lists_keep_their_values_and_their_places(target):
             "while i > 0:", "  i = i - 1", "  sleep(a[i] + first)", "end"]  # fmt: skip
     waits = [3.0, 5.0, 9.0, 5.0]
     assert run_elsewhere(script(*rows), "urscript", target).durations.tolist() == waits
+
+
+def told_of(text, vendor, target, tmp_path):
+    """What the receipt says of both runs."""
+    (tmp_path / f"part.{'src' if vendor == 'krl' else 'script'}").write_text(text)
+    out = tmp_path / "out"
+    (path,) = [p for p in tmp_path.iterdir() if p.is_file()]
+    receipt = tmp_path / "receipt.json"
+    assert main(["convert", str(path), "--to", target, "-o", str(out), "--robot", "yaskawa/gp25",
+                 "--receipt", str(receipt)]) == 0  # fmt: skip
+    return json.loads(receipt.read_text())
+
+
+UNKNOWN = krl("  BAS(#VEL_PTP, 30)", "  $VEL.CP = 0.2", "  PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}",
+              "  WAIT SEC 1", "  PTP xHome", "  LIN {X 900, Y 0, Z 900, A 0, B 90, C 0}")  # fmt: skip
+
+
+def test_the_receipt_says_which_statements_neither_run_knows(tmp_path, capsys):
+    found = told_of(UNKNOWN, "krl", "inform", tmp_path)
+    assert found["unknown"] == f"{tmp_path / 'part.src'}:6"
+    assert found["difference"]["until_line"] is None
+    assert "left out of both runs, for their values are not known here" in capsys.readouterr().out
+
+
+def test_the_receipt_says_until_where_both_runs_were_compared(tmp_path, capsys):
+    found = told_of(UNKNOWN, "krl", "urscript", tmp_path)
+    assert (found["difference"]["until_line"], found["difference"]["steps"]) == (6, 2)
+    assert found["difference"]["says"] == []
+    assert "part.src:6, where what runs depends on a value" in capsys.readouterr().out
+    assert any(says.startswith("step through it slowly") for says in found["before_run"])

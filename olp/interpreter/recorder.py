@@ -56,6 +56,8 @@ class Recorder:
     _stood: dict[int, tuple[int, Floats]] = field(default_factory=dict)  # rows that led there, and its axes
     _extras: dict[int, Extra] = field(default_factory=dict)  # first row of a move -> what else it says
 
+    unknown: int = -1  # see Plan
+
     def __post_init__(self) -> None:
         self.at = [NOWHERE] * len(self.cell.mechanisms)
 
@@ -234,4 +236,5 @@ class Recorder:
             diagnostics=tuple(diagnostics),
             stop_reason=stop_reason,
             robots=robots,
+            unknown=self.unknown,
         )

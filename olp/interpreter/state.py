@@ -15,7 +15,7 @@ from olp.interpreter.memory import Key, Memory, PositionValue, Scope, Value
 from olp.interpreter.recorder import Recorder
 from olp.interpreter.world import World, group_names
 from olp.moves import BlendKind
-from olp.plan import CallSpan
+from olp.plan import VALUES, CallSpan
 
 # What a handler returns: nothing (go on), the index of the next statement, or this: the call stack changed.
 OTHER_FRAME = -1
@@ -175,6 +175,8 @@ class Machine:
             finding = Diagnostic(
                 finding.code, finding.message, fault.severity, source.path, *span, fault.help, text
             )
+        if fault.code in VALUES and self.recorder.unknown < 0:
+            self.recorder.unknown = len(self.recorder)
         self.report(finding)
 
     def add_mechanism(self, name: str) -> int:

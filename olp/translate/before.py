@@ -30,7 +30,7 @@ def before_it_runs(linked: Linked, translated: Translated, target: str, compared
         *_arm(linked, translated),
     ]
     if not compared:
-        found.append("step through it slowly: it could not be run and compared here")
+        found.append("step through it slowly: it could not be run to its end and compared here")
     return tuple(dict.fromkeys(found))
 
 

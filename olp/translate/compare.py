@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.plan import PATHS, BlendCode, Plan, StepKind
+from olp.plan import PATHS, VALUES, BlendCode, Plan, StepKind
 from olp.program import Path
 from olp.units import deg, mm
 
@@ -42,7 +42,11 @@ class Step(NamedTuple):
 
 @dataclass(slots=True)
 class Comparison:
-    """What differs. The worst of matching steps: position and blend [m], angle [rad], speed [1], wait [s]."""
+    """What differs. The worst of matching steps: position and blend [m], angle [rad], speed [1], wait [s].
+
+    `unknown`: lines of the first program that its run left out, for it does not know their values. `until`: the first
+    of them where the two go different ways from there on, which is not compared; 0: all was.
+    """
 
     steps: int = 0
     differences: list[str] = field(default_factory=list)
@@ -51,6 +55,8 @@ class Comparison:
     worst_speed: float = 0.0
     worst_blend: float = 0.0
     worst_wait: float = 0.0
+    unknown: tuple[int, ...] = ()
+    until: int = 0
 
     @property
     def is_equal(self) -> bool:
@@ -76,6 +82,24 @@ def compare_plans(
     """
     loose = loose or {}
     first, second = steps_of(one, without), steps_of(other)
+    result = _compared(first, second, (position, angle), speeds, blends, loose)
+    result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUES))
+    if one.unknown < 0 or result.is_equal:
+        return result
+    known = steps_of(one, without, stop=one.unknown)
+    until = _compared(known, second[: len(known)], (position, angle), speeds, blends, loose)
+    until.unknown, until.until = result.unknown, result.unknown[0]
+    return until
+
+
+def _compared(
+    first: Sequence[Step],
+    second: Sequence[Step],
+    limits: tuple[float, float],
+    speeds: bool,
+    blends: bool,
+    loose: Mapping[str, Set[int]],
+) -> Comparison:
     result = Comparison(min(len(first), len(second)))
     for at, (a, b) in enumerate(zip(first, second, strict=False)):
         where = f"step {at + 1} (line {a.line}, {b.line})"
@@ -85,7 +109,7 @@ def compare_plans(
         if a.kind is StepKind.MOVE:
             own_speed = speeds and a.line not in loose.get("speed", frozenset())
             own_blend = blends and a.line not in loose.get("blend", frozenset())
-            _compare_moves(a, b, where, result, (position, angle), own_speed, own_blend)
+            _compare_moves(a, b, where, result, limits, own_speed, own_blend)
         elif a.kind is StepKind.WAIT:
             off = abs(a.duration - b.duration)
             result.worst_wait = max(result.worst_wait, off)
@@ -158,15 +182,18 @@ def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 # --- steps ----------------------------------------------------------------------------------------------
 
 
-def steps_of(plan: Plan, without: Set[int] = frozenset(), seconds: Sequence[float] = ()) -> list[Step]:
+def steps_of(
+    plan: Plan, without: Set[int] = frozenset(), seconds: Sequence[float] = (), stop: int | None = None
+) -> list[Step]:
     """What happens, in order: moves that go nowhere left out, the two halves of an arc put together.
 
     `without`: lines of the program's own file whose steps are left out. `seconds`: of each step, as it was timed.
+    `stop`: how many of the plan's steps are looked at.
     """
     found: list[Step] = []
     waiting = 0.0  # seconds of steps that count with the next one
     moved = False
-    for at in range(len(plan)):
+    for at in range(len(plan) if stop is None else stop):
         kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
         if without and line in without and plan.source[at] == 0:
             continue

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from olp.called import kind_of
 from olp.program import Begin, Comment, Declare, End, Program
-from olp.translate.before import before_it_runs
+from olp.translate.before import before_it_runs, places
 from olp.translate.canonical import Translated
 from olp.translate.compare import Comparison, compare_plans, steps_of
 from olp.translate.link import Linked
@@ -33,7 +33,8 @@ class Receipt:
 
     `comparison`: of both plans, None where one cannot be run. `times`: (line of the source, seconds there, line of the
     target, seconds there) of each matching step; nan where no robot lets it be known. `before_run`: what is to be
-    done before the translation runs on a controller.
+    done before the translation runs on a controller. `unknown`: where statements were left out of both runs, for what
+    they do depends on values that nobody knows here.
     """
 
     source: str
@@ -50,6 +51,7 @@ class Receipt:
     times: tuple[tuple[int, float, int, float], ...] = ()
     before_run: tuple[str, ...] = ()
     remarks: tuple[Loss, ...] = ()
+    unknown: str = ""
 
     @property
     def totals(self) -> dict[str, int]:
@@ -84,6 +86,8 @@ def receipt_of(
     program = linked.program
     idle = (loss for loss in translated.losses if loss.fate is Fate.EXACT)
     remarks = (*idle, *translated.remarks)
+    lines = [loss.line for loss in (*translated.losses, *remarks)]
+    lines += [] if comparison is None else comparison.unknown
     return Receipt(
         program.path,
         program.vendor,
@@ -94,11 +98,12 @@ def receipt_of(
         tuple(loss for loss in translated.losses if loss.fate is not Fate.EXACT),
         translated.mapping,
         translated.notes,
-        {loss.line: linked.place(loss.line) for loss in (*translated.losses, *remarks)},
+        {line: linked.place(line) for line in lines},
         comparison,
         times,
-        before_it_runs(linked, translated, target, comparison is not None),
+        before_it_runs(linked, translated, target, comparison is not None and not comparison.until),
         remarks,
+        "" if comparison is None else places(map(linked.place, comparison.unknown)),
     )
 
 
@@ -160,6 +165,7 @@ def as_json(receipt: Receipt) -> dict[str, Any]:
         "notes": [*receipt.notes, *(_remark(receipt, loss) for loss in receipt.remarks)],
         "before_run": list(receipt.before_run),
         "difference": None if comparison is None else _difference(comparison),
+        "unknown": receipt.unknown or None,
         "time": _time(receipt),
     }
 
@@ -186,6 +192,7 @@ def _loss(receipt: Receipt, loss: Loss) -> dict[str, Any]:
 def _difference(c: Comparison) -> dict[str, Any]:
     return {
         "steps": c.steps,
+        "until_line": c.until or None,
         "position_mm": c.worst_position / mm,
         "orientation_deg": c.worst_angle / deg,
         "speed_percent": 100 * c.worst_speed,

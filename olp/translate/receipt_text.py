@@ -62,6 +62,11 @@ def _compared(receipt: Receipt) -> Iterator[str]:
     if c is None:
         yield "the two programs could not be run and compared"
         return
+    if c.until:
+        file, line = receipt.places[c.until]
+        yield f"compared only until {file}:{line}, where what runs depends on a value that is not known here"
+    elif receipt.unknown:
+        yield f"left out of both runs, for their values are not known here: {receipt.unknown}"
     if not c.steps and not c.differences:
         yield "neither program moves or waits here: there was nothing to compare"
         return
