@@ -301,17 +301,20 @@ def test_a_chain_needs_a_joint_for_every_axis(tmp_path):
     [
         ("gp52", "yaskawa/gp50"),
         ("yaskawa/gp25x", "yaskawa/gp25"),
+        ("yaskawa/xyz", "yaskawa/up20"),
+        ("kuka/kr6", "kuka/kr6-r900-sixx"),
         ("staubli/tx2-60", "no robot of staubli is known"),
-        ("", "known:"),
+        ("staubli/tx2-60", "abb, fanuc, kuka, universal-robots, yaskawa"),
+        ("", "known makers: "),
     ],
 )
-def test_an_unknown_name_lists_close_ones_and_all_that_exist(name, hint):
+def test_an_unknown_name_lists_close_ones_and_those_of_its_maker(name, hint):
     with pytest.raises(OlpError) as caught:
         load_robot(name)
     (only,) = caught.value.diagnostics
     assert only.code == "R001"
     assert hint in only.help
-    assert "yaskawa/up20" in only.help
+    assert "olp robots lists all" in only.help
     assert ".toml" in only.help
 
 

@@ -75,10 +75,13 @@ def _unknown(text: str, wanted: str, names: Sequence[str]) -> Diagnostic:
     models = {name.split("/")[1]: name for name in names}
     close = difflib.get_close_matches(model, models, n=3, cutoff=0.5)
     advice = f"did you mean {', '.join(models[it] for it in close)}? " if close else ""
-    if maker and not any(name.startswith(f"{maker}/") for name in names):
+    makers = sorted({name.split("/")[0] for name in names})
+    known = [name for name in names if name.startswith(f"{maker}/")]
+    if maker and not known:
         advice = f"no robot of {maker} is known yet, but any can be told (docs/robots.md); "
+    said = f"known of {maker}: {', '.join(known)}" if known else f"known makers: {', '.join(makers)}"
     return error(
         "R001",
         f"no robot is called {text!r}",
-        help=f"{advice}known: {', '.join(names)}; a file of your own is given as a path ending in .toml",
+        help=f"{advice}{said}; olp robots lists all; a file of your own is given as a path ending in .toml",
     )
