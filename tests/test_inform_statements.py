@@ -7,6 +7,7 @@ from math import radians
 import pytest
 from inform_jobs import job, read_lines, read_statement, read_statements
 
+from olp.diagnostic import Severity
 from olp.expression import (
     Argument,
     Binary,
@@ -640,6 +641,26 @@ def test_a_statement_knows_its_line() -> None:
         "TIMER T=0.35",
         "END",
     ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "CALL IG#(2)",
+        "CALL B003 IF IN#(4)=ON",
+        "JUMP IG#(1)",
+        "JUMP LI000 IF B000=1",
+        "MUL P004 (3) 2",
+        "DIV LP001 (1) D000",
+        "SPEED V=138.0 VE=20.0",
+    ],
+)
+def test_legal_forms_that_are_not_modelled_are_kept_and_told(text: str) -> None:
+    """Jobs and labels by a number, one element of a position, speeds of external axes."""
+    program = read_lines(job([text, "TIMER T=1.00"]))
+    assert [one.text for one in program.routines[0].body if isinstance(one, Opaque)] == [text]
+    (found,) = program.diagnostics
+    assert (found.code, found.severity) == ("P021", Severity.WARNING)
 
 
 def test_an_unknown_instruction_is_kept_word_for_word() -> None:

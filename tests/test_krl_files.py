@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from krl_programs import body, codes, one, read, source, unplaced
+from krl_programs import body, codes, one, read, source, unplaced, written
 
 import olp
 from olp.expression import (
@@ -327,6 +327,14 @@ def test_motion_data_that_every_controller_has_are_taken_and_told() -> None:
     assert SetFrame(0, FrameRef("base")) in body
     own = read("PDAT_ACT=PDEFAULT", config=["DECL PDAT PDEFAULT={VEL 100.0,ACC 50.0,APO_DIST 20.0}"])
     assert not own.diagnostics
+
+
+@pytest.mark.parametrize("line", ["PTP !", "LIN ! C_DIS", "CIRC !,!,CA 90"])
+def test_a_point_that_is_still_to_be_taught_is_told_and_written_back(line: str) -> None:
+    program = read(line, "PTP !")
+    assert codes(program) == [("P412", 2)]
+    assert line in written(program)[0]
+    assert "I209" in [found.code for found in program.plan().diagnostics]
 
 
 def test_a_missing_list_is_told_once() -> None:

@@ -132,3 +132,15 @@ def test_a_speed_of_zero_is_told_and_the_rest_is_timed(tmp_path):
         "MOVL C00101 V=0.0 PL=0"
     ]
     assert program.plan(robot=ARM).time()["duration_s"].iloc[-1] > 40 / 50
+
+
+@pytest.mark.parametrize("arm", [None, ARM])
+def test_a_rate_of_turning_for_a_move_that_does_not_turn_does_not_end_the_timing(arm):
+    """Nowhere it takes no time; elsewhere only the axes say how fast, and without a robot nobody does."""
+    body = (
+        "MOVL C00100 V=50.0 PL=0\nMOVL C00100 VR=30.0 PL=0\nMOVL C00101 VR=30.0 PL=0\nMOVL C00102 V=50.0 PL=0"
+    )
+    timing = time_plan(plan_of(body, robot=arm, points=0, rows=ROWS))
+    assert timing.duration_s[1] == 0.0
+    assert np.isnan(timing.duration_s[2]) == (arm is None)
+    assert timing.duration_s[3] > 40 / 50

@@ -157,6 +157,8 @@ def test_code_that_is_escaped_instead_of_quoted_is_read() -> None:
         ("n=" + "(" * 150 + "1" + ")" * 150, "P572"),
         ("while true", "P573"),
         ("alterMovel(p)", "P575"),
+        ("movel(p,flange,{100,50,100,250,9999,leave,10,10})", "P575"),
+        ("movel({1,2,3,4,5},flange,m)", "P570"),
     ],
 )
 def test_each_mistake_has_its_code_and_a_place(line: str, code: str) -> None:

@@ -82,6 +82,10 @@ def demand(plan: Plan, limits: Limits) -> Demand:
     result.deceleration *= moves.deceleration
     if count:
         result.diagnostics = slow_down(plan, limits, result, names)
+    # A rate of turning alone, of a move that does not turn: how fast it travels only the axes say, if any are known.
+    endless = np.isinf(result.speed)
+    result.unknown |= endless & (result.length > _NOTHING)
+    result.speed[endless] = 1.0
     result.names = tuple(names)
     return result
 

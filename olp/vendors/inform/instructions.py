@@ -37,6 +37,10 @@ _MOST_CHARACTERS = 4096
 _LONG_NUMBER = re.compile(r"\d{19,}")
 _STRING = re.compile(r'"[^"]*"')
 _MOST_BROKEN = 2000
+# Legal forms of known words: jobs and labels by a number, speeds of external axes, single elements of a position.
+_UNMODELLED: Final = re.compile(
+    r"\s*(?:(?:CALL|JUMP)\s+(?:IGH?#|L?[BID]\d)|SPEED\s[^'/]*\bVE=|(?:ADD|SUB|MUL|DIV)\s+L?(?:P|BP|EX)\d+\s*\()"
+)
 _MOST_SUGGESTED = 50  # unknown words that are compared with all known ones
 _MOST_CACHED = 50_000
 
@@ -89,7 +93,7 @@ class Instructions:
         if self._too_much(text, number):
             return ()
         word = _first_word(text)
-        if word and word[0].isalpha() and word not in self._words():
+        if word and word[0].isalpha() and (word not in self._words() or _UNMODELLED.match(text)):
             return (self._opaque(text, word, number),)
         return self._parse(text, line, number)
 
@@ -135,14 +139,15 @@ class Instructions:
         self._kinds[number - 1] = LineKind.OPAQUE
         start = len(text) - len(text.lstrip()) + 1
         near: list[str] = []
-        if len(self._unknown) < _MOST_SUGGESTED and word not in self._unknown:
+        known = word in self._words()
+        if not known and len(self._unknown) < _MOST_SUGGESTED and word not in self._unknown:
             near = get_close_matches(word[:20].upper(), self._words(), 1, 0.75)
         self._unknown.add(word)
         help = f"did you mean {near[0]}?" if near else "its effect on the time is unknown"
-        message = f"{word[:40]} is kept but not modelled"
+        message = f"{'this form of ' if known else ''}{word[:40]} is kept but not modelled"
         span = Span(number, start, start + len(word))
         # A word that looks like a misspelt instruction may well be a move.
-        severity = Severity.WARNING if near else Severity.INFO
+        severity = Severity.WARNING if near or known else Severity.INFO
         self._findings.once(severity, "P021", word, message, span, help)
         return Opaque(number, text.strip())
 

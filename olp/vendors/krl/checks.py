@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from olp.diagnostic import Severity
-from olp.expression import Item, Named
+from olp.expression import Item, Named, Unknown
 from olp.moves import Move
 from olp.program import (
     Break,
@@ -128,6 +128,12 @@ def _tell(findings: Findings, code: str, message: str, one: Statement, help: str
     findings.error(code, message, findings.whole_line(one.line), help)
 
 
+def _tell_untaught(findings: Findings, line: int) -> None:
+    help = "teach it, or put a point in place of the !"
+    message = "! stands for a point that was never taught"
+    findings.once(Severity.WARNING, "P412", "!", message, findings.whole_line(line), help)
+
+
 def check_targets(findings: Findings, scope: Scope, routines: Sequence[Routine], listed: bool) -> None:
     """Targets of moves that nothing declares: P411, or P412 once when the list is not there."""
     unknown: dict[str, int] = {}
@@ -138,7 +144,9 @@ def check_targets(findings: Findings, scope: Scope, routines: Sequence[Routine],
             if isinstance(one, Move):
                 for target in (*one.targets, one.via):
                     base = target.base if isinstance(target, Item) else target
-                    if type(base) is Named and base.name[:1] != "$":
+                    if type(base) is Unknown:
+                        _tell_untaught(findings, one.line)
+                    elif type(base) is Named and base.name[:1] != "$":
                         key = base.name.upper()
                         if key not in local and key not in scope.types:
                             unknown.setdefault(base.name, one.line)

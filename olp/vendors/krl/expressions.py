@@ -106,6 +106,10 @@ class ExpressionRules(Transformer[Token, Any]):
     def constant(self, children: list[Token]) -> Text:
         return Text("#" + self.scope.spell(children[0][1:].strip()))
 
+    def untaught(self, _: list[Any]) -> Unknown:
+        """`PTP !`: the place of a point that is still to be taught."""
+        return Unknown("!")
+
     def parenthesised(self, children: list[Any]) -> Any:
         return children[0]
 

@@ -113,6 +113,8 @@ class Val3Rules(BlockRules):
         return Item(Member(base, str(name)), tuple(map(from_zero, indices)))
 
     def braces(self, children: list[Expression]) -> Expression:
+        if len(children) in (3, 8):
+            raise NotModelledError(children)  # a configuration, a motion descriptor
         if len(children) != 6:
             raise LineError(
                 f"{len(children)} values in braces", "six: x, y, z, rx, ry, rz, or six joint values"
