@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from olp.interpreter.regions import Region
 from olp.points import PointTable
 from olp.program import Program, Routine, Statement
 from olp.source import Source
+from olp.vendors.vendor import Vendor, find_vendor
 
 
 @dataclass(slots=True)
@@ -83,8 +85,6 @@ class Jobs:
 
     def read_all(self) -> bool:
         """Reads the other files of the folder for what they declare, where the language shares names between files."""
-        from olp.vendors.vendor import find_vendor
-
         if self._all_read or self.folder is None or not self.program.path:
             return False
         self._all_read = True
@@ -93,12 +93,11 @@ class Jobs:
             return False
         before = len(self.programs)
         size = 0
-        for suffix in vendor.suffixes:
-            for path in sorted(files_by_stem(self.folder, suffix).values()):
-                size += path.stat().st_size
-                if path in self._read_files or len(self.programs) > _MOST_FILES or size > _MOST_BYTES:
-                    continue
-                self._add_file(path)
+        for path in _files_beside(self.folder, vendor):
+            size += path.stat().st_size
+            if path in self._read_files or len(self.programs) > _MOST_FILES or size > _MOST_BYTES:
+                continue
+            self._add_file(path)
         return len(self.programs) > before
 
     def near(self, name: str) -> list[str]:
@@ -133,10 +132,29 @@ class Jobs:
         try:
             program = read_cached(path)
         except OlpError as problem:
-            self.found.extend(problem.diagnostics)
+            if path.suffix.lower() not in find_vendor(self.program.vendor).list_suffixes:
+                self.found.extend(problem.diagnostics)
             return
+        if program.vendor != self.program.vendor:
+            return  # data of another maker
         self.found.extend(program.diagnostics)
         self._add(program, _key(path.stem))
+
+
+def _files_beside(folder: Path, vendor: Vendor) -> Iterator[Path]:
+    """The files that may declare what a program in `folder` names: those of its folder first."""
+    others = [folder / name for name in vendor.folders_beside]
+    folders = [folder, *(one for one in others if one.is_dir() and not one.samefile(folder))]
+    for place in folders:
+        for suffix in vendor.suffixes:
+            yield from sorted(files_by_stem(place, suffix).values())
+    for place in folders if vendor.list_suffixes else ():
+        # A list of a program's own name has been read with it, and $config.dat with every program.
+        known = {stem for suffix in vendor.suffixes for stem in files_by_stem(place, suffix)}
+        for suffix in vendor.list_suffixes:
+            for stem, path in sorted(files_by_stem(place, suffix).items()):
+                if stem not in known and not stem.startswith("$"):
+                    yield path
 
 
 def _points(routine: Routine) -> PointTable:

@@ -45,10 +45,14 @@ class Array:
 
 @dataclass(slots=True)
 class Slot:
-    """A named variable: what it holds (None: nothing yet) and its type as in `Declare.type`."""
+    """A named variable: what it holds (None: nothing yet) and its type as in `Declare.type`.
+
+    `shared`: other files see it.
+    """
 
     value: Value | None
     type: str = ""
+    shared: bool = False
 
 
 Value = int | float | str | bool | PositionValue | SystemPosition | Record | Array

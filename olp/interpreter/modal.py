@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from olp.cell import Tool
-from olp.expression import Expression, FrameRef
+from olp.expression import Expression, FrameRef, Item, Named
 from olp.geometry import Pose
 from olp.interpreter.evaluate import evaluate, quantity, whole
 from olp.interpreter.functions import FIRST_FRESH, as_position
 from olp.interpreter.memory import ACTIVE, PositionValue, Record, Value
 from olp.interpreter.poses import raw_pose
+from olp.interpreter.scope import find_slot
 from olp.interpreter.spelling import spell
 from olp.interpreter.state import Machine, StatementError
 from olp.program import (
@@ -78,6 +79,8 @@ def tool_number(m: Machine, tool: Expression) -> int:
     if isinstance(tool, FrameRef):
         number = whole(m, tool.number) if tool.number is not None else 0
         return m.tool_now.get(number, number)
+    if _is_elsewhere(m, tool, "tool", "the flange"):
+        return _number_of(m, "tool", Pose.identity(), m.world.tools)
     value = evaluate(m, tool)
     if isinstance(value, (int, float)):
         return m.tool_now.get(int(value), int(value))
@@ -97,6 +100,8 @@ def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
             return "base", None
         number = whole(m, frame.number) if frame.number is not None else 0
         return "user", m.user_now.get(number, number)
+    if _is_elsewhere(m, frame, "frame", "the base"):
+        return "base", None
     value = evaluate(m, frame)
     if isinstance(value, (int, float)):
         number = int(value)
@@ -105,6 +110,19 @@ def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
     if pose == Pose.identity():
         return "base", None
     return "user", _number_of(m, "user", pose, m.world.cell.user_frames)
+
+
+def _is_elsewhere(m: Machine, e: Expression, kind: str, taken: str) -> bool:
+    """Whether a tool or frame has no value at hand, as a file that is not here declares it: `taken`, which is told."""
+    name = e.base if isinstance(e, Item) else e
+    if not isinstance(name, Named) or name.name.casefold() in m.assumptions.names:
+        return False
+    slot = find_slot(m, name.name)
+    if slot is not None and slot.value is not None:
+        return False
+    says = f"nothing at hand gives the {kind} {name.name} a value (no file beside it, no [names] in olp.toml)"
+    m.assume_once(f"{kind} {name.name}", f"{says}: {taken} is taken")
+    return True
 
 
 def _work_pose(value: Value) -> Pose:

@@ -36,7 +36,7 @@ def find_slot(m: Machine, name: str) -> Slot | None:
 
 
 def _shared(m: Machine, key: str) -> Slot | None:
-    return next((scope[key] for scope in m.modules.values() if key in scope), None)
+    return next((scope[key] for scope in m.modules.values() if key in scope and scope[key].shared), None)
 
 
 def read_name(m: Machine, name: str) -> Value:
@@ -53,7 +53,8 @@ def read_name(m: Machine, name: str) -> Value:
         m.assume(f"{name} is taken as 0: the controller sets it")
         return 0
     if slot is None:
-        raise StatementError("I209", f"nothing defines {name}", "declare the name, or correct it")
+        help = "declare or correct it, put the file that declares it beside the program, or its value into olp.toml"
+        raise StatementError("I209", f"nothing defines {name}", help)
     if slot.value is None:
         raise StatementError("I203", f"{name} has no value yet", "give it one before it is used")
     return slot.value
@@ -129,7 +130,7 @@ def _into(m: Machine, scope: Scope, data: tuple[Declare, ...]) -> None:
             scope[fold(m, declaration.name)] = _slot(m, declaration)
         except StatementError as problem:
             # A value that needs the running robot is no value; whoever reads the variable hears of it.
-            scope[fold(m, declaration.name)] = Slot(None, declaration.type)
+            scope[fold(m, declaration.name)] = Slot(None, declaration.type, declaration.shared)
             if problem.code != "I209":
                 m.assume(f"{declaration.name} has no value that can be known before the program runs")
 
@@ -139,11 +140,11 @@ def _slot(m: Machine, s: Declare) -> Slot:
 
     sizes = [min(whole(m, size), _MOST_ITEMS) for size in s.sizes]
     if s.value is None:
-        return Slot(_empty(s.type, sizes), s.type)
+        return Slot(_empty(s.type, sizes), s.type, s.shared)
     value = evaluate(m, s.value)
     if sizes and isinstance(value, Array) and len(value.items) < sizes[0]:
         value.items.extend([_ZEROS.get(s.type)] * (sizes[0] - len(value.items)))
-    return Slot(fitted(s.type, value), s.type)
+    return Slot(fitted(s.type, value), s.type, s.shared)
 
 
 def _empty(type_: str, sizes: list[int]) -> Value | None:

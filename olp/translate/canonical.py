@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from olp.diagnostic import Diagnostic
+from olp.expression import PositionLiteral
 from olp.program import Program
 from olp.translate.accelerations import accelerations
 from olp.translate.arcs import arcs
@@ -15,6 +16,7 @@ from olp.translate.array_values import array_values
 from olp.translate.arrays import array_bounds
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
+from olp.translate.elsewhere import elsewhere
 from olp.translate.externals import externals
 from olp.translate.flat import executed
 from olp.translate.flow import flow
@@ -53,6 +55,7 @@ class Translated:
 
     Kinds: point, variable, tool, frame, routine, signal, task, label. `problems`: what no comment can stand for (X012).
     `remarks`: on statements of which nothing is lost. `asks`: what is to be done before it runs, with what.
+    `held`: values of tools ("tool") and frames ("user") that the target's controller is to hold, by number or name.
     """
 
     program: Program
@@ -62,6 +65,7 @@ class Translated:
     problems: tuple[Diagnostic, ...] = ()
     remarks: tuple[Loss, ...] = ()
     asks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    held: Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
 
 
 def passes(work: Work) -> tuple[Pass, ...]:
@@ -71,6 +75,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         texts,
         array_values,
         schedules,
+        elsewhere,
         records,
         vectors,
         lift,
@@ -140,6 +145,7 @@ def canonical(
         tuple(work.problems),
         tuple(dict.fromkeys(work.remarks)),
         {says: tuple(things) for says, things in work.asks.items()},
+        dict(work.held),
     )
 
 

@@ -98,7 +98,7 @@ def refusals(program: Program, vendor: str, translated: Translated) -> list[Diag
                 else None
             )
             message = f"{language_of(vendor)} cannot say this: {loss.says}"
-            help = "--on-loss comment writes it as a comment"
+            help = loss.help or "--on-loss comment writes it as a comment"
             found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
     return found
 
@@ -182,7 +182,16 @@ def _surroundings(source: Program, converted: Converted, robot: Robot | None) ->
     """olp.toml beside the source, with its tools and frames under the numbers that they have in the target."""
     from pathlib import Path
 
-    from olp.assumptions import NAMED_SIGNAL, Assumptions, SignalKey, load_assumptions, nearest_assumptions
+    from olp.assumptions import (
+        NAMED_SIGNAL,
+        Assumptions,
+        SignalKey,
+        WrittenPosition,
+        load_assumptions,
+        nearest_assumptions,
+    )
+    from olp.interpreter.memory import ACTIVE
+    from olp.points import PointKind, PointState
     from olp.translate.work import cell_of
 
     folder = Path(source.path).parent if source.path and Path(source.path).is_file() else None
@@ -197,6 +206,12 @@ def _surroundings(source: Program, converted: Converted, robot: Robot | None) ->
 
     tools = {number("tool", n): tuple(map(float, t.pose.xyz_angles())) for n, t in cell.tools.items()}
     frames = {number("frame", n): tuple(map(float, p.xyz_angles())) for n, p in cell.user_frames.items()}
+    names = dict(given.names)
+    for (kind, name), literal in converted.translated.held.items():
+        if name.isdecimal():
+            (tools if kind == "tool" else frames)[int(name)] = literal.values[:6]
+        else:
+            names[name.casefold()] = WrittenPosition(PointState(PointKind.POSE, ACTIVE), literal.values[:6])
 
     def key(old: SignalKey) -> SignalKey:
         new = mapping.get(("signal", f"{old.bus} {old.number}"), "")
@@ -206,4 +221,4 @@ def _surroundings(source: Program, converted: Converted, robot: Robot | None) ->
 
     inputs = {key(signal): values for signal, values in given.inputs.items()}
     waits = {key(signal): seconds for signal, seconds in given.waits.items()}
-    return replace(given, tools=tools, frames=frames, inputs=inputs, waits=waits)
+    return replace(given, tools=tools, frames=frames, names=names, inputs=inputs, waits=waits)

@@ -70,7 +70,7 @@ def _move(plan: Plan, step: int, s: Move, work: Work) -> list[Statement]:
     row = int(plan.row[step])
     target = _literal(plan, int(plan.moves.target[row]), s.path is Path.JOINT)
     if target is None:
-        work.need_robot("where a move leads is known by its robot only")
+        work.need_robot(s, "where a move leads is known by its robot only")
         return [s]
     changes: dict[str, Any] = {
         "targets": (target,),

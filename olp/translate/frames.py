@@ -5,11 +5,10 @@ INFORM and FANUC number them; KRL numbers or names them; RAPID names them; URScr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
-from olp.expression import Expression, FrameRef, Function, Item, Named, Number, PositionLiteral
+from olp.expression import Expression, FrameRef, Function, Named, Number, PositionLiteral
 from olp.geometry import Pose
 from olp.program import (
     Assign,
@@ -22,191 +21,30 @@ from olp.program import (
     Routine,
     Statement,
 )
+from olp.translate.frame_names import BASE, NUMBERED, SystemNames, system_words
 from olp.translate.here import HERE, NAMING, seen_in, systems_of
 from olp.translate.known import system_of
 from olp.translate.records import literal_of, pose_of_literal
 from olp.translate.rewrite import calls_nothing, edited, mapped
-from olp.translate.symbols import Symbols, kind_of_value, symbols_of
+from olp.translate.symbols import kind_of_value, symbols_of
 from olp.translate.work import Fate, Work
 
 T = TypeVar("T")
-_BASE: Final = FrameRef("base")
 _FLANGE: Final = FrameRef("tool", Number(0))
 _ZERO: Final = PositionLiteral("pose", (0.0,) * 6)
 _FAR: Final = (
     10.0  # [m] from a frame's origin to the points that define it: rounding them turns it by nothing
 )
-_NUMBERS: Final[Mapping[str, int]] = {"tool": 63, "user": 63}
-_NUMBERED: Final[Mapping[str, Mapping[str, int]]] = {
-    "inform": {"tool": 63, "user": 63},
-    "tp": {"tool": 10, "user": 9},
-}
 
 
 @dataclass(slots=True)
-class _Systems:
-    """Tools ("tool") and frames ("user"). `numbers`: of a name or value; `values`: to be set, by kind and number."""
+class _Systems(SystemNames):
+    """Statements with the target's tools and frames. `known`: what moves' references became."""
 
-    work: Work
-    symbols: Symbols
-    routine: str = ""
-    numbers: dict[tuple[str, Expression], int] = field(default_factory=dict)
-    taken: dict[str, set[int]] = field(default_factory=lambda: {"tool": {0}, "user": {0}})
-    values: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)
-    made: dict[tuple[str, Expression], Named] = field(default_factory=dict)
-    declared: list[Declare] = field(default_factory=list)
-    known: dict[tuple[object, ...], Expression] = field(default_factory=dict)  # what moves' references became
+    known: dict[tuple[object, ...], Expression] = field(default_factory=dict)
     same: dict[int, tuple[Expression, str, Expression]] = field(
         default_factory=dict
     )  # by the id of the first
-    counted: set[tuple[str, str]] = field(
-        default_factory=set
-    )  # variables that hold a number of a tool or frame
-
-    # --- numbers ----------------------------------------------------------------------------------------
-
-    def numbered(self, kind: str, e: Expression, s: Statement) -> Expression:
-        """A tool or frame by number."""
-        if isinstance(e, FrameRef):
-            if e.kind != kind or e.number is None:
-                return e
-            ref = self._mapped_number(kind, e)
-            known = self._set_once(kind, e)
-            if known is not None and isinstance(ref.number, Number) and self.work.context.mapping.set_values:
-                self.values.setdefault((kind, int(ref.number.value)), known)
-            return ref
-        if isinstance(e, Named):
-            symbol = self.symbols.find(self.routine, e.name)
-            if symbol is not None and symbol.type in ("integer", "real"):
-                return FrameRef(kind, e)
-            if (
-                symbol is not None
-                and not symbol.is_fixed
-                and symbol.type in ("tool", "frame")
-                and symbol.assigned
-            ):
-                return self._varying(kind, e, s)
-        value = self.symbols.fixed_value(self.routine, e)
-        if not isinstance(value, PositionLiteral):
-            self.work.lose(s, Fate.REFUSED, kind, "the tool or frame is computed while the program runs")
-            return FrameRef(kind, Number(0))
-        if kind == "user" and not any(value.values):
-            return _BASE
-        return FrameRef(kind, Number(self._number(kind, e if isinstance(e, (Named, Item)) else value, value)))
-
-    def _mapped_number(self, kind: str, e: FrameRef) -> FrameRef:
-        wanted = self._map(kind).get(_shown(e))
-        if wanted is not None and wanted.isdecimal():
-            self.work.names[(_words(kind), _shown(e))] = wanted
-            return FrameRef(kind, Number(int(wanted)))
-        if isinstance(e.number, Number):
-            self.taken[kind].add(int(e.number.value))
-        return e
-
-    def _set_once(self, kind: str, e: FrameRef) -> PositionLiteral | None:
-        """The value that the program itself gives to a numbered tool or frame, once and for all."""
-        return self.work.systems.get((kind, int(e.number.value))) if isinstance(e.number, Number) else None
-
-    def _map(self, kind: str) -> Mapping[str, str]:
-        mapping = self.work.context.mapping
-        return mapping.tools if kind == "tool" else mapping.frames
-
-    def _number(self, kind: str, key: Expression, value: PositionLiteral | None) -> int:
-        number = self.numbers.get((kind, key))
-        if number is None:
-            shown = _shown(key)
-            wanted = self._map(kind).get(shown, "")
-            number = int(wanted) if wanted.isdecimal() else _own_number(key)
-            if number in self.taken[kind] and not wanted.isdecimal():
-                number = next(n for n in range(1, 1000) if n not in self.taken[kind])
-            largest = _NUMBERED.get(self.work.target, _NUMBERS)[kind]
-            if number > largest:
-                self.work.lose(0, Fate.REFUSED, _words(kind), f"more than {largest} {_words(kind)}s")
-            self.numbers[(kind, key)] = number
-            self.taken[kind].add(number)
-            self.work.names[(_words(kind), shown)] = str(number)
-            if value is not None and self.work.context.mapping.set_values:
-                self.values[(kind, number)] = value
-        return number
-
-    def _varying(self, kind: str, e: Named, s: Statement) -> Expression:
-        """A name whose value changes: a number of its own, which is set anew, or a variable that holds a number."""
-        symbol = self.symbols.find(self.routine, e.name)
-        assert symbol is not None
-        if symbol.storage == "modal" and self.work.target == "inform":
-            self.work.lose(
-                s, Fate.REFUSED, _words(kind), f"which {_words(kind)} holds depends on the way to this move"
-            )
-            return FrameRef(kind, Number(0))
-        value = symbol.value if isinstance(symbol.value, PositionLiteral) else None
-        return FrameRef(kind, Number(self._number(kind, e, value)))
-
-    # --- names ------------------------------------------------------------------------------------------
-
-    def named(self, kind: str, e: Expression, s: Statement) -> Expression:
-        """A tool or frame by name, or by number where KRL has one."""
-        if isinstance(e, PositionLiteral):
-            if kind == "user" and not any(e.values):
-                return _BASE
-            return self._made(kind, e, "tool" if kind == "tool" else "frame", e)
-        if isinstance(e, Item):
-            literal = self.symbols.fixed_value(self.routine, e)
-            if isinstance(literal, PositionLiteral):
-                return self._made(kind, e, f"{_words(kind)}_{_own_number(e)}", literal)
-        if not isinstance(e, FrameRef) or e.kind != kind or e.number is None:
-            return e
-        if not isinstance(e.number, Number):
-            if self.work.target != "krl":
-                self.work.lose(
-                    s,
-                    Fate.REFUSED,
-                    _words(kind),
-                    f"the {_words(kind)}'s number is computed while the program runs",
-                )
-            return e
-        number = int(e.number.value)
-        wanted = self._map(kind).get(str(number))
-        if wanted is not None:
-            self.work.names[(_words(kind), str(number))] = wanted
-            return FrameRef(kind, Number(int(wanted))) if wanted.isdecimal() else Named(wanted)
-        stem = f"{_words(kind)}_{number}"
-        known = self.work.systems.get((kind, number))
-        if known is not None:
-            return self._made(kind, e, stem, known)
-        if self.work.target == "krl":
-            return e
-        if number == 0:
-            return _BASE if kind == "user" else e
-        if (made := self.made.get((kind, e))) is not None:
-            return made
-        return self._made(kind, e, stem, literal_of(self._known(kind, number)))
-
-    def _known(self, kind: str, number: int) -> Pose:
-        cell = self.work.cell()
-        if kind == "tool":
-            found = cell.tools.get(number)
-            if found is not None:
-                return found.pose
-        elif number in cell.user_frames:
-            return cell.user_frames[number]
-        says = f"the values of {_words(kind)} {number} are not in the program: zeros are written"
-        self.work.lose(0, Fate.APPROXIMATED, _words(kind), says)
-        self.work.ask("set these values, which are zeros now", f"{_words(kind)} {number}")
-        return Pose.identity()
-
-    def _made(self, kind: str, key: Expression, stem: str, value: PositionLiteral) -> Named:
-        name = self.made.get((kind, key))
-        if name is None:
-            name = self.made[(kind, key)] = Named(
-                self.work.helper(stem) if kind == "position" else self.work.fresh(stem)
-            )
-            self.declared.append(
-                Declare(0, name.name, _words(kind), value, storage="persistent", shared=True)
-            )
-            self.work.names[(_words(kind), _shown(key))] = name.name
-        return name
-
-    # --- statements -------------------------------------------------------------------------------------
 
     def move(self, s: Move) -> Move:
         changes: dict[str, Any] = {}
@@ -240,7 +78,7 @@ class _Systems:
             self.same[id(e)] = (e, kind, said)
             return said
         losses = len(self.work.losses)
-        said = self.numbered(kind, e, s) if self.work.target in _NUMBERED else self.named(kind, e, s)
+        said = self.numbered(kind, e, s) if self.work.target in NUMBERED else self.named(kind, e, s)
         if key is not None and len(self.work.losses) == losses:
             self.known[key] = said
         return e if said == e else said
@@ -255,7 +93,7 @@ class _Systems:
         if isinstance(frame, FrameRef):
             self.work.lose(s, Fate.REFUSED, "frame", "a frame whose values are not known here")
             return
-        changes["frame"] = _BASE
+        changes["frame"] = BASE
         targets = changes.get("targets", s.targets)
         changes["targets"] = tuple([self._in_base(frame, target) for target in targets])
         if s.via is not None:
@@ -280,7 +118,7 @@ class _Systems:
             frame = None if frame is None else self._said("user", frame, s)
             if self.work.target != "urscript":
                 return seen_in(tool, frame)
-            if frame is None or frame == _BASE:
+            if frame is None or frame == BASE:
                 return HERE
             return Function("pose-product", (Function("pose-inverse", (frame,)), HERE))
 
@@ -289,7 +127,7 @@ class _Systems:
     def assigned(self, s: Assign) -> list[Statement]:
         """An assignment to a name that stands for a numbered tool or frame sets that one's values."""
         key = system_of(s.target)
-        if key is not None and self.work.target in _NUMBERED:
+        if key is not None and self.work.target in NUMBERED:
             ref = self.numbered(key[0], FrameRef(key[0], Number(key[1])), s)
             if isinstance(ref, FrameRef) and isinstance(ref.number, Number):
                 return self.setting(key[0], int(ref.number.value), s.value, s.line, s.comment)
@@ -333,7 +171,7 @@ class _Systems:
     def _position(self, kind: str, number: int, value: Expression) -> Expression:
         literal = self.symbols.fixed_value(self.routine, value)
         if isinstance(literal, PositionLiteral):
-            return self._made("position", literal, f"{_words(kind)}{number}_value", literal)
+            return self._made("position", literal, f"{system_words(kind)}{number}_value", literal)
         return value
 
     def routine_of(self, routine: Routine) -> Routine:
@@ -350,10 +188,10 @@ class _Systems:
             if isinstance(s, Assign):
                 rows += self.assigned(s)
             elif not (
-                isinstance(s, Declare) and s.type in ("tool", "frame") and self.work.target in _NUMBERED
+                isinstance(s, Declare) and s.type in ("tool", "frame") and self.work.target in NUMBERED
             ):
                 rows.append(s)
-        if main and self.work.target in _NUMBERED:
+        if main and self.work.target in NUMBERED:
             rows[_place(rows) : _place(rows)] = self._all_values()
         return replace(routine, body=tuple(rows))
 
@@ -367,11 +205,12 @@ class _Systems:
 def frames(program: Program, work: Work) -> Program:
     """Every move's tool and frame as the target says them, and their values where it has none yet."""
     systems = _Systems(work, symbols_of(program))
+    systems.note_numbers(program)
     routines = tuple(systems.routine_of(routine) for routine in program.routines)
     data = program.data
     main = program.main or (routines[0].name if routines else "")
     routines = tuple(systems.routine_with_values(routine, routine.name == main) for routine in routines)
-    if work.target in _NUMBERED:
+    if work.target in NUMBERED:
         data = tuple(declare for declare in data if declare.type not in ("tool", "frame"))
         routines = tuple(
             replace(r, data=tuple(d for d in r.data if d.type not in ("tool", "frame"))) for r in routines
@@ -381,25 +220,3 @@ def frames(program: Program, work: Work) -> Program:
 
 def _place(rows: list[Statement]) -> int:
     return next((at for at, s in enumerate(rows) if not isinstance(s, (Begin, Declare))), len(rows))
-
-
-def _own_number(e: Expression) -> int:
-    """The number that an element of an array of tools or frames has; 0 for all else, which nothing may have."""
-    index = e.indices[0] if isinstance(e, Item) and len(e.indices) == 1 else None
-    return int(index.value) if isinstance(index, Number) else 0
-
-
-def _words(kind: str) -> str:
-    return {"user": "frame"}.get(kind, kind)
-
-
-def _shown(e: Expression) -> str:
-    if isinstance(e, Named):
-        return e.name
-    if isinstance(e, FrameRef) and isinstance(e.number, Number):
-        return str(int(e.number.value))
-    if isinstance(e, Item):
-        return f"{_shown(e.base)}[{_own_number(e)}]"
-    if isinstance(e, PositionLiteral):
-        return " ".join(f"{v:g}" for v in e.values)
-    return str(e)

@@ -112,7 +112,7 @@ def _target(
     if state is not None and state.kind is not PointKind.POSE and s.path is not Path.JOINT:
         seen = points.in_space(routine, written.store, written.number)
         if seen is None:
-            points.work.need_robot("a straight move to a point in joint values is known by its robot only")
+            points.work.need_robot(s, "a straight move to a point in joint values is known by its robot only")
             return None
         literal, base = seen
         key = (routine.name, written.store, False, -1 - written.number)

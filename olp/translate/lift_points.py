@@ -106,7 +106,7 @@ class Points:
         robot = self.work.robot
         if robot is None:
             self.work.need_robot(
-                "the points are written in motor pulses, which mean nothing without their robot"
+                None, "the points are written in motor pulses, which mean nothing without their robot"
             )
             return None
         from olp.kinematics import pulses_to_joints
@@ -116,7 +116,7 @@ class Points:
         try:
             return PositionLiteral("joint", tuple(float(v) for v in pulses_to_joints(robot, row[None, :])[0]))
         except OlpError as problem:
-            self.work.need_robot(problem.diagnostics[0].message)
+            self.work.need_robot(None, problem.diagnostics[0].message)
             return None
 
     def in_space(

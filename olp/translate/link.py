@@ -1,16 +1,20 @@
-"""A program together with the routines that it calls from the files beside it, as one program."""
+"""A program together with the routines and the data that it names from the files beside it, as one program."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from olp.diagnostic import Diagnostic
-from olp.expression import CallValue
-from olp.program import Call, Program, Routine, Statement
+from olp.expression import CallValue, Expression, Named
+from olp.program import Call, Declare, Program, Routine, Statement
 from olp.source import Source
-from olp.translate.rewrite import expressions_of
+from olp.translate.rewrite import expressions_of, mapped, note_names
+from olp.vendors.vendor import find_vendor
+
+if TYPE_CHECKING:
+    from olp.interpreter.jobs import Jobs
 
 S = TypeVar("S", bound=Statement)
 
@@ -46,44 +50,125 @@ class Linked:
 
 
 def link(program: Program) -> Linked:
-    """`program` with the routines that its calls name and the files of its folder hold; their lines follow its own."""
+    """`program` with what it names and does not declare, from the files of its folder: routines that its calls name,
+    data that its statements and those of the routines name. The lines of other files follow its own."""
     from olp.interpreter.jobs import Jobs
 
     path = Path(program.path) if program.path else None
     folder = path.parent if path is not None and path.is_file() else None
-    parts = [Part(program.path, 0, len(program.source.lines))]
+    own = Part(program.path, 0, len(program.source.lines))
     if folder is None:
-        return Linked(program, tuple(parts))
-    jobs = Jobs(program, folder)
-    routines = list(program.routines)
-    data = list(program.data)
-    lines = list(program.source.lines)
-    offsets: dict[int, int] = {id(program): 0}
-    todo = [name for routine in routines for name in _called(routine)]
-    have = {routine.name.casefold() for routine in routines}
-    while todo:
-        name = todo.pop(0)
-        job = None if name.casefold() in have else jobs.find(name)
-        have.add(name.casefold())
-        if job is None or any(routine is job.routine for routine in routines):
-            continue
-        other = job.program
-        if id(other) not in offsets:
-            offset = offsets[id(other)] = len(lines)
-            parts.append(Part(other.path, offset, len(other.source.lines)))
-            lines += other.source.lines
-            known = {declare.name.casefold() for declare in data}
-            data += [_moved(d, offset) for d in other.data if d.name.casefold() not in known]
-        routine = _shifted(job.routine, offsets[id(other)])
-        have.add(routine.name.casefold())
-        routines.append(routine)
-        todo += _called(routine)
-    if len(parts) == 1:
-        return Linked(program, tuple(parts))
-    source = Source(program.source.path, program.source.raw, program.source.encoding, tuple(lines))
-    main = program.main or program.routines[0].name
-    joined = replace(program, source=source, routines=tuple(routines), data=tuple(data), main=main)
-    return Linked(joined, tuple(parts))
+        return Linked(program, (own,))
+    joined = _Joined(program, Jobs(program, folder), [own], list(program.source.lines))
+    joined.add_routines()
+    joined.add_data()
+    return joined.linked()
+
+
+@dataclass(slots=True)
+class _Joined:
+    """The program and what has been added to it so far. `offsets`: of each file's lines, by its program's id."""
+
+    program: Program
+    jobs: Jobs
+    parts: list[Part]
+    lines: list[str]
+    routines: list[Routine] = field(default_factory=list)
+    data: list[Declare] = field(default_factory=list)
+    offsets: dict[int, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.routines += self.program.routines
+        self.data += self.program.data
+        self.offsets[id(self.program)] = 0
+
+    def linked(self) -> Linked:
+        program = self.program
+        if len(self.parts) == 1:
+            return Linked(program, tuple(self.parts))
+        source = Source(program.source.path, program.source.raw, program.source.encoding, tuple(self.lines))
+        main = program.main or (program.routines[0].name if program.routines else "")
+        routines, data = self._respelt()
+        joined = replace(program, source=source, routines=routines, data=data, main=main)
+        return Linked(joined, tuple(self.parts))
+
+    def _respelt(self) -> tuple[tuple[Routine, ...], tuple[Declare, ...]]:
+        """Routines and data with the names of other files spelt as these declare them."""
+        routines, data = tuple(self.routines), tuple(self.data)
+        if find_vendor(self.program.vendor).case_sensitive:
+            return routines, data
+        own = {id(declare) for declare in self.program.data}
+        spelt = {d.name.casefold(): d.name for d in data if id(d) not in own}
+        used: set[str] = set()
+        for row in (*data, *(row for r in routines for row in (*r.data, *r.body))):
+            note_names(row, used)
+        wrong = {name: spelt[name.casefold()] for name in used if spelt.get(name.casefold(), name) != name}
+        if not wrong:
+            return routines, data
+
+        def change(e: Expression) -> Expression:
+            return Named(wrong[e.name]) if type(e) is Named and e.name in wrong else e
+
+        return tuple([mapped(r, change) for r in routines]), tuple([mapped(d, change) for d in data])
+
+    def add_routines(self) -> None:
+        """The routines that calls name, and those that they call; with the data of their files."""
+        todo = [name for routine in self.routines for name in _called(routine)]
+        have = {routine.name.casefold() for routine in self.routines}
+        while todo:
+            name = todo.pop(0)
+            job = None if name.casefold() in have else self.jobs.find(name)
+            have.add(name.casefold())
+            if job is None or any(routine is job.routine for routine in self.routines):
+                continue
+            other = job.program
+            if id(other) not in self.offsets:
+                known = {declare.name.casefold() for declare in self.data}
+                self._add(other, [d for d in other.data if d.name.casefold() not in known])
+            routine = _shifted(job.routine, self.offsets[id(other)])
+            have.add(routine.name.casefold())
+            self.routines.append(routine)
+            todo += _called(routine)
+
+    def add_data(self) -> None:
+        """The declarations of names that nothing declares so far, and of the names that their values need."""
+        open_names = self._undeclared()
+        if not open_names or not self.jobs.read_all():
+            return
+        while open_names:
+            before = len(self.data)
+            for other in self.jobs.programs[1:]:
+                rows = [d for d in other.data if d.shared and d.name.casefold() in open_names]
+                open_names -= {d.name.casefold() for d in rows}
+                if rows:
+                    self._add(other, rows)
+            if len(self.data) == before:
+                return
+            open_names = self._undeclared()
+
+    def _undeclared(self) -> set[str]:
+        """Names that are used and declared nowhere, in lower case."""
+        known = {declare.name.casefold() for declare in self.data}
+        found: set[str] = set()
+        for row in (*self.data, *(row for r in self.routines for row in r.data)):
+            note_names(row, found)
+        for routine in self.routines:
+            known |= {p.name.casefold() for p in routine.parameters}
+            known |= {d.name.casefold() for d in routine.data}
+            for s in routine.body:
+                if isinstance(s, Declare):
+                    known.add(s.name.casefold())
+                note_names(s, found)
+        return {name.casefold() for name in found if not name.startswith("$")} - known
+
+    def _add(self, other: Program, rows: list[Declare]) -> None:
+        """Declarations of another file, whose lines are added where they are not yet."""
+        if id(other) not in self.offsets:
+            self.offsets[id(other)] = len(self.lines)
+            self.parts.append(Part(other.path, len(self.lines), len(other.source.lines)))
+            self.lines += other.source.lines
+        offset = self.offsets[id(other)]
+        self.data += [_moved(d, offset) for d in rows]
 
 
 def _called(routine: Routine) -> list[str]:

@@ -122,9 +122,9 @@ class _Speeds:
             return self._by_variable(s, speed, unit, found)
         times = [self._time(speed.unit, value, row) for row in found]
         if found and any(t is None for t in times):
-            self.work.need_robot("the speed of a joint move depends on its axes")
+            self.work.need_robot(s, "the speed of a joint move depends on its axes")
             return speed
-        wanted = [self._value(unit, t, row) for t, row in zip(times, found, strict=True) if t is not None]
+        wanted = [self._value(s, unit, t, row) for t, row in zip(times, found, strict=True) if t is not None]
         known = [w for w in wanted if w is not None and math.isfinite(w) and w > 0.0]
         if not known:
             return self._guessed(s, speed, value, unit)
@@ -158,7 +158,7 @@ class _Speeds:
             return None
         return max(a / (w * value) for a, w in zip(axes, _rated(robot), strict=False))
 
-    def _value(self, unit: SpeedUnit, time: float, row: Row) -> float | None:
+    def _value(self, s: Move, unit: SpeedUnit, time: float, row: Row) -> float | None:
         """The speed at which the segment takes `time` [s]."""
         if unit is SpeedUnit.TIME:
             return time
@@ -172,7 +172,7 @@ class _Speeds:
             return max(a for a in row.axes if a == a) / time if any(a == a for a in row.axes) else None
         robot = self.work.target_robot
         if robot is None or any(a != a for a in row.axes[: len(robot.axes)]):
-            self.work.need_robot("a share of the axes' speed means nothing without the robot")
+            self.work.need_robot(s, "a share of the axes' speed means nothing without the robot")
             return None
         return max(a / w for a, w in zip(row.axes, _rated(robot), strict=False)) / time
 
@@ -180,7 +180,7 @@ class _Speeds:
         """For a move that the plan does not show, or that goes nowhere."""
         factor = self._factor(speed.unit, unit)
         if factor is None:
-            self.work.need_robot("the speed of a joint move depends on its axes")
+            self.work.need_robot(s, "the speed of a joint move depends on its axes")
             return speed
         guess = value * factor
         if unit is SpeedUnit.FRACTION:
@@ -207,7 +207,7 @@ class _Speeds:
         factors = []
         for row in found:
             time = self._time(speed.unit, 1.0, row)
-            value = None if time is None else self._value(unit, time, row)
+            value = None if time is None else self._value(s, unit, time, row)
             if value is not None and unit is not SpeedUnit.TIME and speed.unit is not SpeedUnit.TIME:
                 factors.append(value)
         factor = factors[0] if factors else self._factor(speed.unit, unit)

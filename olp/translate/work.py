@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from olp.called import kind_of
-from olp.diagnostic import Diagnostic, error
+from olp.diagnostic import Diagnostic, Span, error
 from olp.expression import Named, PositionLiteral
 from olp.frozen import fast_init
 from olp.program import Parameter, Program, Routine, Statement
@@ -48,6 +48,7 @@ class Loss:
     says: str
     size: float = float("nan")
     unit: str = ""
+    help: str = ""  # what would have worked, where that is more than a comment
 
     @property
     def leaves_out(self) -> bool:
@@ -95,6 +96,18 @@ class Handed:
     result: Named | None
 
 
+@dataclass(frozen=True, slots=True)
+class Elsewhere:
+    """A tool or frame that a file declares which is not at hand. `first`: the statement that names it first.
+
+    `wanted`: what the mapping file says that it is in the target, "" where it says nothing.
+    """
+
+    label: str
+    first: Statement
+    wanted: str
+
+
 @dataclass(slots=True)
 class Work:
     """One translation under way. `names`: (kind, name in the source, name in the target), for the receipt."""
@@ -108,6 +121,12 @@ class Work:
     helpers: set[str] = field(default_factory=set)  # names of what only the translation needs
     registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
     systems: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)  # tools and frames set once
+    elsewhere: dict[tuple[str, int], Elsewhere] = field(
+        default_factory=dict
+    )  # by the number that stands for it
+    held: dict[tuple[str, str], PositionLiteral] = field(
+        default_factory=dict
+    )  # values that the target's controller is to hold, by kind and number or name there
     states: dict[str, str] = field(
         default_factory=dict
     )  # the kind of frame that a named position was written in
@@ -156,21 +175,41 @@ class Work:
         says: str,
         size: float = float("nan"),
         unit: str = "",
+        help: str = "",
     ) -> None:
         """Notes a loss at a statement (or a line)."""
         line = statement if isinstance(statement, int) else statement.line
         kind = "program" if isinstance(statement, int) else kind_of(statement)
-        self.losses.append(Loss(line, kind, fate, part, says, size, unit))
+        self.losses.append(Loss(line, kind, fate, part, says, size, unit, help))
 
-    def need_robot(self, why: str) -> None:
-        """Notes, once, that the question cannot be answered without a robot that makes the moves (X012)."""
-        if not any(found.code == "X012" for found in self.problems):
-            if self.robot is None:
-                help = "say --robot maker/model (and --target-robot where it is another one)"
+    def need_robot(self, s: Statement | None, why: str) -> None:
+        """Notes that a statement (None: a point) cannot be translated without a robot that makes the moves.
+
+        Once (X012), or as a comment.
+        """
+        if self.context.on_loss == "comment":
+            if s is None:
+                self.note_once(why)
             else:
-                help = f"{self.robot.name} does not reach every point of the program, or some are not known: "
-                help += "olp time with this robot says which"
-            self.problems.append(error("X012", why, file=self.source.path, help=help))
+                self.lose(s, Fate.REFUSED, "robot", f"{why}: say --robot" if self.robot is None else why)
+            return
+        if any(found.code == "X012" for found in self.problems):
+            return
+        line = 0 if s is None else s.line
+        text = self.source.source.line(line) if line else ""
+        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1) if line else None
+        self.problems.append(
+            error("X012", why, span, file=self.source.path, source_line=text, help=_say_robot(self.robot))
+        )
+
+    def mapped_system(self, kind: str, *labels: str) -> str:
+        """What the mapping file says that a tool or a frame ("user") is in the target, "" where it says nothing."""
+        table = self.context.mapping.tools if kind == "tool" else self.context.mapping.frames
+        exact = next((table[label] for label in labels if label in table), None)
+        if exact is not None:
+            return exact
+        plain = {_plain(key): value for key, value in table.items()}
+        return next((plain[_plain(label)] for label in labels if _plain(label) in plain), "")
 
     def routine(self, name: str) -> Routine:
         """The source's routine called `name`."""
@@ -208,6 +247,25 @@ class Work:
         if not self._plan:
             self._plan.append(_run(self.source, self.robot))
         return self._plan[0]
+
+
+def _say_robot(robot: Robot | None) -> str:
+    from olp.robot import robot_names
+
+    if robot is not None:
+        reach = f"{robot.name} does not reach every point of the program, or some are not known"
+        return f"{reach}: olp time with this robot says which"
+    names = robot_names()
+    library = f"`olp robots` lists {len(names)}, such as {names[0]}, and docs/robots.md says how to describe another"
+    return (
+        f"name the arm with --robot (and --target-robot where it is another one): {library}; "
+        "--on-loss comment writes such statements as comments"
+    )
+
+
+def _plain(label: str) -> str:
+    """Whatever the case, the blanks and the brackets."""
+    return label.casefold().replace(" ", "").replace("{", "[").replace("}", "]")
 
 
 def work_for(program: Program, target: str, context: Context) -> Work:

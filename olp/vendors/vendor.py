@@ -16,6 +16,8 @@ class Vendor(ABC):
     """One language. A package or module `olp.vendors.<name>` holds one instance, called `VENDOR`.
 
     `data_suffixes`: those of `suffixes` whose files hold data of the programs beside them and nothing that runs.
+    `list_suffixes`: of files beside the programs that hold data and are known by their text alone. `folders_beside`:
+    seen from a program's folder, where the files stand that the controller loads with it.
     `comment_prefix`: what opens a comment on a line of its own. `trailing_comment_prefix`: what opens one after an
     instruction, blanks included. `comment_length`: characters that the controller keeps, without the prefix.
     `shares_names`: whether a file sees the variables and routines of all others beside it. `blending`: the law in
@@ -26,6 +28,8 @@ class Vendor(ABC):
     title: ClassVar[str]
     suffixes: ClassVar[tuple[str, ...]]
     data_suffixes: ClassVar[tuple[str, ...]] = ()
+    list_suffixes: ClassVar[tuple[str, ...]] = ()
+    folders_beside: ClassVar[tuple[str, ...]] = ()
     comment_prefix: ClassVar[str]
     trailing_comment_prefix: ClassVar[str]
     comment_length: ClassVar[int]

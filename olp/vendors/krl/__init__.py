@@ -23,6 +23,7 @@ class Krl(Vendor):
     name = "krl"
     title = "KUKA KRL"
     suffixes = (".src", ".sub")
+    list_suffixes = (".dat",)
     comment_prefix = ";"
     trailing_comment_prefix = " ;"
     comment_length = 200

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import PurePath, PureWindowsPath
 from typing import Final
 
 from olp.diagnostic import Severity
@@ -156,9 +157,9 @@ def check_targets(findings: Findings, scope: Scope, routines: Sequence[Routine],
         name, line = next(iter(unknown.items()))
         more = f" and {len(unknown) - 1} more" if len(unknown) > 1 else ""
         message = f"{name}{more}: nothing here says where these points are"
-        findings.warning(
-            "P412", message, findings.whole_line(line), "put the .dat of the same name beside the program"
-        )
+        name = PurePath(PureWindowsPath(findings.source.path).name).stem
+        help = f"put {name}.dat beside the program, and $config.dat or the list where they are GLOBAL"
+        findings.warning("P412", message, findings.whole_line(line), help)
         return
     for name, line in list(unknown.items())[:_MOST_TOLD]:
         help = "declare it, or put the file that does (such as $config.dat) beside the program"

@@ -19,6 +19,7 @@ class Rapid(Vendor):
     name = "rapid"
     title = "ABB RAPID"
     suffixes = (".mod", ".modx", ".prg", ".sys", ".pgf")
+    folders_beside = ("../PROGMOD", "../SYSMOD")  # of a task in a backup
     comment_prefix = "!"
     trailing_comment_prefix = " !"
     comment_length = 80

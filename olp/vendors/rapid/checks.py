@@ -133,7 +133,8 @@ def _check_moves(findings: Findings, routine: Routine, names: Names) -> None:
                 if key not in inside and key not in names.types and key not in _OWN:
                     message = f"{base.name[:40]} is declared in another file"
                     span = findings.whole_line(one.line)
-                    findings.once(Severity.INFO, "P472", key, message, span, "read it together with this one")
+                    help = "put that module into the folder of this one, or under SYSMOD beside it"
+                    findings.once(Severity.INFO, "P472", key, message, span, help)
         if id(one.speed) not in fastest:
             fastest.add(id(one.speed))
             _check_speed(findings, one.speed, one.line)

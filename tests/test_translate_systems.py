@@ -1,0 +1,288 @@
+"""Tools and frames that other files declare, files beside the program, and what a missing robot stops."""
+
+import re
+
+import pytest
+from translated_texts import ROBOT, krl, module, script
+
+import olp
+from olp.diagnostic import OlpError
+from olp.translate import Context
+from olp.translate.before import before_it_runs
+from olp.translate.compare import compare_plans
+from olp.translate.convert import convert, run_converted
+from olp.translate.link import link
+from olp.translate.work import Fate, Mapping
+
+TARGET = "[[{},30,410],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+POINTS = [f"CONST robtarget p{n}:={TARGET.format(500 + 40 * n)};" for n in (1, 2)]
+RAPID = module(
+    "MoveL p1, v100, fine, tGripper\\WObj:=wTable;",
+    "MoveL p2, v100, fine, tCut\\WObj:=wTable;",
+    "MoveL p1, v100, fine, tGripper;",
+    data=POINTS,
+)
+TOOL = "PERS tooldata {}:=[TRUE,[[12,-7,150],[0.96592583,0,0.25881905,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"
+FRAME = 'PERS wobjdata {}:=[FALSE,TRUE,"",[[310,-45,20],[0.98480775,0,0,0.17364818]],[[0,0,0],[1,0,0,0]]];'
+SYSTEM = "\r\n".join(
+    [
+        "MODULE Cell(SYSMODULE)",
+        TOOL.format("tGripper"),
+        TOOL.format("tCut"),
+        FRAME.format("wTable"),
+        "ENDMODULE",
+    ]
+)
+NUMBERED = ("inform", "krl", "tp")
+
+
+def written(folder, **files):
+    """Writes files (stem_suffix -> text) and reads the first with what it names from the others."""
+    paths = []
+    for name, text in files.items():
+        path = folder / name.replace("_", ".")
+        path.write_text(text, encoding="cp1252")
+        paths.append(path)
+    return link(olp.read(paths[0]))
+
+
+def made(program, target, on_loss="error", **mapping):
+    return convert(program, target, Context(robot=ROBOT, mapping=Mapping(**mapping), on_loss=on_loss))
+
+
+def text_of(converted):
+    return b"\n".join(converted.files.values()).decode("cp1252")
+
+
+def difference(program, converted, target):
+    return compare_plans(program.plan(robot=ROBOT), run_converted(converted, target, ROBOT, program))
+
+
+def assert_same(program, converted, target, steps):
+    found = difference(program, converted, target)
+    assert found.steps == steps
+    assert not [one for one in found.differences if "apart" in one]
+    assert found.worst_position < 1e-6
+
+
+# --- tools and frames of a file that is not at hand -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", NUMBERED)
+def test_a_tool_of_another_module_gets_a_free_number_and_the_receipt_asks_for_its_values(tmp_path, target):
+    program = written(tmp_path, part_mod=RAPID).program
+    one = made(program, target)
+    says = [(x.line, x.fate, x.says) for x in one.translated.losses if x.part == "name"]
+    asked = [row for row in says if "have to be set on the controller" in row[2]]
+    assert [(line, fate) for line, fate, _ in asked] == [(5, Fate.APPROXIMATED)] * 2 + [
+        (6, Fate.APPROXIMATED)
+    ]
+    assert {line for line, _, _ in says} == {5, 6, 7}
+    numbers = {name: one.translated.mapping[("tool", name)] for name in ("tGripper", "tCut")}
+    assert numbers == {"tGripper": "1", "tCut": "2"}
+    assert any("both runs take the flange for tGripper" in note for note in one.translated.notes)
+    assert_same(program, one, target, 3)
+
+
+@pytest.mark.parametrize(
+    ("target", "shown"), [("inform", "TL#(7)"), ("krl", "TOOL_DATA[7]"), ("tp", "UTOOL_NUM=7")]
+)
+def test_a_mapped_tool_of_another_module_has_its_number_and_no_loss(tmp_path, target, shown):
+    program = written(tmp_path, part_mod=RAPID).program
+    one = made(program, target, tools={"TGRIPPER": "7", "tCut": "2"}, frames={"wTable": "3"})
+    assert not [x for x in one.translated.losses if x.part in ("name", "tool", "frame")]
+    asked = before_it_runs(written(tmp_path, part_mod=RAPID), one.translated, target, True)
+    assert "set tools 2, 7 and frame 3 on the controller: the program does not" in asked
+    if target == "inform":
+        assert {"///TOOL 7", "///USER 3", "///TOOL 2"} <= set(text_of(one).split("\r\n"))
+    else:
+        assert shown in text_of(one)
+    assert_same(program, one, target, 3)
+
+
+def test_a_free_number_is_none_that_the_program_or_the_mapping_has(tmp_path):
+    program = written(tmp_path, part_mod=RAPID).program
+    one = made(program, "tp", tools={"tCut": "1"})
+    assert one.translated.mapping[("tool", "tGripper")] == "2"
+
+
+def test_rapid_has_a_place_for_the_values_of_a_tool_that_nothing_declares(tmp_path):
+    program = written(
+        tmp_path, part_script=script("set_tcp(grip_tcp)", "movel(p[0.4,0.1,0.3,0,3.1,0.1], v=0.2)")
+    ).program
+    one = made(program, "rapid")
+    assert "PERS tooldata grip_tcp;" in text_of(one)
+    assert_same(program, one, "rapid", 1)
+    mapped = made(program, "rapid", tools={"grip_tcp": "tGrip"})
+    assert "tooldata" not in text_of(mapped)
+    assert "tGrip;" in text_of(mapped)
+    assert mapped.translated.asks == {"see that the controller has these, with their values": ("tool tGrip",)}
+
+
+def test_urscript_needs_the_values_and_says_where_they_may_stand(tmp_path):
+    program = written(tmp_path, part_mod=RAPID).program
+    with pytest.raises(OlpError) as told:
+        made(program, "urscript")
+    helps = {d.help for d in told.value.diagnostics}
+    assert {d.code for d in told.value.diagnostics} == {"X011"}
+    assert all(
+        "beside the program" in h and "[names] of olp.toml" in h and "mapping file" in h for h in helps
+    )
+    mapping = {"tools": {"tGripper": "grip", "tCut": "cut"}, "frames": {"wTable": "table"}}
+    text = text_of(made(program, "urscript", **mapping))
+    assert "set_tcp(grip)" in text
+    assert "pose_trans(table, p1)" in text
+
+
+@pytest.mark.parametrize("target", [*NUMBERED, "urscript"])
+def test_olp_toml_gives_the_values_of_what_no_file_declares(tmp_path, target):
+    rows = [
+        "[names]",
+        *(f"{name} = {{ pose_mm_deg = [11, 4, 120, 0, 25, 0] }}" for name in ("tgripper", "tcut")),
+    ]
+    rows.append("wtable = { pose_mm_deg = [210, -80, 35, 0, 0, 15] }")
+    (tmp_path / "olp.toml").write_text("\n".join(rows))
+    program = written(tmp_path, part_mod=RAPID).program
+    one = made(program, target)
+    assert not [x for x in one.translated.losses if x.part in ("name", "tool", "frame")]
+    assert not any("both runs take" in note for note in one.translated.notes)
+    plan = program.plan(robot=ROBOT)
+    assert plan.positions.position[int(plan.moves.target[0])].tolist() != pytest.approx([0.54, 0.03, 0.41])
+    assert_same(program, one, target, 3)
+
+
+@pytest.mark.parametrize("target", ["inform", "tp", "rapid"])
+def test_numbers_of_krl_stay_and_are_told_without_config_dat(tmp_path, target):
+    rows = [
+        "$TOOL=TOOL_DATA[3]",
+        "$BASE=BASE_DATA[2]",
+        "$VEL.CP=0.5",
+        "LIN {X 600,Y 90,Z 400,A 10,B 20,C 170}",
+    ]
+    program = written(tmp_path, part_src=krl(*rows)).program
+    mapping = {"tools": {"TOOL_DATA[3]": "tool_a" if target == "rapid" else "8"}}
+    one = made(program, target, **mapping)
+    assert one.translated.mapping[("tool", "3")] == mapping["tools"]["TOOL_DATA[3]"]
+    if target == "rapid":
+        assert any("frame 2" in x.says and "zeros are written" in x.says for x in one.translated.losses)
+    else:
+        asked = before_it_runs(written(tmp_path, part_src=krl(*rows)), one.translated, target, True)
+        assert "set tool 8 and frame 2 on the controller: the program does not" in asked
+
+
+def test_a_number_that_the_target_does_not_have_is_refused(tmp_path):
+    rows = ["$TOOL=TOOL_DATA[13]", "$VEL.CP=0.5", "LIN {X 600,Y 90,Z 400,A 10,B 20,C 170}"]
+    program = written(tmp_path, part_src=krl(*rows)).program
+    with pytest.raises(OlpError) as told:
+        made(program, "tp")
+    assert "number 13: there are 10 tools" in told.value.diagnostics[0].message
+    assert "UTOOL_NUM=4" in text_of(made(program, "tp", tools={"13": "4"}))
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "rapid"])
+def test_both_runs_have_the_values_that_the_controller_is_to_hold(tmp_path, target):
+    """With set_values = false the program does not set them: the run of the translation has them all the same."""
+    source = krl if target == "rapid" else None
+    if source is None:
+        text, suffix = "\r\n".join([SYSTEM.replace("SYSMODULE", "NOVIEW"), RAPID]), "part_mod"
+        mapping = {"tools": {"tGripper": "5"}}
+        program = written(tmp_path, **{suffix: text}).program
+    else:
+        rows = ["$TOOL=TOOL_DATA[3]", "$VEL.CP=0.5", "LIN {X 600,Y 90,Z 400,A 10,B 20,C 170}"]
+        (tmp_path / "olp.toml").write_text("[tools]\n3 = [10, 20, 130, 0, 30, 0]\n")
+        program, mapping = written(tmp_path, part_src=krl(*rows)).program, {"tools": {"3": "tMine"}}
+    one = made(program, target, set_values=False, **mapping)
+    found = difference(program, one, target)
+    assert found.steps
+    assert found.worst_position < 1e-5
+
+
+# --- files beside the program ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", [*NUMBERED, "urscript"])
+def test_tools_and_points_are_found_in_the_modules_beside_the_program(tmp_path, target):
+    linked = written(tmp_path, part_mod=RAPID, cell_sys=SYSTEM)
+    assert [part.path.rpartition("/")[2] for part in linked.parts] == ["part.mod", "cell.sys"]
+    one = made(linked.program, target)
+    assert not [x for x in one.translated.losses if x.part == "name"]
+    assert_same(linked.program, one, target, 3)
+
+
+def test_the_system_modules_of_a_task_stand_in_the_folder_beside_its_programs(tmp_path):
+    for name in ("PROGMOD", "SYSMOD"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "SYSMOD" / "cell.sys").write_text(SYSTEM)
+    linked = written(tmp_path / "PROGMOD", part_mod=RAPID)
+    assert {declare.name for declare in linked.program.data} >= {"tGripper", "wTable"}
+    plan = olp.read(tmp_path / "PROGMOD" / "part.mod").plan(robot=ROBOT)
+    assert not [d.message for d in plan.diagnostics if "nothing at hand" in d.message or d.is_error]
+
+
+def test_a_name_of_another_file_may_be_spelt_in_other_letters(tmp_path):
+    linked = written(tmp_path, part_mod=RAPID.replace("tGripper", "TGRIPPER"), cell_sys=SYSTEM)
+    assert not [x for x in made(linked.program, "tp").translated.losses if x.part == "name"]
+
+
+LISTED = "X 500,Y 10,Z 600,A 10,B 20,C 170"
+HOME = krl("$TOOL=TGRIP", "$BASE=$NULLFRAME", "PTP XHOME", "LIN {X 600,Y 90,Z 400,A 10,B 20,C 170}")
+
+
+def test_a_list_of_krl_without_a_program_gives_its_global_data(tmp_path):
+    rows = ["DEFDAT CELL PUBLIC", f"DECL GLOBAL E6POS XHOME={{{LISTED},S 2,T 2}}"]
+    rows += ["DECL GLOBAL FRAME TGRIP={X 1,Y 2,Z 150,A 0,B 0,C 0}", "ENDDAT", ""]
+    linked = written(tmp_path, part_src=HOME, cell_dat="\r\n".join(rows))
+    assert {declare.name for declare in linked.program.data} == {"XHOME", "TGRIP"}
+    assert_same(linked.program, made(linked.program, "inform"), "inform", 2)
+
+
+def test_a_point_of_another_list_that_is_not_global_is_another_point(tmp_path):
+    """Every list of a KUKA has an XP1 of its own."""
+    other = "\r\n".join(["DEFDAT OTHER", f"DECL E6POS XHOME={{{LISTED}}}", "ENDDAT", ""])
+    linked = written(
+        tmp_path, part_src=HOME, other_src=krl("PTP XHOME").replace("PART", "OTHER"), other_dat=other
+    )
+    assert not linked.program.data
+    plan = olp.read(tmp_path / "part.src").plan(robot=ROBOT)
+    assert "nothing defines XHOME" in " ".join(d.message for d in plan.diagnostics)
+
+
+# --- without a robot ------------------------------------------------------------------------------------------------
+
+JOINTS = script("movej([0.1,-1.2,1.5,-1.0,-1.5,0.2], v=1.05)", "movel(p[0.4,0.1,0.3,0,3.1,0.1], v=0.25)")
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_what_needs_a_robot_says_which_there_are_or_becomes_a_comment(tmp_path, target):
+    program = written(tmp_path, part_script=JOINTS).program
+    with pytest.raises(OlpError) as told:
+        convert(program, target, Context())
+    (found,) = told.value.diagnostics
+    assert (found.code, found.line) == ("X012", 2)
+    assert all(
+        word in found.help for word in ("--robot", "olp robots", "docs/robots.md", "--on-loss comment")
+    )
+    one = convert(program, target, Context(on_loss="comment"))
+    fates = {(x.line, x.fate) for x in one.translated.losses if x.part == "statement"}
+    assert fates == {(2, Fate.COMMENTED)}
+    # Comments are cut into lines of 32 characters.
+    assert "not translated: movej" in re.sub(r"[\r\n]+\W*", " ", text_of(one))
+
+
+def test_points_in_pulses_without_a_robot_become_comments(tmp_path):
+    job = ["/JOB", "//NAME PART", "//POS", "///NPOS 1,0,0,0,0,0", "///TOOL 0", "///POSTYPE PULSE", "///PULSE"]
+    job += [
+        "C00000=100,200,300,400,500,600",
+        "//INST",
+        "///DATE 2026/03/02 14:07",
+        "///ATTR SC,RW",
+        "///GROUP1 RB1",
+    ]
+    job += ["NOP", "MOVJ C00000 VJ=10.00", "TIMER T=1.00", "END", ""]
+    program = written(tmp_path, part_jbi="\r\n".join(job)).program
+    with pytest.raises(OlpError) as told:
+        convert(program, "tp", Context())
+    assert {d.code for d in told.value.diagnostics} == {"X012"}
+    one = convert(program, "tp", Context(on_loss="comment"))
+    assert [x.fate for x in one.translated.losses if x.statement == "Move joint"] == [Fate.COMMENTED]
+    assert "WAIT" in text_of(one)
