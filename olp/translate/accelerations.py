@@ -9,10 +9,12 @@ import numpy as np
 
 from olp.expression import Number, Quantity
 from olp.program import Acceleration, AccelerationUnit, Move, Path, Program
+from olp.translate.limits import Range, range_text, within
 from olp.translate.rewrite import edited
 from olp.translate.work import Fate, Loss, Work
 from olp.units import percent
 
+_UNITS: Final = {AccelerationUnit.TRAVEL: "m/s²", AccelerationUnit.AXIS: "rad/s²"}
 _SAME: Final = 1e-6  # relative: below this two shares are one
 
 
@@ -50,7 +52,7 @@ class _Accelerations:
         known = self.known.get(key)
         if known is None:
             losses = len(self.work.losses)
-            made = _rounded(_converted(s, self.work), self.work)
+            made = _rounded(_within(_converted(s, self.work), self.work), self.work)
             changes = {name: getattr(made, name) for name in ("acceleration", "deceleration", "rate")}
             self.known[key] = (s, changes, self.work.losses[losses:])
             return made
@@ -61,6 +63,33 @@ class _Accelerations:
 
 def _is_free(s: Move, joints: bool) -> bool:
     return (joints or s.path is not Path.JOINT) and s.acceleration is None and s.rate is None
+
+
+def _within(s: Move, work: Work) -> Move:
+    """The nearest accelerations that the target takes."""
+    changes: dict[str, object] = {}
+    for name in ("acceleration", "deceleration"):
+        share: Quantity | None = getattr(s, name)
+        near = None if share is None else _near(s, work, share, work.limits.acceleration_range, percent, "%")
+        if near is not None:
+            changes[name] = near
+    largest = None if s.rate is None else work.limits.largest_rates.get(s.rate.unit)
+    if s.rate is not None and largest is not None:
+        near = _near(s, work, s.rate.value, (0.0, largest), 1.0, _UNITS[s.rate.unit])
+        if near is not None:
+            changes["rate"] = s.rate._replace(value=near)
+    return edited(s, changes) if changes else s
+
+
+def _near(s: Move, work: Work, value: Quantity, bounds: Range, scale: float, unit: str) -> Quantity | None:
+    """The nearest number within bounds, told with how far off it is; None where the value itself is within."""
+    literal = value.literal
+    near = literal if literal is None else within(literal, bounds)
+    if literal is None or near is None or near == literal:
+        return None
+    off = abs(near - literal) / scale
+    work.lose(s, Fate.APPROXIMATED, "acceleration", range_text(bounds, scale, unit), off, unit)
+    return Quantity(Number(_clean(near / scale)), scale)
 
 
 def _rounded(s: Move, work: Work) -> Move:

@@ -10,6 +10,7 @@ from olp import called
 from olp.expression import Number, Quantity
 from olp.interpreter.world import DEFAULT_ZONES
 from olp.program import Blend, BlendKind, Move, Path, Program, Statement
+from olp.translate.limits import range_text, within
 from olp.translate.rewrite import edited
 from olp.translate.rows import Row, Rows, moves_at_all
 from olp.translate.work import Fate, Work
@@ -50,6 +51,8 @@ class _Blends:
         new = self._blend(s)
         if new is not None and not self.work.limits.blends_may_overlap:
             new = self._apart(s, new)
+        if new is not None:
+            new = self._within(s, new)
         return s if new is s.blend else edited(s, {"blend": new})
 
     def _blend(self, s: Move) -> Blend | None:
@@ -92,6 +95,17 @@ class _Blends:
                 self.known[key] = made
             return made
         return self._converted(s, blend.kind, size, allowed) or stop
+
+    def _within(self, s: Move, blend: Blend) -> Blend:
+        """The nearest size that the target takes; an exact stop is none."""
+        bounds = self.work.limits.blend_ranges.get(blend.kind)
+        size = None if bounds is None or blend.value is None else blend.value.literal
+        if bounds is None or size is None or size <= 0.0 or (near := within(size, bounds)) == size:
+            return blend
+        scale, unit = (mm, "mm") if blend.kind is BlendKind.RADIUS else (percent, "%")
+        says = range_text(bounds, scale, unit)
+        self.work.lose(s, Fate.APPROXIMATED, "blend", says, abs(near - size) / scale, unit)
+        return Blend(blend.kind, Quantity(Number(_clean(near / scale)), scale))
 
     def _apart(self, s: Move, blend: Blend) -> Blend:
         """A radius that leaves the other half of both its ways to the neighbours' blends."""
@@ -162,8 +176,7 @@ class _Blends:
         if kind is None:
             return None, size
         if kind is BlendKind.RADIUS:
-            largest = self.work.limits.largest_radius
-            radius = min(size, largest) if largest else size
+            radius = size
             if step := self.work.limits.radius_step:
                 radius = round(radius / step) * step
             return Blend(kind, Quantity(Number(_clean(radius / mm)), mm)), abs(size - radius)

@@ -5,10 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from math import inf
+from typing import Final
 
 from olp.diagnostic import OlpError, error
 from olp.expression import Store
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
+
+Range = tuple[float, float]
+_SAME: Final = 1e-6  # relative: so far outside, a number is still within
+
+
+def within(value: float, bounds: Range) -> float:
+    """The nearest number that `bounds` hold; `value` itself where they hold it."""
+    low, high = bounds
+    if low * (1.0 - _SAME) <= value <= high * (1.0 + _SAME):
+        return value
+    return low if value < low else high
+
+
+def range_text(bounds: Range, scale: float, unit: str) -> str:
+    """What bounds say, in `unit` (SI per unit: `scale`): the reason of a number that is not the source's."""
+    low, high = (float(f"{bound / scale:.6g}") for bound in bounds)
+    return f"only {low:g} to {high:g} {unit} can be said"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +81,17 @@ class Limits:
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
     has_configuration: bool = True  # a pose can say how the arm stands
     speed_steps: Mapping[SpeedUnit, float] = field(default_factory=dict)  # the finest that is written, SI
+    speed_ranges: Mapping[SpeedUnit, Range] = field(default_factory=dict)  # what is taken, SI
+    largest_turning: float = inf  # that a move can bound its turning to [rad/s]
+    acceleration_range: Range = (0.0, inf)  # of a share of the rated acceleration
+    largest_rates: Mapping[AccelerationUnit, float] = field(default_factory=dict)  # [m/s², rad/s²]
+    blend_ranges: Mapping[BlendKind, Range] = field(
+        default_factory=dict
+    )  # of those that are no exact stop, SI
     acceleration_step: float = 0.0  # of a share of the rated acceleration; 0: any
     unprogrammed_acceleration: str = ""  # the note where the language's own default is not the rated one
     radius_step: float = 0.0  # of a blend [m]; 0: any
     bounds_turning: bool = False  # a move can bound how fast the tool turns
-    largest_radius: float = 0.0  # of a blend [m]; 0: no bound
     blends_may_overlap: bool = True  # the controller cuts two that meet; else it leaves a point out
     comment_swaps: Mapping[str, str] = field(
         default_factory=dict

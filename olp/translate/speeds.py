@@ -13,6 +13,7 @@ from typing import Final
 from olp.expression import Binary, Number, Quantity
 from olp.program import Move, Path, Program, Speed, SpeedUnit, Statement
 from olp.robot import Robot
+from olp.translate.limits import Limits, range_text, within
 from olp.translate.rewrite import edited
 from olp.translate.rows import Row, Rows, moves_at_all
 from olp.translate.straight import Segment, segments
@@ -27,6 +28,7 @@ _SCALES: Final = {
     SpeedUnit.AXIS: 1.0,
     SpeedUnit.TIME: 1.0,
 }
+Told = tuple[tuple[str, float, str], ...]  # what the receipt says: why, how far off, in which unit
 _UNITS: Final = {SpeedUnit.FRACTION: "%", SpeedUnit.TRAVEL: "mm/s", SpeedUnit.TURN: "deg/s"}
 _SAME: Final = 1e-6  # relative: below this two speeds are one
 _ORDER: Final = (SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.TIME, SpeedUnit.TURN)
@@ -52,7 +54,8 @@ class _Speeds:
     program: Program
     rows: Rows = field(init=False)
     shown: dict[int, Segment] | None = None
-    rounded: dict[int, tuple[Speed, float, Speed]] = field(default_factory=dict)  # by the id of the last
+    written: dict[int, tuple[Speed, Told, Speed]] = field(default_factory=dict)  # by the id of the last
+    turn: Quantity | None = None  # the fastest turning that the target can bound moves to
     scaled: bool = False  # the robots differ, so that a percent of one is not a percent of the other
 
     def __post_init__(self) -> None:
@@ -64,10 +67,9 @@ class _Speeds:
 
     def move(self, s: Statement) -> Statement:
         assert isinstance(s, Move)
-        changes: dict[str, Speed | None] = {}
-        if s.turn is not None and not self.work.limits.bounds_turning:
-            self._lose_turn(s)
-            changes["turn"] = None
+        changes: dict[str, Speed | Quantity | None] = {}
+        if s.turn is not None and (turn := self._turning(s, s.turn)) is not s.turn:
+            changes["turn"] = turn
         if s.speed is not None and (new := self._said(s, s.speed)) is not s.speed:
             changes["speed"] = new
         return edited(s, changes) if changes else s
@@ -80,30 +82,42 @@ class _Speeds:
         if speed.unit not in allowed or (self.scaled and speed.unit is SpeedUnit.FRACTION):
             # A linear move with a share of the axes' speed means what it means; its time is what can be said.
             speed = self._converted(s, speed, allowed)
-        step = self.work.limits.speed_steps.get(speed.unit)
-        if step is None or type(speed.value.written) is not Number:
+        if type(speed.value.written) is not Number:
             return speed
-        known = self.rounded.get(id(speed))
+        known = self.written.get(id(speed))
         if known is None:
-            known = self.rounded[id(speed)] = (*_rounded(speed, step), speed)  # which keeps its id
-        if known[1]:
-            unit = _UNITS[speed.unit]
-            says = f"rounded to {step / _SCALES[speed.unit]:g} {unit}"
-            self.work.lose(s, Fate.APPROXIMATED, "speed", says, known[1], unit)
+            known = self.written[id(speed)] = (
+                *_written(speed, self.work.limits),
+                speed,
+            )  # which keeps its id
+        for says, size, unit in known[1]:
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, size, unit)
         return known[0]
 
-    def _lose_turn(self, s: Move) -> None:
-        """Tells whether the bound on the tool's turning, which the target does not have, would slow this move."""
-        assert s.turn is not None
-        bound, speed = s.turn.literal, None if s.speed is None else s.speed.value.literal
-        worst = 0.0
-        if bound and speed and s.speed is not None and s.speed.unit is SpeedUnit.TRAVEL:
-            for length, angle in self._segments(s):
-                if length > 0:
-                    worst = max(worst, angle / bound / (length / speed) - 1.0)
-        if worst > _SAME:
+    def _turning(self, s: Move, turn: Quantity) -> Quantity | None:
+        """The bound on the tool's turning that the target can say; told where it makes the move longer."""
+        limits, bound = self.work.limits, turn.literal
+        if limits.bounds_turning and (bound is None or bound <= limits.largest_turning * (1.0 + _SAME)):
+            return turn
+        if limits.bounds_turning:
+            worst = 0.0 if bound is None else self._longer(s, limits.largest_turning, bound)
+            says = f"the tool turns by {limits.largest_turning / deg:g} deg/s at most, which slows this move"
+        else:
+            worst = self._longer(s, bound, math.inf) if bound else 0.0
             says = "the bound on the tool's turning is left out, and would have slowed this move"
+        if worst > _SAME:
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * worst, "%")
+        if limits.bounds_turning and self.turn is None:
+            self.turn = Quantity(Number(_clean(limits.largest_turning / deg)), deg)
+        return self.turn
+
+    def _longer(self, s: Move, bound: float, other: float) -> float:
+        """By which share a bound on the turning makes a move longer than the other bound does. [rad/s]"""
+        speed = None if s.speed is None else s.speed.value.literal
+        if not speed or s.speed is None or s.speed.unit is not SpeedUnit.TRAVEL:
+            return 0.0
+        usual = [(max(length / speed, angle / other), angle) for length, angle in self._segments(s)]
+        return max((angle / bound / time - 1.0 for time, angle in usual if time > 0.0), default=0.0)
 
     def _segments(self, s: Move) -> list[Segment]:
         """Length and turn of each execution: from the text where it shows them, else from the plan."""
@@ -224,20 +238,25 @@ class _Speeds:
         return Speed(unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit]))
 
 
-def _rounded(speed: Speed, step: float) -> tuple[Speed, float]:
-    """A literal speed in whole steps [SI] of the target, and how far off that is in its unit, 0 where it is none."""
-    value, scale = speed.value.literal, _SCALES[speed.unit]
+def _written(speed: Speed, limits: Limits) -> tuple[Speed, Told]:
+    """A literal speed that the target takes, in whole steps, and what is told of it."""
+    value, scale, unit = speed.value.literal, _SCALES[speed.unit], _UNITS.get(speed.unit, "s")
     assert value is not None
-    rounded = max(1, round(value / step)) * step
+    told: list[tuple[str, float, str]] = []
+    bounds, step = limits.speed_ranges.get(speed.unit), limits.speed_steps.get(speed.unit)
+    near = value if bounds is None else within(value, bounds)
+    if bounds is not None and near != value:
+        told.append((range_text(bounds, scale, unit), abs(near - value) / scale, unit))
+    rounded = near if step is None else max(1, round(near / step)) * step
+    if step is not None and abs(rounded - near) > _SAME * near:
+        told.append((f"rounded to {step / scale:g} {unit}", abs(rounded - near) / scale, unit))
+    if step is None and not told:
+        return speed, ()
     written = _clean(rounded / scale)
-    off = abs(rounded - value) if abs(rounded - value) > _SAME * value else 0.0
-    if (
-        not off
-        and speed.value.scale == scale
-        and speed.value.written in (Number(written), Number(int(written)))
-    ):
-        return speed, off
-    return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale)), off / scale
+    as_it_was = speed.value.scale == scale and speed.value.written in (Number(written), Number(int(written)))
+    if as_it_was and not told:
+        return speed, ()
+    return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale)), tuple(told)
 
 
 def _rated(robot: Robot) -> list[float]:

@@ -6,7 +6,7 @@ from typing import Final
 
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.translate.limits import Limits
-from olp.units import percent
+from olp.units import deg, percent
 
 _WORDS: Final = """
     AND ANIN ANOUT AXIS B_AND B_EXOR B_NOT B_OR BAS BOOL BRAKE C_DIS C_ORI C_PTP C_SPL C_VEL CA CASE CAST_FROM
@@ -36,6 +36,16 @@ LIMITS: Final = Limits(
     has_continue=False,
     bounds_turning=True,
     speed_steps={SpeedUnit.FRACTION: percent},
+    # $VEL_MA and $ACC_MA of the machine data, as arms with KR C4 are delivered.
+    speed_ranges={
+        SpeedUnit.FRACTION: (percent, 1.0),
+        SpeedUnit.TRAVEL: (0.0, 3.0),
+        SpeedUnit.TURN: (0.0, 400.0 * deg),
+    },
+    largest_turning=400.0 * deg,
+    acceleration_range=(percent, 1.0),
+    largest_rates={AccelerationUnit.TRAVEL: 10.0},
+    blend_ranges={BlendKind.SHARE: (percent, 1.0), BlendKind.SPEED: (percent, 1.0)},
     acceleration_step=percent,
     unprogrammed_acceleration=(
         "paths accelerate and turn as INITMOV sets it where nothing is programmed: as delivered 2.3 m/s², 200 deg/s"

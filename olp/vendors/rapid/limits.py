@@ -40,5 +40,6 @@ LIMITS = Limits(
     has_continue=False,
     for_variable_is_local=True,
     bounds_turning=True,
+    acceleration_range=(0.2, 1.0),  # AccSet takes less for 20 %
     reserved=RESERVED,
 )

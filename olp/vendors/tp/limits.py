@@ -7,7 +7,7 @@ from typing import Final
 from olp.expression import Store
 from olp.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.translate.limits import Limits
-from olp.units import percent
+from olp.units import deg, mm, percent
 
 COMMENT_LENGTH: Final = 32  # of a line of its own
 NAME_LENGTH: Final = 16  # of the comment in R[1:…], P[1:…], LBL[1:…]
@@ -50,6 +50,13 @@ LIMITS: Final = Limits(
     speed_steps={SpeedUnit.FRACTION: percent},
     acceleration_step=percent,
     joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
-    largest_radius=1.0,
+    speed_ranges={
+        SpeedUnit.FRACTION: (percent, 1.0),
+        SpeedUnit.TRAVEL: (1.0 * mm, 2000.0 * mm),
+        SpeedUnit.TURN: (1.0 * deg, 272.0 * deg),
+        SpeedUnit.TIME: (0.1, 3200.0),
+    },
+    acceleration_range=(percent, 1.5),
+    blend_ranges={BlendKind.SPEED: (0.0, 1.0), BlendKind.RADIUS: (0.0, 1.0)},
     comment_swaps={";": ","},  # it ends a line, wherever it stands
 )
