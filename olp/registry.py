@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import lru_cache
 from typing import Any, TypeVar, cast
 
 from olp.diagnostic import OlpError, error
@@ -13,7 +13,7 @@ from olp.diagnostic import OlpError, error
 Base = TypeVar("Base")
 
 
-@cache
+@lru_cache(maxsize=64)
 def file_names(base: type, folder: str = "") -> tuple[str, ...]:
     """The modules beside that of `base`, or in `folder` beside it, sorted, without loading them; none with _ first."""
     package, home = _package(base, folder), base.__module__.rpartition(".")[2]

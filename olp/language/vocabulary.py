@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from functools import cache
+from functools import lru_cache
 
 from olp.resources import read_text
 
@@ -14,7 +14,7 @@ _LOOKAROUND = re.compile(r"\(\?<?[=!](?:[^()\[\]]|\[[^\]]*\])*\)|\\b")
 _MOST = 60  # spellings of one terminal; a pattern of more is no list of words
 
 
-@cache
+@lru_cache(maxsize=32)
 def grammar_words(vendor: str) -> frozenset[str]:
     """The keywords of grammars/`vendor`.lark; tags end in =."""
     text = _REMARK.sub("", read_text("grammars", f"{vendor}.lark"))

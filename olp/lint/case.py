@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -134,7 +134,7 @@ def mentioned(thing: Any) -> Iterator[Taught | Named]:
             left.extend([getattr(it, name) for name in _parts(type(it))])  # type: ignore[arg-type]
 
 
-@cache
+@lru_cache(maxsize=1024)
 def _parts(kind: type) -> tuple[str, ...]:
     """The fields of a class that may hold more, the last one first; none of what is no dataclass."""
     return tuple(field.name for field in reversed(fields(kind))) if is_dataclass(kind) else ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +54,7 @@ def candidates_for_pulses(min_pulses: Sequence[float], max_pulses: Sequence[floa
     return sorted(fits, key=lambda fit: (-fit.used, fit.robot.name))
 
 
-@cache
+@lru_cache(maxsize=256)
 def _library_robot(name: str) -> Robot:
     return read_robot(_FOLDER / f"{name}.toml", name)
 

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from lark import Lark, Token, Transformer
@@ -59,7 +59,7 @@ class NotModelledError(Exception):
     """A line that is understood and has no place in the neutral program."""
 
 
-@cache
+@lru_cache(maxsize=16)
 def parser(language: str) -> Lark:
     """The language's parser, built once per process from grammars/<language>.lark."""
     text = read_text("grammars", f"{language}.lark")

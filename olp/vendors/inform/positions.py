@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -44,7 +44,7 @@ _BULK = 4  # rows: below, numpy costs more than it saves
 _MOST_FIELDS = 12  # three stations of two axes, and room
 
 
-@cache
+@lru_cache(maxsize=128)
 def _run(family: str, width: int) -> re.Pattern[str]:
     """Consecutive plain rows. Possessive, so that a broken row costs no backtracking."""
     more = rf"(?:,{_NUMBER}){{{width - 1}}}"
