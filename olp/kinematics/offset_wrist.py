@@ -12,7 +12,7 @@ Axis 1 stands upright; axes 2, 3, 4 and, at zero, 6 lie along one direction h; a
 from __future__ import annotations
 
 import itertools
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +40,7 @@ class OffsetWrist(NamedTuple):
     turned: Array  # (3, 3) of the flange at zero, transposed
 
 
-@cache
+@lru_cache(maxsize=64)
 def offset_wrist_of(geometry: Geometry) -> OffsetWrist | None:
     """The numbers of an arm of this kind, None for all others."""
     joints = geometry.joints
