@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Final
 
 from olp.expression import Expression, FrameRef, Function, Number, Signal, Text
@@ -32,6 +33,11 @@ def before_it_runs(linked: Linked, translated: Translated, target: str, compared
     if not compared:
         found.append("step through it slowly: it could not be run to its end and compared here")
     return tuple(dict.fromkeys(found))
+
+
+def _lines(linked: Linked, lines: Iterable[int]) -> str:
+    """`a.src:3, 5-7; b.src:2`, files without their folders."""
+    return places((Path(file).name, line) for file, line in map(linked.place, sorted(lines)))
 
 
 def places(where: Iterable[tuple[str, int]]) -> str:
@@ -64,7 +70,7 @@ def some(names: Iterable[str]) -> str:
 def _commented(linked: Linked, translated: Translated) -> Iterator[str]:
     lines = {x.line for x in translated.losses if x.leaves_out and x.fate is not Fate.EXACT}
     if lines:
-        yield f"write anew what is only a comment now: {places(map(linked.place, sorted(lines)))}"
+        yield f"write anew what is only a comment now: {_lines(linked, lines)}"
 
 
 def _systems(translated: Translated) -> Iterator[str]:
@@ -149,5 +155,4 @@ def _signal(e: Signal) -> str:
 def _arm(linked: Linked, translated: Translated) -> Iterator[str]:
     lines = {x.line for x in translated.losses if x.part == "configuration"}
     if lines:
-        where = places(map(linked.place, sorted(lines)))
-        yield f"step through the joint moves whose arm configuration may be another: {where}"
+        yield f"step through the joint moves whose arm configuration may be another: {_lines(linked, lines)}"

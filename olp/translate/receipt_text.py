@@ -118,17 +118,17 @@ def _table(receipt: Receipt) -> Iterator[str]:
 
 
 def _groups(losses: Iterable[Loss]) -> list[Group]:
-    """What says the same of the same kind of statement, the worst fates first."""
-    found: dict[tuple[str, Fate, str, str, str], Group] = {}
+    """What says the same, the worst fates first."""
+    found: dict[tuple[bool, Fate, str, str, str], Group] = {}
     for loss in losses:
-        key = (loss.statement, loss.fate, loss.part, loss.says, loss.unit)
+        key = (not loss.line, loss.fate, loss.part, loss.says, loss.unit)
         found.setdefault(key, []).append(loss)
     return sorted(found.values(), key=lambda group: -_FATES.index(group[0].fate))
 
 
 def _place(receipt: Receipt, group: Group) -> str:
-    times = f" ({len(group)} times)" if len(group) > 1 else ""
-    return places(map(receipt.place, group)) + times
+    lines = len({loss.line for loss in group})
+    return places(map(receipt.place, group)) + (f" ({lines} lines)" if lines > 1 else "")
 
 
 def _told(receipt: Receipt, group: Group) -> str:
@@ -136,7 +136,8 @@ def _told(receipt: Receipt, group: Group) -> str:
     part = "" if first.part == "statement" else f" {first.part}"
     sizes = [loss.size for loss in group if not math.isnan(loss.size)]
     size = f", {'at most ' if len(set(sizes)) > 1 else ''}{max(sizes):.4g} {first.unit}" if sizes else ""
-    what = f"{STATEMENTS[first.statement]}{part}" if first.line else first.part
+    kinds = ", ".join(dict.fromkeys(STATEMENTS[loss.statement] for loss in group))
+    what = f"{kinds}:{part}" if part and "," in kinds else f"{kinds}{part}" if first.line else first.part
     return f"{_place(receipt, group)}: {what} {first.fate.value}: {first.says}{size}"
 
 

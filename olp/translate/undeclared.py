@@ -17,6 +17,7 @@ from olp.translate.name_uses import uses_of
 from olp.translate.rewrite import mapped, note_names
 from olp.translate.symbols import base_of
 from olp.translate.work import Fate, Work
+from olp.vendors.vendor import language_of
 
 _WORDS: Final = {
     "integer": "a whole number",
@@ -102,7 +103,7 @@ def _refuse_own(program: Program, names: set[str], work: Work) -> None:
     for s in program.statements() if names else ():
         found = sorted(_names(s) & names)
         if found:
-            says = f"{found[0]} belongs to {program.vendor}'s controller, {work.target}'s has none"
+            says = f"{found[0]} belongs to {language_of(program.vendor)}'s controllers, those of {language_of(work.target)} have none"
             work.lose(s, Fate.REFUSED, "name", says)
 
 
@@ -114,7 +115,9 @@ def _tell_calls(program: Program, work: Work) -> None:
         for name in called_in(s):
             if name and name.casefold() not in known:
                 known.add(name.casefold())
-                says = f"{name} is in no file here: {work.target} needs a routine of its own for it"
+                says = (
+                    f"{name} is in no file here: {language_of(work.target)} needs a routine of its own for it"
+                )
                 work.lose(s, Fate.APPROXIMATED, "call", says)
 
 
