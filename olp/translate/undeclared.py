@@ -103,7 +103,8 @@ def _refuse_own(program: Program, names: set[str], work: Work) -> None:
     for s in program.statements() if names else ():
         found = sorted(_names(s) & names)
         if found:
-            says = f"{found[0]} belongs to {language_of(program.vendor)}'s controllers, those of {language_of(work.target)} have none"
+            own, other = language_of(program.vendor), language_of(work.target)
+            says = f"{found[0]} belongs to {own}'s controllers, those of {other} have none"
             work.lose(s, Fate.REFUSED, "name", says)
 
 
