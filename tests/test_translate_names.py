@@ -26,6 +26,7 @@ from olp.expression import Named
 from olp.program import Declare, For, Program
 from olp.reading import read as read_file
 from olp.translate import Context
+from olp.translate.compare import compare_plans
 from olp.translate.convert import convert
 from olp.translate.link import link
 from olp.translate.receipt import counts_of
@@ -319,3 +320,43 @@ def test_the_receipt_says_until_where_both_runs_were_compared(tmp_path, capsys):
     assert found["difference"]["says"] == []
     assert "part.src:6, where what runs depends on a value" in capsys.readouterr().out
     assert any(says.startswith("step through it slowly") for says in found["before_run"])
+
+
+ROWS = "[[600,{0}0,400],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+ARRAY = [
+    f"CONST robtarget ps{{3}}:=[{','.join(ROWS.format(n) for n in (1, 2, 3))}];",
+    "VAR num k:=1;",
+    "VAR num half;",
+]
+
+
+def test_what_only_counts_is_an_integer_in_krl(tmp_path):
+    rows = ["k := 1;", "WHILE k <= 3 DO", "MoveL ps{k}, v100, fine, tool0;", "k := k + 1;", "ENDWHILE",
+            "FOR i FROM 1 TO k - 2 DO", "MoveL ps{i + 1}, v100, fine, tool0;", "ENDFOR", "half := k / 3;"]  # fmt: skip
+    text = module(*rows, data=ARRAY)
+    made = converted(text, "rapid", "krl")
+    written = b"".join(made.files.values()).decode()
+    assert "DECL INT k" in written
+    assert "DECL INT i" in written
+    assert "DECL REAL half" in written
+    assert not [loss for loss in made.translated.losses if loss.part in ("index", "loop")]
+    assert compare_plans(read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", "krl")).is_equal
+
+
+def test_an_index_that_may_be_a_fraction_is_rounded_and_told(tmp_path):
+    rows = ["half := 3.0 / 2;", "half := half * 2;", "MoveL ps{half}, v100, fine, tool0;",
+            "FOR i FROM 1 TO half DO", "MoveL ps{i}, v100, fine, tool0;", "ENDFOR"]  # fmt: skip
+    text = module(*rows, data=ARRAY)
+    made = converted(text, "rapid", "krl")
+    assert [(loss.line, loss.part) for loss in made.translated.losses if loss.part in ("index", "loop")] == [
+        (8, "index"), (9, "loop"),
+    ]  # fmt: skip
+    assert compare_plans(read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", "krl")).is_equal
+
+
+def test_a_loop_over_fractions_is_refused_for_krl():
+    text = module("FOR i FROM 0 TO 1 STEP 0.25 DO", "WaitTime i;", "ENDFOR")
+    lost = [
+        loss.line for loss in converted(text, "rapid", "krl").translated.losses if loss.fate is Fate.COMMENTED
+    ]
+    assert lost == [3, 4, 5]

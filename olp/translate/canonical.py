@@ -42,6 +42,7 @@ from olp.translate.tasks import tasks
 from olp.translate.texts import texts
 from olp.translate.undeclared import undeclared
 from olp.translate.vectors import vectors
+from olp.translate.whole import whole_numbers
 from olp.translate.words import comment_texts, foreign_words
 from olp.translate.work import Context, Fate, Loss, Work, work_for
 
@@ -113,7 +114,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
             number,
             comment_texts,
         )
-    return (*first, flow, signals, names, comment_texts)
+    return (*first, flow, whole_numbers, signals, names, comment_texts)
 
 
 def canonical(
