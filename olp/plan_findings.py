@@ -11,19 +11,24 @@ from olp.diagnostic import Diagnostic, Span
 from olp.plan import Plan, StepKind
 
 
-def of_rows(
-    plan: Plan, rows: NDArray[np.integer], tell: Callable[..., Diagnostic], code: str, says: str, how: str
-) -> Iterator[Diagnostic]:
-    """`tell` is `error`, `warning` or `info`; `rows` (r,) of the plan's Moves in order; `says` of the first of them."""
+def lines_of(plan: Plan, rows: NDArray[np.integer]) -> dict[int, list[int]]:
+    """Index into `plan.sources` -> its lines, each once, that `rows` (r,) of the plan's Moves are from."""
     if not len(rows):
-        return
+        return {}
     steps = np.flatnonzero(plan.kind == StepKind.MOVE)
     owners = steps[np.searchsorted(plan.row[steps], rows, side="right") - 1]
     lines: dict[int, dict[int, None]] = {}
     for source, line in zip(plan.source[owners].tolist(), plan.line[owners].tolist(), strict=True):
         lines.setdefault(source, {})[line] = None
-    for source, found in lines.items():
-        line, more = next(iter(found)), len(found) - 1
+    return {source: list(found) for source, found in lines.items()}
+
+
+def of_rows(
+    plan: Plan, rows: NDArray[np.integer], tell: Callable[..., Diagnostic], code: str, says: str, how: str
+) -> Iterator[Diagnostic]:
+    """`tell` is `error`, `warning` or `info`; `rows` (r,) of the plan's Moves in order; `says` of the first of them."""
+    for source, found in lines_of(plan, rows).items():
+        line, more = found[0], len(found) - 1
         text = plan.sources[source].line(line)
         count = "" if not more else " (and once more)" if more == 1 else f" (and in {more} more lines)"
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)

@@ -281,3 +281,39 @@ def test_what_takes_nothing_is_no_loss(tmp_path):
 def test_what_has_no_value_in_the_program_is_asked_for(tmp_path):
     made = convert(read(written(tmp_path, "C.ls", FOREIGN["C.ls"])), "rapid", Context(on_loss="comment"))
     assert made.translated.asks["set these variables, which have no values"] == ("weld_speed [mm/s]",)
+
+
+FAR = """def far():
+  movel(p[0.9, 0.2, 1.2, 2.2, 2.2, 0.1], a=1.2, v=0.25)
+  movel(p[0.5, 0.2, 0.6, 2.2, 2.2, 0.1], a=1.2, v=0.25)
+  movel(p[0.9, 0.1, 1.2, 2.2, 2.2, 0.1], a=1.2, v=0.25)
+  movej([0, -1.57, 1.57, 0, 1.57, 6.0], a=1.4, v=1.05)
+end
+far()
+"""
+
+
+def test_what_the_other_arm_does_not_reach_is_first_on_the_list(tmp_path, capsys):
+    source = written(tmp_path, "far.script", FAR)
+    more = ("--robot", "universal-robots/ur20", "--target-robot", "universal-robots/ur5e")
+    found = receipt(tmp_path, capsys, source, "urscript", *more)[1]
+    lines = (tmp_path / "out" / "far.script").read_text().splitlines()
+    far = [n for n, line in enumerate(lines, 1) if "movel" in line and "[0.9" in line]
+    first = found["before_run"][0]
+    assert first.startswith(
+        "move the base, the frames or the points, as universal-robots/ur5e does not reach"
+    )
+    assert first.endswith(f"far.script:{far[0]}, {far[1]}")
+    assert len(far) == 2
+    reached = receipt(tmp_path, capsys, source, "urscript", *more[:2])[1]
+    assert not any("does not reach" in item for item in reached["before_run"])
+
+
+def test_joints_beyond_the_other_arms_limits_are_on_the_list(tmp_path, capsys):
+    """Half a turn of S is one arm's, not the other's."""
+    job = "def far():\n  movej([3.05, 0, 0, 0, -1.57, 0])\n  movej([0, 0, 0, 0, -1.57, 0])\nend\nfar()\n"
+    source = written(tmp_path, "far.script", job)
+    more = ("--robot", "fanuc/m-10ia", "--target-robot", "fanuc/lr-mate-200id")
+    found = receipt(tmp_path, capsys, source, "tp", *more)[1]
+    (item,) = [item for item in found["before_run"] if "has not the range of joints" in item]
+    assert item.count(":") == 2

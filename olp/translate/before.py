@@ -6,7 +6,11 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from olp.expression import Expression, FrameRef, Function, Number, Signal, Text
+from olp.plan import Plan
+from olp.plan_findings import lines_of
 from olp.program import Assign, Call, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
 from olp.translate.canonical import Translated
 from olp.translate.link import Linked
@@ -20,10 +24,13 @@ _NAMED = frozenset({"rapid"})  # has tools and signals by name
 System = tuple[str, int]  # "tool" or "user", its number
 
 
-def before_it_runs(linked: Linked, translated: Translated, target: str, compared: bool) -> tuple[str, ...]:
-    """Short sentences, the most dangerous first. `compared`: both programs could be run."""
+def before_it_runs(
+    linked: Linked, translated: Translated, target: str, plan: Plan | None, compared: bool
+) -> tuple[str, ...]:
+    """Short sentences, the most dangerous first. `plan`: the translation's; `compared`: both programs could be run."""
     found = [
         *_commented(linked, translated),
+        *(() if plan is None else _beyond(plan)),
         *(f"{says}: {some(things)}" for says, things in translated.asks.items()),
         *_systems(translated),
         *_routines(translated.program),
@@ -71,6 +78,28 @@ def _commented(linked: Linked, translated: Translated) -> Iterator[str]:
     lines = {x.line for x in translated.losses if x.leaves_out and x.fate is not Fate.EXACT}
     if lines:
         yield f"write anew what is only a comment now: {_lines(linked, lines)}"
+
+
+def _beyond(plan: Plan) -> Iterator[str]:
+    """Moves that the arm of the translation cannot make: poses out of reach, and joints beyond the limits."""
+    from olp.kinematics import within_limits
+
+    for index, robot in enumerate(plan.robots):
+        if robot is None:
+            continue
+        rows = np.flatnonzero(plan.moves.mechanism == index)
+        target = plan.moves.target[rows]
+        axes = plan.positions.axes[target, : len(robot.axes)]
+        unknown = np.isnan(axes).any(axis=1)
+        away = unknown & ~np.isnan(plan.positions.position[target, 0]) & (robot.geometry is not None)
+        outside = ~unknown & ~within_limits(robot, axes).all(axis=1)
+        for lost, says in ((away, "does not reach"), (outside, "has not the range of joints for")):
+            lines = lines_of(plan, rows[lost])
+            where = places(
+                (Path(plan.sources[i].path).name, line) for i, found in lines.items() for line in found
+            )
+            if where:
+                yield f"move the base, the frames or the points, as {robot.name} {says} these targets: {where}"
 
 
 def _systems(translated: Translated) -> Iterator[str]:

@@ -101,7 +101,7 @@ def receipt_of(
         {line: linked.place(line) for line in lines},
         comparison,
         times,
-        before_it_runs(linked, translated, target, comparison is not None and not comparison.until),
+        before_it_runs(linked, translated, target, other, comparison is not None and not comparison.until),
         remarks,
         "" if comparison is None else places(map(linked.place, comparison.unknown)),
     )
