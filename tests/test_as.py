@@ -61,6 +61,12 @@ def test_a_draw_that_turns_or_has_a_speed_is_kept_and_told(line: str) -> None:
     assert (codes(found), moves(found)) == (["P585"], [])
 
 
+def test_the_first_of_a_chain_of_arcs_is_told() -> None:
+    found = program("JMOVE a", "C1MOVE b", "C1MOVE c", "C2MOVE d")
+    assert [(one.code, one.line) for one in found.diagnostics] == [("P585", 3)]
+    assert [one.line for one in moves(found)] == [2, 5]
+
+
 def test_a_computed_transformation_turns_like_a_written_one() -> None:
     plan = program(
         "x = 31.5",

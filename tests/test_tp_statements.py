@@ -470,3 +470,16 @@ def test_what_is_read_and_not_modelled_stays_as_written(text):
     assert f"2:  {text} " in export(program, "tp").decode()
     with pytest.raises(OlpError, match="cannot say"):
         export(program, "krl")
+
+
+@pytest.mark.parametrize("text", ["OVERRIDE=R[1]%", "OVERRIDE=AR[2]%", "OVERRIDE=R[1]"])
+def test_an_override_may_be_a_register_with_or_without_its_sign(text):
+    program = read(listing(text))
+    assert not [found for found in program.diagnostics if found.is_error]
+    assert isinstance(program.routines[0].body[0], SetOverride)
+
+
+def test_an_override_has_no_other_unit():
+    assert [found.code for found in read(listing("OVERRIDE=50mm/sec")).diagnostics if found.is_error] == [
+        "P520"
+    ]

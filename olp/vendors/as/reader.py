@@ -84,7 +84,7 @@ _KNOWN: Final = words(
     "JMOVE LMOVE HMOVE C1MOVE C2MOVE XMOVE LAPPRO JAPPRO LDEPART JDEPART DRAW TDRAW TWAIT STABLE DELAY BREAK CALL GOTO "
     "IF ELSE ELSEIF END WHILE DO UNTIL FOR CASE SCASE VALUE SVALUE ANY RETURN SIGNAL SWAIT WAIT POINT TOOL BASE"
 )
-_MOVES: Final = words("DRAW TDRAW DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
+_MOVES: Final = words("C1MOVE DRAW TDRAW DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
 _UNTAUGHT: Final = PositionLiteral("pose", (float("nan"),) * 6)
 _MOST_ELEMENTS: Final = 5000  # per index of an array
 _MOST_ROOM: Final = 500_000  # elements of all arrays together
@@ -333,6 +333,9 @@ class _Body:
     def _arc(self, arc: Arc, number: int) -> None:
         span = self.findings.whole_line(number)
         if not arc.end:
+            if self.via is not None:  # a chain of arcs: only the last two points make one here
+                one = self.via[1]
+                self.body.append(self.parser.opaque(self.findings.source.line(one).strip(), one))
             self.via = (arc.target, number)
         elif self.via is None:
             self.findings.error(

@@ -100,6 +100,8 @@ class InstructionRules(MoveRules):
         return Process(0, "TIMER", (("", index), ("", Text(str(children[1])))))
 
     def override(self, children: list[Any]) -> SetOverride:
+        if len(children) > 1 and children[1] != "%":
+            raise BrokenLineError(f"an override in {children[1]}", "a percentage, as in OVERRIDE=50%")
         return SetOverride(0, Quantity(children[0], values.PERCENT))
 
     def select_frame(self, children: list[Any]) -> Statement:
