@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rapid_modules import NO_AXES, codes, errors, module, move, read, statement, statements
 
+from olp.export import export
 from olp.expression import (
     Binary,
     CallValue,
@@ -225,6 +226,22 @@ def test_a_star_is_a_position_that_only_the_controller_has() -> None:
     program = read(module("MoveL *,v100,z10,t;"))
     assert program.routines[0].body[0].targets == (Unknown("*"),)
     assert codes(program)["P462"] == [3]
+
+
+def test_places_that_the_editor_keeps_free_are_kept_and_told_where_a_move_needs_them() -> None:
+    lines = [
+        "MoveL <EXP>,v100,z10,t;",
+        "IF <EXP> AND n<2 THEN",
+        "n:=<EXP>;",
+        "ENDIF",
+        "Set <ID>;",
+        "IF n<EXP Stop;",
+    ]
+    program = read(module(lines, ["VAR num n;", "VAR num EXP;"]))
+    assert not errors(program)
+    assert codes(program)["P462"] == [5]
+    assert all(line in export(program, "rapid").decode() for line in lines)
+    assert "I209" in [found.code for found in program.plan().diagnostics]
 
 
 def test_a_move_of_the_axes_takes_joint_values() -> None:

@@ -119,10 +119,12 @@ def _check_moves(findings: Findings, routine: Routine, names: Names) -> None:
             base = _base(value)
             if isinstance(base, Unknown):
                 message = "the position of * stands in the controller's memory only"
+                if base.text != "*":
+                    message = f"nobody has filled in {base.text}"
                 findings.once(
                     Severity.WARNING,
                     "P462",
-                    "",
+                    base.text,
                     message,
                     findings.whole_line(one.line),
                     "give the point a name",

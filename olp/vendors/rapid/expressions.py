@@ -65,6 +65,10 @@ class ExpressionRules(Transformer[Token, Any]):
     def here(self, children: list[Token]) -> Unknown:
         return Unknown("*")
 
+    def unfilled(self, children: list[Token]) -> Unknown:
+        """`<EXP>`: a place that the editor keeps free."""
+        return Unknown(str(children[0]))
+
     # --- operators --------------------------------------------------------------------------------------------
 
     def or_(self, children: list[Any]) -> Expression:
