@@ -98,6 +98,12 @@ def test_a_setting_behind_a_move_ends_with_its_line() -> None:
     assert [one.speed and one.speed.value.literal for one in (first, second, third)] == [0.2, 0.3, 0.4]
 
 
+def test_a_semicolon_may_end_an_instruction() -> None:
+    found = program("MOVE LINEAR TO p ADVANCE;", "DELAY 100 ; -- then", data="p : POSITION;")
+    assert codes(found) == []
+    assert moves(found)[0].no_wait
+
+
 def test_values_that_a_position_leaves_out_are_zero() -> None:
     found = program("MOVE LINEAR TO POS(0)", "MOVE LINEAR TO POS(10, 20, 30)")
     assert codes(found) == []

@@ -234,7 +234,7 @@ def test_places_that_the_editor_keeps_free_are_kept_and_told_where_a_move_needs_
         "IF <EXP> AND n<2 THEN",
         "n:=<EXP>;",
         "ENDIF",
-        "Set <ID>;",
+        "SetDO <ID>,1;",
         "IF n<EXP Stop;",
     ]
     program = read(module(lines, ["VAR num n;", "VAR num EXP;"]))

@@ -329,15 +329,15 @@ def _goes_on(text: str, more: str) -> bool:
 
 
 def _parted(text: str) -> tuple[str, str | None]:
-    """The instruction and its comment; dashes in a text are part of the text."""
+    """The instruction without a ; at its end, and its comment; dashes in a text are part of the text."""
     text = text.strip(" \t\r\f\x1a")
     quoted = False
     for at, char in enumerate(text):
         if char == "'":
             quoted = not quoted
         elif char == "-" and not quoted and text.startswith("--", at):
-            return text[:at].rstrip(), text[at + 2 :]
-    return text, None
+            return text[:at].rstrip(" \t;"), text[at + 2 :]
+    return text.rstrip(" \t;"), None
 
 
 def _literal(text: str) -> Expression | None:
