@@ -26,6 +26,7 @@ from olp.kinematics import (
     within_limits,
     without_tool,
 )
+from olp.kinematics.configuration import from_standard
 from olp.robot import Axis, Geometry, Joint, Robot, load_robot, robot_names
 from olp.units import deg, mm
 
@@ -161,7 +162,8 @@ def test_track_does_not_depend_on_how_the_path_is_cut_into_blocks(monkeypatch):
 @pytest.mark.parametrize("robot", **named(WRIST_ARMS))
 def test_the_short_way_of_tracking_gives_what_following_all_branches_gives(robot, monkeypatch):
     joints = swinging(robot, 700, amplitude=0.25, middle=np.array([0.3, 0.2, 0.1, 2.9, 0.0, -6.0]))
-    joints[:, 4] = 1.1 + 0.4 * np.sin(np.linspace(0.0, 9.0, 700)) - robot.geometry.links.zeros[4]
+    joints[:, 4] = 1.1 + 0.4 * np.sin(np.linspace(0.0, 9.0, 700))
+    joints = from_standard(robot.geometry.links, joints)
     poses, start = forward(robot, joints), joints[0] + 0.01
     calm = tracking._track_without_events(robot, robot.geometry.links, *poses, start)
     assert calm is not None

@@ -111,7 +111,7 @@ def test_numbers_are_those_of_a_machine(path):
     if robot.geometry is not None and robot.geometry.links is not None:
         upright = from_standard(robot.geometry.links, upright)
     assert ((robot.lower < 0.0) & (robot.upper > 0.0) | within_limits(robot, upright)[0]).all()
-    assert ((robot.speeds > 30 * deg) & (robot.speeds < 1100 * deg)).all()
+    assert ((robot.speeds > 30 * deg) & (robot.speeds < 1500 * deg)).all()
     if robot.knows_pulses:
         assert (np.abs(robot.pulses_per_unit * deg) > 400).all()
         assert (np.abs(robot.pulses_per_unit * deg) < 3000).all()
@@ -303,8 +303,8 @@ def test_a_chain_needs_a_joint_for_every_axis(tmp_path):
         ("yaskawa/gp25x", "yaskawa/gp25"),
         ("yaskawa/xyz", "yaskawa/up20"),
         ("kuka/kr6", "kuka/kr6-r900-sixx"),
-        ("staubli/tx2-60", "no robot of staubli is known"),
-        ("staubli/tx2-60", "abb, fanuc, kuka, universal-robots, yaskawa"),
+        ("kawasaki/rs007l", "no robot of kawasaki is known"),
+        ("kawasaki/rs007l", "abb, fanuc, kuka, staubli, universal-robots, yaskawa"),
         ("", "known makers: "),
     ],
 )

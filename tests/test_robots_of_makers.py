@@ -1,6 +1,6 @@
-"""Library arms of FANUC and Universal Robots against their makers' conventions, computed a second way.
+"""Library arms of FANUC, Stäubli and Universal Robots against their makers' conventions, computed a second way.
 
-FANUC: the joints of ros-industrial/fanuc and fanuc_experimental (BSD), chained as URDF says. Universal Robots: the
+FANUC, Stäubli: the joints of ros-industrial's packages (BSD, Apache 2.0), chained as URDF says. Universal Robots: the
 maker's Denavit-Hartenberg table, multiplied out. Neither uses olp's own kinematics.
 """
 
@@ -16,6 +16,7 @@ from olp.robot import load_robot, robot_names
 from olp.units import deg, mm
 
 FANUC = [name for name in robot_names() if name.startswith("fanuc/")]
+STAUBLIS = [name for name in robot_names() if name.startswith("staubli/")]
 UNIVERSAL = [name for name in robot_names() if name.startswith("universal-robots/")]
 
 # x of joint 2, z of joints 3 and 4, x of joints 5 and 6 [m] in the xacro files of ros-industrial/fanuc and
@@ -94,6 +95,24 @@ DENAVIT_HARTENBERG = {
 }
 
 
+# x of joint 2, y and z of joint 3, z of joints 5 and 6 [m] in the xacro files of ros-industrial/staubli and
+# staubli_experimental; the others are 0, but for the height of joint 1, above which the world frame "base" lies.
+STAUBLI = {
+    "rx160": (0.15, 0, 0.825, 0.625, 0.11),
+    "rx160l": (0.15, 0, 0.825, 0.925, 0.11),
+    "tx60": (0, 0.02, 0.29, 0.31, 0.07),
+    "tx60l": (0, 0.02, 0.4, 0.45, 0.07),
+    "tx2-60": (0, 0.02, 0.29, 0.31, 0.07),
+    "tx2-60l": (0, 0.02, 0.4, 0.45, 0.07),
+    "tx90": (0.05, 0.05, 0.425, 0.425, 0.1),
+    "tx90l": (0.05, 0.05, 0.5, 0.55, 0.1),
+    "tx90xl": (0.05, 0.05, 0.65, 0.65, 0.1),
+    "tx2-90": (0.05, 0.05, 0.425, 0.425, 0.1),
+    "tx2-90l": (0.05, 0.05, 0.5, 0.55, 0.1),
+    "tx2-90xl": (0.05, 0.05, 0.65, 0.65, 0.1),
+}
+
+
 def turn(axis, angle):
     """(4, 4): by `angle` [rad] about a unit vector."""
     x, y, z = axis
@@ -122,6 +141,14 @@ def urdf_tool0(name, joints):
     return pose @ turn((0, 1, 0), -math.pi / 2) @ turn((1, 0, 0), math.pi)
 
 
+def staubli_tool0(name, joints):
+    """(4, 4): tool0 in the frame "base"; its two fixed joints, -90 and 90 deg about y, undo each other."""
+    x2, y3, z3, z5, z6 = STAUBLI[name]
+    pose = turn((0, 0, 1), joints[0]) @ shift(x2, 0, 0) @ turn((0, 1, 0), joints[1]) @ shift(0, y3, z3)
+    pose = pose @ turn((0, 1, 0), joints[2]) @ turn((0, 0, 1), joints[3]) @ shift(0, 0, z5)
+    return pose @ turn((0, 1, 0), joints[4]) @ shift(0, 0, z6) @ turn((0, 0, 1), joints[5])
+
+
 def denavit_hartenberg(name, joints):
     a2, a3, d1, d4, d5, d6 = DENAVIT_HARTENBERG[name]
     quarter = math.pi / 2
@@ -136,16 +163,23 @@ def some_joints(robot, count=20, seed=31):
     return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (count, 6))
 
 
-def test_every_arm_of_the_two_makers_is_compared():
+def test_every_arm_of_the_makers_is_compared():
+    assert set(STAUBLIS) == {f"staubli/{name}" for name in STAUBLI}
     assert set(FANUC) == {f"fanuc/{name}" for name in URDF} == {f"fanuc/{name}" for name in REACH}
     assert set(UNIVERSAL) == {f"universal-robots/{name}" for name in DENAVIT_HARTENBERG}
 
 
-@pytest.mark.parametrize(
-    ("maker", "second_way"), [("fanuc", urdf_tool0), ("universal-robots", denavit_hartenberg)]
-)
-def test_flanges_stand_where_the_makers_own_chain_puts_them(maker, second_way):
-    for name in URDF if maker == "fanuc" else DENAVIT_HARTENBERG:
+SECOND_WAYS = {
+    "fanuc": (urdf_tool0, URDF),
+    "staubli": (staubli_tool0, STAUBLI),
+    "universal-robots": (denavit_hartenberg, DENAVIT_HARTENBERG),
+}
+
+
+@pytest.mark.parametrize("maker", SECOND_WAYS)
+def test_flanges_stand_where_the_makers_own_chain_puts_them(maker):
+    second_way, names = SECOND_WAYS[maker]
+    for name in names:
         robot = load_robot(f"{maker}/{name}")
         joints = some_joints(robot)
         positions, rotations = forward(robot, joints)
