@@ -23,6 +23,7 @@ _NOT_SAID: Final = (
     ("arc", "an arc by its angle"),
     ("parts", "what another group does meanwhile"),
     ("deceleration", "a deceleration of its own"),
+    ("no_wait", "a move that is not waited for"),
 )
 
 
