@@ -2,9 +2,11 @@
 
 import pytest
 from translate_programs import VENDORS
-from translated_texts import converted, module, run_elsewhere
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere
 
 import olp
+from olp.translate.compare import compare_plans
+from olp.translate.convert import run_converted
 from olp.translate.work import Fate
 
 TEXTS = """DEF a()
@@ -121,3 +123,26 @@ def test_rapid_takes_arrays_of_points_in_an_assignment(tmp_path):
     path = tmp_path / "m.mod"
     path.write_text(module(f"ps := [{POSES[0]},{POSES[1]}];", data=("VAR robtarget ps{2};",)))
     assert not [d for d in olp.read(path).diagnostics if d.is_error]
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "krl"])
+def test_components_that_krl_leaves_out_are_those_of_the_move_before(target):
+    text = krl(
+        "BAS (#INITMOV,0)",
+        "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}",
+        "PTP {A1 5,A2 -80}",
+        "LIN {X 900,Y 0,Z 500,A 0,B 90,C 0}",
+        "LIN {Z 450}",
+    )
+    made = converted(text, "krl", target, on_loss="error")
+    plan, other = read(text, "krl").plan(robot=ROBOT), run_converted(made, target, ROBOT)
+    assert compare_plans(plan, other, speeds=False, blends=False).is_equal
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "krl"])
+def test_components_that_nothing_tells_are_refused(target):
+    text = krl("DECL E6POS q", "BAS (#INITMOV,0)", "q={X 900,Y 0,Z 500,A 0,B 90,C 0}", "q={Y 20}", "LIN q")
+    made = converted(text, "krl", target)
+    refused = {loss.line for loss in made.translated.losses if loss.leaves_out}
+    assert refused == {5}
+    assert [loss.line for loss in made.translated.losses if "it needs q" in loss.says] == [6]

@@ -31,6 +31,7 @@ from olp.translate.lift import lift
 from olp.translate.modal import modal
 from olp.translate.names import names
 from olp.translate.numbers import number
+from olp.translate.partial import partial
 from olp.translate.postures import postures
 from olp.translate.prune import prune
 from olp.translate.records import records
@@ -76,6 +77,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         texts,
         array_values,
         schedules,
+        partial,
         elsewhere,
         records,
         vectors,
