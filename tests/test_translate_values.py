@@ -146,3 +146,33 @@ def test_components_that_nothing_tells_are_refused(target):
     refused = {loss.line for loss in made.translated.losses if loss.leaves_out}
     assert refused == {5}
     assert [loss.line for loss in made.translated.losses if "it needs q" in loss.says] == [6]
+
+
+AXES = krl(
+    "DECL E6AXIS q",
+    "DECL REAL x",
+    "BAS (#INITMOV,0)",
+    "x=5",
+    "q={A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}",
+    "q.A1=x*2",
+    "q.A2=-80",
+    "PTP q",
+    "x=q.A2+85",
+    "IF x>3 THEN",
+    "q.A3=80+x",
+    "ENDIF",
+    "PTP q",
+)
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_single_axes_of_joint_values(target):
+    plan, other = read(AXES, "krl").plan(robot=ROBOT), run_elsewhere(AXES, "krl", target)
+    assert len(plan.moves) == 2
+    assert compare_plans(plan, other, speeds=False, blends=False).is_equal
+
+
+def test_single_axes_of_joint_values_are_refused_for_inform_and_who_needs_them_is_named():
+    losses = converted(AXES, "krl", "inform").translated.losses
+    assert {loss.line for loss in losses if loss.leaves_out} == {7, 8, 10, 12}
+    assert {loss.line for loss in losses if "it needs" in loss.says} == {9, 11, 14}

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from olp.expression import Expression, Item, Member, Named, PositionLiteral
+from olp.expression import Expression, Item, Member, Named, PositionLiteral, Variable
 from olp.geometry import Pose, quaternion_from_rotation
 from olp.interpreter.memory import ACTIVE, Array, PositionValue, Record, Value
 from olp.interpreter.spelling import spell
@@ -95,7 +95,7 @@ def read_member(m: Machine, e: Member) -> Value:
 
 
 def _component(value: PositionValue, e: Member) -> float:
-    name = e.name.lower()
+    name = _name(value, e)
     if value.state.kind is PointKind.POSE and name in _COMPONENTS:
         index = _COMPONENTS.index(name)
         return value.values[index] / _SCALES[index]
@@ -109,6 +109,14 @@ def _component(value: PositionValue, e: Member) -> float:
         if index < len(value.values):
             return value.values[index] / deg
     raise StatementError("I224", f"{spell(e.base)} has no component {e.name}", "check the name")
+
+
+def _name(value: PositionValue, e: Member) -> str:
+    """The component, lower case; of a register that holds joint values (FANUC's PR[1,2]) the second is axis 2."""
+    name = e.name.lower()
+    if value.state.kind is PointKind.JOINT and isinstance(e.base, Variable) and name in _COMPONENTS:
+        return f"j{_COMPONENTS.index(name) + 1}"
+    return name
 
 
 def _turn(pose: Pose, name: str) -> float:
@@ -181,7 +189,7 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
         return
     if not isinstance(old, PositionValue) or not isinstance(value, (int, float)):
         raise StatementError("I224", f"{spell(target.base)} has no member {target.name}", "check the name")
-    _store(m, target.base, _with_component(old, target, name, float(value)))
+    _store(m, target.base, _with_component(old, target, _name(old, target), float(value)))
 
 
 def _with_component(old: PositionValue, target: Member, name: str, value: float) -> PositionValue:

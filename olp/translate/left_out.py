@@ -13,7 +13,6 @@ from olp.program import (
     Comment,
     Declare,
     End,
-    Move,
     Program,
     Routine,
     StartTask,
@@ -115,21 +114,47 @@ def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
 
 
 def _tell_users(program: Program, lines: Mapping[int, str], work: Work) -> None:
-    """Moves that stay, but need what a statement sets that goes."""
-    unset: dict[str, int] = {}
-    data = (*program.data, *(d for routine in program.routines for d in routine.data))
-    for s in (*data, *program.statements()):
-        if s.line in lines and isinstance(s, (Assign, Declare)):
-            set_here = base_of(s.target) if isinstance(s, Assign) else Named(s.name)
-            if isinstance(set_here, Named):
-                unset.setdefault(set_here.name.casefold(), s.line)
-    for s in program.statements():
-        if isinstance(s, Move) and s.line not in lines:
-            names: set[str] = set()
-            note_names(s, names)
-            for name in sorted(name for name in names if name.casefold() in unset):
-                says = f"it needs {name}, which line {unset[name.casefold()]} sets in a way that the target cannot"
-                work.lose(s, Fate.APPROXIMATED, "value", says)
+    """Statements that stay, but need what one that goes would have set, at first or second hand."""
+    unset = _unset(program, lines)
+    before = -1
+    while unset and len(unset) != before:
+        before = len(unset)
+        for s in program.statements():
+            target = _set_by(s)
+            if target is not None and s.line not in lines:
+                line = next((unset[name] for name in _read_by(s) if name in unset), None)
+                if line is not None:
+                    unset.setdefault(target, line)
+    for s in program.statements() if unset else ():
+        if s.line in lines or isinstance(s, Declare):
+            continue
+        for name in sorted(name for name in _read_by(s) if name in unset):
+            says = f"it needs {name}, which line {unset[name]} sets in a way that the target cannot"
+            work.lose(s, Fate.APPROXIMATED, "value", says)
+
+
+def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
+    """Name, case folded -> the first line that sets it and goes."""
+    found: dict[str, int] = {}
+    for s in (*program.data, *(d for r in program.routines for d in r.data), *program.statements()):
+        name = _set_by(s) if s.line in lines else None
+        if name is not None:
+            found.setdefault(name, s.line)
+    return found
+
+
+def _set_by(s: Statement) -> str | None:
+    if isinstance(s, Declare):
+        return s.name.casefold()
+    base = base_of(s.target) if isinstance(s, Assign) else None
+    return None if base is None else base.name.casefold()
+
+
+def _read_by(s: Statement) -> set[str]:
+    """Names whose values a statement takes, case folded."""
+    names: set[str] = set()
+    note_names(s.value if isinstance(s, Assign) and isinstance(s.target, Named) else s, names)
+    return {name.casefold() for name in names}
 
 
 def _commented(program: Program, routine: Routine, lines: Mapping[int, str], work: Work) -> Routine:

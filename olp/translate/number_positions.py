@@ -157,11 +157,20 @@ class Numbers:
             base = e.base
             if not isinstance(base.index, Number):
                 return e  # an element of an element
+            if self._is_joints(base):
+                if self.inform:
+                    says = "one axis of joint values: INFORM counts it in pulses"
+                    self.work.lose(self.line, Fate.REFUSED, "element", says)
+                return e
             index = e.indices[0]
             if isinstance(index, Number):
                 return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
             return replace(base, index=self._shifted(index, int(base.index.value) - 1), name="")
         return e
+
+    def _is_joints(self, e: Variable) -> bool:
+        symbol = self.symbols.find("", e.name) if e.name and e.store is Store.ROBOT else None
+        return symbol is not None and symbol.type == "joints" and not symbol.sizes
 
     def _shifted(self, index: Expression, shift: int) -> Expression:
         """The number of an element: one variable is all that a number may be computed by."""
