@@ -64,8 +64,9 @@ _MODAL = (Assign, Call)
 _WORD = re.compile(r"\w+")
 _MOST_CACHED = 50_000
 
-# Class and all values but the line, and whether the lines before decide what it means.
-_Template = tuple[Callable[..., Statement], tuple[Any, ...], bool]
+# Class and all values but the line; whether the lines before decide what it means; whether it changes nothing of that
+# and is added as it is.
+_Template = tuple[Callable[..., Statement], tuple[Any, ...], bool, bool]
 
 
 class BodyReader:
@@ -103,8 +104,12 @@ class BodyReader:
                 return None
         if template is None:
             return self._parse(code, comment, number)
-        kind, values, modal = template
-        self._add(kind(number, *values), comment, number, modal)
+        kind, values, modal, plain = template
+        if plain and not comment:
+            self._kinds[number - 1] = LineKind.STATEMENT
+            self.body.append(kind(number, *values))
+        else:
+            self._add(kind(number, *values), comment, number, modal)
         return None
 
     def _actual(self, word: str, name: str, number: int) -> None:
@@ -130,7 +135,8 @@ class BodyReader:
         result = self._modal.fixed(result) or result
         modal = isinstance(result, _MODAL)
         if len(self._seen) < _MOST_CACHED:
-            self._seen[code] = (type(result), lines.values_of(result), modal)
+            plain = not modal and not isinstance(result, (*FORGETS, Opaque, Move))
+            self._seen[code] = (type(result), lines.values_of(result), modal, plain)
         self._add(lines.placed(result, number), comment, number, modal)
         return None
 

@@ -142,15 +142,16 @@ def check_targets(findings: Findings, scope: Scope, routines: Sequence[Routine],
         local = {one.name.upper() for one in routine.body if isinstance(one, Declare)}
         local.update(parameter.name.upper() for parameter in routine.parameters)
         for one in routine.body:
-            if isinstance(one, Move):
-                for target in (*one.targets, one.via):
-                    base = target.base if isinstance(target, Item) else target
-                    if type(base) is Unknown:
-                        _tell_untaught(findings, one.line)
-                    elif type(base) is Named and base.name[:1] != "$":
-                        key = base.name.upper()
-                        if key not in local and key not in scope.types:
-                            unknown.setdefault(base.name, one.line)
+            if type(one) is not Move:
+                continue
+            for target in one.targets if one.via is None else (*one.targets, one.via):
+                base = target.base if type(target) is Item else target
+                if type(base) is Unknown:
+                    _tell_untaught(findings, one.line)
+                elif type(base) is Named and base.name[:1] != "$":
+                    key = base.name.upper()
+                    if key not in scope.types and key not in local:
+                        unknown.setdefault(base.name, one.line)
     if not unknown:
         return
     if not listed:

@@ -22,14 +22,16 @@ _NUMBER = r"[+-]?\d{1,9}(?:\.\d{0,15})?"
 _PART = rf"[A-Z]\d?\s+{_NUMBER}"
 _TAG = r"(?:(?:E6POS|POS|FRAME|E6AXIS|AXIS)\s*:\s*)?"
 MOVE_LINE: Final = re.compile(
-    rf"(PTP|LIN)\s*(?:(\{{\s*{_TAG}{_PART}(?:\s*,\s*{_PART})*\s*\}})|(?<=\s)([A-Z]\w*))(?:\s+(C_(?:PTP|DIS|VEL|ORI)))?",
+    r"(PTP|LIN)\s*(?:(\{[^{}]*\})|(?<=\s)([A-Z]\w*))(?:\s+(C_(?:PTP|DIS|VEL|ORI)))?",
     re.IGNORECASE | re.ASCII,
 )
 ROW: Final = re.compile(
-    rf"(?:DECL\s+)?(GLOBAL\s+)?(?:DECL\s+)?(E6POS|POS|FRAME|E6AXIS|AXIS)\s+([A-Z_]\w*)\s*=\s*"
-    rf"(\{{\s*{_TAG}{_PART}(?:\s*,\s*{_PART})*\s*\}})",
+    r"(?:DECL\s+)?(GLOBAL\s+)?(?:DECL\s+)?(E6POS|POS|FRAME|E6AXIS|AXIS)\s+([A-Z_]\w*)\s*=\s*(\{[^{}]*\})",
     re.IGNORECASE | re.ASCII,
 )
+_AGGREGATE = re.compile(
+    rf"\{{\s*{_TAG}{_PART}(?:\s*,\s*{_PART})*\s*\}}", re.IGNORECASE | re.ASCII
+)  # any that is plain
 RECORD_ROW: Final = re.compile(
     r"(?:DECL\s+)?(GLOBAL\s+)?(?:DECL\s+)?(FDAT|PDAT|LDAT)\s+([A-Z_]\w*)\s*=\s*(\{[^{}]*\})",
     re.IGNORECASE | re.ASCII,
@@ -59,6 +61,8 @@ def literal(text: str, kind: str = "") -> PositionLiteral | None:
             return PositionLiteral("pose", pose)
         flags, native, sectors = _arm(status, turn)
         return PositionLiteral("pose", pose, (), flags, native, sectors)
+    if _AGGREGATE.fullmatch(text) is None:
+        return None
     colon = text.find(":")
     if colon > 0:
         kind = text[1:colon].strip().upper()
@@ -127,7 +131,9 @@ class MoveLines:
             if target is None:
                 return None
         else:
-            if _KEYWORD.fullmatch(name) or self._scope.signal(name.upper()) is not None:
+            if name[0] in "CcTtFf" and _KEYWORD.fullmatch(name):
+                return None
+            if self._scope.signals_at_all and self._scope.signal(name.upper()) is not None:
                 return None
             target = Named(self._scope.spell(name))
         blend = self._blends.get(passed) or self._blend(passed)

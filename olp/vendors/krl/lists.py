@@ -23,15 +23,24 @@ _MOST_PLACES = 200_000
 
 
 class ListReader:
-    """Reads the rows of one list. `only`: names in capitals whose rows are wanted; None: all."""
+    """Reads the rows of one list. `only`: names in capitals whose rows are wanted; None: all.
+
+    `placed`: whether they stand in the program's own text, so that they have its lines.
+    """
 
     def __init__(
-        self, findings: Findings, scope: Scope, reader: LineReader, only: Collection[str] | None = None
-    ):
+        self,
+        findings: Findings,
+        scope: Scope,
+        reader: LineReader,
+        only: Collection[str] | None = None,
+        placed: bool = True,
+    ) -> None:
         self._findings = findings
         self._scope = scope
         self._reader = reader
         self._only = only
+        self._placed = placed
         self.declared: dict[str, Declare] = {}
         self._comment = ""
         self._records: dict[tuple[str, str], Expression] = {}
@@ -56,7 +65,7 @@ class ListReader:
             return result
         if isinstance(result, tuple):
             for one in result:
-                self._add(replace(one, line=number, comment=comment), number)
+                self._add(replace(one, line=self._line(number), comment=comment), number)
         elif isinstance(result, Assign):
             self._element(result, number)
         elif result is not None:
@@ -72,10 +81,10 @@ class ListReader:
         if value is None:
             return False
         name = self._scope.spell(name)
+        type = NEUTRAL_TYPES[kind]
+        line = self._line(number)
         self._declare(
-            Declare(
-                number, name, NEUTRAL_TYPES[kind], value, (), "variable", bool(shared), kind, self._comment
-            )
+            Declare(line, name, type, value, (), "variable", bool(shared), kind, self._comment), number
         )
         return True
 
@@ -93,7 +102,7 @@ class ListReader:
             value = self._records[kind, aggregate] = result[0].value
         self._declare(
             Declare(
-                number,
+                self._line(number),
                 self._scope.spell(name),
                 kind,
                 value,
@@ -102,21 +111,25 @@ class ListReader:
                 bool(shared),
                 kind,
                 self._comment,
-            )
+            ),
+            number,
         )
         return True
 
-    def _declare(self, it: Declare) -> None:
+    def _line(self, number: int) -> int:
+        return number if self._placed else 0
+
+    def _declare(self, it: Declare, number: int) -> None:
         scope, key = self._scope, it.name.upper()
         scope.declare(it.name, it.native)
         if it.value is not None:
             scope.values[key] = it.value
         if key in self.declared:
-            self._add(it, it.line)
+            self._add(it, number)
             return
         self.declared[key] = it
         position = it.native in fast.POSITIONS
-        self._findings.kinds[it.line - 1] = LineKind.POINT if position else LineKind.STATEMENT
+        self._findings.kinds[number - 1] = LineKind.POINT if position else LineKind.STATEMENT
 
     def _wanted(self, code: str) -> bool:
         assert self._only is not None

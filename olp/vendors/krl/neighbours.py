@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Set
+from collections.abc import Set
 from dataclasses import replace
 from pathlib import PurePath, PureWindowsPath
 from typing import Final, NamedTuple
 
 from olp.diagnostic import Diagnostic, Span
 from olp.expression import Number, RecordLiteral, Text
-from olp.frozen import changer
 from olp.program import Declare
 from olp.source import Source
 from olp.vendors._findings import Findings
@@ -26,8 +25,6 @@ HEAD: Final = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
 TAIL: Final = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
 NAME: Final = re.compile(r"[$A-Za-z_][\w$]*")
 _BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
-_changed: Final = changer(Declare)
-_NO_LINE: Final = {"line": 0}
 
 # The public copies of $config.dat agree in these.
 _PUBLIC: Final[dict[str, tuple[str, tuple[tuple[str, float | str], ...]]]] = {
@@ -69,7 +66,7 @@ def read_neighbours(
     if beside is not None:
         found = Findings(beside)
         if checks.check_readable(found):
-            data = tuple([_changed(one, _NO_LINE) for one in _list(found, scope, None)])
+            data = _list(found, scope, None)
             details = _details(beside)
         told = found.result()
     if "DEFDAT" not in used:
@@ -106,7 +103,7 @@ def _config(config: Source, scope: Scope, findings: Findings, used: frozenset[st
             f"{len(broken)} lines of {config.path} were not understood, the first is line {broken[0].line}"
         )
         findings.warning("P419", message, Span(1, 1, 2), "olp takes what it needs from the others")
-    return tuple(replace(one, line=0, native=one.native + CONFIG_MARK, comment="") for one in rows)
+    return tuple(replace(one, native=one.native + CONFIG_MARK, comment="") for one in rows)
 
 
 def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:
@@ -129,14 +126,10 @@ def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[D
     return tuple(rows)
 
 
-def _codes(source: Source) -> Iterator[tuple[int, str, str | None]]:
-    for number, line in enumerate(source.lines, 1):
-        yield number, *lines.split(line)
-
-
 def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
-    reader = ListReader(findings, scope, LineReader(findings, scope), only)
-    for number, code, comment in _codes(findings.source):
+    reader = ListReader(findings, scope, LineReader(findings, scope), only, placed=False)
+    for number, line in enumerate(findings.source.lines, 1):
+        code, comment = lines.split(line)
         plain = code.startswith("DECL ")
         if plain or (code and code[0] != "&" and not HEAD.match(code) and not TAIL.fullmatch(code)):
             reader.row(code, number, comment or "")
@@ -148,7 +141,10 @@ def _details(source: Source) -> dict[str, str]:
     above: list[str] = []
     rows: list[str] = []
     head = ""
-    for _, code, comment in _codes(source):
+    for line in source.lines:
+        if line.startswith("DECL "):
+            continue
+        code, comment = lines.split(line)
         if code.startswith("DECL "):
             continue
         if HEAD.match(code):

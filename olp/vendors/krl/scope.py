@@ -112,6 +112,11 @@ class Scope:
     def known(self, key: str) -> bool:
         return key in self.local_types or key in self.types
 
+    @property
+    def signals_at_all(self) -> bool:
+        """Whether SIGNAL has named any."""
+        return bool(self.signals or self.local_signals)
+
     def signal(self, key: str) -> Signal | None:
         found = self.local_signals.get(key)
         if found is None and key not in self.local_types:
