@@ -13,6 +13,7 @@ from olp.program import Blend, BlendKind, Move, Path, Program, Statement
 from olp.translate.limits import range_text, within
 from olp.translate.rewrite import edited
 from olp.translate.rows import Row, Rows, moves_at_all
+from olp.translate.straight import walk_through
 from olp.translate.work import Fate, Work
 from olp.units import mm, percent
 
@@ -28,7 +29,7 @@ _LEAST_TIME: Final = 0.1  # [s] of braking, as olp.blending.fanuc assumes it
 
 def blends(program: Program, work: Work) -> Program:
     """Every move's blend in a kind that the target has; what differs is in the losses, in mm."""
-    own = _Blends(work)
+    own = _Blends(work, program)
     routines = tuple(
         replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
         for r in program.routines
@@ -39,7 +40,9 @@ def blends(program: Program, work: Work) -> Program:
 @dataclass(slots=True)
 class _Blends:
     work: Work
+    program: Program
     rows: Rows = field(init=False)
+    shown: dict[int, float] | None = None
     known: dict[tuple[object, ...], Blend] = field(default_factory=dict)
     plain: dict[Blend, Blend] = field(default_factory=dict)  # without the source's names
 
@@ -112,13 +115,21 @@ class _Blends:
         size = None if blend.value is None else blend.value.literal
         if size is None or size <= 0.0 or blend.kind is not BlendKind.RADIUS:
             return blend
-        room = self.rows.room(s)
+        room = self._room(s)
         if size < room:
             return blend
         cut = max(math.ceil(room / _GRAIN) - 1, 0) * _GRAIN
         says = "longer than half of the way, where two blends meet and the robot would skip the point: cut to less"
         self.work.lose(s, Fate.APPROXIMATED, "blend", says, (size - cut) / mm, "mm")
         return Blend(BlendKind.RADIUS, Quantity(Number(_clean(cut / mm)), mm))
+
+    def _room(self, s: Move) -> float:
+        """[m] half of the shorter way at a move's point: from the text where it shows both, else from the plan."""
+        if self.shown is None:
+            # That of a pass before will do: it changed no place, and no line.
+            self.shown = (self.work.walk or walk_through(self.program, self.work)).rooms()
+        known = self.shown.get(s.line)
+        return self.rows.room(s) if known is None else known
 
     def _unsized(self, s: Move, allowed: frozenset[BlendKind]) -> Blend | None:
         """Passed without a stop, however near: the smallest zone is the nearest that can be said."""

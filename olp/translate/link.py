@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from olp.diagnostic import Diagnostic
 from olp.expression import CallValue, Expression, Named
-from olp.program import Call, Declare, Program, Routine, Statement
+from olp.program import Call, Declare, Move, Program, Routine, Statement
 from olp.source import Source
-from olp.translate.rewrite import expressions_of, mapped, note_names
+from olp.translate.rewrite import edited, expressions_of, mapped, note_names
 from olp.vendors.vendor import find_vendor
 
 if TYPE_CHECKING:
@@ -193,4 +193,7 @@ def _shifted(routine: Routine, offset: int) -> Routine:
 def _moved(s: S, offset: int) -> S:
     """A statement `offset` lines further down."""
     statement: Any = s
-    return replace(statement, line=s.line + offset) if s.line else s
+    if not s.line:
+        return s
+    line = s.line + offset
+    return cast(S, edited(statement, {"line": line}) if type(s) is Move else replace(statement, line=line))

@@ -16,8 +16,7 @@ from olp.robot import Robot
 from olp.translate.limits import Limits, range_text, within
 from olp.translate.rewrite import edited
 from olp.translate.rows import Row, Rows, moves_at_all
-from olp.translate.straight import Segment, segments
-from olp.translate.symbols import symbols_of
+from olp.translate.straight import Segment, walk_through
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm, percent
 
@@ -122,7 +121,7 @@ class _Speeds:
     def _segments(self, s: Move) -> list[Segment]:
         """Length and turn of each execution: from the text where it shows them, else from the plan."""
         if self.shown is None:
-            self.shown = segments(self.program, symbols_of(self.program))
+            self.shown = walk_through(self.program, self.work).segments()
         known = self.shown.get(id(s))
         return [known] if known is not None else [(row.length, row.angle) for row in self.rows.of(s)]
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import dataclass, field
+from math import inf, nan
 from typing import Final
 
 import numpy as np
 
 from olp.expression import CallValue, Function, Named, Number, PositionLiteral, State, Text, Variable
 from olp.geometry import Array, rotation_angle, rotation_from_angles
-from olp.program import Assign, Call, Move, Path, Program, StartTask, Statement, Update
-from olp.translate.rewrite import expressions_of, is_usual
-from olp.translate.symbols import Symbols
+from olp.program import Assign, Call, End, Move, Path, Program, Routine, StartTask, Statement, Update
+from olp.translate.rewrite import calls_nothing, expressions_of, is_usual
+from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.work import Work
 
 # What runs between two moves without leading elsewhere; nothing jumps there either.
 _BETWEEN: Final = frozenset(
@@ -19,44 +23,156 @@ _BETWEEN: Final = frozenset(
 _SETTING: Final = frozenset({"Assign", "Update", "DefineFrame"})
 _PLAIN: Final = (Number, Text, State)
 _HOLDERS: Final = frozenset({Named, Variable})  # no component of a tool or of a frame
+_NOTHING: Final = 1e-9  # [m]
 Segment = tuple[float, float]  # [m] and [rad]
 
 
-def segments(program: Program, symbols: Symbols) -> dict[int, Segment]:
-    """By the id of a move: its length and its turn, for all whose start and end the text shows.
+@dataclass(slots=True)
+class Walk:
+    """Pairs of moves that run one after the other, with the rows of their poses; the program's first and last move."""
 
-    The main routine's first move starts where it ends, as the interpreter takes it, unless something calls that one.
-    """
+    program: Program  # which keeps the moves' ids
+    pairs: list[tuple[Move, Move, int, int]] = field(default_factory=list)
+    poses: list[tuple[float, ...]] = field(default_factory=list)
+    first: list[Move] = field(default_factory=list)
+    last: list[Move] = field(default_factory=list)
+    _segments: dict[int, Segment] | None = None
+    _rooms: dict[int, float] | None = None
+
+    def segments(self) -> dict[int, Segment]:
+        """By the id of a move of `program`: its length and its turn, for all whose start and end the text shows.
+
+        The program's first move starts where it ends, as the interpreter takes it, unless something calls its routine.
+        """
+        if self._segments is None:
+            found: dict[int, Segment] = {id(s): (0.0, 0.0) for s in self.first}
+            self._segments = found
+            if self.pairs:
+                _, moves, start, end = zip(*self.pairs, strict=True)
+                lengths, turns = _between(np.array(self.poses), list(start), list(end))
+                for s, length, turn in zip(moves, lengths, turns, strict=True):
+                    if length == length and turn == turn:  # all components are written
+                        found[id(s)] = (length, turn)
+        return self._segments
+
+    def rooms(self) -> dict[int, float]:
+        """By the line of moves: half of the shortest way to or from their points [m], where the text shows all ways.
+
+        A way that goes nowhere bounds nothing, and neither does one that is not there: before the first and behind the
+        last move of the program.
+        """
+        if self._rooms is None:
+            ways = {
+                s: 0.5 * length if length > _NOTHING else inf for s, (length, _) in self.segments().items()
+            }
+            behind = {id(before): ways.get(id(s), nan) for before, s, _, _ in self.pairs}
+            behind |= dict.fromkeys(map(id, self.last), inf)
+            found: dict[int, float] = {}
+            self._rooms = found
+            for move in self.program.statements():
+                if type(move) is Move:
+                    room = _least(ways.get(id(move), nan), behind.get(id(move), nan))
+                    found[move.line] = _least(room, found.get(move.line, inf))
+            for line in [line for line, room in found.items() if room != room]:
+                del found[line]
+        return self._rooms
+
+
+def _least(one: float, other: float) -> float:
+    """The smaller one, nan where one of them is."""
+    return min(one, other) if one == one and other == other else nan
+
+
+def walk_through(program: Program, work: Work) -> Walk:
+    """The walk through a program, which passes that ask about the same one share."""
+    if work.walk is None or work.walk.program is not program:
+        work.walk = _walked(program, symbols_of(program))
+    return work.walk
+
+
+def _walked(program: Program, symbols: Symbols) -> Walk:
     main = program.main or (program.routines[0].name if program.routines else "")
-    called = {s.routine.casefold() for s in program.statements() if isinstance(s, (Call, StartTask))}
-    found: dict[int, Segment] = {}
-    pairs: list[tuple[Move, int, int]] = []
-    poses: list[tuple[float, ...]] = []
-    for routine in program.routines:
-        before: Move | None = None  # whose pose is the last one
-        first = routine.name == main and main.casefold() not in called
+    counts = Counter(s.routine.casefold() for s in program.statements() if isinstance(s, (Call, StartTask)))
+    once = {r.name.casefold(): r for r in program.routines if counts[r.name.casefold()] == 1}
+    others = [s for s in program.statements() if not calls_nothing(s)] if once else []
+    values = {e.routine.casefold() for s in others for e in expressions_of(s) if type(e) is CallValue}
+    inner = {name: r for name, r in once.items() if name not in values and _runs_through(r)}
+    walker = _Walker(Walk(program), symbols, inner)
+    for routine in sorted(program.routines, key=lambda one: one.name != main):
+        if routine.name not in walker.done:
+            walker.begin(routine.name == main and not counts[main.casefold()])
+            walker.through(routine)
+            walker.end()
+    return walker.walk
+
+
+def _runs_through(routine: Routine) -> bool:
+    """Whether a routine runs from its first to its last statement."""
+    kinds = {type(s) for s in routine.body[:-1]} | {type(s) for s in routine.body[-1:] if type(s) is not End}
+    return all(
+        kind in (Move, Call) or kind.__name__ in _BETWEEN or kind.__name__ in _SETTING for kind in kinds
+    )
+
+
+@dataclass(slots=True)
+class _Walker:
+    """Follows a program as far as the text shows where it runs; `inner`: routines that one call leads into and out of.
+
+    `before`: the last move, whose pose is the last one, None where that is not known; `first`: no move came before;
+    `whole`: nothing branched so far; `latest`: the last move.
+    """
+
+    walk: Walk
+    symbols: Symbols
+    inner: dict[str, Routine]
+    done: set[str] = field(default_factory=set)
+    before: Move | None = None
+    latest: Move | None = None
+    first: bool = False
+    whole: bool = False
+
+    def begin(self, main: bool) -> None:
+        self.whole = self.first = main
+        self.before = self.latest = None
+
+    def end(self) -> None:
+        if self.whole and self.latest is not None:
+            self.walk.last.append(self.latest)
+
+    def through(self, routine: Routine) -> None:
+        self.done.add(routine.name)
         for s in routine.body:
-            if type(s) is not Move:
-                if type(s).__name__ in _SETTING and not any(type(e) is CallValue for e in expressions_of(s)):
-                    before = before if _keeps_systems(s) else None
-                elif type(s).__name__ not in _BETWEEN:
-                    before, first = None, False
-                continue
-            pose = _pose(s, routine.name, symbols)
-            if pose is not None and before is not None and _same_place(before, s):
-                pairs.append((s, len(poses) - 1, len(poses)))
-            elif first:
-                found[id(s)] = (0.0, 0.0)
-            if pose is not None:
-                poses.append(pose)
-            before, first = (None if pose is None else s), False
-    if pairs:
-        moves, start, end = zip(*pairs, strict=True)
-        lengths, turns = _between(np.array(poses), list(start), list(end))
-        for s, length, turn in zip(moves, lengths, turns, strict=True):
-            if length == length and turn == turn:  # all components are written
-                found[id(s)] = (length, turn)
-    return found
+            if type(s) is Move:
+                self._move(s, routine.name)
+            elif type(s).__name__ not in _BETWEEN and not (type(s) is End and s is routine.body[-1]):
+                self._other(s)
+
+    def _other(self, s: Statement) -> None:
+        if type(s).__name__ in _SETTING and not any(type(e) is CallValue for e in expressions_of(s)):
+            self.before = self.before if _keeps_systems(s) else None
+            return
+        called = self.inner.get(s.routine.casefold()) if type(s) is Call else None
+        if (
+            type(s) is Call
+            and called is not None
+            and called.name not in self.done
+            and not (s.jump or s.condition is not None)
+            and not any(type(e) is CallValue for e in expressions_of(s))
+        ):
+            self.through(called)
+            return
+        self.before, self.first, self.whole = None, False, False
+
+    def _move(self, s: Move, routine: str) -> None:
+        walk, before = self.walk, self.before
+        pose = _pose(s, routine, self.symbols)
+        if pose is not None and before is not None and _same_place(before, s):
+            walk.pairs.append((before, s, len(walk.poses) - 1, len(walk.poses)))
+        elif self.first:
+            walk.first.append(s)
+        if pose is not None:
+            walk.poses.append(pose)
+        self.before, self.latest, self.first = (None if pose is None else s), s, False
 
 
 def _between(poses: Array, start: list[int], end: list[int]) -> tuple[list[float], list[float]]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from olp.interpreter.world import World
     from olp.plan import Plan
     from olp.robot import Robot
+    from olp.translate.straight import Walk
 
 
 class Fate(StrEnum):
@@ -137,6 +138,7 @@ class Work:
     asks: dict[str, dict[str, None]] = field(
         default_factory=dict
     )  # what is to be done before it runs -> with what
+    walk: Walk | None = None  # through the program as it is before its speeds are converted
     _cell: list[Cell] = field(default_factory=list)
     _plan: list[Plan | None] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
