@@ -1,4 +1,4 @@
-"""Reading a Yaskawa controller's backup: tools, frames, variables, macros, parameters, system."""
+"""Reading a Yaskawa controller's backup: tools, frames, variables, macros, parameters, system; KUKA's machine data."""
 
 from olp.backup.backup import Backup, read_backup
 from olp.backup.import_check import check_import

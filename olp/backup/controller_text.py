@@ -87,12 +87,12 @@ class Findings:
         return (*self._found, rest)
 
 
-def read_rows(path: Path, findings: Findings, encoding: str = "cp1252") -> tuple[Row, ...]:
+def read_rows(path: Path, findings: Findings, encoding: str = "cp1252", last: str = "") -> tuple[Row, ...]:
     """All lines of a controller file; () with an error finding when it cannot be read or is beyond
     `MAX_BYTES`.
 
     Accepts CRLF, LF and bare CR, a final 0x1A and a missing last line end (reported: its last row may be
-    cut).
+    cut, unless it is `last`).
     """
     try:
         with path.open("rb") as stream:
@@ -108,8 +108,8 @@ def read_rows(path: Path, findings: Findings, encoding: str = "cp1252") -> tuple
         return ()
     text = data.rstrip(b"\x1a").decode(encoding, errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
-    complete = not lines[-1]
-    if complete:
+    complete = not lines[-1] or lines[-1].strip().upper() == last
+    if not lines[-1]:
         lines.pop()
     rows = tuple(
         Row(number, line) if len(line) <= MAX_ROW else _left_out(number, line, findings)

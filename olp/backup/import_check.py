@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Final
 
 from olp.backup.backup import Backup
@@ -10,11 +9,11 @@ from olp.backup.frame_check import FrameAgreement, Stance, find_stance
 from olp.backup.parameters import GroupParameters
 from olp.backup.plausibility import axis_name, has_links, implausible
 from olp.backup.system_sys import ControlGroup
+from olp.backup.toml_text import ROBOT_NAME
 from olp.diagnostic import Diagnostic, Severity, error, info, warning
 from olp.units import deg, mm
 
 MAKER: Final = "Yaskawa"
-_NAME: Final = re.compile(r"[a-z0-9][a-z0-9._-]{0,40}/[a-z0-9][a-z0-9._-]{0,60}")
 
 
 def check_import(backup: Backup, group: str = "R1", name: str = "") -> tuple[Diagnostic, ...]:
@@ -25,7 +24,7 @@ def check_import(backup: Backup, group: str = "R1", name: str = "") -> tuple[Dia
     """
     used = ("SYSTEM.SYS", ".PRM")
     found = [d for d in backup.diagnostics if d.file.upper().endswith(used) or not backup.files]
-    if name and not _NAME.fullmatch(name.lower()):
+    if name and not ROBOT_NAME.fullmatch(name.lower()):
         says = "maker/model, for example yaskawa/gp25"
         found.append(error("B010", f"{name!r} is not a robot name", help=says))
         name = ""

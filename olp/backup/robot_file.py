@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import lru_cache
 
 from olp.backup.backup import Backup
@@ -16,6 +15,7 @@ from olp.backup.import_check import (
 )
 from olp.backup.parameters import LINK_SLOTS, ZONE_SLOTS, GroupParameters
 from olp.backup.plausibility import axis_name, has_links, shortest_degrees
+from olp.backup.toml_text import plain, quoted, shown
 from olp.diagnostic import raise_errors
 from olp.units import deg, mm, ms
 
@@ -43,11 +43,11 @@ def robot_toml(backup: Backup, group: str = "R1", name: str = "") -> str:
         "]",
     ]
     if number in backup.zones:
-        rows += ["", f"blend_zones_mm = [{', '.join(_shown(zone / mm) for zone in backup.zones[number])}]"]
+        rows += ["", f"blend_zones_mm = [{', '.join(shown(zone / mm) for zone in backup.zones[number])}]"]
     if group.startswith("R") and has_links(parameters):
         rows += ["", "[links]", *_links(parameters, stance)]
     sources = _sources(backup, parameters, group, stance, agreement)
-    rows += ["", "[sources]", *(f"{key} = {_quoted(text)}" for key, text in sources.items()), ""]
+    rows += ["", "[sources]", *(f"{key} = {quoted(text)}" for key, text in sources.items()), ""]
     return "\n".join(rows)
 
 
@@ -56,8 +56,8 @@ def _header(backup: Backup, group: str, parameters: GroupParameters) -> list[str
     origin = f"{system.controller or 'controller'} {system.software}".strip() if system else "controller"
     text = control.model_text if control else ""
     return [
-        f"# {_plain(group)} {_plain(text)}".rstrip(),
-        f"# Made by `olp robot import` from the backup of a {_plain(origin)}.",
+        f"# {plain(group)} {plain(text)}".rstrip(),
+        f"# Made by `olp robot import` from the backup of a {plain(origin)}.",
         f"# Slots of ///RC{parameters.group}G as {parameters.layout.controllers} lists them.",
         "# Pulses count in the sense of the joints.",
     ]
@@ -65,9 +65,9 @@ def _header(backup: Backup, group: str, parameters: GroupParameters) -> list[str
 
 def _identity(backup: Backup, group: str, name: str) -> list[str]:
     maker, model = maker_and_model(backup, group, name)
-    rows = [f"maker = {_quoted(maker)}", f"model = {_quoted(model)}"]
+    rows = [f"maker = {quoted(maker)}", f"model = {quoted(model)}"]
     if backup.system and backup.system.controller:
-        rows.append(f"controllers = [{_quoted(backup.system.controller)}]")
+        rows.append(f"controllers = [{quoted(backup.system.controller)}]")
     if not group.startswith("R"):
         rows.append('kind = "positioner"')
     return rows
@@ -76,23 +76,23 @@ def _identity(backup: Backup, group: str, name: str) -> list[str]:
 def _axis(parameters: GroupParameters, group: str, place: int) -> str:
     per_degree = parameters.pulses_per_degree[place]
     entries = {
-        "name": _quoted(axis_name(group, parameters.axes[place])),
-        "lower_deg": _shown(shortest_degrees(parameters.lower[place], per_degree)),
-        "upper_deg": _shown(shortest_degrees(parameters.upper[place], per_degree)),
-        "speed_deg_s": _shown(shortest_degrees(parameters.speeds[place], per_degree)),
+        "name": quoted(axis_name(group, parameters.axes[place])),
+        "lower_deg": shown(shortest_degrees(parameters.lower[place], per_degree)),
+        "upper_deg": shown(shortest_degrees(parameters.upper[place], per_degree)),
+        "speed_deg_s": shown(shortest_degrees(parameters.speeds[place], per_degree)),
         "pulses_per_deg": repr(per_degree),
     }
     if parameters.acceleration_times[place] > 0.0:
-        entries["acceleration_time_ms"] = _shown(parameters.acceleration_times[place] / ms)
+        entries["acceleration_time_ms"] = shown(parameters.acceleration_times[place] / ms)
     return "{ " + ", ".join(f"{key} = {value}" for key, value in entries.items()) + " }"
 
 
 def _links(parameters: GroupParameters, stance: Stance) -> list[str]:
-    rows = [f"{key}_mm = {_shown(parameters.links[key] / mm)}" for key in LINK_SLOTS]
+    rows = [f"{key}_mm = {shown(parameters.links[key] / mm)}" for key in LINK_SLOTS]
     if any(sign != 1 for sign in stance.signs):
         rows.append(f"signs = [{', '.join(map(str, stance.signs))}]")
     if any(stance.zeros):
-        rows.append(f"zero_deg = [{', '.join(_shown(zero / deg) for zero in stance.zeros)}]")
+        rows.append(f"zero_deg = [{', '.join(shown(zero / deg) for zero in stance.zeros)}]")
     return rows
 
 
@@ -127,18 +127,3 @@ def _sources(
             f"{agreement.distance / mm:.4f} mm and {agreement.angle / deg:.5f} deg (UFRAME.CND, TOOL.CND)"
         )
     return texts
-
-
-def _shown(value: float) -> str:
-    """A number without needless zeros: a TOML integer where it is whole."""
-    return f"{value:.9f}".rstrip("0").rstrip(".")
-
-
-def _quoted(text: str) -> str:
-    """A TOML basic string; JSON's escapes are among TOML's, and DEL is the one character that JSON leaves."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _plain(text: str) -> str:
-    """Text for a comment: TOML allows no control characters there."""
-    return "".join(c if c.isprintable() else "?" for c in text)
