@@ -1,5 +1,6 @@
 """Tools and frames that other files declare, files beside the program, and what a missing robot stops."""
 
+import math
 import re
 
 import pytest
@@ -91,7 +92,7 @@ def test_a_mapped_tool_of_another_module_has_its_number_and_no_loss(tmp_path, ta
     program = written(tmp_path, part_mod=RAPID).program
     one = made(program, target, tools={"TGRIPPER": "7", "tCut": "2"}, frames={"wTable": "3"})
     assert not [x for x in one.translated.losses if x.part in ("name", "tool", "frame")]
-    asked = before_it_runs(written(tmp_path, part_mod=RAPID), one.translated, target, True)
+    asked = before_it_runs(written(tmp_path, part_mod=RAPID), one.translated, target, None, True)
     assert "set tools 2, 7 and frame 3 on the controller: the program does not" in asked
     if target == "inform":
         assert {"///TOOL 7", "///USER 3", "///TOOL 2"} <= set(text_of(one).split("\r\n"))
@@ -166,7 +167,7 @@ def test_numbers_of_krl_stay_and_are_told_without_config_dat(tmp_path, target):
     if target == "rapid":
         assert any("frame 2" in x.says and "zeros are written" in x.says for x in one.translated.losses)
     else:
-        asked = before_it_runs(written(tmp_path, part_src=krl(*rows)), one.translated, target, True)
+        asked = before_it_runs(written(tmp_path, part_src=krl(*rows)), one.translated, target, None, True)
         assert "set tool 8 and frame 2 on the controller: the program does not" in asked
 
 
@@ -195,6 +196,60 @@ def test_both_runs_have_the_values_that_the_controller_is_to_hold(tmp_path, targ
     found = difference(program, one, target)
     assert found.steps
     assert found.worst_position < 1e-5
+
+
+# --- KRL writes its own tools and frames ---
+
+FRAMES = [
+    "DEFDAT $CONFIG PUBLIC", "DECL FRAME BASE_DATA[32]", "BASE_DATA[1]={X 5,Y 6,Z 7,A 0,B 0,C 0}",
+    "BASE_DATA[2]={X 300,Y -40,Z 15,A 12,B 0,C 0}", "ENDDAT", "",
+]  # fmt: skip
+WHOLE = krl(
+    "BASE_DATA[2]={X 210,Y -35,Z 20,A 15,B 0,C 0}", "TOOL_DATA[1]={X 3,Y 2,Z 140,A 0,B 10,C 0}",
+    "$TOOL=TOOL_DATA[1]", "$BASE=BASE_DATA[2]", "$VEL.CP=0.5", "LIN {X 400,Y 90,Z 300,A 10,B 20,C 170}",
+    "BASE_DATA[2]={X 230,Y -30,Z 45,A 25,B 0,C 0}", "$BASE=BASE_DATA[2]", "LIN {X 400,Y 90,Z 300,A 10,B 20,C 170}",
+    "$BASE=BASE_DATA[1]", "LIN {X 620,Y 60,Z 320,A 10,B 20,C 170}",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("config", [False, True])
+@pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
+def test_a_frame_that_krl_sets_as_a_whole_is_set_in_the_target(tmp_path, target, config):
+    if config:
+        (tmp_path / "$config.dat").write_text("\r\n".join(FRAMES))
+    program = written(tmp_path, part_src=WHOLE).program
+    one = made(program, target)
+    plan = program.plan(robot=ROBOT)
+    places = [plan.positions.position[int(at)].tolist() for at in plan.moves.target[:2]]
+    assert math.dist(*places) > 0.03  # the same numbers in a frame that has moved
+    found = difference(program, one, target)
+    assert found.steps == 3
+    assert found.worst_position < 1e-5
+    if target in ("inform", "tp"):
+        assert {"inform": "MFRAME UF#(2)", "tp": "UFRAME[2]="}[target] in text_of(one)
+
+
+ELEMENTS = [
+    ("BASE_DATA[2].X = 100.0", "one element of a frame"),
+    ("TOOL_DATA[1].Z = TOOL_DATA[1].Z + 5", "one element of a tool"),
+    ("BASE_DATA[nOwn] = {X 1,Y 2,Z 3,A 0,B 0,C 0}", "computed while the program runs"),
+]
+
+
+@pytest.mark.parametrize(("row", "reason"), ELEMENTS)
+@pytest.mark.parametrize("config", [False, True])
+@pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
+def test_an_element_of_a_frame_is_no_register_that_other_variables_have(
+    tmp_path, target, config, row, reason
+):
+    if config:
+        (tmp_path / "$config.dat").write_text("\r\n".join(FRAMES))
+    rows = ["DECL INT nOwn", "DECL REAL rKept", "nOwn = 2", row, "rKept = 2.5", "WAIT SEC rKept"]
+    program = written(tmp_path, part_src=krl(*rows)).program
+    one = made(program, target, on_loss="comment")
+    told = [(x.line, x.fate) for x in one.translated.losses if reason in x.says]
+    assert told == [(5, Fate.COMMENTED)]
+    assert not [x for x in one.translated.losses if x.line == 6]
 
 
 # --- files beside the program ---------------------------------------------------------------------------------------

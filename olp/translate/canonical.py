@@ -46,6 +46,7 @@ from olp.translate.vectors import vectors
 from olp.translate.whole import whole_numbers
 from olp.translate.words import comment_texts, foreign_words
 from olp.translate.work import Context, Fate, Loss, Work, work_for
+from olp.translate.written_systems import written_systems
 
 Pass = Callable[[Program, Work], Program]
 _ROUNDS = 12  # of commenting out what the passes refuse
@@ -79,6 +80,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         schedules,
         partial,
         elsewhere,
+        written_systems,
         records,
         vectors,
         lift,

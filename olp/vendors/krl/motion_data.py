@@ -117,7 +117,7 @@ class MotionData:
         """The value of $TOOL."""
         if value == values.NULL_FRAME:
             return FrameRef("tool", Number(0))
-        return self._by_number(value, "TOOL_DATA", "tool")
+        return self.by_number(value, "TOOL_DATA", "tool")
 
     def frame(self, value: Expression) -> Expression:
         """The value of $BASE."""
@@ -125,9 +125,9 @@ class MotionData:
             return FrameRef("base")
         if type(value) is Named and value.name.upper() == "$ROBROOT":
             return FrameRef("robot")
-        return self._by_number(value, "BASE_DATA", "user")
+        return self.by_number(value, "BASE_DATA", "user")
 
-    def _by_number(self, value: Expression, array: str, kind: str) -> Expression:
+    def by_number(self, value: Expression, array: str, kind: str) -> Expression:
         """TOOL_DATA[n] as it is where a list gives its value, else by its number."""
         if isinstance(value, Item) and type(value.base) is Named and value.base.name.upper() == array:
             listed = self.scope.values.get(array)
@@ -138,12 +138,12 @@ class MotionData:
     def numbered_tool(self, number: Expression) -> Expression:
         if type(number) is Number and number.value == 0:
             return FrameRef("tool", Number(0))
-        return self._by_number(Item(Named(self.scope.spell("TOOL_DATA")), (number,)), "TOOL_DATA", "tool")
+        return self.by_number(Item(Named(self.scope.spell("TOOL_DATA")), (number,)), "TOOL_DATA", "tool")
 
     def numbered_frame(self, number: Expression) -> Expression:
         if type(number) is Number and number.value == 0:
             return FrameRef("base")
-        return self._by_number(Item(Named(self.scope.spell("BASE_DATA")), (number,)), "BASE_DATA", "user")
+        return self.by_number(Item(Named(self.scope.spell("BASE_DATA")), (number,)), "BASE_DATA", "user")
 
     # --- BAS --------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ what BAS(#PTP_PARAMS) sets. `Modal` follows the text and forgets at labels and b
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 from olp.expression import (
@@ -40,6 +41,7 @@ APPROXIMATION: Final = {
     "CORI": (BlendKind.TURN, deg),
 }
 _AXES = {"$VEL_AXIS", "$ACC_AXIS"}
+_SYSTEMS: Final = {"TOOL_DATA": "tool", "BASE_DATA": "user"}
 _FRAME_MEMBERS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -89,6 +91,8 @@ class Modal:
             return self._named(it, target.name.upper())
         if kind is Item and type(target.base) is Named:  # type: ignore[union-attr]
             name = target.base.name.upper()  # type: ignore[union-attr]
+            if name in _SYSTEMS:
+                return (replace(it, target=self.data.by_number(target, name, _SYSTEMS[name])),)
             return self._axis_value(it, name, target.indices[0]) if name in _AXES else (it,)  # type: ignore[union-attr]
         if isinstance(target, Member):
             return self._member(it, target)
