@@ -128,8 +128,10 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: Work) -> None:
     for s in program.statements() if unset else ():
         if s.line in lines or isinstance(s, Declare):
             continue
-        for name in sorted(name for name in _read_by(s) if name in unset):
-            says = f"it needs {name}, which line {unset[name]} sets in a way that the target cannot"
+        for name, spelled in sorted(_read_by(s).items()):
+            if name not in unset:
+                continue
+            says = f"it needs {spelled}, which line {unset[name]} sets in a way that the target cannot"
             work.lose(s, Fate.APPROXIMATED, "value", says)
 
 
@@ -150,11 +152,11 @@ def _set_by(s: Statement) -> str | None:
     return None if base is None else base.name.casefold()
 
 
-def _read_by(s: Statement) -> set[str]:
-    """Names whose values a statement takes, case folded."""
+def _read_by(s: Statement) -> dict[str, str]:
+    """Names whose values a statement takes: case folded -> as written."""
     names: set[str] = set()
     note_names(s.value if isinstance(s, Assign) and isinstance(s.target, Named) else s, names)
-    return {name.casefold() for name in names}
+    return {name.casefold(): name for name in names}
 
 
 def _commented(program: Program, routine: Routine, lines: Mapping[int, str], work: Work) -> Routine:

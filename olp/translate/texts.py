@@ -50,5 +50,5 @@ def _shorter(d: Declare) -> Declare:
 def _whole(e: Expression) -> Expression:
     if type(e) is not Item or (e.indices and e.indices[-1] != _WHOLE):
         return e
-    indices = e.indices[:-1]
-    return Item(e.base, indices) if indices else e.base
+    indices = [index for index in e.indices if index != _WHOLE]
+    return Item(e.base, tuple(indices)) if indices else e.base

@@ -150,7 +150,7 @@ def _without_options(s: Move, work: Work) -> Move:
         if name in said
     ]
     which = f"the options {', '.join(said)} mean" if len(said) > 1 else f"the option {said[0]} means"
-    work.lose(s, Fate.COMMENTED, "option", f"{which} nothing in {language_of(work.target)}")
+    work.lose(s, Fate.APPROXIMATED, "option", f"{which} nothing in {language_of(work.target)}")
     return replace(
         s, other=(), comment=" ".join([*([s.comment] if s.comment else []), f"[{' '.join(texts)}]"])
     )
