@@ -176,3 +176,21 @@ def test_single_axes_of_joint_values_are_refused_for_inform_and_who_needs_them_i
     losses = converted(AXES, "krl", "inform").translated.losses
     assert {loss.line for loss in losses if loss.leaves_out} == {7, 8, 10, 12}
     assert {loss.line for loss in losses if "it needs" in loss.says} == {9, 11, 14}
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "inform"])
+def test_a_tool_that_a_job_sets_by_counts_is_a_constant(target):
+    from translated_texts import inform
+
+    text = inform(
+        "SETE P00095 (1) -30000", "SETE P00095 (3) 40000", "SETE P00095 (5) -6000", "SETTOOL TL#(9) P00095",
+        "MOVL P00001 V=200.0 PL=0",
+        points=(
+            "///TOOL 9", "///POSTYPE BASE", "///RECTAN", "///RCONF 1,0,0,0,0,0,0,0",
+            "P00001=900.000,0.000,500.000,180.0000,0.0000,0.0000",
+            "P00095=0.000,0.000,0.000,0.0000,0.0000,0.0000",
+        ),
+    )  # fmt: skip
+    made = converted(text, "inform", target, on_loss="error")
+    plan, other = read(text, "inform").plan(robot=ROBOT), run_converted(made, target, ROBOT)
+    assert compare_plans(plan, other, speeds=False, blends=False).is_equal

@@ -42,7 +42,14 @@ from olp.program import (
     Update,
 )
 from olp.translate.lift_moves import has_names, lifted_move
-from olp.translate.lift_numbers import TYPES, arguments_of, expressions_in, numbered, whole_registers
+from olp.translate.lift_numbers import (
+    TYPES,
+    arguments_of,
+    expressions_in,
+    in_units,
+    numbered,
+    whole_registers,
+)
 from olp.translate.lift_points import Points
 from olp.translate.rewrite import mapped, sets_numbers
 from olp.translate.saved import saved_number, saved_points, saved_values
@@ -314,7 +321,7 @@ class _Lift:
                 return [Assign(line, self.value(target), mapped(signal, self._change), comment)]
             case Assign(line, Element() as element, value, comment):
                 member, scale = self._element(element)
-                return [Assign(line, member, Binary("/", self.value(value), Number(scale)), comment)]
+                return [Assign(line, member, in_units(self.value(value), scale), comment)]
             case Return(line, value, condition, comment) if value is not None and self._returns_by_register:
                 target = self._returned()
                 if condition is not None:

@@ -113,3 +113,10 @@ def _is_whole(e: Expression | None, whole: set[int]) -> bool:
             return name in ("round", "trunc", "floor", "ceil")
         case _:
             return False
+
+
+def in_units(counts: Expression, scale: int) -> Expression:
+    """[mm] or [deg] of the controller's counts."""
+    if isinstance(counts, Unary) and counts.operator == "-" and isinstance(counts.operand, Number):
+        counts = Number(-counts.operand.value)
+    return Number(counts.value / scale) if isinstance(counts, Number) else Binary("/", counts, Number(scale))

@@ -101,6 +101,8 @@ class CallRules:
         message = Message(line, self._expressions.lower(text), comment)
         if waits != State(True):
             return [Process(line, "popup", tuple(options)), message]
+        if message.text == Text("") and not options:
+            return [Pause(line, comment=comment)]  # it says nothing, and waits for the operator
         before: list[Statement] = [Process(line, "popup", tuple(options))] if options else []
         return [*before, message, Pause(line)]
 
