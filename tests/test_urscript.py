@@ -45,6 +45,7 @@ from olp.program import (
     Continue,
     Declare,
     Dwell,
+    Else,
     ElseIf,
     EndIf,
     If,
@@ -470,6 +471,20 @@ def test_blocks_on_one_line_and_over_many() -> None:
     joined = body("if (a and", "   b or  # why", "   c):", "  sync()", "end")
     assert isinstance(joined[0], If)
     assert joined[0].comment == "why"
+
+
+def test_a_whole_if_may_stand_in_one_line() -> None:
+    lines = [
+        'textmsg("if else")',
+        "if x > 1: y = 1 elif x > 2: y = 2 else: y = 3 end # why",
+        "if x: y = 1",
+        "else: y = 4 end",
+    ]
+    _, said, *found = body(*lines)
+    assert said == Message(2, Text("if else"))
+    first = [If, Assign, ElseIf, Assign, Else, Assign, EndIf]
+    assert [type(one) for one in found] == [*first, If, Assign, Else, Assign, EndIf]
+    assert [one.line for one in found if isinstance(one, (ElseIf, Else))] == [3, 3, 5]
 
 
 def test_halt_ends_the_program_and_is_kept_in_functions() -> None:

@@ -33,6 +33,7 @@ def told(*lines: str) -> Diagnostic:
     [
         (["x = (1 +"], "P550", "the line ends too early", (2, 11)),
         (["x = 1 2"], "P550", "'2' does not fit here", (2, 9)),
+        (["if x: y = 1 else: y = 1 2", "end"], "P550", "'2' does not fit here", (2, 27)),
         (["movej(q, a=)"], "P550", "')' does not fit here", (2, 14)),
         (['textmsg("open)'], "P550", "a text that is not closed", (2, 11)),
         (["x = foo(1,", "    2 3)"], "P550", "'3' does not fit here", (3, 9)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from olp import memory
@@ -26,6 +27,7 @@ _DEEP: Final = re.compile(r"[-+*/%!]|[=<>]=?|\b(?:and|or|xor|not|run)\b")
 _CHAIN: Final = re.compile(r"[\])]\s*[\[(]|\.[A-Za-z_]")
 _LONG_NUMBER: Final = re.compile(r"(?<![\w.])\d{19,}(?![\d.eE])")
 _GOES_ON: Final = re.compile(r".*(?:[-+*/%=<>,]|(?<![A-Za-z0-9_])(?:and|or|xor|not))", re.DOTALL)
+_BRANCH: Final = re.compile(r"(?<=[^A-Za-z0-9_.])(?:elif|else)(?![A-Za-z0-9_])")
 _MOST_JOINED = 300
 _MOST_UNCLOSED = 20  # after which only the next lines are looked at
 _MOST_CHARACTERS = 100_000
@@ -84,9 +86,10 @@ class LineReader:
                 continue
             if not text:
                 continue
-            line = self._mark(text, number) or self._statement(text, number)
-            number = line.last
-            yield line
+            mark = self._mark(text, number)
+            for line in [mark] if mark is not None else self._statements(text, number):
+                number = line.last
+                yield line
 
     def _quick(self, text: str) -> Instruction | None:
         """`quick`, or what it gave for the same line of an earlier text."""
@@ -125,15 +128,21 @@ class LineReader:
             return Line(number, number, Broken(text, head[1]))
         return Line(number, number, Mark(text, opaque=True))
 
-    def _statement(self, text: str, number: int) -> Line:
+    def _statements(self, text: str, number: int) -> list[Line]:
+        """The instruction that begins here; those of a whole `if` in one line, which is parted at elif and else."""
         code, comment = split_comment(text)
         last = number
         if _open_brackets(code) > 0 or _GOES_ON.fullmatch(code):
             code, comment, last = self._joined(code, comment, number)
         for place in range(number, last + 1):
             self._kinds[place - 1] = LineKind.STATEMENT
-        content = self._quick(code) or _seen.get(code) or self._parse(code, number, last)
-        return Line(number, last, content, comment)
+        parts = _branches(code)
+        found = [
+            self._quick(one) or _seen.get(one) or self._parse(one, number, last, begin)
+            for begin, one in parts
+        ]
+        comments = [""] * (len(parts) - 1) + [comment]
+        return [Line(number, last, one, said) for one, said in zip(found, comments, strict=True)]
 
     def _joined(self, code: str, comment: str, number: int) -> tuple[str, str, int]:
         """The instruction with the lines that close its brackets; alone where nothing closes them."""
@@ -152,7 +161,8 @@ class LineReader:
         self._unclosed += 1
         return code, comment, number
 
-    def _parse(self, code: str, number: int, last: int) -> Instruction | Broken:
+    def _parse(self, code: str, number: int, last: int, begin: int) -> Instruction | Broken:
+        """`begin`: where the instruction stands in its line."""
         from lark.exceptions import UnexpectedInput
 
         from olp.vendors.urscript.grammar import instruction_parser
@@ -167,7 +177,7 @@ class LineReader:
         try:
             instruction = instruction_parser().parse(code)
         except UnexpectedInput as refused:
-            self._report(refused, code, number, last)
+            self._report(refused, code, number, last, begin)
             return broken
         if len(_seen) >= _MOST_CACHED:
             _seen.clear()
@@ -193,7 +203,7 @@ class LineReader:
         self._findings.error("P553", "an instruction beyond what any controller takes", span, help)
         return True
 
-    def _report(self, refused: UnexpectedInput, code: str, number: int, last: int) -> None:
+    def _report(self, refused: UnexpectedInput, code: str, number: int, last: int, begin: int) -> None:
         from olp.vendors.urscript.problems import explain
 
         self._broken += 1
@@ -202,6 +212,7 @@ class LineReader:
         first = code.rfind("\n", 0, problem.offset) + 1
         text = self._lines[physical - 1]
         column = len(text) - len(text.lstrip(" \t\f\u00a0")) + problem.offset - first + 1
+        column += begin if first == 0 else 0
         for place in range(number, last + 1):
             self._kinds[place - 1] = LineKind.ERROR
         span = Span(physical, column, column + problem.length)
@@ -211,6 +222,15 @@ class LineReader:
         self._kinds[number - 1] = LineKind.ERROR
         message = f"more than {_MOST_BROKEN} broken lines: from here on lines new to olp are not examined"
         self._findings.once(Severity.ERROR, "P554", "", message, Span(number, 1, 2), "correct the first ones")
+
+
+def _branches(code: str) -> list[tuple[int, str]]:
+    """The instruction, parted before each elif and else that stands behind something in its line; where each begins."""
+    if "el" not in code or not _BRANCH.search(code):
+        return [(0, code)]
+    plain = _STRINGS.sub(lambda text: " " * len(text[0]), code)
+    places = [0, *(found.start() for found in _BRANCH.finditer(plain)), len(code)]
+    return [(begin, code[begin:end].strip()) for begin, end in pairwise(places)]
 
 
 def split_comment(text: str) -> tuple[str, str]:
