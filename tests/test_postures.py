@@ -273,3 +273,20 @@ def test_joints_that_are_computed_or_relative_mean_nothing_to_another_kind_of_ar
     with pytest.raises(OlpError) as caught:
         convert(program, "tp", Context(robot=arm, target_robot=fanuc))
     assert any("mean nothing to fanuc/m-20ia" in d.message for d in caught.value.diagnostics)
+
+
+def test_poses_get_the_flags_with_which_the_other_arm_stands(tmp_path):
+    """A joint move to a pose: FANUC's arm must not flip its wrist on the way, as it would with F."""
+    arm, fanuc = load_robot("universal-robots/ur10e"), load_robot("fanuc/m-20ia")
+    program = universal(
+        tmp_path,
+        "way",
+        "  movej([0.5, -1.4, 1.6, -1.7, -1.5, 0.3], a=1.4, v=1.05)\n"
+        "  movej(p[-0.4, -0.3, 0.45, 2.2, 2.2, 0.1], a=1.4, v=1.05)\n"
+        "  movel(p[-0.45, -0.3, 0.45, 2.2, 2.2, 0.1], a=1.2, v=0.25)\n",
+    )
+    made = convert(program, "tp", Context(robot=arm, target_robot=fanuc))
+    two = run_converted(made, "tp", fanuc, program)
+    axes = two.positions.axes[two.moves.target][:, :6]
+    assert np.abs(np.diff(axes, axis=0)).max() < 0.8
+    assert made.files[made.main].decode().count("'N U T, 0, 0, 0'") == 2

@@ -25,27 +25,38 @@ def same_flange(robot: Robot, other: Robot, joints: Array, start: Array) -> Arra
     is inside the limits.
 
     Both are counted from their own base. Of several the one whose upper arm and forearm point most as those of
-    `robot`, or almost so, and of these the one nearest to `start` (k,); arms with a spherical wrist have it before
-    axis 1 where they can. Raises OlpError: K001 no geometry, K002 number of axes.
+    `robot`, or almost so, and of these the one nearest to where the row before leads, the first to `start` (k,); arms
+    with a spherical wrist have it before axis 1 where they can; where no such is inside the limits, any other.
+    Raises OlpError: K001 no geometry, K002 number of axes.
     """
     position, rotation = forward(robot, joints)
-    start = np.broadcast_to(as_joints(other, start), (len(position), len(other.axes)))
+    here = as_joints(other, start)
+    found = _all_of(other, position, rotation, np.broadcast_to(here, (len(position), len(other.axes))))
     wanted = _links_of(robot, as_joints(robot, joints))
-    found = _all_of(other, position, rotation, start)
-    there = _most_alike(other, found[:, :_FRONT], wanted, start)
-    open_rows = ~within_limits(other, there).all(axis=1)
-    if open_rows.any():
-        there[open_rows] = _most_alike(other, found[open_rows], wanted[open_rows], start[open_rows])
-        there[~within_limits(other, there).all(axis=1)] = np.nan
+    there = np.full((len(found), len(other.axes)), np.nan)
+    front = found[:, :_FRONT]
+    for choice in (_most_alike(other, front, wanted), _most_alike(other, found, wanted), front, found):
+        for row in np.flatnonzero(np.isnan(there).any(axis=1)).tolist():
+            chosen = closest(other, choice[row : row + 1], _before(there, row, here))
+            if within_limits(other, chosen).all():
+                there[row] = chosen[0]
     return there
 
 
-def _most_alike(robot: Robot, found: Array, wanted: Array, start: Array) -> Array:
-    """(n, k) of `found` (n, m, k): the nearest to `start` (n, k) of those whose links point as `wanted` (n, 6)."""
+def _before(there: Array, row: int, start: Array) -> Array:
+    """(1, k): the last known of the rows (n, k) before `row`, else `start`."""
+    if row and not np.isnan(there[row - 1]).any():
+        return there[row - 1 : row]
+    known = np.flatnonzero(~np.isnan(there[:row]).any(axis=1))
+    return there[known[-1] :][:1] if len(known) else start
+
+
+def _most_alike(robot: Robot, found: Array, wanted: Array) -> Array:
+    """`found` (n, m, k) without those whose links point less as `wanted` (n, 6) than others do."""
     each = [np.sum(_links_of(robot, found[:, i]) * wanted, axis=1) for i in range(found.shape[1])]
     likeness = np.nan_to_num(np.stack(each, axis=1), nan=-np.inf)
     best = likeness.max(axis=1, keepdims=True)
-    return closest(robot, np.where((likeness >= best - _ALIKE)[:, :, None], found, np.nan), start)
+    return np.where((likeness >= best - _ALIKE)[:, :, None], found, np.nan)
 
 
 def _all_of(robot: Robot, position: Array, rotation: Array, start: Array) -> Array:

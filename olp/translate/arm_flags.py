@@ -114,7 +114,8 @@ class _Literals:
     def run(self) -> None:
         """What the plan's axes say at each line."""
         robot, work = self.work.robot, self.work
-        if robot is None or robot.geometry is None or robot.geometry.links is None:
+        other = work.target_robot or robot
+        if robot is None or other is None or not (_has_flags(robot) or _has_flags(other)):
             return
         plan = work.plan()
         if plan is None:
@@ -122,12 +123,15 @@ class _Literals:
         steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))[0]
         axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(robot.axes)]
         known = ~np.isnan(axes).any(axis=1)
-        other = work.target_robot or robot
         stands = same_posture(robot, other, axes[known])
-        if stands is None:
+        if stands is None and _has_flags(other):
+            stands = _otherwise(robot, other, axes[known])
+        elif stands is None:
             other, stands = robot, axes[known]
+        reached = ~np.isnan(stands).any(axis=1)
+        steps, stands = steps[known][reached], stands[reached]
         flags = flags_of(other, stands, work.target)
-        lines = plan.line[steps[known]].tolist()
+        lines = plan.line[steps].tolist()
         for line, found in zip(lines, flags, strict=True):
             self.at_line.setdefault(line, Counter())[found] += 1
         self._note_wound(other, stands, lines, flags)
@@ -214,6 +218,19 @@ class _Literals:
             return s
         own = _flagged(value, counts.most_common(1)[0][0])
         return s if own == common else edited(s, {"targets": (own,)})
+
+
+def _has_flags(robot: Robot) -> bool:
+    return robot.geometry is not None and robot.geometry.links is not None
+
+
+def _otherwise(robot: Robot, other: Robot, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How an arm that is built otherwise stands at axes (n, k) [rad], one after the other; nan where it cannot."""
+    from olp.kinematics.otherwise import same_flange
+
+    if robot.geometry is None or len(robot.axes) != _SIX:
+        return np.full((len(axes), _SIX), np.nan)
+    return same_flange(robot, other, axes, np.zeros(_SIX))
 
 
 def literal_of_target(e: Expression, symbols: Symbols, routine: str) -> PositionLiteral | None:

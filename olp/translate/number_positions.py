@@ -67,7 +67,7 @@ LETTERS: Final = {
 }
 MEMBERS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
 _FIRST: Final = {"inform": 0, "tp": 1}
-_NO_FLAGS: Final = (0,) * 6
+_NO_FLAGS: Final = (1, 0, 0, 0, 0, 0)  # N U T
 
 
 @dataclass(slots=True)
@@ -244,7 +244,7 @@ class Numbers:
         if self.inform or literal.kind != "pose" or literal.configuration or self.work.robot is None:
             return literal
         if not self.told:
-            says = "the source names no arm configuration: the one that its plan takes is written, check it"
+            says = "the source names no arm configuration: that of the plan is written, where not known N U T: check it"
             self.work.notes.append(says)
             self.told = True
         return PositionLiteral(literal.kind, literal.values, literal.external, _NO_FLAGS, literal.native)
