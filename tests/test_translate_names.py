@@ -360,3 +360,12 @@ def test_a_loop_over_fractions_is_refused_for_krl():
         loss.line for loss in converted(text, "rapid", "krl").translated.losses if loss.fate is Fate.COMMENTED
     ]
     assert lost == [3, 4, 5]
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
+def test_values_that_name_other_data_are_written_out_in_any_order(target):
+    data = ["CONST num both:=far+1;", "CONST num far:=2;", "VAR num row{2}:=[both,far];"]
+    rows = ["WaitTime both;", "FOR i FROM 1 TO 2 DO", "WaitTime row{i};", "ENDFOR", "row{1} := far;"]
+    text = module(*rows, data=data)
+    assert read(text, "rapid").plan(robot=ROBOT).durations.tolist() == [3.0, 3.0, 2.0]
+    assert run_elsewhere(text, "rapid", target).durations.tolist() == [3.0, 3.0, 2.0]

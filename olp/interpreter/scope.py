@@ -125,14 +125,25 @@ def declare_module(m: Machine, source: int) -> None:
 
 
 def _into(m: Machine, scope: Scope, data: tuple[Declare, ...]) -> None:
-    for declaration in data:
-        try:
-            scope[fold(m, declaration.name)] = _slot(m, declaration)
-        except StatementError as problem:
-            # A value that needs the running robot is no value; whoever reads the variable hears of it.
-            scope[fold(m, declaration.name)] = Slot(None, declaration.type, declaration.shared)
-            if problem.code != "I209":
-                m.assume(f"{declaration.name} has no value that can be known before the program runs")
+    """Makes variables; those whose value names one that is declared further down come after it."""
+    waiting = data
+    while waiting:
+        failed: list[tuple[Declare, StatementError]] = []
+        for declaration in waiting:
+            try:
+                scope[fold(m, declaration.name)] = _slot(m, declaration)
+            except StatementError as problem:
+                failed.append((declaration, problem))
+        if len(failed) == len(waiting):
+            break
+        waiting = tuple(declaration for declaration, _ in failed)
+    else:
+        return
+    for declaration, problem in failed:
+        # A value that needs the running robot is no value; whoever reads the variable hears of it.
+        scope[fold(m, declaration.name)] = Slot(None, declaration.type, declaration.shared)
+        if problem.code != "I209":
+            m.assume(f"{declaration.name} has no value that can be known before the program runs")
 
 
 def _slot(m: Machine, s: Declare) -> Slot:

@@ -18,6 +18,7 @@ from olp.translate.blends import blends
 from olp.translate.configurations import configurations
 from olp.translate.elsewhere import elsewhere
 from olp.translate.externals import externals
+from olp.translate.first_values import first_values
 from olp.translate.flat import executed
 from olp.translate.flow import flow
 from olp.translate.frames import frames
@@ -85,6 +86,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         vectors,
         lift,
         undeclared,
+        first_values,
         array_bounds,
         known_systems,
         postures,
