@@ -132,8 +132,8 @@ def _into(m: Machine, scope: Scope, data: tuple[Declare, ...]) -> None:
         for declaration in waiting:
             try:
                 scope[fold(m, declaration.name)] = _slot(m, declaration)
-            except StatementError as problem:
-                failed.append((declaration, problem))
+            except StatementError as found:
+                failed.append((declaration, found))
         if len(failed) == len(waiting):
             break
         waiting = tuple(declaration for declaration, _ in failed)
