@@ -43,7 +43,7 @@ def candidates_for_pulses(min_pulses: Sequence[float], max_pulses: Sequence[floa
     """
     low, high = np.asarray(min_pulses, dtype=np.float64), np.asarray(max_pulses, dtype=np.float64)
     fits = []
-    for name in robot_names():
+    for name in _with_pulses():
         robot = _library_robot(name)
         if len(robot.axes) != len(low) or not robot.knows_pulses:
             continue
@@ -52,6 +52,12 @@ def candidates_for_pulses(min_pulses: Sequence[float], max_pulses: Sequence[floa
             used = float(np.mean((end - start) / (robot.upper - robot.lower)))
             fits.append(PulseFit(robot, used))
     return sorted(fits, key=lambda fit: (-fit.used, fit.robot.name))
+
+
+@cache
+def _with_pulses() -> tuple[str, ...]:
+    """Names of the robots whose files state pulses: reading all of them would cost a small job more than its run."""
+    return tuple(name for name in robot_names() if b"pulses_per_" in (_FOLDER / f"{name}.toml").read_bytes())
 
 
 @lru_cache(maxsize=256)
