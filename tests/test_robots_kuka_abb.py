@@ -316,6 +316,7 @@ def test_a_base_that_is_higher_above_the_floor_is_told(source):
     (base,) = [loss for loss in made.translated.losses if loss.part == "base"]
     assert "higher" in base.says
     assert base.size == pytest.approx(load_robot("yaskawa/gp25").geometry.base_height / mm)
+    assert ("505 mm higher",) in made.translated.asks.values()
 
 
 def test_an_axis_that_must_turn_back_is_told_with_its_line(source):

@@ -46,6 +46,10 @@ def postures(program: Program, work: Work) -> Program:
         where = "higher" if above > 0 else "lower"
         says = f"{other.name} counts poses from an origin that is {where}: those in the base are carried as written"
         work.lose(0, Fate.APPROXIMATED, "base", says, abs(above) / mm, "mm")
+        moved = (
+            "frames and poses of the base lie elsewhere in the cell: shift them, or mount the arm otherwise"
+        )
+        work.ask(moved, f"{abs(above) / mm:g} mm {where}")
     return own.program(program)
 
 
