@@ -133,7 +133,7 @@ def test_the_fast_path_gives_what_the_grammar_gives() -> None:
             rng.choice("JLA"),
             rng.choice(["P[3]", "P[12:up, left]", "P[0003]"]),
             rng.choice(NUMBERS) + rng.choice(["%", "mm/sec", "cm/min", "inch/min", "deg/sec", "sec", "msec"]),
-            rng.choice(["FINE", "CNT0", "CNT55", "CNT100"]),
+            rng.choice(["FINE", "CNT0", "CNT55", "CNT100", "CR12.5", "CR0", "CD25", "CR3.50"]),
             *rng.choice([[], ["ACC80"], ["ACC100", "COORD"], ["COORD", "PTH"], ["BREAK"]]),
         ]
         text = rng.choice([" ", "  "]).join(words)
@@ -144,6 +144,7 @@ def test_the_fast_path_gives_what_the_grammar_gives() -> None:
         (slow,) = instruction_parser().parse(text)
         assert quick == replace(slow, line=7), text
         assert quick.speed.native == slow.speed.native
+        assert quick.blend.native == slow.blend.native
     assert taken > 1000
 
 
@@ -152,6 +153,7 @@ def test_plain_moves_do_not_need_the_grammar() -> None:
         "L P[1] 100mm/sec FINE",
         'J P[2:"home"] 50% CNT100 ACC80',
         "L P[3] WELD_SPEED CNT100 COORD PTH",
+        "L P[4] 250mm/sec CR12.5",
     ):
         assert fast.MOVE_LINE.fullmatch(text)
 

@@ -10,15 +10,16 @@ import re
 from typing import Final
 
 from olp.expression import Number, Quantity, Store, Taught
-from olp.program import Blend, BlendKind, Move, Path, Speed
+from olp.program import Blend, Move, Path, Speed
 from olp.units import mm
 from olp.vendors.tp import values
 from olp.vendors.tp.moves import WELD_SPEED, kept
 
 _NUMBER = r"(?!0+(?:\.0*)?(?![\d.]))\d{1,9}(?:\.\d{1,9})?"
+_CORNER = r"FINE|CNT\d{1,3}|C[RD]\d{1,4}(?:\.\d{1,6})?"
 MOVE_LINE: Final = re.compile(
     r"([JLA]) {1,4}P\[(\d{1,6})(?::[^\]]*)?\] {1,4}"
-    rf"({_NUMBER}(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)|WELD_SPEED) {{1,4}}(FINE|CNT\d{{1,3}})"
+    rf"({_NUMBER}(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)|WELD_SPEED) {{1,4}}({_CORNER})"
     r"(?: {1,4}ACC(\d{1,3}))?((?: {1,4}(?:COORD|PTH|RTCP|BREAK))*)\s*",
     re.ASCII,
 )
@@ -81,5 +82,8 @@ class MoveLines:
 
     def _blend(self, text: str) -> Blend:
         if text not in self._blends:
-            self._blends[text] = Blend(BlendKind.SPEED, Quantity(Number(int(text[3:])), values.PERCENT))
+            word = "CNT" if text[1] == "N" else text[:2]
+            kind, scale = values.CORNERS[word]
+            size = Quantity(Number(values.number(text[len(word) :])), scale)
+            self._blends[text] = Blend(kind, size, "" if word == "CNT" else word)
         return self._blends[text]
