@@ -15,7 +15,7 @@ from olp.points import PointKind
 from olp.program import Declare, Move, Program, Routine, SetFrame, SetTool, Statement
 from olp.translate.frame_names import system_label
 from olp.translate.here import systems_of
-from olp.translate.rewrite import calls_nothing, edited, expressions_of, mapped
+from olp.translate.rewrite import calls_nothing, edited, expressions_of, mapped, sets_numbers
 from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Elsewhere, Work, world_of
 
@@ -50,7 +50,7 @@ def _systems(s: Statement) -> Iterator[tuple[str, Expression]]:
         e = getattr(s, name)
         if e is not None and type(e) is not FrameRef:
             yield _KINDS[name], e
-    if not calls_nothing(s):
+    if not calls_nothing(s) and not sets_numbers(s):
         for e in expressions_of(s):
             for kind, part in zip(("tool", "user"), systems_of(e) or (), strict=False):
                 if part is not None:

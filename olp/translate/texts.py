@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from olp.expression import Expression, Item, Named, Unknown
 from olp.program import Declare, Program, Statement
-from olp.translate.rewrite import calls_nothing, expressions_of, mapped
+from olp.translate.rewrite import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.translate.work import Fate, Work
 
 _WHOLE = Unknown("")  # an index that is left out
@@ -24,7 +24,7 @@ def texts(program: Program, work: Work) -> Program:
     routines = tuple(
         replace(
             r,
-            body=tuple([s if calls_nothing(s) else _row(s, rows, work) for s in r.body]),
+            body=tuple([s if calls_nothing(s) or sets_numbers(s) else _row(s, rows, work) for s in r.body]),
             data=tuple(map(_shorter, r.data)),
         )
         for r in program.routines
