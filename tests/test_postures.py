@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from test_kinematics_oracles import assert_same_solutions, eaik_robot, matrices, random_joints
 
 import olp
@@ -290,3 +291,36 @@ def test_poses_get_the_flags_with_which_the_other_arm_stands(tmp_path):
     axes = two.positions.axes[two.moves.target][:, :6]
     assert np.abs(np.diff(axes, axis=0)).max() < 0.8
     assert made.files[made.main].decode().count("'N U T, 0, 0, 0'") == 2
+
+
+SEED = [0.5, -1.4, 1.6, -1.7, -1.5, 0.3]
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_a_seed_beside_a_pose_is_no_target(tmp_path, target):
+    arm = load_robot("universal-robots/ur10e")
+    program = universal(
+        tmp_path,
+        "way",
+        f"  movej({SEED}, a=1.4, v=1.05)\n"
+        f"  movej(get_inverse_kin(p[-0.4, -0.3, 0.45, 2.2, 2.2, 0.1], qnear={SEED}), a=1.4, v=1.05)\n",
+    )
+    made = convert(program, target, Context(robot=arm))
+    one, two = program.plan(robot=arm), run_converted(made, target, arm, program)
+    axes = [p.positions.axes[p.moves.target][:, :6] for p in (one, two)]
+    assert np.abs(axes[0][1] - SEED).max() > 0.05
+    np.testing.assert_allclose(axes[0], axes[1], atol=1e-5)
+
+
+def test_joint_values_beside_a_pose_that_reach_it_stay_as_they_are_written(tmp_path):
+    """Every arm is calibrated a little otherwise, and its own joint values are the better ones."""
+    arm = load_robot("universal-robots/ur10e")
+    x, y, z = forward(arm, np.array([SEED]))[0][0] + [0.0005, 0.0, -0.0005]
+    rotation = Rotation.from_matrix(forward(arm, np.array([SEED]))[1][0]).as_rotvec()
+    pose = ", ".join(f"{v:.9f}" for v in (x, y, z, *rotation))
+    program = universal(
+        tmp_path, "way", f"  movej(get_inverse_kin(p[{pose}], qnear={SEED}), a=1.4, v=1.05)\n"
+    )
+    made = convert(program, "krl", Context(robot=arm))
+    text = made.files[made.main].decode() + made.files.get("way.dat", b"").decode()
+    assert "A1 28.647889757,A2 -80.214091318,A3 91.673247221" in text

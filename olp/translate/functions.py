@@ -9,21 +9,22 @@ import numpy as np
 
 from olp.expression import Binary, Expression, FrameRef, Function, Named, Number, PositionLiteral
 from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
+from olp.plan import StepKind
 from olp.program import Assign, Move, Path, Program, Statement
 from olp.translate.records import literal_of
 from olp.translate.rewrite import mapped
 from olp.translate.symbols import Symbols, kind_of_value, symbols_of
-from olp.translate.work import Work
+from olp.translate.work import Fate, Work
 from olp.units import deg
 
 _ZEROS = (Number(0), Number(0.0))
+_NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that reach a pose
 
 
 def functions(program: Program, work: Work) -> Program:
     """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
     symbols = symbols_of(program)
-    geometry = None if work.robot is None else work.robot.geometry
-    flagged = geometry is not None and geometry.links is not None
+    flagged = any(r is not None and r.geometry and r.geometry.links for r in (work.robot, work.target_robot))
     goals = _goals(program)
     routines = []
     for routine in program.routines:
@@ -36,7 +37,9 @@ def functions(program: Program, work: Work) -> Program:
         for s in routine.body:
             if isinstance(s, Move) and s.path is Path.JOINT and work.target != "urscript":
                 s = _in_frame(s, goals, symbols, routine.name)
-                s = replace(s, targets=tuple(_joints(t, symbols, routine.name, flagged) for t in s.targets))
+                s = replace(
+                    s, targets=tuple(_joints(t, symbols, routine.name, flagged, work, s) for t in s.targets)
+                )
             if work.target == "krl" and isinstance(s, Assign):
                 s = _rounded(s, symbols, routine.name)
             plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
@@ -94,15 +97,33 @@ def _in_frame(s: Move, goals: set[str], symbols: Symbols, routine: str) -> Move:
     return replace(s, frame=frame, targets=(replace(e, arguments=(pose, *e.arguments[1:])),))
 
 
-def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool) -> Expression:
+def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool, work: Work, s: Move) -> Expression:
     """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints written beside it."""
     if not isinstance(e, Function) or e.name != "inverse":
         return e
     if len(e.arguments) > 1 and not flagged:
         near = symbols.fixed_value(routine, e.arguments[1])
         if isinstance(near, PositionLiteral) and near.kind == "joint":
-            return e.arguments[1]
+            return _reached(near, work, s) or e.arguments[1]
     return e.arguments[0]
+
+
+def _reached(near: PositionLiteral, work: Work, s: Move) -> PositionLiteral | None:
+    """The joints with which the plan reaches the pose of a move, None where they are `near` or nobody knows them."""
+    plan = None if work.robot is None else work.plan()
+    if plan is None or work.robot is None:
+        return None
+    steps = np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0) & (plan.line == s.line))
+    axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(work.robot.axes)]
+    if not len(axes) or np.isnan(axes).any() or len(near.values) != axes.shape[1]:
+        return None
+    if np.abs(axes - np.array(near.values)).max() < _NEAR:
+        return None
+    if np.ptp(axes, axis=0).max() > _NEAR:
+        says = "the joint values beside the pose do not reach it, and those that do are not always the same"
+        work.lose(s, Fate.APPROXIMATED, "joints", says)
+        return None
+    return replace(near, values=tuple(map(float, axes[0])))
 
 
 def _plain(e: Expression) -> Expression:
