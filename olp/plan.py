@@ -28,9 +28,6 @@ Floats = NDArray[np.float64]
 PATHS: tuple[Path, ...] = tuple(Path)
 
 
-VALUES = frozenset({"I203", "I209"})  # findings that a value is not known: the statement is left out
-
-
 class StepKind(IntEnum):
     """What a step is; the row index of the step points into the columns of that kind."""
 

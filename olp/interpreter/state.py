@@ -15,8 +15,10 @@ from olp.interpreter.memory import Key, Memory, PositionValue, Scope, Value
 from olp.interpreter.recorder import Recorder
 from olp.interpreter.world import World, group_names
 from olp.moves import BlendKind
-from olp.plan import VALUES, CallSpan
+from olp.plan import CallSpan
 
+# Codes of findings that a value is not known: the statement is left out.
+VALUE_IS_UNKNOWN = frozenset({"I203", "I209"})
 # What a handler returns: nothing (go on), the index of the next statement, or this: the call stack changed.
 OTHER_FRAME = -1
 
@@ -175,7 +177,7 @@ class Machine:
             finding = Diagnostic(
                 finding.code, finding.message, fault.severity, source.path, *span, fault.help, text
             )
-        if fault.code in VALUES and self.recorder.unknown < 0:
+        if fault.code in VALUE_IS_UNKNOWN and self.recorder.unknown < 0:
             self.recorder.unknown = len(self.recorder)
         self.report(finding)
 

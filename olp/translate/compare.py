@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.plan import PATHS, VALUES, BlendCode, Plan, StepKind
+from olp.interpreter.state import VALUE_IS_UNKNOWN
+from olp.plan import PATHS, BlendCode, Plan, StepKind
 from olp.program import Path
 from olp.units import deg, mm
 
@@ -83,7 +84,7 @@ def compare_plans(
     loose = loose or {}
     first, second = steps_of(one, without), steps_of(other)
     result = _compared(first, second, (position, angle), speeds, blends, loose)
-    result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUES))
+    result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
     if one.unknown < 0 or result.is_equal:
         return result
     known = steps_of(one, without, stop=one.unknown)
