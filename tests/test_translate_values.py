@@ -194,3 +194,43 @@ def test_a_tool_that_a_job_sets_by_counts_is_a_constant(target):
     made = converted(text, "inform", target, on_loss="error")
     plan, other = read(text, "inform").plan(robot=ROBOT), run_converted(made, target, ROBOT)
     assert compare_plans(plan, other, speeds=False, blends=False).is_equal
+
+
+REFERENCES = module(
+    f"walk {POSES[0]}, n;",
+    "count n;",
+    "WaitTime n / 10;",
+    "ENDPROC",
+    "PROC walk(VAR robtarget p, VAR num k)",
+    "inner p, k;",
+    "ENDPROC",
+    "PROC inner(VAR robtarget p, VAR num k)",
+    "FOR i FROM 1 TO k DO",
+    "MoveL Offs(p,0,10*i,0), v100, fine, tGrip;",
+    "ENDFOR",
+    "ENDPROC",
+    "PROC count(VAR num k)",
+    "IF k > 5 RETURN;",
+    "k := k + 1;",
+    data=(
+        "PERS tooldata tGrip := [TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+        "VAR num n := 2;",
+    ),
+)
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "rapid"])
+def test_parameters_that_are_handed_back(target):
+    made = converted(REFERENCES, "rapid", target, on_loss="error")
+    plan, other = read(REFERENCES, "rapid").plan(robot=ROBOT), run_converted(made, target, ROBOT)
+    assert compare_plans(plan, other, speeds=False, blends=False).is_equal
+    assert other.durations.tolist() == pytest.approx([0.3])
+
+
+def test_a_constant_tool_may_be_handed_to_a_routine_that_could_change_it():
+    text = module(
+        "go tool0;", "ENDPROC", "PROC go(PERS tooldata t)", f"MoveL {POSES[0]}, v100, fine, t;"
+    )  # fmt: skip
+    plan = read(text, "rapid").plan(robot=ROBOT)
+    assert len(plan.moves) == 1
+    assert not plan.stop_reason

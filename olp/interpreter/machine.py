@@ -156,7 +156,10 @@ def _run_frame(m: Machine) -> None:
             if following == OTHER_FRAME or m.stop_reason:
                 return
             pc = following
-    flow.leave(m)
+    try:
+        flow.leave(m)
+    except (StatementError, OlpError, OverflowError) as problem:
+        _report(m, problem)
 
 
 def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> None:

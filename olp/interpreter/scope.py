@@ -6,7 +6,7 @@ another file that shares it. Files of the folder are read when no file read so f
 
 from __future__ import annotations
 
-from olp.expression import Expression, Number, RecordLiteral
+from olp.expression import Expression, Item, Member, Named, RecordLiteral, Variable
 from olp.interpreter.arithmetic import round_half_away
 from olp.interpreter.jobs import Job
 from olp.interpreter.memory import Array, PositionValue, Record, Scope, Slot, Value
@@ -14,6 +14,7 @@ from olp.interpreter.state import Machine, StatementError
 from olp.program import Declare, Parameter
 
 _MOST_ITEMS = 100_000  # of an array; controllers stop far below
+_STORABLE = (Named, Item, Member, Variable)  # what a routine hands a value back to; a constant stays
 _ZEROS: dict[str, Value] = {"integer": 0, "real": 0.0, "boolean": False, "string": "", "character": ""}
 
 
@@ -203,7 +204,7 @@ def bind(
         slot = find_slot(m, given.name) if parameter.by_reference and isinstance(given, Named) else None
         if slot is None:
             slot = Slot(fitted(parameter.type, copied(evaluate(m, given))), parameter.type)
-            if parameter.by_reference and not isinstance(given, Number):
+            if parameter.by_reference and isinstance(given, _STORABLE):
                 outs.append((key, given))
         scope[key] = slot
     return scope, outs

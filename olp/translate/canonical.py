@@ -36,6 +36,7 @@ from olp.translate.partial import partial
 from olp.translate.postures import postures
 from olp.translate.prune import prune
 from olp.translate.records import records
+from olp.translate.references import references
 from olp.translate.relative import relative
 from olp.translate.schedules import schedules
 from olp.translate.signals import signals
@@ -95,6 +96,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         externals,
         *((executed,) if work.context.flat else ()),
         configurations,
+        references,
         arguments,
         functions,
         relative,
