@@ -246,3 +246,29 @@ def test_every_run_of_any_loop_ends(tmp_path: Path) -> None:
     """
     plan = run(program(body), assumptions=Assumptions(), max_steps=5000)
     assert plan.stop_reason
+
+
+def test_an_endless_loop_stays_endless_around_one_that_is_left(tmp_path):
+    import olp
+
+    script = tmp_path / "a.script"
+    script.write_text(
+        """def f():
+  while (True):
+    movel(p[0.3, 0, 0.4, 0, 3.14, 0])
+    n = 0
+    while (True):
+      n = n + 1
+      movel(p[0.3, 0.01, 0.4, 0, 3.14, 0])
+      if (n >= 3):
+        break
+      end
+    end
+    movel(p[0.3, 0.2, 0.4, 0, 3.14, 0])
+  end
+end
+"""
+    )
+    plan = olp.read(script).plan(max_steps=10_000)
+    assert len(plan.moves) == 5
+    assert "has no end" in plan.stop_reason

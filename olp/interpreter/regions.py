@@ -56,7 +56,7 @@ class Region:
 
 def region(body: tuple[Statement, ...], flow: ControlFlow, first: int, last: int) -> Region:
     """The region of the loop from `first` to the statement `last` that leads back."""
-    exits = tuple(i for i in range(first, last) if _leaves(body[i], flow, first, last))
+    exits = tuple(i for i in range(first, last) if _leaves(body, i, flow, first, last))
     exits += tuple(i for i in range(first, last) if _around(body[i], flow, i, last))
     deciding = list(_conditions(body[last]))
     if isinstance(body[first], While):
@@ -89,13 +89,14 @@ def _behind(body: tuple[Statement, ...], flow: ControlFlow, inside: range, reads
     return found
 
 
-def _leaves(statement: Statement, flow: ControlFlow, first: int, last: int) -> bool:
+def _leaves(body: tuple[Statement, ...], index: int, flow: ControlFlow, first: int, last: int) -> bool:
+    statement = body[index]
     if isinstance(statement, (Return, End)):
         return True
     if isinstance(statement, Call):
         return statement.jump
     if isinstance(statement, Break):
-        return True
+        return flow.loop.get(index, first) <= first  # one of a loop inside ends that one
     if isinstance(statement, Jump):
         target = flow.labels.get(statement.target) if isinstance(statement.target, str) else None
         return target is None or not first <= target <= last

@@ -21,6 +21,7 @@ _ANGLE = 0.0001 * deg  # [rad]
 _STILL = 0.002 * mm  # [m] a shorter move goes nowhere
 _TURN = 0.0002 * deg  # [rad]
 _SAME = 1e-6  # relative
+_INSTANT = 1e-6  # [s] by which points that are rounded change a move
 
 
 class Step(NamedTuple):
@@ -150,6 +151,8 @@ def _compare_speeds(a: Step, b: Step, where: str, result: Comparison) -> None:
         if math.isnan(x) or math.isnan(y) or max(x, y) <= 0.0:
             continue
         off = abs(x - y) / max(x, y)
+        if off > 1e-4 and name != "speed" and abs(x - y) <= _INSTANT:
+            continue
         result.worst_speed = max(result.worst_speed, off)
         if off > 1e-4:
             result.differences.append(f"{where}: {name} {x:g} and {y:g}")
