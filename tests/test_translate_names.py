@@ -5,6 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from tp_listings import listing
 from translate_programs import VENDORS, own_program
 from translated_texts import (
     ROBOT,
@@ -258,6 +259,33 @@ def test_what_only_the_controller_knows_is_no_variable(target):
     text = krl("  DECL INT nMode", "  IF $MODE_OP == #T1 THEN", "    nMode = 1", "  ENDIF", "  WAIT SEC 1")
     made = converted(text, "krl", target)
     assert [loss.line for loss in made.translated.losses if loss.fate is Fate.COMMENTED] == [3, 4, 5]
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "tp"])
+def test_system_variables_of_fanuc_are_no_variables(target):
+    rows = (
+        "$MCR.$GENOVERRIDE=R[1]",
+        "$WAITTMOUT=300",
+        "R[2]=$WAITTMOUT",
+        "IF $MCR.$GENOVERRIDE=50,JMP LBL[1]",
+    )
+    program = read(listing(*rows, "WAIT    .50(sec)", "LBL[1]"), "tp")
+    first = program.source.lines.index("   1:  $MCR.$GENOVERRIDE=R[1] ;") + 1
+    with pytest.raises(OlpError) as caught:
+        convert(program, target)
+    refused = {d.line for d in caught.value.diagnostics if "belongs to TP's controllers" in d.message}
+    assert refused == {first, first + 1, first + 2, first + 3}
+    made = convert(program, target, Context(on_loss="comment"))
+    assert {x.line for x in made.translated.losses if x.leaves_out} == refused
+    assert not [name for kind, name in made.translated.mapping if kind == "variable" and name.startswith("$")]
+    assert not [d for d in made.translated.program.data if "WAITTMOUT" in d.name or "GENOVERRIDE" in d.name]
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_the_limit_that_waits_of_the_program_have_is_a_variable(target):
+    rows = ("$WAITTMOUT=30", "WAIT DI[3]=ON TIMEOUT,LBL[1]", "LBL[1]")
+    made = convert(read(listing(*rows), "tp"), target)
+    assert not [x for x in made.translated.losses if x.leaves_out]
 
 
 @pytest.mark.parametrize("target", ["inform", "tp"])

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Final
 
 from olp.expression import Expression, Member, Named, Number
-from olp.program import Assign, Call, Declare, For, Move, Program, Routine, Statement
+from olp.program import Assign, Call, Declare, For, Move, Program, Routine, Statement, Wait
 from olp.translate.globals import called_in, paired
 from olp.translate.name_types import COMPONENTS, PLACES, TARGET, Use
 from olp.translate.name_uses import uses_of
@@ -39,13 +39,17 @@ def undeclared(program: Program, work: Work) -> Program:
     """Every name declared."""
     program = _counters(program)
     _tell_calls(program, work)
-    uses = uses_of(program)
+    unwaited = _unwaited(program)
+    if unwaited:
+        _refuse_own(program, unwaited, work)
+        program = replace(program, data=tuple(d for d in program.data if d.name not in unwaited))
+    uses = {name: use for name, use in uses_of(program).items() if name not in unwaited}
     if not uses:
         return program
     records = {name for name, use in uses.items() if use.records and not use.whole}
     if records:
         program = _flattened(program, records)
-        uses = uses_of(program)
+        uses = {name: use for name, use in uses_of(program).items() if name not in unwaited}
     own = {name for name in uses if name.startswith("$")}
     _refuse_own(program, own, work)
     uses = {name: use for name, use in uses.items() if name not in own}
@@ -98,8 +102,19 @@ def _flattened(program: Program, records: set[str]) -> Program:
     return replace(program, routines=routines)
 
 
+def _unwaited(program: Program) -> set[str]:
+    """FANUC's limit of waits, where no wait here has it: it would hold for programs that are not at hand."""
+    if program.vendor != "tp":
+        return set()
+    found = {d.name for d in program.data if d.name.startswith("$")}
+    for s in program.statements() if found else ():
+        if isinstance(s, Wait):
+            found -= _names(s)
+    return found
+
+
 def _refuse_own(program: Program, names: set[str], work: Work) -> None:
-    """What names a variable of the controller (KRL's $MODE_OP): as a variable of a program it would mean nothing."""
+    """What names a variable of the controller (KRL's $MODE_OP): as a program's own variable it would mean nothing."""
     for s in program.statements() if names else ():
         found = sorted(_names(s) & names)
         if found:
