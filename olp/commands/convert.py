@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.commands.command import expand_paths, from_os_error
 from olp.commands.time import print_diagnostics
-from olp.diagnostic import Diagnostic, OlpError, error
+from olp.diagnostic import Diagnostic, OlpError, Severity, error
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,6 +58,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.export import refuse_unwritable
     from olp.files import write_output
+    from olp.translate.data_only import DATA_ALONE
     from olp.translate.receipt_text import as_text
     from olp.vendors.vendor import vendor_suffixes
 
@@ -64,19 +66,24 @@ def run(args: Namespace) -> int:
     context = _context(args)
     jobs = expand_paths(args.jobs, vendor_suffixes())
     told: list[Diagnostic] = []
+    alone: list[Diagnostic] = []  # files of data that the target's programs hold
     files: dict[str, bytes] = {}
     receipts: list[Receipt] = []
     for job in jobs:
         try:
             found, receipt, notes = _convert(job, context, args)
         except OlpError as problem:
-            told += [diagnostic.at(str(job)) for diagnostic in problem.diagnostics]
+            found_wrong = [diagnostic.at(str(job)) for diagnostic in problem.diagnostics]
+            told += [one for one in found_wrong if one.code != DATA_ALONE]
+            alone += [one for one in found_wrong if one.code == DATA_ALONE]
             continue
         told += notes
         for name, data in found.items():
             if files.setdefault(name, data) != data:
                 told.append(error("C008", f"two programs make the file {name}", file=str(job)))
         receipts.append(receipt)
+    others = len(alone) < len(jobs)
+    told += [replace(one, severity=Severity.WARNING) if others else one for one in alone]
     if any(diagnostic.is_error for diagnostic in told):
         print_diagnostics(told)
         return 2

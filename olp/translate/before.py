@@ -27,7 +27,10 @@ System = tuple[str, int]  # "tool" or "user", its number
 def before_it_runs(
     linked: Linked, translated: Translated, target: str, plan: Plan | None, compared: bool
 ) -> tuple[str, ...]:
-    """Short sentences, the most dangerous first. `plan`: the translation's; `compared`: both programs could be run."""
+    """Short sentences, the most dangerous first. `plan`: the translation's.
+
+    `compared`: both programs could be run, or hold nothing that runs.
+    """
     found = [
         *_commented(linked, translated),
         *(() if plan is None else _beyond(plan)),

@@ -16,6 +16,7 @@ from olp.translate.array_values import array_values
 from olp.translate.arrays import array_bounds
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
+from olp.translate.data_only import data_alone
 from olp.translate.elsewhere import elsewhere
 from olp.translate.externals import externals
 from olp.translate.first_values import first_values
@@ -128,12 +129,14 @@ def passes(work: Work) -> tuple[Pass, ...]:
 def canonical(
     program: Program, target: str, context: Context | None = None, left_out: LeftOut | None = None
 ) -> Translated:
-    """`program` as the writer of the language `target` takes it. Raises OlpError (X010) for one that cannot be written.
+    """`program` as the writer of the language `target` takes it.
 
+    Raises OlpError (X010) for a language that cannot be written, (X014) for data alone where it has no file for them.
     A program of the same language stays as it is. `left_out`: what becomes a comment, and why. With `on_loss`
     "comment" so does every line that a pass refuses, which is added there.
     """
     context = context or Context()
+    program = data_alone(program, target, context.flat)
     if program.vendor == target and not context.flat:
         return Translated(program, (), {})
     out = LeftOut() if left_out is None else left_out

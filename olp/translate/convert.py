@@ -15,6 +15,7 @@ from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
 from olp.export import refuse_unwritable
 from olp.program import Program, Routine
 from olp.translate.canonical import Translated, canonical
+from olp.translate.data_only import name_of
 from olp.translate.left_out import LeftOut
 from olp.translate.limits import limits_of
 from olp.translate.split import split
@@ -49,7 +50,7 @@ def convert(
 ) -> Converted:
     """`program` as files of the language `vendor`.
 
-    Raises OlpError with the program's own errors, with what the target cannot say (X002, X011), and where the
+    Raises OlpError with the program's own errors, with what the target cannot say (X002, X011, X014), and where the
     question needs a robot (X012). With `on_loss` "comment" statements that cannot be said become comments.
     """
     refuse_unwritable(vendor)
@@ -118,15 +119,14 @@ def _written(
     main = ""
     for part in split(program, limits):
         routine = _main_of(part)
-        stem = routine.name if routine is not None else "PROGRAM"
+        stem = routine.name if routine is not None else name_of(part)
         texts, found = _texts(part, vendor, date)
         problems += found
         for ending, text in texts.items():
             name = f"{stem}{ending or suffix}"
             if not found:
                 files[name] = _encoded(text, part, vendor, encoding)
-            if not main and not ending:
-                main = name
+            main = main or name
     return files, main, problems
 
 
@@ -147,7 +147,8 @@ def _texts(program: Program, vendor: str, date: str | None) -> tuple[dict[str, s
     companions: dict[str, str] = values.pop("companions", {})
     if problems:
         return {"": ""}, list(problems)
-    return {"": rendered(values, vendor, program), **companions}, []
+    text = rendered(values, vendor, program)
+    return ({"": text, **companions} if text else companions), []  # of data alone there is nothing that runs
 
 
 def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> bytes:

@@ -69,6 +69,7 @@ class Limits:
     has_parameters: bool = True
     nested_expressions: bool = True  # more than one operator in an expression
     one_routine_per_file: bool = False
+    has_data_files: bool = False  # files of data alone, which programs beside them use
     reserved: frozenset[str] = frozenset()  # words that no name may be, upper case
     external_axes: int = 6
     joint_blends: frozenset[BlendKind] | None = None  # of joint moves, where they differ

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from olp.expression import Named, PositionLiteral, RecordLiteral
 from olp.program import Declare, Program
+from olp.translate.data_only import holds_data_only
 from olp.translate.rewrite import expressions_of, note_names
 from olp.translate.work import Fate, Work
 from olp.vendors.vendor import language_of
@@ -33,12 +34,15 @@ def prune(program: Program, work: Work) -> Program:
         todo += [name for name in inner if name not in used]
         used.update(inner)
 
+    alone = holds_data_only(program)
+
     def kept(d: Declare) -> bool:
-        if d.name in used:
+        if d.name in used or (alone and _is_said(d)):
             return True
         return work.source.vendor != work.target and d.type in _PLAIN and type(d.value) is not RecordLiteral
 
     if work.source.vendor != work.target:
+        _tell_gone([d for d in everything if alone and not kept(d)], work)
         _refuse(program, {d.name: d.type for d in everything if d.type not in _HELD and kept(d)}, work)
     return replace(
         program,
@@ -52,6 +56,18 @@ def prune(program: Program, work: Work) -> Program:
             for r in program.routines
         ),
     )
+
+
+def _is_said(d: Declare) -> bool:
+    return type(d.value) is PositionLiteral or (bool(d.sizes) and d.type in _PLAIN)
+
+
+def _tell_gone(data: list[Declare], work: Work) -> None:
+    """Of a file that holds nothing else; of others' data what is used stands in the statements."""
+    for d in data:
+        kind = f"data of the type {d.native or d.type}" if d.native or d.type else "such data"
+        says = f"{d.name} is left out: {language_of(work.target)} has no {kind}"
+        work.lose(d, Fate.APPROXIMATED, "data", says)
 
 
 def _refuse(program: Program, types: dict[str, str], work: Work) -> None:

@@ -15,6 +15,7 @@ from olp.program import Begin, Comment, Declare, End, Program
 from olp.translate.before import before_it_runs, places
 from olp.translate.canonical import Translated
 from olp.translate.compare import Comparison, compare_plans, steps_of
+from olp.translate.data_only import holds_data_only
 from olp.translate.link import Linked
 from olp.translate.work import Fate, Loss
 from olp.units import deg, mm
@@ -52,6 +53,7 @@ class Receipt:
     before_run: tuple[str, ...] = ()
     remarks: tuple[Loss, ...] = ()
     unknown: str = ""
+    data_only: bool = False  # nothing in it runs
 
     @property
     def totals(self) -> dict[str, int]:
@@ -84,10 +86,12 @@ def receipt_of(
         comparison = compare_plans(one, other, without=left_out)
         times = _times(one, other, left_out)
     program = linked.program
+    data_only = holds_data_only(program)
     idle = (loss for loss in translated.losses if loss.fate is Fate.EXACT)
     remarks = (*idle, *translated.remarks)
     lines = [loss.line for loss in (*translated.losses, *remarks)]
     lines += [] if comparison is None else comparison.unknown
+    checked = data_only or (comparison is not None and not comparison.until)
     return Receipt(
         program.path,
         program.vendor,
@@ -101,9 +105,10 @@ def receipt_of(
         {line: linked.place(line) for line in lines},
         comparison,
         times,
-        before_it_runs(linked, translated, target, other, comparison is not None and not comparison.until),
+        before_it_runs(linked, translated, target, other, checked),
         remarks,
         "" if comparison is None else places(map(linked.place, comparison.unknown)),
+        data_only,
     )
 
 

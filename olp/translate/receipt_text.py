@@ -59,6 +59,9 @@ def _summary(receipt: Receipt) -> Iterator[str]:
 
 def _compared(receipt: Receipt) -> Iterator[str]:
     c = receipt.comparison
+    if receipt.data_only:
+        yield "nothing in it runs: it holds data, for the programs beside it"
+        return
     if c is None:
         yield "the two programs could not be run and compared"
         return

@@ -39,9 +39,12 @@ def type_word(type: str, native: str, own: bool) -> str:
     raise CannotSayError(f"data of the type '{type}'")
 
 
-def declared(words: Words, it: Declare, with_value: bool) -> str:
-    """`DECL E6POS XP1={…}`: one declaration, with its value where the place takes one."""
-    shared = "GLOBAL " if it.shared and words.own else ""
+def declared(words: Words, it: Declare, with_value: bool, public: bool = False) -> str:
+    """`DECL E6POS XP1={…}`: one declaration, with its value where the place takes one.
+
+    `public`: other programs use what is shared, as those of KRL itself say on their own.
+    """
+    shared = "GLOBAL " if it.shared and (words.own or public) else ""
     if it.native in _STRUCTURES and isinstance(it.value, (RecordLiteral, Signal)):
         return f"{shared}{_structure(words, it)}"
     constant = "CONST " if it.storage == "constant" and words.own else ""
@@ -107,10 +110,10 @@ def _rows(words: Words, name: str, before: str, it: RecordLiteral, left: int) ->
             yield f"{name}[{index}{',' * (left - 1)}]={words.expression(value)}"
 
 
-def rows(words: Words, given: Iterable[Declare]) -> Iterator[str]:
+def rows(words: Words, given: Iterable[Declare], public: bool = False) -> Iterator[str]:
     """What stands between DEFDAT and ENDDAT."""
     for it in given:
-        yield declared(words, it, with_value=True) + (f" ;{it.comment}" if it.comment else "")
+        yield declared(words, it, with_value=True, public=public) + (f" ;{it.comment}" if it.comment else "")
         yield from elements(words, it)
 
 

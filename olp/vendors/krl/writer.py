@@ -91,7 +91,8 @@ class _Writer:
     def _list(self, rows: list[Declare]) -> str:
         lists = [one for one in self.routines if "list" in one.details] if self.own else []
         details = next((one.details for one in self.routines if "data head" in one.details and self.own), {})
-        if not rows and not lists and not details:
+        alone = not self.routines  # data that other programs use
+        if not rows and not lists and not details and not alone:
             return ""
         owner = lists[0] if lists else None
         stem = (
@@ -101,14 +102,14 @@ class _Writer:
         )
         name = owner.name if owner else (self.program.main or stem or self._first_name())
         above = owner.details.get("above", "") if owner else details.get("data above", "")
-        public = " PUBLIC" if owner is not None and owner.details["list"] == "PUBLIC" else ""
+        public = " PUBLIC" if alone or (owner is not None and owner.details["list"] == "PUBLIC") else ""
         head = [details.get("data head", f"DEFDAT {name}{public}")]
         if "data rows" in details:
             head.append(details["data rows"])
         written: list[str] = []
         for one in rows:
             try:
-                written += write_data.rows(self.words, [one])
+                written += write_data.rows(self.words, [one], alone)
             except CannotSayError as problem:
                 self.lose(problem, one.line)
         return (above + "\n" if above else "" if self.own else HEADER) + as_text([*head, *written, "ENDDAT"])

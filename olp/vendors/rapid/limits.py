@@ -34,6 +34,7 @@ LIMITS = Limits(
     accelerations=frozenset({AccelerationUnit.FRACTION}),
     modal_speed=False,
     tool_and_frame="move",
+    has_data_files=True,
     names=r"[A-Za-z][A-Za-z0-9_]*",
     has_repeat=False,
     has_break=False,
