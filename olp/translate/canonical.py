@@ -36,12 +36,14 @@ from olp.translate.numbers import number
 from olp.translate.partial import partial
 from olp.translate.postures import postures
 from olp.translate.prune import prune
+from olp.translate.pulses import pulses
 from olp.translate.records import records
 from olp.translate.references import references
 from olp.translate.relative import relative
 from olp.translate.schedules import schedules
 from olp.translate.signals import signals
 from olp.translate.speeds import speeds
+from olp.translate.standing import standing
 from olp.translate.tasks import tasks
 from olp.translate.texts import texts
 from olp.translate.undeclared import undeclared
@@ -84,6 +86,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         partial,
         elsewhere,
         written_systems,
+        pulses,
         records,
         vectors,
         lift,
@@ -100,6 +103,7 @@ def passes(work: Work) -> tuple[Pass, ...]:
         references,
         arguments,
         functions,
+        standing,
         relative,
         arcs,
         frames,

@@ -131,7 +131,8 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: Work) -> None:
         for name, spelled in sorted(_read_by(s).items()):
             if name not in unset:
                 continue
-            says = f"it needs {spelled}, which line {unset[name]} sets in a way that the target cannot"
+            setting = program.source.line(unset[name]).strip()
+            says = f"it needs {spelled}, which '{setting}' sets in a way that the target cannot"
             work.lose(s, Fate.APPROXIMATED, "value", says)
 
 

@@ -212,13 +212,18 @@ class _Lift:
                 ):
                     continue
                 name = self.variable(e)
-                if not isinstance(name, Named) or name.name in self.initial or name.name in told:
+                label = _label(name)
+                if (
+                    label in told
+                    or label in self.initial
+                    or any(a.target == name for a in self.array_initial)
+                ):
                     continue
                 if not self._is_changed(name):
-                    told.add(name.name)
+                    told.add(label)
                     says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it: zeros are declared"
                     self.work.lose(s, Fate.APPROXIMATED, "position", says)
-                    self.work.ask("teach these positions, which are zeros now", name.name)
+                    self.work.ask("teach these positions, which are zeros now", label)
 
     def _carry_states(self) -> None:
         """A position variable that is set from another one has that one's frame and tool."""
@@ -453,3 +458,11 @@ def _owner(e: Any) -> Named | None:
 
 def _is_position(e: Expression | None) -> bool:
     return isinstance(e, Variable) and e.store in POSITION_STORES
+
+
+def _label(name: Expression) -> str:
+    """A variable, or an element of an array by its constant index, as the receipt names it."""
+    if isinstance(name, Item) and isinstance(name.base, Named) and isinstance(name.indices[0], Number):
+        return f"{name.base.name}[{name.indices[0].value}]"
+    assert isinstance(name, Named)
+    return name.name

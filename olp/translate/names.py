@@ -38,6 +38,7 @@ def names(program: Program, work: Work) -> Program:
     routines = tuple(own.routine(routine) for routine in program.routines)
     data = tuple(own.declare(declare) for declare in program.data)
     main = own.name("routine", program.main) if program.main else ""
+    work.registers = {own.known.get(("variable", name), name) for name in work.registers}
     return replace(program, routines=routines, data=data, main=main)
 
 

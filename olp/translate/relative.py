@@ -14,7 +14,7 @@ from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm
 
-_NATIVE: Final = {
+NATIVE: Final = {
     "inform": frozenset({"relative"}),
     "krl": frozenset({"relative"}),
     "tp": frozenset({"relative", "offset"}),
@@ -25,7 +25,7 @@ _ZEROS: Final = (Number(0), Number(0.0))
 
 def relative(program: Program, work: Work) -> Program:
     """Offsets as positions that are computed: from where the arm stands, or from the target."""
-    own = _Relative(program, work, symbols_of(program), _NATIVE.get(work.target, frozenset()))
+    own = _Relative(program, work, symbols_of(program), NATIVE.get(work.target, frozenset()))
     routines = []
     for routine in program.routines:
         own.name = routine.name

@@ -17,10 +17,10 @@ from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Work
 
 # What runs between two moves without leading elsewhere; nothing jumps there either.
-_BETWEEN: Final = frozenset(
+BETWEEN: Final = frozenset(
     {"Comment", "SetOutput", "PulseOutput", "Dwell", "Wait", "Message", "Declare", "Begin"}
 )
-_SETTING: Final = frozenset({"Assign", "Update", "DefineFrame"})
+SETTING: Final = frozenset({"Assign", "Update", "DefineFrame"})
 _PLAIN: Final = (Number, Text, State)
 _HOLDERS: Final = frozenset({Named, Variable})  # no component of a tool or of a frame
 _NOTHING: Final = 1e-9  # [m]
@@ -109,9 +109,7 @@ def _walked(program: Program, symbols: Symbols) -> Walk:
 def _runs_through(routine: Routine) -> bool:
     """Whether a routine runs from its first to its last statement."""
     kinds = {type(s) for s in routine.body[:-1]} | {type(s) for s in routine.body[-1:] if type(s) is not End}
-    return all(
-        kind in (Move, Call) or kind.__name__ in _BETWEEN or kind.__name__ in _SETTING for kind in kinds
-    )
+    return all(kind in (Move, Call) or kind.__name__ in BETWEEN or kind.__name__ in SETTING for kind in kinds)
 
 
 @dataclass(slots=True)
@@ -144,11 +142,11 @@ class _Walker:
         for s in routine.body:
             if type(s) is Move:
                 self._move(s, routine.name)
-            elif type(s).__name__ not in _BETWEEN and not (type(s) is End and s is routine.body[-1]):
+            elif type(s).__name__ not in BETWEEN and not (type(s) is End and s is routine.body[-1]):
                 self._other(s)
 
     def _other(self, s: Statement) -> None:
-        if type(s).__name__ in _SETTING and not any(type(e) is CallValue for e in expressions_of(s)):
+        if type(s).__name__ in SETTING and not any(type(e) is CallValue for e in expressions_of(s)):
             self.before = self.before if _keeps_systems(s) else None
             return
         called = self.inner.get(s.routine.casefold()) if type(s) is Call else None

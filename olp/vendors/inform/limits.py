@@ -53,4 +53,5 @@ LIMITS: Final = Limits(
     radius_step=0.1 * mm,
     has_endless=False,
     nested_logic=False,
+    pulse=0.3,
 )

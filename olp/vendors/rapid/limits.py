@@ -42,5 +42,6 @@ LIMITS = Limits(
     for_variable_is_local=True,
     bounds_turning=True,
     acceleration_range=(0.2, 1.0),  # AccSet takes less for 20 %
+    pulse=0.2,
     reserved=RESERVED,
 )

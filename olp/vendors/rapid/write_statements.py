@@ -216,7 +216,7 @@ class StatementWriter:
         return [f"IF {condition} THEN", f"SetDO {signal},1;", "ELSE", f"SetDO {signal},0;", "ENDIF"]
 
     def pulse(self, s: PulseOutput) -> str:
-        high = "\\High" if s.spelling == "High" and self.own else ""
+        high = "\\High" if s.spelling == "High" or not self.own else ""
         length = "" if s.duration is None else f"\\PLength:={self.words.scaled(s.duration, 1.0)}"
         comma = "," if high or length else ""
         return self._if(s.condition, f"PulseDO {high}{length}{comma}{self.words.signal(s.signal)};")

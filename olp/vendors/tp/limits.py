@@ -43,6 +43,7 @@ LIMITS: Final = Limits(
     has_parameters=True,
     nested_expressions=True,
     one_routine_per_file=True,
+    pulse=0.4,  # $DEFPULSE as delivered
     reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
     external_axes=3,
     has_elseif=False,

@@ -1,0 +1,44 @@
+"""Registers that live on when a program ends keep what others set; positions without a value are asked for."""
+
+from __future__ import annotations
+
+import pytest
+
+from olp.program import Assign
+from olp.reading import read_source
+from olp.source import decode
+from olp.translate import Context
+from olp.translate.convert import convert
+
+HEAD = "/PROG  P\n/ATTR\n/MN\n"
+POSE = "\tX= 900 mm, Y= 0 mm, Z= 900 mm,\n\tW= 0 deg, P= 90 deg, R= 0 deg\n"
+TAIL = "/POS\nP[1]{\n   GP1:\n\tUF : 0, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n" + POSE + "};\n/END\n"
+SET_BY_OTHERS = HEAD + "   1:  R[6:LIFT OFFS]=R[113:PART HEIGHT]+20 ;\n   2:  R[113:PART HEIGHT]=7 ;\n" + TAIL
+BY_NUMBER = (
+    HEAD
+    + "   1:L PR[3] 50mm/sec FINE ;\n   2:  R[1]=R[1]+1 ;\n   3:  PR[R[1]]=P[1] ;\n   4:  PR[4]=P[1] ;\n"
+    + "   5:L PR[4] 50mm/sec FINE ;\n   6:L PR[R[1]] 50mm/sec FINE ;\n"
+    + TAIL
+)
+
+
+def converted(text, target):
+    made = convert(
+        read_source(decode(text.encode(), "p.ls"), vendor="tp"), target, Context(on_loss="comment")
+    )
+    return made, read_source(decode(made.files[made.main], made.main), vendor=target)
+
+
+def test_no_register_is_set_to_zero_that_the_program_does_not_set():
+    _, program = converted(SET_BY_OTHERS, "inform")
+    sets = [s for s in program.statements() if isinstance(s, Assign)]
+    assert len(sets) == 2  # as many as in the source
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_positions_among_those_chosen_by_number_are_asked_for(target):
+    made, _ = converted(BY_NUMBER, target)
+    assert made.translated.asks["teach these positions, which are zeros now"] == ("PV[3]",)
+    assert [(loss.line, loss.part) for loss in made.translated.losses if loss.part == "position"] == [
+        (4, "position")
+    ]
