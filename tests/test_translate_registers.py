@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from olp.program import Assign
+from olp.program import Assign, SetOutput
 from olp.reading import read_source
 from olp.source import decode
 from olp.translate import Context
@@ -42,3 +42,12 @@ def test_positions_among_those_chosen_by_number_are_asked_for(target):
     assert [(loss.line, loss.part) for loss in made.translated.losses if loss.part == "position"] == [
         (4, "position")
     ]
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp"])
+def test_a_signal_0_gets_a_number_that_the_target_has_and_that_is_free(target):
+    text = "def p():\n  set_digital_out(1, True)\n  set_digital_out(0, True)\nend\n"
+    made = convert(read_source(decode(text.encode(), "p.script"), vendor="urscript"), target)
+    program = read_source(decode(made.files[made.main], made.main), vendor=target)
+    assert [s.signal.index.value for s in program.statements() if isinstance(s, SetOutput)] == [1, 2]
+    assert [thing for things in made.translated.asks.values() for thing in things] == ["out 0 is 2"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, TypeGuard
 
 from olp.expression import Expression, Number, Signal, Text
 from olp.program import Move, Program, Statement
-from olp.translate.rewrite import mapped
+from olp.translate.rewrite import expressions_of, mapped
 from olp.translate.work import Work
 
 # How signals that have only a number are called where they have names.
@@ -28,7 +28,7 @@ _STEMS: Final[Mapping[str, str]] = {
     "configurable-out": "co",
 }
 _NAMING: Final = frozenset({"rapid"})
-
+_FROM_ONE: Final = frozenset({"inform", "krl", "tp"})  # no signal has the number 0
 
 _ANALOG: Final = frozenset({"analog-in", "analog-out"})
 
@@ -44,6 +44,8 @@ def _plain(bus: str) -> str:
 def signals(program: Program, work: Work) -> Program:
     """Every signal as the target addresses it."""
     own = _Signals(work)
+    if work.target in _FROM_ONE:
+        own.keep_numbers(program)
     if program.vendor in _NAMING and work.target not in _NAMING:
         own.note(program)
     routines = tuple(replace(r, body=tuple([own.statement(s) for s in r.body])) for r in program.routines)
@@ -56,10 +58,20 @@ class _Signals:
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
     taken: dict[str, set[int]] = field(default_factory=dict)
 
+    def keep_numbers(self, program: Program) -> None:
+        """The numbers that signals have already, as long as one of them has none that the target has."""
+        numbers = {
+            (e.bus, int(e.index.value))
+            for s in program.statements()
+            for e in expressions_of(s)
+            if _has_number(e)
+        }
+        if any(number < 1 for _, number in numbers):
+            for bus, number in numbers:
+                self.taken.setdefault(bus, set()).add(number)
+
     def note(self, program: Program) -> None:
         """Numbers that names show themselves are theirs; all other names come after them."""
-        from olp.translate.rewrite import expressions_of
-
         names: list[tuple[str, str]] = []
         for s in program.statements():
             for e in expressions_of(s):
@@ -95,6 +107,8 @@ class _Signals:
             name = f"{_STEMS.get(e.bus, re.sub(r'[^a-z]', '_', e.bus))}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
             return replace(e, bus=_plain(e.bus), index=Text(name))
+        if self.work.target in _FROM_ONE and isinstance(e.index, Number) and e.index.value < 1:
+            return replace(e, index=Number(self._number(e.bus, shown)))
         if self.work.target not in _NAMING and isinstance(e.index, Text):
             return replace(e, index=Number(self._number(e.bus, e.index.value)))
         return e
@@ -114,3 +128,7 @@ class _Signals:
         if isinstance(e.index, Number):
             return str(int(e.index.value))
         return e.index.value if isinstance(e.index, Text) else ""
+
+
+def _has_number(e: Expression) -> TypeGuard[Signal]:
+    return type(e) is Signal and type(e.index) is Number
