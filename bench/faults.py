@@ -95,7 +95,16 @@ PARTS: Final = {
     "tp": Part(
         "olp/vendors/tp",
         tp.FAULTS,
-        ("tp_statements", "tp_positions", "tp_plans", "tp_faults", "tp_robust", "tp_writer"),
+        (
+            "tp_statements",
+            "tp_positions",
+            "tp_turns",
+            "tp_external",
+            "tp_plans",
+            "tp_faults",
+            "tp_robust",
+            "tp_writer",
+        ),
         ("tp_faults", "tp_writer"),
     ),
     "urscript": Part(
@@ -107,7 +116,15 @@ PARTS: Final = {
     "translate": Part(
         "olp/translate",
         translate.FAULTS,
-        ("translate_faults", "translate_places"),
+        (
+            "translate_faults",
+            "translate_places",
+            "translate_values",
+            "translate_left_out",
+            "translate_names",
+            "translate_systems",
+            "translate_straight",
+        ),
         ("translate_faults", "translate_places"),
     ),
 }

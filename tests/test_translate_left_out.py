@@ -95,3 +95,11 @@ def test_lines_of_data_in_a_linked_file_are_those_of_the_joined_text(tmp_path):
     program = link(olp.read(tmp_path / "m.mod")).program
     declared = next(d for d in program.data if d.name == "depth")
     assert "VAR num depth" in program.source.line(declared.line)
+
+
+def test_a_call_goes_with_the_routine_that_cannot_take_what_it_is_handed(tmp_path):
+    text = MODULE.replace("talk link, count;", "talk 5;").replace(
+        "talk(VAR socketdev s, num n)", "talk(num n \\VAR socketdev s)"
+    )
+    losses, _, _ = converted(text, "m.mod", "krl", tmp_path)
+    assert {loss.line for loss in losses if loss.leaves_out} == {6, 11, 12}

@@ -246,6 +246,14 @@ def test_a_position_that_is_handed_on_takes_its_doubt_along():
     assert [line for line, says in loss_lines(made, "name") if "xHome" in says] == [3, 5]
 
 
+def test_doubt_goes_along_through_several_variables():
+    text = krl(
+        "  DECL E6POS xMid, xLast", "  xMid = xHome", "  xLast = xMid", "  $VEL.CP = 0.2", "  LIN xLast"
+    )
+    made = converted(text, "krl", "rapid")
+    assert [line for line, says in loss_lines(made, "name") if "xHome" in says] == [3, 4, 6]
+
+
 @pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
 def test_a_routine_that_no_file_has_is_told_once(target):
     text = krl("  doOther(1)", "  doOther(2)", "  WAIT SEC 1")
@@ -397,3 +405,24 @@ def test_values_that_name_other_data_are_written_out_in_any_order(target):
     text = module(*rows, data=data)
     assert read(text, "rapid").plan(robot=ROBOT).durations.tolist() == [3.0, 3.0, 2.0]
     assert run_elsewhere(text, "rapid", target).durations.tolist() == [3.0, 3.0, 2.0]
+
+
+@pytest.mark.parametrize("target", ["krl", "inform"])
+def test_differences_of_constants_are_written_out(target):
+    data = ("CONST num a:=7;", "CONST num pause:=a-2.5;")
+    assert run_elsewhere(module("WaitTime pause;", data=data), "rapid", target).durations.tolist() == [4.5]
+
+
+@pytest.mark.parametrize("handed", [False, True])
+def test_an_index_that_others_give_a_fraction_is_rounded_and_told(handed):
+    """An analogue input, or a number that a routine changes."""
+    routine = ["PROC halve(INOUT num x)", "x:=x/2;", "ENDPROC"]
+    data = ["VAR num n:=3;", "VAR num kept{9};", *(routine if handed else ())]
+    if handed:  # data stand before routines
+        text = module("halve n;", "kept{n}:=4;", data=data)
+    else:
+        text = module("n:=AInput(ai1);", "kept{n}:=4;", data=data)
+    made = converted(text, "rapid", "krl")
+    assert [loss.says for loss in made.translated.losses if loss.part == "index"] == [
+        "an index that may be a fraction is rounded: KRL has INT"
+    ]

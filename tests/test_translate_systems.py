@@ -101,6 +101,15 @@ def test_a_mapped_tool_of_another_module_has_its_number_and_no_loss(tmp_path, ta
     assert_same(program, one, target, 3)
 
 
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_a_free_number_is_none_of_a_tool_that_the_program_selects_by_its_number(tmp_path, target):
+    rows = ("BAS (#INITMOV,0)", "$TOOL=TOOL_DATA[1]", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}",
+            "$TOOL=TGRIP", "PTP {A1 5,A2 -90,A3 90,A4 0,A5 10,A6 0}")  # fmt: skip
+    program = written(tmp_path, part_src=krl(*rows)).program
+    mapping = made(program, target).translated.mapping
+    assert mapping["tool", "TGRIP"] != mapping.get(("tool", "1"), "1")
+
+
 def test_a_free_number_is_none_that_the_program_or_the_mapping_has(tmp_path):
     program = written(tmp_path, part_mod=RAPID).program
     one = made(program, "tp", tools={"tCut": "1"})
@@ -227,6 +236,19 @@ def test_a_frame_that_krl_sets_as_a_whole_is_set_in_the_target(tmp_path, target,
     assert found.worst_position < 1e-5
     if target in ("inform", "tp"):
         assert {"inform": "MFRAME UF#(2)", "tp": "UFRAME[2]="}[target] in text_of(one)
+
+
+@pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
+def test_a_frame_holds_what_config_dat_says_until_the_program_sets_it(tmp_path, target):
+    (tmp_path / "$config.dat").write_text("\r\n".join(FRAMES))
+    rows = ("$TOOL=$NULLFRAME", "$BASE=BASE_DATA[2]", "$VEL.CP=0.5", "LIN {X 400,Y 90,Z 300,A 10,B 20,C 170}",
+            "BASE_DATA[2]={X 210,Y -35,Z 20,A 15,B 0,C 0}", "$BASE=BASE_DATA[2]",
+            "LIN {X 400,Y 90,Z 300,A 10,B 20,C 170}")  # fmt: skip
+    program = written(tmp_path, part_src=krl(*rows)).program
+    one = made(program, target)
+    found = difference(program, one, target)
+    assert found.steps == 2
+    assert found.worst_position < 1e-5
 
 
 ELEMENTS = [

@@ -2,7 +2,7 @@
 
 import pytest
 from translate_programs import VENDORS
-from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script
 
 import olp
 from olp.translate.compare import compare_plans
@@ -113,6 +113,15 @@ end
     assert made.translated.mapping["task", "h"] == "SUB1"
 
 
+def test_a_task_gets_no_number_that_another_has():
+    text = script("thread blink():", "  sleep(0.5)", "end", "thread look():", "  sleep(0.2)", "end",
+                  "h = run blink()", "SUB1 = run look()", "join h", "join SUB1")  # fmt: skip
+    made = converted(text, "urscript", "inform")
+    written = b"".join(made.files.values()).decode("latin-1")
+    assert "PSTART JOB:blink SUB2" in written
+    assert "PSTART JOB:look SUB1" in written
+
+
 @pytest.mark.parametrize("quoted", ['"a""b"', '"a\\0Ab"'])
 def test_texts_that_krl_cannot_hold_are_refused(quoted):
     losses = converted(module(f"s := {quoted};", "WaitTime 0.1;", data=("VAR string s;",)), "rapid", "krl")
@@ -137,6 +146,13 @@ def test_components_that_krl_leaves_out_are_those_of_the_move_before(target):
     made = converted(text, "krl", target, on_loss="error")
     plan, other = read(text, "krl").plan(robot=ROBOT), run_converted(made, target, ROBOT)
     assert compare_plans(plan, other, speeds=False, blends=False).is_equal
+
+
+@pytest.mark.parametrize("between", ["OTHER()", "LABEL:", "PTP XHOME"])
+def test_components_of_a_move_that_may_not_be_the_one_before_are_refused(between):
+    text = krl("BAS (#INITMOV,0)", "LIN {X 900,Y 0,Z 500,A 0,B 90,C 0}", between, "LIN {Z 450}")
+    made = converted(text, "krl", "rapid")
+    assert [loss.line for loss in made.translated.losses if loss.leaves_out] == [5]
 
 
 @pytest.mark.parametrize("target", [v for v in VENDORS if v != "krl"])

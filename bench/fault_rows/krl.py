@@ -179,4 +179,10 @@ FAULTS: Final = (
         "SWITCH without its default",
     ),
     Fault("__init__.py", 'name = "krl"', 'name = "krl"\n    newline = "\\n"', "line ends LF"),
+    Fault(
+        "write_data.py",
+        "it.shared and (words.own or public)",
+        "it.shared and words.own",
+        "data for other programs are the list's own",
+    ),
 )

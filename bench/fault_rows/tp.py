@@ -221,4 +221,22 @@ FAULTS: Final = (
         "arguments of CALL swapped",
     ),
     Fault("__init__.py", 'name = "tp"', 'name = "tp"\n    newline = "\\n"', "line ends LF"),
+    Fault(
+        "positions.py",
+        "((3, fourth), (4, fifth), (5, sixth))",
+        "((3, fourth), (4, sixth), (5, fifth))",
+        "turns of J5 and J6 exchanged",
+    ),
+    Fault(
+        "positions.py",
+        'own = max(_SIX, sum(name[0] == "J" for name in values)) if extra else 0',
+        "own = 0",
+        "external axes taken for the arm's",
+    ),
+    Fault(
+        "positions.py",
+        "pose[6 + place] = axes[6 + place] = scale",
+        "axes[6 + place] = scale",
+        "tracks of poses in mm taken for degrees",
+    ),
 )
