@@ -14,6 +14,7 @@ from olp.translate.arguments import arguments
 from olp.translate.arm_flags import with_flags
 from olp.translate.array_values import array_values
 from olp.translate.arrays import array_bounds
+from olp.translate.at_ends import at_ends
 from olp.translate.blends import blends
 from olp.translate.configurations import configurations
 from olp.translate.data_only import data_alone
@@ -79,6 +80,7 @@ class Translated:
 def passes(work: Work) -> tuple[Pass, ...]:
     """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
+        at_ends,
         foreign_words,
         texts,
         array_values,

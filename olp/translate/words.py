@@ -149,7 +149,10 @@ def _without_options(s: Move, work: Work) -> Move:
         for name, value in s.other
         if name in said
     ]
-    which = f"the options {', '.join(said)} mean" if len(said) > 1 else f"the option {said[0]} means"
+    words = [name.rpartition("\\")[2] for name in said if name]
+    which = f"the options {', '.join(words)} mean" if len(words) > 1 else f"the option {words[0]} means"
+    if "" in said:  # an instruction with values of its own
+        work.ask("write anew what these do beside moving", words[0])
     work.lose(s, Fate.APPROXIMATED, "option", f"{which} nothing in {language_of(work.target)}")
     return replace(
         s, other=(), comment=" ".join([*([s.comment] if s.comment else []), f"[{' '.join(texts)}]"])
