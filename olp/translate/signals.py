@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final, TypeGuard
+from typing import Final
 
 from olp.expression import Expression, Number, Signal, Text
 from olp.program import Move, Program, Statement
@@ -64,7 +64,7 @@ class _Signals:
             (e.bus, int(e.index.value))
             for s in program.statements()
             for e in expressions_of(s)
-            if _has_number(e)
+            if type(e) is Signal and isinstance(e.index, Number)
         }
         if any(number < 1 for _, number in numbers):
             for bus, number in numbers:
@@ -128,7 +128,3 @@ class _Signals:
         if isinstance(e.index, Number):
             return str(int(e.index.value))
         return e.index.value if isinstance(e.index, Text) else ""
-
-
-def _has_number(e: Expression) -> TypeGuard[Signal]:
-    return type(e) is Signal and type(e.index) is Number
