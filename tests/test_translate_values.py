@@ -5,8 +5,10 @@ from translate_programs import VENDORS
 from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script
 
 import olp
+from olp.expression import Text
 from olp.translate.compare import compare_plans
 from olp.translate.convert import run_converted
+from olp.translate.rewrite import expressions_of
 from olp.translate.work import Fate
 
 TEXTS = """DEF a()
@@ -250,3 +252,24 @@ def test_a_constant_tool_may_be_handed_to_a_routine_that_could_change_it():
     plan = read(text, "rapid").plan(robot=ROBOT)
     assert len(plan.moves) == 1
     assert not plan.stop_reason
+
+
+SIGNS = ['a""b', "a\\0Ab", "a\\0Db", "ab\\\\", "a#b", "a'b", "a;b", "a]b"]
+
+
+@pytest.mark.parametrize("written", SIGNS)
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "rapid"])
+def test_no_sign_of_a_text_breaks_the_file_that_holds_it(target, written):
+    """It comes back as it was, or a loss names its line."""
+    rows = (f's := "{written}";', f'TPWrite "{written}";', "TPWrite first;", "WaitTime 0.1;")
+    text = module(*rows, data=("VAR string s;", f'VAR string first := "{written}";'))
+    made = converted(text, "rapid", target)
+    plan = run_converted(made, target, ROBOT, read(text, "rapid"))  # it reads back, or this raises
+    assert plan.durations.tolist()[-1] == pytest.approx(0.1)
+    lost = {loss.line for loss in made.translated.losses}
+    one = next(
+        e.value for s in read(text, "rapid").statements() for e in expressions_of(s) if isinstance(e, Text)
+    )
+    back = read(made.files[made.main].decode("cp1252"), target)
+    found = {e.value for s in back.statements() for e in expressions_of(s) if isinstance(e, Text)}
+    assert one in found or {5, 6} <= lost

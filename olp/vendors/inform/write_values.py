@@ -56,6 +56,7 @@ BUSES: Final = {
     "register": "MREG",
 }
 FRAMES: Final = {"base": "BF", "robot": "RF", "tool": "TF", "master-tool": "MTF"}
+_NO_TEXT = frozenset('"\r\n')  # what no text holds
 _POSITION_VALUES = {"position-pulse": "$PX000", "position-pose": "$PX001"}
 _STRENGTH = {"+": 1, "-": 1, "*": 2, "/": 2}
 _MOST_DECIMALS = 9
@@ -152,8 +153,8 @@ class Words:
             case Taught():
                 return self.taught(it)
             case Text(text):
-                if '"' in text:
-                    raise CannotSayError('a text that holds "')
+                if not _NO_TEXT.isdisjoint(text):
+                    raise CannotSayError('a text that holds " or a line end')
                 return f'"{text}"'
             case State(on):
                 return "ON" if on else "OFF"

@@ -63,6 +63,7 @@ from olp.vendors.tp.write_poses import added_lines, component_lines, components,
 from olp.vendors.tp.write_values import CannotSayError, Words
 
 _BOOLEAN = (Compare, Logic, Unary)
+_LINE_ENDS: Final = frozenset("\r\n")
 
 
 class StatementWriter:
@@ -254,6 +255,8 @@ class StatementWriter:
     def message(self, s: Message) -> list[str]:
         if not isinstance(s.text, Text):
             raise CannotSayError("a message that is computed")
+        if not _LINE_ENDS.isdisjoint(s.text.value):
+            raise CannotSayError("a message of several lines")
         return [f"MESSAGE[{s.text.value}]"]
 
     def process(self, s: Process) -> list[str]:

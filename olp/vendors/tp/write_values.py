@@ -36,6 +36,7 @@ from olp.points import PointKind, PointTable
 from olp.units import deg, mm
 from olp.vendors.tp import values
 
+_NO_TEXT: Final = frozenset("'\r\n")  # what no text holds
 SIGNALS: Final = {bus: word for word, bus in values.BUSES.items()}
 FUNCTIONS: Final = {name: word for word, name in values.FUNCTIONS.items()}
 STRING_FUNCTIONS: Final = {name: word for word, name in values.STRING_FUNCTIONS.items()}
@@ -203,8 +204,8 @@ class Words:
             case FrameRef():
                 return self.frame(it)
             case Text(text):
-                if "'" in text:
-                    raise CannotSayError("a text that holds '")
+                if not _NO_TEXT.isdisjoint(text):
+                    raise CannotSayError("a text that holds ' or a line end")
                 return f"'{text}'"
             case Named(name) if name.startswith("$"):
                 return name

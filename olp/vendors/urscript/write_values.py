@@ -37,6 +37,7 @@ from olp.vendors.urscript.folding import scaled
 from olp.vendors.urscript.rotations import angles_from_vector, vector_from_angles
 
 _SAME = 1e-12
+_NO_TEXT: Final = frozenset('"\r\n')  # what no text holds
 _DECIMALS = 10  # of metres and radians of other languages' points: a ten-millionth of a millimetre
 _STANDARD_SIGNALS = 8
 _ZERO = "p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]"
@@ -112,8 +113,8 @@ class Words:
         return text, _WHOLE if text[0] != "-" else _SIGN
 
     def _text(self, e: Text) -> tuple[str, int]:
-        if '"' in e.value or "\n" in e.value:
-            raise CannotSayError("a text with quotes in it", "write it without them")
+        if not _NO_TEXT.isdisjoint(e.value):
+            raise CannotSayError("a text with quotes or a line end in it", "write it without them")
         return f'"{e.value}"', _WHOLE
 
     def _state(self, e: State) -> tuple[str, int]:
