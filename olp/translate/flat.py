@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from olp.expression import Expression, FrameRef, Number, PositionLiteral, Quantity, State
 from olp.geometry import Pose, rotation_from_quaternion
+from olp.kinematics import forward
 from olp.plan import Plan, StepKind
 from olp.program import (
     Begin,
@@ -25,10 +28,14 @@ from olp.translate.records import literal_of
 from olp.translate.work import Fate, Work
 
 _BASE = FrameRef("base")
+_DIGITS = 8  # of a tool [m, rad]: one tool is one value at all its positions
 
 
 def executed(program: Program, work: Work) -> Program:
-    """The plan of the source as one routine: every position in the base, or in joint values where no robot is known."""
+    """The plan of the source as one routine: every position in the base, or in joint values where no robot is known.
+
+    The tool of a move is what stands between the flange, where the robot's axes put it, and the position.
+    """
     plan = work.plan()
     if plan is None or not program.routines:
         work.lose(0, Fate.REFUSED, "statement", "the program cannot be run")
@@ -68,7 +75,10 @@ def _step(plan: Plan, step: int, written: list[Statement], work: Work) -> list[S
 
 def _move(plan: Plan, step: int, s: Move, work: Work) -> list[Statement]:
     row = int(plan.row[step])
-    target = _literal(plan, int(plan.moves.target[row]), s.path is Path.JOINT)
+    at = int(plan.moves.target[row])
+    if row and s.path is not Path.JOINT and plan.moves.length[row] == 0.0 and plan.moves.angle[row] == 0.0:
+        return []  # the point that an arc begins at: the arm is there
+    target = _literal(plan, at, s.path is Path.JOINT)
     if target is None:
         work.need_robot(s, "where a move leads is known by its robot only")
         return [s]
@@ -81,7 +91,25 @@ def _move(plan: Plan, step: int, s: Move, work: Work) -> list[Statement]:
     }
     if s.via is not None:
         changes["via"] = _literal(plan, int(plan.moves.via[row]), False)
+    tool = _tool(plan, at)
+    if tool is not None:
+        changes["tool"] = tool
     return [replace(s, **changes)]
+
+
+def _tool(plan: Plan, at: int) -> PositionLiteral | None:
+    """The tool with which the arm is at a position, None where its axes or the position are not known."""
+    robot, axes = plan.robot, plan.positions.axes[at]
+    position, turn = plan.positions.position[at], plan.positions.quaternion[at]
+    if robot is None or robot.geometry is None or np.isnan(position).any():
+        return None
+    joints = axes[: len(robot.axes)]
+    if np.isnan(joints).any():
+        return None
+    places, turns = forward(robot, joints[None])
+    tool = Pose(places[0], turns[0]).inverse() @ Pose(position, rotation_from_quaternion(turn))
+    values = literal_of(tool).values
+    return PositionLiteral("pose", tuple(round(v, _DIGITS) + 0.0 for v in values))
 
 
 def _literal(plan: Plan, at: int, joints: bool) -> Expression | None:

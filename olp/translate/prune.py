@@ -12,6 +12,7 @@ from olp.translate.work import Fate, Work
 from olp.vendors.vendor import language_of
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
+_WRITTEN = frozenset({"speed", "zone"})
 _HELD = _PLAIN | {"tool", "frame", ""}  # types that every language has in some form
 
 
@@ -39,7 +40,9 @@ def prune(program: Program, work: Work) -> Program:
     def kept(d: Declare) -> bool:
         if d.name in used or (alone and _is_said(d)):
             return True
-        return work.source.vendor != work.target and d.type in _PLAIN and type(d.value) is not RecordLiteral
+        if work.source.vendor == work.target:
+            return d.type in _WRITTEN  # moves name them as they are written
+        return d.type in _PLAIN and type(d.value) is not RecordLiteral
 
     if work.source.vendor != work.target:
         _tell_gone([d for d in everything if alone and not kept(d)], work)
