@@ -133,8 +133,9 @@ class _Joined:
     def add_data(self) -> None:
         """The declarations of names that nothing declares so far, and of the names that their values need."""
         open_names = self._undeclared()
-        if not open_names or not self.jobs.read_all():
+        if not open_names or not find_vendor(self.program.vendor).shares_names:
             return
+        self.jobs.read_all()  # which a routine that is nowhere may have done already
         while open_names:
             before = len(self.data)
             for other in self.jobs.programs[1:]:
