@@ -40,7 +40,8 @@ def read_by_the_grammar_alone(path: Path, patch: pytest.MonkeyPatch, vendor: str
         patched.setattr(PlainClauses, "point", lambda *_: None)
         patched.setattr("olp.vendors.urscript.lines.quick", lambda _: None)
         patched.setattr(
-            "olp.vendors.urscript.bodies._Body._point", lambda body, name, content: body._named(name, content)
+            "olp.vendors.urscript.bodies._Body._point",
+            lambda body, name, content, _: body._named(name, content),
         )
         return olp.read(path, vendor=vendor)
 

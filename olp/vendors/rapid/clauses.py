@@ -32,9 +32,8 @@ _MODES: Final = {
 }
 # Words that stand at the beginning of a clause only: inside another one they show that its end is missing.
 _OPENING: Final = (_SINGLE | set(_MODES)) - {"IF"}
-_WORDS = "|".join(sorted(_SINGLE | set(_MODES) | {"LOCAL", "TASK"}, key=len, reverse=True))
-_PLAIN: Final = re.compile(rf'\s*((?!(?:{_WORDS})\b)[A-Z_a-z][^;!"<]*;)\s*', re.IGNORECASE)
-_LABELLED: Final = re.compile(r"\w+\s*:(?!=)")
+_NOT_PLAIN: Final = _SINGLE | set(_MODES) | {"LOCAL", "TASK"}
+_PLAIN: Final = re.compile(r'\s*+(([A-Z_a-z]\w*+)(?!\s*+:(?!=))[^;!"<]*+;)\s*+')  # no label
 _TOKEN: Final = re.compile(r'"(?:[^"]|"")*"?|!|;|:(?!=)|:=|[()]|[\\.]?[^\W\d]\w*|<[A-Z]{2,3}>|%+|\S')
 
 
@@ -77,7 +76,7 @@ class Cutter:
 
     def cut(self) -> Iterator[Clause | Remark]:
         """All clauses and comments in the order of the text."""
-        plain, labelled = _PLAIN.fullmatch, _LABELLED.match
+        plain = _PLAIN.fullmatch
         new = tuple.__new__  # as the constructor does, in half the time
         shelf = memory.shelf("rapid lines")
         for number, line in enumerate(self._lines, 1):
@@ -85,7 +84,7 @@ class Cutter:
                 known = None if shelf is None else shelf.get(line)
                 if known is None:
                     match = plain(line)
-                    if match is not None and line.count(";") == 1 and not labelled(match[1]):
+                    if match is not None and match[2].upper() not in _NOT_PLAIN:
                         text = match[1]
                         known = text[:4].upper() if text[0] in "mM" else "", text, match.start(1) + 1
                         if shelf is not None:

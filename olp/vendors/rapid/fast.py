@@ -20,27 +20,32 @@ from olp.expression import (
     RecordLiteral,
     State,
 )
+from olp.points import Sector
 from olp.program import Blend, Declare, Move, Path, Speed
 from olp.units import mm
 from olp.vendors.rapid.literals import (
+    UNIT_TOLERANCE,
     ShapeError,
-    is_unit,
+    connected,
     joint_literal,
     quaternion_angles,
-    with_axes,
 )
+from olp.vendors.rapid.literals import arm as arm_of
 from olp.vendors.rapid.moves import frame_of, named_blend, named_speed, tool_of
 from olp.vendors.rapid.names import Names
 from olp.vendors.rapid.words import NOT_CONNECTED, RECORDS, TYPES
 
-_LIST: Final = r"\[\s*\[([^][]*)\]\s*,\s*\[([^][]*)\]\s*(?:,\s*\[([^][]*)\]\s*,\s*\[([^][]*)\]\s*)?\]"
+# Only words may stand in any letters: lists are matched in half the time where no letter of theirs is changed.
+_SOME: Final = r"\[([-+0-9.,eE\s]*+)\]\s*+"
+_LIST: Final = rf"\[\s*+{_SOME},\s*+{_SOME}(?:,\s*+{_SOME},\s*+{_SOME})?\]"
 MOVE: Final = re.compile(
-    rf"(Move[LJC]|MoveAbsJ)\s+(?:(\w+)|{_LIST})\s*,(?:\s*(?:(\w+)|{_LIST})\s*,(?=(?:[^][,]*,){{2}}))?"
-    r"\s*(\w+)\s*,\s*(\w+)\s*,\s*(\w+)\s*(?:\\\s*WObj\s*:=\s*(\w+)\s*)?;",
-    re.IGNORECASE,
+    rf"((?i:Move[LJC]|MoveAbsJ))\s+(?:(\w+)|{_LIST})\s*,(?:\s*(?:(\w+)|{_LIST})\s*,(?=(?:[^][,]*,){{2}}))?"
+    r"\s*(\w+)\s*,\s*(\w+)\s*,\s*(\w+)\s*(?:\\\s*(?i:WObj)\s*:=\s*(\w+)\s*)?;",
 )
+# What stands behind the target, of which there are few different texts in a path, is read by MOVE once for each.
+_TO_NAME: Final = re.compile(r"((?i:Move(?:[LJ]|AbsJ)))\s++(\w++)\s*+,([^][,]*+,[^][,]*+,[^][,;]*+;)")
 _ROBTARGET: Final = re.compile(
-    rf"(?:(LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(robtarget)\s+(\w+)\s*:=\s*{_LIST}\s*;", re.IGNORECASE
+    rf"(?:((?i:LOCAL|TASK))\s+)?((?i:CONST|PERS|VAR))\s+((?i:robtarget))\s+(\w+)\s*:=\s*{_LIST}\s*;"
 )
 _RECORD: Final = re.compile(
     r"(?:(LOCAL)\s+)?(CONST|PERS|VAR)\s+(speeddata|zonedata)\s+(\w+)\s*:=\s*"
@@ -48,8 +53,13 @@ _RECORD: Final = re.compile(
     re.IGNORECASE | re.ASCII,
 )
 _PATHS: Final = {"l": Path.LINEAR, "j": Path.JOINT, "c": Path.CIRCULAR}
+_WORDS: Final = frozenset({"pi", "high", "low", "true", "false"})
 _STORAGE: Final = {"C": "constant", "P": "persistent", "V": "variable"}
-_Words = tuple[str, str, str, str]
+_MOST: Final = 10_000  # texts that are remembered
+# speed, blend, turn rate, tool, frame
+_How = tuple[Speed | None, Blend | None, Quantity | None, Expression | None, Expression | None]
+# arm flags, quarters of axes, what is written back, further axes
+_Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...], tuple[float, ...]]
 
 
 def _value(text: str) -> State | Number:
@@ -57,6 +67,14 @@ def _value(text: str) -> State | Number:
     if word in ("true", "false"):
         return State(word == "true")
     return Number(float(text) if "." in text else int(text))
+
+
+def _moved(
+    line: int, word: str, target: Expression, how: _How, comment: str, via: Expression | None = None
+) -> Move:
+    speed, blend, turn, tool, frame = how
+    path = Path.JOINT if len(word) > 5 else _PATHS[word[-1].lower()]
+    return Move(line, path, (target,), speed, blend, (), comment, via=via, turn=turn, tool=tool, frame=frame)
 
 
 class PlainClauses:
@@ -69,15 +87,30 @@ class PlainClauses:
         self._speeds: dict[str, tuple[Speed, Quantity | None] | None] = {}
         self._blends: dict[str, Blend | None] = {}
         self._named: dict[str, Named | None] = {}
+        self._hows: dict[str, _How] = {}
         self._numbers: dict[str, tuple[float, ...] | None] = {}
+        self._arms: dict[tuple[str, str], _Arm | None] = {}
 
     def forget(self) -> None:
         """Names mean something else: another routine begins."""
-        for cache in (self._speeds, self._blends, self._named):
+        for cache in (self._speeds, self._blends, self._named, self._hows):
             cache.clear()
 
     def move(self, text: str, line: int, comment: str) -> Move | None:
         """The move in a clause, or None when it is not plain."""
+        plain = _TO_NAME.fullmatch(text)
+        if plain is not None:
+            word, name, tail = plain.groups()
+            how = self._hows.get(tail)
+            if how is not None:
+                target = self._named.get(name) or self._name(name)
+                return None if target is None else _moved(line, word, target, how, comment)
+        found = self._examined(text, line, comment)
+        if found is not None and plain is not None and len(self._hows) < _MOST:
+            self._hows[plain[3]] = found.speed, found.blend, found.turn, found.tool, found.frame
+        return found
+
+    def _examined(self, text: str, line: int, comment: str) -> Move | None:
         groups = None if self._moves is None else self._moves.get(text)
         if groups is None:
             match = MOVE.fullmatch(text)
@@ -104,19 +137,8 @@ class PlainClauses:
             if via is None:
                 return None
             target, via = via, target
-        return Move(
-            line,
-            Path.JOINT if len(word) > 5 else _PATHS[word[-1].lower()],
-            (target,),
-            speed[0],
-            blend,
-            (),
-            comment,
-            via=via,
-            turn=speed[1],
-            tool=tool_of(tool),
-            frame=frame_of(frame),
-        )
+        how = speed[0], blend, speed[1], tool_of(tool), frame_of(frame)
+        return _moved(line, word, target, how, comment, via)
 
     def point(self, text: str, line: int, comment: str) -> Declare | None:
         """The declaration of a literal robtarget, speed or zone, or None when it is not plain."""
@@ -181,13 +203,14 @@ class PlainClauses:
 
     def _robtarget(self, place: str, turn: str, arm: str, axes: str) -> PositionLiteral | None:
         shelf, key = self._shelf, (place, turn, arm, axes)
-        known = None if shelf is None else shelf.get(key)
+        if shelf is None:
+            return self._read_robtarget(place, turn, arm, axes)
+        known = shelf.get(key)
         if known is None:
             before, self._names.uneven = self._names.uneven, False
             known = self._read_robtarget(place, turn, arm, axes), self._names.uneven
             self._names.uneven |= before
-            if shelf is not None:
-                shelf.put(key, known)
+            shelf.put(key, known)
         elif known[1]:
             self._names.uneven = True
         found: PositionLiteral | None = known[0]
@@ -197,21 +220,27 @@ class PlainClauses:
         try:
             x, y, z = map(float, place.split(","))
             xyz = (x * mm, y * mm, z * mm)
-            w, a, b, c = quaternion = tuple(map(float, turn.split(",")))
+            w, a, b, c = map(float, turn.split(","))
             angles = quaternion_angles(w, a, b, c)
         except (ValueError, ShapeError):
             return None
-        configuration, external = self._some(arm, 4), self._some(axes, 6)
-        if (
-            configuration is None
-            or external is None
-            or not abs(xyz[0]) + abs(xyz[1]) + abs(xyz[2]) < NOT_CONNECTED
-        ):
+        key = arm, axes
+        how = self._arms[key] if key in self._arms else self._arm(key)
+        if how is None or not abs(xyz[0]) + abs(xyz[1]) + abs(xyz[2]) < NOT_CONNECTED:
             return None
-        if not is_unit(quaternion):
+        if not abs(w * w + a * a + b * b + c * c - 1.0) < UNIT_TOLERANCE:
             self._names.uneven = True
-        pose = PositionLiteral("pose", (*xyz, *angles), (), (), (("orient", turn),))
-        return with_axes(pose, configuration, external)
+        flags, sectors, native, external = how
+        return PositionLiteral("pose", (*xyz, *angles), external, flags, (("orient", turn), *native), sectors)
+
+    def _arm(self, texts: tuple[str, str]) -> _Arm | None:
+        """What a robtarget holds besides its pose: few different ones in a path."""
+        configuration, external = self._some(texts[0], 4), self._some(texts[1], 6)
+        if len(self._arms) > _MOST:
+            self._arms.clear()
+        plain = configuration is not None and external is not None
+        self._arms[texts] = (*arm_of(configuration), connected(external)) if plain else None
+        return self._arms[texts]
 
     def _jointtarget(self, axes: str, more: str) -> PositionLiteral | None:
         try:
@@ -232,20 +261,18 @@ class PlainClauses:
                 values = None
             # nan and inf are words for float and none for the grammar.
             plain = values is not None and len(values) == count and all(abs(v) < 1e12 for v in values)
-            if len(self._numbers) > 10_000:
+            if len(self._numbers) > _MOST:
                 self._numbers.clear()
             self._numbers[text] = values if plain else None
         return self._numbers[text]
 
     def _name(self, text: str) -> Named | None:
-        try:
+        if text in self._named:
             return self._named[text]
-        except KeyError:
-            pass
-        names = self._names
-        known = not text[0].isdigit() and (names.knows(text) or names.bus_of(text) is None)
-        known = known and text.lower() not in ("pi", "high", "low", "true", "false")
-        found = Named(names.spelled(text)) if known else None
+        names, key = self._names, text.lower()
+        known = key in names.types or key in names.local or names.bus_of(text) is None
+        known = known and key not in _WORDS and not text[0].isdigit()
+        found = Named(names.spelling.setdefault(key, text)) if known else None
         if len(self._named) < 200_000:
             self._named[text] = found
         return found

@@ -175,7 +175,7 @@ def with_axes(
 ) -> PositionLiteral:
     """The literal with what a robtarget holds besides: arm configuration and external axes [mm or deg]."""
     flags, sectors, native = arm(configuration)
-    return PositionLiteral("pose", pose.values, _external(external), flags, (*pose.native, *native), sectors)
+    return PositionLiteral("pose", pose.values, connected(external), flags, (*pose.native, *native), sectors)
 
 
 Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...]]
@@ -213,7 +213,7 @@ def confdata(configuration: tuple[int, ...], sectors: tuple[tuple[int, float, fl
     return f"{quarters[0]},{quarters[3]},{quarters[5]},{4 * rear + 2 * lower + 1 - noflip}"
 
 
-def _external(values: tuple[float, ...]) -> tuple[float, ...]:
+def connected(values: tuple[float, ...]) -> tuple[float, ...]:
     """nan for an axis that is not connected; () when none is."""
     if all(v >= NOT_CONNECTED for v in values):
         return ()
@@ -267,7 +267,8 @@ def _literal_pose(place: object, turn: object, names: Names) -> PositionLiteral 
 
 def is_unit(quaternion: tuple[float, ...]) -> bool:
     """Whether a quaternion has unit length, as far as digits are written."""
-    return abs(sum(q * q for q in quaternion) - 1.0) < UNIT_TOLERANCE
+    w, x, y, z = quaternion
+    return abs(w * w + x * x + y * y + z * z - 1.0) < UNIT_TOLERANCE
 
 
 def _computed(place: Expression | Aggregate, turn: Expression | Aggregate) -> Function:
@@ -350,7 +351,7 @@ def _jointtarget(value: Aggregate, names: Names) -> Expression:
 
 def joint_literal(axes: tuple[float, ...], external: tuple[float, ...]) -> PositionLiteral:
     """Axis values [deg], external axes [mm or deg]."""
-    return PositionLiteral("joint", tuple(v * deg for v in axes), _external(external))
+    return PositionLiteral("joint", tuple(v * deg for v in axes), connected(external))
 
 
 _MOST_ZEROS: Final = 2000  # elements of an array whose zeros are written out

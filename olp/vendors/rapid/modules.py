@@ -50,9 +50,10 @@ class ModuleReader:
         """Reads all clauses of the file."""
         move, point, kinds = self._plain.move, self._plain.point, self._findings.kinds
         for clause in clauses:
-            if isinstance(clause, Remark):
+            if type(clause) is Remark:
                 self._remark(clause)
                 continue
+            assert type(clause) is Clause
             if clause.word == "MOVE" and self._head is not None and not self._handler:
                 found = move(clause.text, clause.line, clause.comment or "")
                 if found is not None:

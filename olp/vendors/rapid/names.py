@@ -14,6 +14,11 @@ _DATA: Final = re.compile(
     r"(?:(?:LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(\w+)\s+(\w+)\s*(\{[^}]{0,500}\}\s*)?(?::=(.*))?;?\Z",
     re.IGNORECASE | re.DOTALL,
 )
+# Most of a file are points: of them, and of all data but speeds, zones and clocks, the value says nothing here.
+_BEGIN: Final = re.compile(
+    r"(?:(?:LOCAL|TASK)\s++)?(?:CONST|PERS|VAR)\s++(\w++)\s++(\w++)\s*+:=", re.IGNORECASE
+)
+_OF_VALUE: Final = frozenset({"clock", "speeddata", "zonedata"})
 _HEAD: Final = re.compile(
     r"(?:LOCAL\s+)?(PROC|FUNC|TRAP)\s+(?:(\w+)\s+)??(\w+)\s*(?:\((.*)\)\s*)?\Z", re.IGNORECASE | re.DOTALL
 )
@@ -121,6 +126,11 @@ def gather(clauses: Sequence[object]) -> Names:
         if not isinstance(clause, Clause) or clause.word == "MOVE":
             continue
         word, text = clause.word, clause.text
+        if not word and record is None and text[0] in "cCpPvVlLtT":
+            begin = _BEGIN.match(text)
+            if begin is not None and begin[1].lower() not in _OF_VALUE:
+                _declared(names, begin[1], begin[2], inside)
+                continue
         if len(text) > _LONG:
             text = " ".join(text.split())  # long runs of blanks take a regular expression long
         if record is not None:
@@ -156,11 +166,16 @@ def _other(names: Names, text: str, inside: dict[str, str] | None) -> None:
         names.signals.setdefault(name.lower(), SIGNAL_USERS[user.lower()])
 
 
+def _declared(names: Names, kind: str, name: str, inside: dict[str, str] | None) -> None:
+    key = name.lower()
+    names.spelling.setdefault(key, name)
+    (names.types if inside is None else inside).setdefault(key, kind.lower())
+
+
 def _data(names: Names, match: re.Match[str], inside: dict[str, str] | None) -> None:
     _, kind, name, sizes, value = match.groups()
     key, kind = name.lower(), kind.lower()
-    names.spelled(name)
-    (names.types if inside is None else inside).setdefault(key, kind)
+    _declared(names, kind, name, inside)
     if sizes:
         names.arrays.setdefault(key, sizes.count(",") + 1)
     if kind == "clock":

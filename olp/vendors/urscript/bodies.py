@@ -61,7 +61,7 @@ from olp.vendors.urscript.syntax import (
     Name,
     Node,
     Opening,
-    PoseOf,
+    PlainPose,
     Running,
     Simple,
     Word,
@@ -176,11 +176,11 @@ class _Body:
                     continue
             if (
                 type(content) is Assignment
-                and type(content.value) is PoseOf
+                and type(content.value) is PlainPose
                 and type(content.target) is Name
                 and content.target.text != helpers.COUNTER
             ):
-                assigned = self._point(content.target.text, content)
+                assigned = self._point(content.target.text, content, content.value)
                 body.append(assigned)
                 self._preamble = self._preamble and isinstance(assigned, _BEFORE_DATA)
                 index += 1
@@ -325,9 +325,9 @@ class _Body:
             lowered = Binary(content.operator[0], place, lowered)
         return self._stored(place, lowered)
 
-    def _point(self, name: str, content: Assignment) -> Statement:
+    def _point(self, name: str, content: Assignment, pose: PlainPose) -> Statement:
         """A pose that gets a name, of which a path has thousands; as `_named`, which takes the rarer ones."""
-        value = self._expressions.lower(content.value)
+        value = self._expressions.plain_pose(pose)
         names = self._names
         if (
             type(value) is PositionLiteral

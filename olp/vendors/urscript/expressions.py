@@ -45,6 +45,7 @@ from olp.vendors.urscript.syntax import (
     Name,
     Node,
     Pair,
+    PlainPose,
     PoseOf,
     Running,
     Sign,
@@ -101,28 +102,26 @@ class Expressions:
             return PositionLiteral("joint", values)
         return RecordLiteral("list", tuple(("", self.lower(item, nested)) for item in node.items))
 
-    def _pose(self, node: PoseOf, _: bool) -> Expression:
+    def plain_pose(self, node: PlainPose, _: bool = False) -> Expression:
         # By identity: a line that stands where it stood is the same object.
         known = None if self._poses is None else self._poses.get(id(node))
         if known is not None and known[0] is node:
-            found: PositionLiteral = known[1]
+            found: Expression = known[1]
             return found
+        pose = _pose_of(node.values)
+        if self._poses is not None:
+            self._poses.put(id(node), (node, pose))
+        return pose
+
+    def _pose(self, node: PoseOf, _: bool) -> Expression:
         if len(node.items) != _AXES:
             self.tell("P559", f"a pose has six numbers, this one {len(node.items)}", "p[x, y, z, rx, ry, rz]")
             return Function("pose-vector", tuple(self.lower(item) for item in node.items))
-        values = constants(node.items)
-        written = values is not None
+        folded = [fold(self.lower(item)) for item in node.items]
+        values = numbers(folded)
         if values is None:
-            folded = [fold(self.lower(item)) for item in node.items]
-            values = numbers(folded)
-            if values is None:
-                return Function("pose-vector", tuple(folded))
-        if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
-            return Function("pose-vector", tuple(map(Number, values)))
-        literal = pose_literal(values)
-        if self._poses is not None and written:
-            self._poses.put(id(node), (node, literal))
-        return literal
+            return Function("pose-vector", tuple(folded))
+        return _pose_of(values)
 
     def _subscript(self, node: Subscript, _: bool) -> Expression:
         base = self.lower(node.base)
@@ -210,11 +209,18 @@ class Expressions:
         return NamedArgument(given.name, value) if given.name else value
 
 
+def _pose_of(values: tuple[float, ...]) -> Expression:
+    if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
+        return Function("pose-vector", tuple(map(Number, values)))
+    return pose_literal(values)
+
+
 _LOWER: Final[Mapping[type, Callable[..., Expression]]] = {
     Literal: Expressions._literal,
     Name: Expressions._name,
     ListOf: Expressions._list,
     PoseOf: Expressions._pose,
+    PlainPose: Expressions.plain_pose,
     Subscript: Expressions._subscript,
     Dot: Expressions._dot,
     Sign: Expressions._sign,

@@ -7,10 +7,10 @@ declines, and the grammar reads it.
 from __future__ import annotations
 
 import re
-from functools import partial
 from typing import Final
 
 from olp.vendors.urscript.syntax import (
+    POSE_NUMBERS,
     Assignment,
     Evaluation,
     Given,
@@ -20,19 +20,21 @@ from olp.vendors.urscript.syntax import (
     Literal,
     Name,
     Node,
-    PoseOf,
+    PlainPose,
+    pose_of,
 )
 
 _NUMBER: Final = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
-_NAME: Final = r"[A-Za-z_][A-Za-z0-9_]*"
-_SIX: Final = r"[-+0-9.eE, ]+"
-_PLACE: Final = rf"(?:p?\[{_SIX}\]|{_NAME})"
+_NAME: Final = r"[A-Za-z_][A-Za-z0-9_]*+"
+_SOME: Final = r"[-+0-9.eE, ]++"
+_PLACE: Final = rf"(?:p?\[{_SOME}\]|{_NAME})"
+# What stands behind the target is examined once for each of its texts.
 _MOVE: Final = re.compile(
-    rf"(move[jlp]) ?\( ?(?:({_PLACE})|(get_inverse_kin)\(({_PLACE}), qnear=({_PLACE})\)"
-    rf"|(pose_trans)\(({_PLACE}), ?({_PLACE})\))((?: ?, ?(?:{_NAME} ?= ?)?(?:{_NUMBER}|{_NAME}))*) ?\)",
+    rf"(move[jlp]) ?\( ?(?:pose_trans\(({_PLACE}), ?({_PLACE})\)"
+    rf"|get_inverse_kin\(({_PLACE}), qnear=({_PLACE})\)|({_PLACE}))( ?,[^()\[\]\"]*+)? ?\)",
     re.ASCII,
 )
-_POINT: Final = re.compile(rf"(?:(global|local) )?({_NAME}) ?= ?(p?\[{_SIX}\])", re.ASCII)
+_POINT: Final = re.compile(rf"(?:(global|local) )?({_NAME}) ?= ?(p?\[{_SOME}\])", re.ASCII)
 _ARGUMENT: Final = re.compile(rf"(?:({_NAME}) ?= ?)?(?:({_NUMBER})|({_NAME}))", re.ASCII)
 _WORDS: Final = frozenset((
     "and", "or", "xor", "not", "if", "elif", "else", "while", "end", "def", "thread", "sec", "return",
@@ -41,10 +43,10 @@ _WORDS: Final = frozenset((
 _LONGEST = 26  # characters of a number; longer ones are examined by the reader of lines
 # The nodes as their constructors make them, in half the time.
 _new: Final = tuple.__new__
-_literal: Final = partial(tuple.__new__, Literal)  # of (value,): there are six of them in every point
 _TRANS: Final = Name("pose_trans")
+_KIN: Final = Name("get_inverse_kin")
 _MOVES: Final = {word: Name(word) for word in ("movej", "movel", "movep")}
-_arguments: dict[str, tuple[Given, ...] | None] = {"": ()}
+_arguments: dict[str | None, tuple[Given, ...]] = {None: ()}
 _MOST_CACHED = 20_000
 
 
@@ -63,23 +65,27 @@ def quick(text: str) -> Instruction | None:
 
 
 def _move(found: re.Match[str]) -> Instruction | None:
-    word, plain, kin, pose, near, _, frame, inner, tail = found.groups()
-    arguments = _arguments[tail] if tail in _arguments else _read_arguments(tail)
+    word, frame, inner, pose, near, plain, tail = found.groups()
+    arguments = _arguments.get(tail)
+    if arguments is None:
+        arguments = _read_arguments(tail)
+        if arguments is None:
+            return None
     if plain is not None:
         target = _place(plain)
-    elif kin is not None:
-        first, second = _place(pose), _place(near)
-        if first is None or second is None:
+        if target is None:
             return None
-        target = Invocation(Name(kin), (Given("", first), Given("qnear", second)))
-    else:
+    elif frame is not None:
         first, second = _place(frame), _place(inner)
         if first is None or second is None:
             return None
         given = (_new(Given, ("", first)), _new(Given, ("", second)))
         target = _new(Invocation, (_TRANS, given))
-    if target is None or arguments is None:
-        return None
+    else:
+        first, second = _place(pose), _place(near)
+        if first is None or second is None:
+            return None
+        target = Invocation(_KIN, (Given("", first), Given("qnear", second)))
     all_given = (_new(Given, ("", target)), *arguments)
     return _new(Evaluation, (_new(Invocation, (_MOVES[word], all_given)),))
 
@@ -92,11 +98,16 @@ def _place(text: str) -> Node | None:
     if max(map(len, numbers)) > _LONGEST:
         return None
     try:
-        items = tuple(map(_literal, [(float(one) if "." in one else _number(one),) for one in numbers]))
+        if pose and len(numbers) == POSE_NUMBERS:
+            values = tuple(map(float, numbers))
+            if not all(values):  # -0 is a whole number, which has no sign
+                values = tuple([float(_number(one)) for one in numbers])
+            return _new(PlainPose, (values,))
+        items = tuple([Literal(_number(one)) for one in numbers])
     except ValueError:
         return None
     if pose:
-        return _new(PoseOf, (items,)) if len(items) > 2 else None
+        return pose_of(items) if len(items) > 2 else None
     return ListOf(items)
 
 
@@ -111,7 +122,7 @@ def _read_arguments(tail: str) -> tuple[Given, ...] | None:
     else:
         if len(_arguments) >= _MOST_CACHED:
             _arguments.clear()
-            _arguments[""] = ()
+            _arguments[None] = ()
         _arguments[tail] = tuple(found)
         return tuple(found)
     return None

@@ -24,11 +24,11 @@ from olp.vendors.urscript.syntax import (
     Node,
     Opening,
     Pair,
-    PoseOf,
     Running,
     Sign,
     Subscript,
     Word,
+    pose_of,
 )
 
 
@@ -149,7 +149,7 @@ class Rules(Transformer[Token, Any]):
         base, indices = children
         # A variable may be called p: one index, or two of a matrix, are no pose.
         if base == Name("p") and len(indices) > 2:
-            return PoseOf(indices)
+            return pose_of(indices)
         return Subscript(base, indices)
 
     def member(self, children: list[Any]) -> Node:

@@ -76,10 +76,11 @@ class LineReader:
         """All instructions in order; every physical line gets its kind."""
         number, count, lines, kinds = 0, len(self._lines), self._lines, self._kinds
         new = tuple.__new__  # as the constructor does, in half the time
+        read = quick if self._shelf is None else self._quick
         while number < count:
             text = lines[number].strip(" \t\f\u00a0\x1a")
             number += 1
-            instruction = self._quick(text)
+            instruction = read(text)
             if instruction is not None:
                 kinds[number - 1] = LineKind.STATEMENT
                 yield new(Line, (number, number, instruction, ""))

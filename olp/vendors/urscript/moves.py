@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from olp.expression import Expression, FrameRef, Number, Quantity, State
+from olp.expression import Expression, FrameRef, Named, Number, Quantity, State
 from olp.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.vendors.urscript import builtins
 from olp.vendors.urscript.expressions import Expressions
 from olp.vendors.urscript.folding import fold
-from olp.vendors.urscript.syntax import Given, Invocation, Name, Node, PoseOf
+from olp.vendors.urscript.syntax import Given, Invocation, Name, Node, PlainPose, PoseOf
 
 _PATHS: Final = {
     "movej": Path.JOINT,
@@ -77,20 +77,22 @@ class MoveRules:
             manner = self._manners[key] = self._manner(word, rest, count)
         frame, places = self._placed(targets)
         lower = self._expressions.lower
-        found = [lower(place, True) for place in places]
-        via = found[0] if count == 2 else None
+        goal = places[-1]
+        target = Named(goal.text) if type(goal) is Name else lower(goal, True)
+        via = lower(places[0], True) if count == 2 else None
+        speed, rate, acceleration, blend, other = manner
         return Move(
             line,
             _PATHS[word],
-            (found[-1],),
-            manner.speed,
-            manner.blend,
+            (target,),
+            speed,
+            blend,
             (),
             comment,
-            manner.acceleration,
-            other=manner.other,
+            acceleration,
+            other=other,
             via=via,
-            rate=manner.rate,
+            rate=rate,
             frame=frame,
         )
 
@@ -197,6 +199,8 @@ class MoveRules:
     def _placed(self, targets: list[Node]) -> tuple[Expression, list[Node]]:
         """The frame that all targets stand in, and the targets in it."""
         if len(targets) == 1:
+            if type(targets[0]) is not Invocation:
+                return BASE, targets
             only, place = self._in_frame(targets[0])
             return (BASE, targets) if only is None else (self._frame(only), [place])
         split = [self._in_frame(target) for target in targets]
@@ -230,5 +234,5 @@ class MoveRules:
         if type(frame) is Name:
             waypoint = frame.text.endswith("_p") or frame.text in self._expressions.names.waypoints
         else:
-            waypoint = type(frame) is not PoseOf
+            waypoint = type(frame) not in (PlainPose, PoseOf)
         return not waypoint and self._expressions.part.find("pose_trans") is None

@@ -23,6 +23,7 @@ from olp.vendors.urscript.syntax import (
     Name,
     Node,
     Pair,
+    PlainPose,
     PoseOf,
     Running,
     Sign,
@@ -34,7 +35,7 @@ from olp.vendors.urscript.syntax import (
 )
 
 _ROUNDS = 3  # a type passes from a value to a name, from a name to a parameter, and on
-_ONLY_LITERALS = {Literal}
+_NAMELESS = frozenset({Literal, PlainPose})
 _COMPARISONS = frozenset({"==", "!=", "<", ">", "<=", ">=", "and", "or", "xor"})
 
 
@@ -164,7 +165,7 @@ class Names:
             shared = self._seen[id(part)]
             for name, value in facts.given:
                 types = self.types if name in shared else facts.types
-                if type(value) is PoseOf:  # a path has thousands
+                if type(value) is PlainPose:  # a path has thousands
                     if types.get(name) != "position":
                         changed |= _widen(types, name, "position")
                     continue
@@ -188,7 +189,7 @@ class Names:
         match node:
             case Literal(value):
                 return _LITERALS[type(value)]
-            case PoseOf():
+            case PoseOf() | PlainPose():
                 return "position"
             case ListOf(items):
                 return self._list(part, items, joints, tables)
@@ -243,7 +244,9 @@ _LITERALS = {bool: "boolean", int: "integer", float: "real", str: "string"}
 
 
 def _is_structure(node: Node) -> bool:
-    return type(node) in (ListOf, PoseOf) or (type(node) is Literal and type(node.value) in (str, bool))
+    return type(node) in (ListOf, PoseOf, PlainPose) or (
+        type(node) is Literal and type(node.value) in (str, bool)
+    )
 
 
 def _is_parameter(part: Part, name: str) -> bool:
@@ -282,15 +285,15 @@ def _gather(part: Part) -> Facts:
     facts = Facts(part)
     for index, (line, _) in enumerate(part.lines):
         content = line.content
-        if type(content) is Mark or type(content) is Broken:
+        kind = type(content)
+        if kind is Evaluation:
+            _use(facts, content.value)  # type: ignore[union-attr]
             continue
-        if type(content) is Evaluation:
-            _use(facts, content.value)
+        if kind is Mark or kind is Broken:
             continue
-        if type(content) is Assignment and type(content.value) is PoseOf and type(content.target) is Name:
+        if type(content) is Assignment and type(content.value) is PlainPose and type(content.target) is Name:
             _assigned(facts, content, index)
             facts.used.add(content.target.text)
-            _use(facts, content.value)
             continue
         simple = simple_of(content)  # type: ignore[arg-type]
         if type(simple) is Assignment:
@@ -326,11 +329,11 @@ def _use(facts: Facts, expression: Node) -> None:
         arguments = expression.arguments  # type: ignore[union-attr]
         if name not in facts.plain:
             _called(facts, name, arguments)
-        for given in reversed(arguments):
-            if type(given.value) is not Literal:
-                _use(facts, given.value)
-        return
-    if kind is PoseOf and set(map(type, expression.items)) == _ONLY_LITERALS:  # type: ignore[union-attr]
+        for _, value in reversed(arguments):
+            if type(value) is Name:
+                facts.used.add(value.text)
+            elif type(value) not in _NAMELESS:
+                _use(facts, value)
         return
     for node in walk(expression):
         if type(node) is Name:

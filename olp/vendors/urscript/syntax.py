@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
+
+POSE_NUMBERS: Final = 6
 
 
 class Name(NamedTuple):
@@ -24,6 +26,12 @@ class PoseOf(NamedTuple):
     """p[…]: x y z [m] and a rotation vector [rad]."""
 
     items: tuple[Node, ...]
+
+
+class PlainPose(NamedTuple):
+    """p[…] of six numbers that are written out: a path has thousands."""
+
+    values: tuple[float, ...]
 
 
 class Subscript(NamedTuple):
@@ -69,7 +77,7 @@ class Pair(NamedTuple):
     right: Node
 
 
-Node = Name | Literal | ListOf | PoseOf | Subscript | Dot | Invocation | Running | Sign | Pair
+Node = Name | Literal | ListOf | PoseOf | PlainPose | Subscript | Dot | Invocation | Running | Sign | Pair
 
 
 class Definition(NamedTuple):
@@ -119,13 +127,21 @@ Simple = Word | Assignment | Evaluation
 Instruction = Definition | Opening | Closing | Simple
 
 
+def pose_of(items: tuple[Node, ...]) -> PoseOf | PlainPose:
+    """p[…] with these items."""
+    numbers = [one.value for one in items if type(one) is Literal and type(one.value) in (int, float)]
+    if len(items) == len(numbers) == POSE_NUMBERS:
+        return PlainPose(tuple(map(float, numbers)))
+    return PoseOf(items)
+
+
 def walk(node: Node) -> Iterator[Node]:
     """The expression and all expressions in it, but for literals and what holds only literals."""
     pending = [node]
     while pending:
         one = pending.pop()
         kind = type(one)
-        if kind is Literal:
+        if kind is Literal or kind is PlainPose:
             continue
         if kind is PoseOf or kind is ListOf:
             items = one.items  # type: ignore[union-attr]
