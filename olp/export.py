@@ -10,6 +10,7 @@ that the encoding does not have.
 
 from __future__ import annotations
 
+import codecs
 import os
 from importlib import import_module
 from typing import Protocol, cast
@@ -19,6 +20,7 @@ from olp.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
 from olp.program import Program
 
 _ERRORS = "surrogateescape"  # bytes that could not be read are written as they were, see `source`
+_WITH_ASCII = frozenset({"cp1252", "iso8859-1", "utf-8"})  # of which ASCII is a part
 _FALLBACK = "cp1252"  # what controllers sold in Europe and America write
 
 
@@ -127,9 +129,11 @@ def encoded(text: str, program: Program, vendor: str, encoding: str) -> bytes:
     """The text with the vendor's line ends. Raises OlpError (X003)."""
     from olp.vendors.vendor import find_vendor
 
-    newline = find_vendor(vendor).newline
+    ended = text.replace("\n", find_vendor(vendor).newline)
     try:
-        return text.replace("\n", newline).encode(encoding, _ERRORS)
+        # A table of characters takes twenty times as long as ASCII, which nearly all programs are.
+        ascii_too = text.isascii() and codecs.lookup(encoding).name in _WITH_ASCII
+        return ended.encode("ascii" if ascii_too else encoding, _ERRORS)
     except LookupError:
         raise OlpError(
             error("X003", f"unknown encoding '{encoding}'", help="try cp1252, shift_jis or utf-8")

@@ -112,6 +112,32 @@ def test_a_record_of_the_programs_own_that_is_called_like_a_speed_is_left_to_the
     assert PlainClauses(gather(clauses)).point(clauses[-1].text, 0, "") is None
 
 
+@pytest.mark.parametrize(
+    "texts",
+    [
+        [f"MoveL p{n},v100,z10,tool0{rest};" for rest in ("", "\\WObj:=wobj0") for n in range(3)],
+        ["MoveJ p1, v100 ,z10,gripper;", "moveabsj p2, v100 ,z10,gripper;", "MoveL p1, v100 ,z10,gripper;"],
+        ["MoveL p1,v100,fine,tool0;", "MoveL p1,v100,fine,tool0 ;", "MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],"
+         "[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", "MoveC p1,p2,v100,fine,tool0;"],
+    ],
+)  # fmt: skip
+def test_rapid_moves_that_go_alike_are_read_as_the_grammar_reads_each(texts: list[str]) -> None:
+    """What stands behind the target is read once for each of its texts."""
+    names = gather([])
+    plain = PlainClauses(names)
+    for text in texts * 2:
+        assert repr([plain.move(text, 0, "")]) == repr(clause_parser().parse(text, names))
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    ["1_000,0,0],[1,0,0,0", "nan,0,0],[1,0,0,0", "1,2,3],[1,0,0,inf", "1,2,3],[0,0,0,0", "1,2],[1,0,0,0"],
+)
+def test_rapid_points_of_what_only_python_takes_for_numbers_are_left_to_the_grammar(numbers: str) -> None:
+    text = f"CONST robtarget p1:=[[{numbers}],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    assert PlainClauses(gather([])).point(text, 0, "") is None
+
+
 def test_krl_names_of_the_motion_data_are_found_wherever_code_names_them(tmp_path: Path) -> None:
     """With no $config.dat only the names that olp knows values for are looked for; comments name nothing."""
     file = tmp_path / "P.src"

@@ -18,7 +18,7 @@ from olp.frozen import changer, fast_init
 from olp.moves import Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.program import Assign, Declare
 from olp.translate.rewrite import expressions_of, note_names
-from olp.vendors._decimals import trimmed
+from olp.vendors._decimals import all_trimmed, trimmed
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +109,13 @@ def test_trimmed_decimals_are_those_of_round(value: float) -> None:
 def test_trimmed_decimals_know_no_other_values() -> None:
     assert trimmed(math.nan, 9) is trimmed(math.inf, 9) is trimmed(1e4, 9) is None
     assert [trimmed(value, 9) for value in (0.0, -0.0, -1e-12, 3.0, -2.5)] == ["0.", "0.", "0.", "3.", "-2.5"]
+
+
+@given(st.lists(st.floats() | st.floats(-1e4, 1e4) | st.floats(-1e-9, 1e-9), min_size=1, max_size=6))
+def test_decimals_that_are_trimmed_together_are_those_of_each(values: list[float]) -> None:
+    for decimals in (9, 10):
+        texts = [trimmed(value, decimals) for value in values]
+        assert all_trimmed(tuple(values), decimals) == (None if None in texts else texts)
 
 
 def test_names_that_are_noted_are_those_of_all_expressions() -> None:

@@ -23,7 +23,7 @@ def computed_first(it: Any, words: Words, temporaries: dict[str, str]) -> tuple[
     filler = _Filler(words, temporaries)
     changed: Statement
     if isinstance(it, Move):
-        if not any(_is_computed(one) for one in (*it.targets, it.via, it.tool, it.frame)):
+        if Function not in map(type, (*it.targets, it.via, it.tool, it.frame)):
             return [], it
         changed = replace(
             it,
@@ -39,10 +39,6 @@ def computed_first(it: Any, words: Words, temporaries: dict[str, str]) -> tuple[
     else:
         changed = replace(it, frame=filler.plain(it.frame))
     return filler.lines, changed
-
-
-def _is_computed(it: Expression | None) -> bool:
-    return type(it) is Function
 
 
 class _Filler:

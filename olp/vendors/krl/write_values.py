@@ -30,8 +30,8 @@ from olp.expression import (
     Unary,
     Unknown,
 )
-from olp.units import deg
-from olp.vendors._decimals import trimmed
+from olp.units import deg, mm
+from olp.vendors._decimals import all_trimmed, trimmed
 from olp.vendors.krl import values
 from olp.vendors.krl.expressions import BUSES, FUNCTIONS, SYSTEM_VALUES
 from olp.vendors.krl.scope import AXES, COMPONENTS, Scope
@@ -81,6 +81,11 @@ def number(literal: Number) -> str:
     return str(value)
 
 
+@lru_cache(maxsize=10_000)
+def _in_units(value: float, has: float, scale: float) -> str:
+    return decimal(float(f"{value * has / scale:.10g}"))
+
+
 def _foreign(value: float) -> str:
     """Without the noise of another language's units: a millionth of a millimetre, a billionth of a degree."""
     text = trimmed(value, _DECIMALS) if abs(value) < _NINE_DECIMALS else None
@@ -109,6 +114,34 @@ def pose_text(it: PositionLiteral, own: bool = True) -> str:
 
 
 def _foreign_pose(it: PositionLiteral) -> str:
+    return _plain_pose(it) or _any_foreign(it)
+
+
+def _plain_pose(it: PositionLiteral) -> str:
+    """A pose with all six numbers and no further axes, as nearly all are; empty for others."""
+    if it.kind != "pose" or it.external or len(it.values) != _PARTS_OF_POSE:
+        return ""
+    x, y, z, rx, ry, rz = it.values
+    written = (x / mm, y / mm, z / mm, rz / deg, ry / deg, rx / deg)
+    if not (min(written) > -_NINE_DECIMALS and max(written) < _NINE_DECIMALS):
+        return ""
+    texts = all_trimmed(written, _DECIMALS)
+    if texts is None:
+        return ""
+    given = _pattern(it.native, it.configuration, it.sectors)
+    return given % tuple([one.rstrip(".") for one in texts])
+
+
+@lru_cache(maxsize=1000)
+def _pattern(
+    native: tuple[tuple[str, str], ...], flags: tuple[int, ...], sectors: tuple[tuple[int, float, float], ...]
+) -> str:
+    status = _status(PositionLiteral("pose", (), (), flags, native, sectors))
+    texts = [*(f"{word} %s" for word, _ in _POSE), *(one.replace("%", "%%") for one in status)]
+    return f"{{{','.join(texts)}}}"
+
+
+def _any_foreign(it: PositionLiteral) -> str:
     if it.kind == "pose":
         pairs = [(word, it.values[place] / values.POSE_SCALES[place]) for word, place in _POSE]
     else:
@@ -373,5 +406,5 @@ class Words:
         if math.isclose(it.scale, scale, rel_tol=1e-12):
             return self.expression(written)
         if type(written) is Number:
-            return decimal(float(f"{written.value * it.scale / scale:.10g}"))
+            return _in_units(written.value, it.scale, scale)
         return f"{self.expression(written, 11)}*{decimal(float(f'{it.scale / scale:.12g}'))}"

@@ -238,9 +238,11 @@ class PlainClauses:
         configuration, external = self._some(texts[0], 4), self._some(texts[1], 6)
         if len(self._arms) > _MOST:
             self._arms.clear()
-        plain = configuration is not None and external is not None
-        self._arms[texts] = (*arm_of(configuration), connected(external)) if plain else None
-        return self._arms[texts]
+        found: _Arm | None = None
+        if configuration is not None and external is not None:
+            found = (*arm_of(configuration), connected(external))
+        self._arms[texts] = found
+        return found
 
     def _jointtarget(self, axes: str, more: str) -> PositionLiteral | None:
         try:

@@ -202,6 +202,7 @@ def arm(configuration: tuple[float, ...]) -> Arm:
     return (1 - cfx % 2, cfx // 2 % 2, cfx // 4, *turns), sectors, native
 
 
+@lru_cache(maxsize=1000)
 def confdata(configuration: tuple[int, ...], sectors: tuple[tuple[int, float, float], ...]) -> str:
     """The way back of `arm`; "" where the quarters are not known."""
     quarters = {

@@ -8,6 +8,7 @@ from typing import Final
 
 from olp.expression import PositionLiteral
 from olp.units import deg, mm
+from olp.vendors._decimals import all_trimmed
 from olp.vendors.rapid.literals import confdata
 
 _NO_AXES: Final = "[9E9,9E9,9E9,9E9,9E9,9E9]"
@@ -73,12 +74,9 @@ def turn(rx: float, ry: float, rz: float, written: str) -> str:
         size = math.sqrt(sum(q * q for q in known))
         if size and abs(sum(a * b for a, b in zip(computed, known, strict=True))) / size > 1.0 - _SAME:
             return f"[{written}]"
-    return f"[{','.join(map(_turn_number, computed))}]"
-
-
-def _turn_number(value: float) -> str:
-    text = f"{value:.{_TURN_DIGITS}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
+    texts = all_trimmed(computed, _TURN_DIGITS)
+    assert texts is not None  # none is greater than one
+    return f"[{','.join([one.rstrip('.') for one in texts])}]"
 
 
 def place(values: tuple[float, ...], exact: bool = True) -> str:
@@ -103,7 +101,8 @@ def literal(it: PositionLiteral, kind: str, own: bool) -> str:
         values = [*it.values, *[0.0] * (6 - len(it.values))]
         return f"[[{','.join(decimal(value, deg, own) for value in values)}],{axes(it.external, own)}]"
     values6 = it.values[:6]
-    if any(math.isnan(value) for value in values6):
+    total = sum(values6)
+    if total != total and any(map(math.isnan, values6)):
         raise CannotSayError("a position with values left out", "write all six")
     native = dict(it.native) if own else {}
     if kind == "pos":

@@ -182,7 +182,7 @@ class _ListingWriter:
                 yield from comment_lines(comment)
             yield from lines
             at += taken
-            if isinstance(statement, _UNKNOWN_AFTER):
+            if type(statement) is not move and isinstance(statement, _UNKNOWN_AFTER):
                 moves.forget()
 
     def _other(self, statement: Statement, at: int) -> tuple[list[str], int]:

@@ -285,11 +285,10 @@ def _gather(part: Part) -> Facts:
     facts = Facts(part)
     for index, (line, _) in enumerate(part.lines):
         content = line.content
-        kind = type(content)
-        if kind is Evaluation:
-            _use(facts, content.value)  # type: ignore[union-attr]
+        if type(content) is Evaluation:
+            _use(facts, content.value)
             continue
-        if kind is Mark or kind is Broken:
+        if type(content) is Mark or type(content) is Broken:
             continue
         if type(content) is Assignment and type(content.value) is PlainPose and type(content.target) is Name:
             _assigned(facts, content, index)

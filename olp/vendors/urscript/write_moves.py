@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Final
 
 from olp import called
@@ -25,6 +26,7 @@ _NOT_SAID: Final = (
     ("deceleration", "a deceleration of its own"),
     ("no_wait", "a move that is not waited for"),
 )
+_rare = attrgetter(*(name for name, _ in _NOT_SAID))
 
 
 class MoveWriter:
@@ -42,9 +44,8 @@ class MoveWriter:
         if found is None:
             found = self._manners[key] = self._manner(s)
             self._kept.append(s)
-        for name, what in _NOT_SAID:
-            if getattr(s, name):
-                raise CannotSayError(what)
+        if any(_rare(s)):
+            raise CannotSayError(next(what for name, what in _NOT_SAID if getattr(s, name)))
         if len(s.targets) != 1:
             raise CannotSayError("a move of more than one mechanism")
         word, arguments = found

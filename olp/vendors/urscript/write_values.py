@@ -31,13 +31,14 @@ from olp.expression import (
     Unknown,
 )
 from olp.units import deg, mm
-from olp.vendors._decimals import trimmed
+from olp.vendors._decimals import all_trimmed, trimmed
 from olp.vendors.urscript import builtins, helpers
 from olp.vendors.urscript.folding import scaled
 from olp.vendors.urscript.rotations import angles_from_vector, vector_from_angles
 
 _SAME = 1e-12
 _NO_TEXT: Final = frozenset('"\r\n')  # what no text holds
+_LEAST = 1e-3  # smaller numbers than these may be written with an exponent
 _DECIMALS = 10  # of metres and radians of other languages' points: a ten-millionth of a millimetre
 _STANDARD_SIGNALS = 8
 _ZERO = "p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]"
@@ -127,7 +128,7 @@ class Words:
             raise CannotSayError("a position with components left out", "write all of them")
         if e.kind == "joint":
             return f"[{', '.join(map(self.decimal, e.values))}]", _WHOLE
-        return f"p[{', '.join(map(self.decimal, e.values[:3]))}, {self._vector(e)}]", _WHOLE
+        return f"p[{self._decimals(e.values[:3])}, {self._vector(e)}]", _WHOLE
 
     def _vector(self, e: PositionLiteral) -> str:
         turn = e.values[3:6]
@@ -135,14 +136,21 @@ class Words:
             written = dict(e.native).get("vector", "")
             if written and angles_from_vector(*map(float, written.split(","))) == turn:
                 return written
-        return ", ".join(map(self.decimal, vector_from_angles(*turn)))
+        return self._decimals(vector_from_angles(*turn))
+
+    def _decimals(self, values: tuple[float, ...]) -> str:
+        """`decimal` of each, all at once where they are spelled alike."""
+        if not self.own and min(map(abs, values)) >= _LEAST:
+            texts = all_trimmed(values, _DECIMALS)
+            if texts is not None:
+                return ", ".join([f"{one}0" if one[-1] == "." else one for one in texts])
+        return ", ".join(map(self.decimal, values))
 
     def decimal(self, value: float) -> str:
         """A length or an angle of a point."""
         if self.own:
             return repr(value)
-        # Shorter numbers than these are written with an exponent.
-        text = trimmed(value, _DECIMALS) if abs(value) >= 1e-3 else None
+        text = trimmed(value, _DECIMALS) if abs(value) >= _LEAST else None
         if text is None:
             return repr(round(value, _DECIMALS) + 0.0)
         return f"{text}0" if text[-1] == "." else text
