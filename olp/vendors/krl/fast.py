@@ -45,7 +45,7 @@ _POSE = re.compile(
 )
 _POSE_KEYS = frozenset("XYZABCST") | frozenset(values.EXTERNALS)
 _AXIS_KEYS = frozenset(f"A{n}" for n in range(1, 7)) | frozenset(values.EXTERNALS)
-_PATHS: Final = {"P": Path.JOINT, "L": Path.LINEAR}
+_PATHS: Final = {"P": Path.JOINT, "p": Path.JOINT, "L": Path.LINEAR, "l": Path.LINEAR}
 POSITIONS: Final = POSES | AXES
 _KEYWORD = re.compile(r"C_\w+|TRUE|FALSE", re.IGNORECASE)
 
@@ -137,7 +137,7 @@ class MoveLines:
                 return None
             target = Named(self._scope.spell(name))
         blend = self._blends.get(passed) or self._blend(passed)
-        return Move(number, _PATHS[word[0].upper()], (target,), None, blend, (), comment)
+        return Move(number, _PATHS[word[0]], (target,), None, blend, (), comment)
 
     def _blend(self, word: str | None) -> Blend:
         assert word is not None

@@ -12,7 +12,7 @@ from olp.expression import Text
 from olp.program import Opaque, Process, Statement
 
 _CODE = re.compile(r'(?:[^;"]|"[^"]*(?:"|$))*')
-_BLANKS = " \t\f\x1a\xa0"
+BLANKS: Final = " \t\f\x1a\xa0"
 # Instructions that are kept word for word: the advance run, interrupts, switching on the path, the operator.
 _KEPT = re.compile(
     r"(?:GLOBAL\s+)?(INTERRUPT|TRIGGER|ANOUT|ANIN|DIGIN|BRAKE|RESUME|CONTINUE|ON_ERROR_PROCEED|CONFIRM|CCLOSE|CREAD|COPEN"
@@ -33,10 +33,10 @@ FOLD: Final = re.compile(r"\s*(END)?FOLD(?![A-Za-z])", re.IGNORECASE)
 def split(line: str) -> tuple[str, str | None]:
     """Code without the blanks around it, and the comment behind ; (None: there is none)."""
     if ";" not in line:
-        return line.strip(_BLANKS), None
+        return line.strip(BLANKS), None
     match = _CODE.match(line)
     end = match.end() if match else 0
-    return line[:end].strip(_BLANKS), line[end + 1 :].rstrip(_BLANKS) if end < len(line) else None
+    return line[:end].strip(BLANKS), line[end + 1 :].rstrip(BLANKS) if end < len(line) else None
 
 
 def kept(code: str) -> Statement | None:

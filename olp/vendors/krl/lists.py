@@ -74,18 +74,25 @@ class ListReader:
 
     def _plain(self, match: re.Match[str], number: int) -> bool:
         shared, word, name, aggregate = match.groups()
-        kind = word.upper()
-        if self._only is not None and name.upper() not in self._only:
+        kind, key = word.upper(), name.upper()
+        if self._only is not None and key not in self._only:
             return True
         value = fast.literal(aggregate, kind)
         if value is None:
             return False
         name = self._scope.spell(name)
-        type = NEUTRAL_TYPES[kind]
-        line = self._line(number)
-        self._declare(
-            Declare(line, name, type, value, (), "variable", bool(shared), kind, self._comment), number
+        it = Declare(
+            number if self._placed else 0,
+            name,
+            NEUTRAL_TYPES[kind],
+            value,
+            (),
+            "variable",
+            bool(shared),
+            kind,
+            self._comment,
         )
+        self._declare(it, key, value, number)
         return True
 
     def _record(self, match: re.Match[str], number: int) -> bool:
@@ -112,6 +119,8 @@ class ListReader:
                 kind,
                 self._comment,
             ),
+            name.upper(),
+            value,
             number,
         )
         return True
@@ -119,11 +128,10 @@ class ListReader:
     def _line(self, number: int) -> int:
         return number if self._placed else 0
 
-    def _declare(self, it: Declare, number: int) -> None:
-        scope, key = self._scope, it.name.upper()
-        scope.declare(it.name, it.native)
-        if it.value is not None:
-            scope.values[key] = it.value
+    def _declare(self, it: Declare, key: str, value: Expression, number: int) -> None:
+        """`key`: its name in capitals."""
+        self._scope.declare(key, it.native)
+        self._scope.values[key] = value
         if key in self.declared:
             self._add(it, number)
             return

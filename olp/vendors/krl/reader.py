@@ -18,6 +18,8 @@ from olp.vendors.krl.neighbours import HEAD, NAME, TAIL, read_neighbours, stem
 from olp.vendors.krl.parsing import LineReader
 from olp.vendors.krl.scope import NEUTRAL_TYPES, Scope
 
+_OF_HEADS = frozenset("DdEeGg")  # what heads and tails begin with
+
 
 def read_program(source: Source, given: tuple[Source, ...] | None = None) -> Program:
     """The program in a text. `given`: the .dat and $config.dat (None: looked for on the disk). Never raises."""
@@ -78,13 +80,18 @@ class _FileReader:
 
     def read(self) -> list[Routine]:
         for number, line in enumerate(self._findings.source.lines, 1):
-            code, comment = lines.split(line)
-            if comment is not None:
-                self._fold(comment, number)
+            if ";" in line:
+                code, comment = lines.split(line)
+                if comment is not None:
+                    self._fold(comment, number)
+            else:
+                code, comment = line.strip(lines.BLANKS), None
             if not code:
                 self._without_code(comment, number)
-            elif code[0] in "Dd" or code[0] in "EeGg":
+            elif code[0] in _OF_HEADS:
                 self._word(code, comment or "", number)
+            elif self._body is not None and code[0] != "&":
+                self._body.read(code, comment or "", number)
             else:
                 self._code(code, comment or "", number)
         self._end_of_file()
