@@ -17,14 +17,20 @@ def array_values(program: Program, work: Work) -> Program:
     """`a := [[1,2],[3,4]]` as four assignments."""
     if work.target in _WHOLE:
         return program
+    if not any(_sets_array(s) for r in program.routines for _, s in work.look(r).rare):
+        return program
     routines = tuple(
         replace(r, body=tuple(row for s in r.body for row in _rows(s))) for r in program.routines
     )
     return replace(program, routines=routines)
 
 
+def _sets_array(s: Statement) -> bool:
+    return type(s) is Assign and type(s.target) is Named and _is_array(s.value)
+
+
 def _rows(s: Statement) -> tuple[Statement, ...]:
-    if type(s) is not Assign or type(s.target) is not Named or not _is_array(s.value):
+    if type(s) is not Assign or not _sets_array(s):
         return (s,)
     rows = [Assign(s.line, Item(s.target, at), value) for at, value in _elements(s.value, ())]
     return (replace(rows[0], comment=s.comment), *rows[1:]) if rows else (s,)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from olp.expression import Expression, Item, Named, Number, RecordLiteral
 from olp.program import Program
-from olp.translate.lift_numbers import expressions_in
-from olp.translate.rewrite import calls_nothing, expressions_of, sets_numbers
-from olp.translate.symbols import Symbol, Symbols, symbols_of
+from olp.translate.rewrite import expressions_of
+from olp.translate.symbols import Symbol, Symbols
 from olp.translate.work import Fate, Work
 
 
@@ -28,11 +27,11 @@ def _listed(symbol: Symbol) -> tuple[int, ...] | None:
     return None if symbol.sizes else ()
 
 
-def largest_indices(program: Program) -> dict[str, int]:
+def largest_indices(program: Program, work: Work) -> dict[str, int]:
     """The largest index that is written out of each array of one dimension."""
     found: dict[str, int] = {}
     for routine in program.routines:
-        for e in expressions_in(routine):
+        for e in work.look(routine).expressions:
             if type(e) is Item and type(e.base) is Named and len(e.indices) == 1:
                 index = e.indices[0]
                 if type(index) is Number:
@@ -42,13 +41,11 @@ def largest_indices(program: Program) -> dict[str, int]:
 
 def array_bounds(program: Program, work: Work) -> Program:
     """Refuses elements beyond an array's end; for numbered languages also computed ones where no end is known."""
-    if not any(type(e) is Item for routine in program.routines for e in expressions_in(routine)):
+    if not any(type(e) is Item for routine in program.routines for e in work.look(routine).expressions):
         return program
-    symbols = symbols_of(program)
+    symbols = work.symbols(program)
     for routine in program.routines:
-        for s in routine.body:
-            if calls_nothing(s) or sets_numbers(s):
-                continue
+        for _, s in work.look(routine).rare:
             for e in expressions_of(s):
                 says = _wrong(symbols, routine.name, e, bool(work.limits.numbered)) if type(e) is Item else ""
                 if says:

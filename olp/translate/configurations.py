@@ -11,7 +11,6 @@ from olp.kinematics.readings import readings_of_joints, same_posture
 from olp.plan import StepKind
 from olp.program import Move, Path, Program, Statement
 from olp.translate.rewrite import edited, mapped
-from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Work
 
 _SAME = 1e-6  # [rad] below this two ends are one
@@ -22,25 +21,19 @@ def configurations(program: Program, work: Work) -> Program:
 
     Each other joint move that led to a pose with flags is a loss.
     """
-    if work.limits.has_configuration:
+    if work.limits.has_configuration or not any(e.configuration for e in work.literals(program)):
         return program
-    symbols = symbols_of(program)
-    configured = any(isinstance(x.value, PositionLiteral) and x.value.configuration for x in symbols) or any(
-        type(e) is PositionLiteral and e.configuration
-        for s in program.statements()
-        if isinstance(s, Move)
-        for e in s.targets
-    )
+    symbols = work.symbols(program)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
         for s in routine.body:
             row = _row(s)
-            if isinstance(s, Move) and configured:
+            if isinstance(s, Move) and s.path is Path.JOINT:
                 literal = symbols.fixed_value(routine.name, s.targets[0])
                 if isinstance(literal, PositionLiteral) and literal.configuration:
                     assert isinstance(row, Move)
-                    row = _near(row, work) if s.path is Path.JOINT else row
+                    row = _near(row, work)
             rows.append(row)
         routines.append(
             replace(routine, body=tuple(rows), data=tuple(mapped(d, _without) for d in routine.data))

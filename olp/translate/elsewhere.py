@@ -15,8 +15,9 @@ from olp.points import PointKind
 from olp.program import Declare, Move, Program, Routine, SetFrame, SetTool, Statement
 from olp.translate.frame_names import system_label
 from olp.translate.here import systems_of
+from olp.translate.look import Look
 from olp.translate.rewrite import calls_nothing, edited, expressions_of, mapped, sets_numbers
-from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.symbols import Symbols
 from olp.translate.work import Elsewhere, Work, world_of
 
 _FIELDS = {Move: ("tool", "frame"), SetTool: ("tool",), SetFrame: ("frame",)}
@@ -25,7 +26,9 @@ _KINDS = {"tool": "tool", "frame": "user"}
 
 def elsewhere(program: Program, work: Work) -> Program:
     """Notes them in `work.elsewhere` and puts their numbers in their places."""
-    symbols = symbols_of(program)
+    symbols = work.symbols(program)
+    if not any(_names_undeclared(symbols, routine, work.look(routine)) for routine in program.routines):
+        return program
     named = [
         (routine, s, kind, e)
         for routine in program.routines
@@ -33,8 +36,6 @@ def elsewhere(program: Program, work: Work) -> Program:
         for kind, e in _systems(s)
         if _is_undeclared(symbols, routine, e)
     ]
-    if not named:
-        return program
     own = _Elsewhere(work, program)
     for _, s, kind, e in named:
         own.note(kind, e, s)
@@ -55,6 +56,12 @@ def _systems(s: Statement) -> Iterator[tuple[str, Expression]]:
             for kind, part in zip(("tool", "user"), systems_of(e) or (), strict=False):
                 if part is not None:
                     yield kind, part
+
+
+def _names_undeclared(symbols: Symbols, routine: Routine, look: Look) -> bool:
+    systems = [e for _, e in look.systems if type(e) is not FrameRef]
+    systems += [e for _, s in look.rare for _, e in _systems(s)]
+    return any(_is_undeclared(symbols, routine, e) for e in systems)
 
 
 def _is_undeclared(symbols: Symbols, routine: Routine, e: Expression) -> bool:

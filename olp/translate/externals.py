@@ -8,7 +8,7 @@ from typing import Final
 from olp.expression import Expression, PositionLiteral
 from olp.program import Move, Program, Statement
 from olp.translate.rewrite import calls_nothing, expressions_of, mapped
-from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.symbols import Symbols
 from olp.translate.work import Fate, Work
 
 _SAYS: Final = {
@@ -20,9 +20,9 @@ _SAYS: Final = {
 
 def externals(program: Program, work: Work) -> Program:
     """Positions without external axes. Those that stand at zero all the time are nothing; others are refused."""
-    if work.target not in _SAYS or not _any(program):
+    if work.target not in _SAYS or not any(e.external for e in work.literals(program)):
         return program
-    symbols = symbols_of(program)
+    symbols = work.symbols(program)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -33,20 +33,6 @@ def externals(program: Program, work: Work) -> Program:
         data = tuple(mapped(d, _without) for d in routine.data)
         routines.append(replace(routine, body=tuple(rows), data=data))
     return replace(program, data=tuple(mapped(d, _without) for d in program.data), routines=tuple(routines))
-
-
-def _any(program: Program) -> bool:
-    declared = (*program.data, *(d for routine in program.routines for d in routine.data))
-    found = [e for d in declared if d.value is not None for e in _literals(d.value)]
-    return any(e.external for e in found) or any(
-        e.external for s in program.statements() for part in _positions(s) for e in _literals(part)
-    )
-
-
-def _literals(e: Expression) -> list[PositionLiteral]:
-    if type(e) is PositionLiteral:
-        return [e]
-    return [one for one in expressions_of(e) if type(one) is PositionLiteral]
 
 
 def _positions(s: Statement) -> tuple[Expression, ...]:

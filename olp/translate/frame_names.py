@@ -60,7 +60,10 @@ class SystemNames:
 
     def note_numbers(self, program: Program) -> None:
         """Which numbers the program itself uses: nothing else may have them."""
-        for s in program.statements():
+        looks = [self.work.look(routine) for routine in program.routines]
+        for kind, e in [system for look in looks for system in look.systems]:
+            self._note(kind, e)
+        for s in [s for look in looks for _, s in look.rare]:
             if type(s) is Move:
                 self._note("tool", s.tool)
                 self._note("user", s.frame)

@@ -24,9 +24,10 @@ from olp.program import (
 from olp.translate.frame_names import BASE, NUMBERED, SystemNames, system_words
 from olp.translate.here import HERE, NAMING, seen_in, systems_of
 from olp.translate.known import system_of
+from olp.translate.look import with_rows
 from olp.translate.records import literal_of, pose_of_literal
-from olp.translate.rewrite import calls_nothing, edited, mapped
-from olp.translate.symbols import kind_of_value, symbols_of
+from olp.translate.rewrite import edited, mapped
+from olp.translate.symbols import kind_of_value
 from olp.translate.work import Fate, Work
 
 T = TypeVar("T")
@@ -45,6 +46,7 @@ class _Systems(SystemNames):
     same: dict[int, tuple[Expression, str, Expression]] = field(
         default_factory=dict
     )  # by the id of the first
+    reading: set[int] = field(default_factory=set)  # ids of the moves that may read where the arm stands
 
     def move(self, s: Move) -> Move:
         changes: dict[str, Any] = {}
@@ -54,7 +56,7 @@ class _Systems(SystemNames):
         base = type(frame) is FrameRef and frame.kind == "base" and frame.number is None
         if frame is not None and not base and (frame := self._said("user", frame, s)) is not s.frame:
             changes["frame"] = frame
-        if self.work.target in NAMING and not calls_nothing(s):
+        if id(s) in self.reading:
             targets = self._placed(s, s.targets)
             if targets is not s.targets:
                 changes["targets"] = targets
@@ -177,13 +179,18 @@ class _Systems(SystemNames):
     def routine_of(self, routine: Routine) -> Routine:
         self.routine = routine.name
         self.same.clear()
-        return replace(routine, body=tuple([self.move(s) if type(s) is Move else s for s in routine.body]))
+        if self.work.target in NAMING:
+            self.reading = {id(s) for _, s in self.work.look(routine).rare}
+        return with_rows(routine, [self.move(s) if type(s) is Move else s for s in routine.body])
 
     def routine_with_values(self, routine: Routine, main: bool) -> Routine:
         self.routine = routine.name
         rows: list[Statement] = []
         for s in routine.body:
-            if self.work.target in NAMING and not isinstance(s, Move):
+            if type(s) is Move:
+                rows.append(s)
+                continue
+            if self.work.target in NAMING:
                 s = self._placed(s, s)
             if isinstance(s, Assign):
                 rows += self.assigned(s)
@@ -193,7 +200,7 @@ class _Systems(SystemNames):
                 rows.append(s)
         if main and self.work.target in NUMBERED:
             rows[_place(rows) : _place(rows)] = self._all_values()
-        return replace(routine, body=tuple(rows))
+        return with_rows(routine, rows)
 
     def _all_values(self) -> list[Statement]:
         rows: list[Statement] = []
@@ -204,7 +211,7 @@ class _Systems(SystemNames):
 
 def frames(program: Program, work: Work) -> Program:
     """Every move's tool and frame as the target says them, and their values where it has none yet."""
-    systems = _Systems(work, symbols_of(program))
+    systems = _Systems(work, work.symbols(program))
     systems.note_numbers(program)
     routines = tuple(systems.routine_of(routine) for routine in program.routines)
     data = program.data

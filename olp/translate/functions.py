@@ -11,9 +11,10 @@ from olp.expression import Binary, Expression, FrameRef, Function, Named, Number
 from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
 from olp.plan import StepKind
 from olp.program import Assign, Move, Path, Program, Statement
+from olp.translate.look import with_rows
 from olp.translate.records import literal_of
 from olp.translate.rewrite import mapped
-from olp.translate.symbols import Symbols, kind_of_value, symbols_of
+from olp.translate.symbols import Symbols, kind_of_value
 from olp.translate.work import Fate, Work
 from olp.units import deg
 
@@ -23,7 +24,7 @@ _NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that 
 
 def functions(program: Program, work: Work) -> Program:
     """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
-    symbols = symbols_of(program)
+    symbols = work.symbols(program)
     flagged = any(r is not None and r.geometry and r.geometry.links for r in (work.robot, work.target_robot))
     goals = _goals(program)
     routines = []
@@ -44,7 +45,7 @@ def functions(program: Program, work: Work) -> Program:
                 s = _rounded(s, symbols, routine.name)
             plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
             rows.append(s if plain else mapped(s, change))
-        routines.append(replace(routine, body=tuple(rows)))
+        routines.append(with_rows(routine, rows))
     return replace(program, routines=tuple(routines))
 
 

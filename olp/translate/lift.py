@@ -45,12 +45,12 @@ from olp.translate.lift_moves import has_names, lifted_move
 from olp.translate.lift_numbers import (
     TYPES,
     arguments_of,
-    expressions_in,
     in_units,
     numbered,
     whole_registers,
 )
 from olp.translate.lift_points import Points
+from olp.translate.look import with_rows
 from olp.translate.rewrite import mapped, sets_numbers
 from olp.translate.saved import saved_number, saved_points, saved_values
 from olp.translate.work import Fate, Work
@@ -93,7 +93,9 @@ class _Lift:
     program: Program
     work: Work
     points: Points = field(init=False)
-    expressions: list[list[Expression]] = field(default_factory=list)  # of each routine, as `expressions_in`
+    expressions: list[list[Expression]] = field(
+        default_factory=list
+    )  # of each routine, but those of plain moves
     names: dict[tuple[str, Store, int], Named] = field(
         default_factory=dict
     )  # routine ("" global), kind, number
@@ -110,7 +112,7 @@ class _Lift:
     def __post_init__(self) -> None:
         self.points = Points(self.work)
         for routine in self.program.routines:
-            self.expressions.append(expressions_in(routine))
+            self.expressions.append(self.work.look(routine).expressions)
             for expression in self.expressions[-1]:
                 if type(expression) is Variable and type(expression.index) is not Number:
                     self._array(routine.name if expression.local else "", expression.store)
@@ -305,8 +307,7 @@ class _Lift:
         at = 1 if body and type(body[0]).__name__ == "Begin" else 0
         body[at:at] = local
         return replace(
-            routine,
-            body=tuple(body),
+            with_rows(routine, body),
             points=PointTable(),
             parameters=parameters,
             arguments=(),

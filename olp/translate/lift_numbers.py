@@ -26,7 +26,7 @@ from olp.program import (
     SetSpeed,
     Update,
 )
-from olp.translate.rewrite import calls_nothing, expressions_of, sets_numbers
+from olp.translate.rewrite import expressions_of
 
 TYPES: Final = {
     Store.BYTE: "integer",
@@ -38,13 +38,6 @@ TYPES: Final = {
 }
 
 _SETTING_NO_REGISTER: Final = frozenset({Move, SetSpeed, SetBlend, Comment})  # as nearly all statements
-
-
-def expressions_in(routine: Routine) -> list[Expression]:
-    """All expressions of a routine but those of plain moves."""
-    return [
-        e for s in routine.body if not calls_nothing(s) and not sets_numbers(s) for e in expressions_of(s)
-    ]
 
 
 def numbered(program: Program, store: Store) -> set[int]:

@@ -10,6 +10,7 @@ from olp.diagnostic import Diagnostic
 from olp.expression import CallValue, Expression, Named
 from olp.program import Call, Declare, Move, Program, Routine, Statement
 from olp.source import Source
+from olp.translate.look import Look, names_of_data
 from olp.translate.rewrite import edited, expressions_of, mapped, note_names
 from olp.vendors.vendor import find_vendor
 
@@ -150,16 +151,13 @@ class _Joined:
     def _undeclared(self) -> set[str]:
         """Names that are used and declared nowhere, in lower case."""
         known = {declare.name.casefold() for declare in self.data}
-        found: set[str] = set()
-        for row in (*self.data, *(row for r in self.routines for row in r.data)):
-            note_names(row, found)
+        found = names_of_data((*self.data, *(row for r in self.routines for row in r.data)))
         for routine in self.routines:
+            look = Look(routine.body)
             known |= {p.name.casefold() for p in routine.parameters}
             known |= {d.name.casefold() for d in routine.data}
-            for s in routine.body:
-                if isinstance(s, Declare):
-                    known.add(s.name.casefold())
-                note_names(s, found)
+            known |= {s.name.casefold() for _, s in look.rare if isinstance(s, Declare)}
+            found |= look.names()
         return {name.casefold() for name in found if not name.startswith("$")} - known
 
     def _add(self, other: Program, rows: list[Declare]) -> None:

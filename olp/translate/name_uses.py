@@ -51,15 +51,17 @@ from olp.program import (
     While,
 )
 from olp.translate.globals import paired
+from olp.translate.look import Look
 from olp.translate.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
-from olp.translate.rewrite import calls_nothing, expressions_of, note_names, sets_numbers
-from olp.translate.symbols import Symbols, kind_of_value, symbols_of
+from olp.translate.rewrite import calls_nothing, expressions_of, sets_numbers
+from olp.translate.symbols import Symbols, kind_of_value
+from olp.translate.work import Work
 
 
-def uses_of(program: Program) -> dict[str, Use]:
+def uses_of(program: Program, work: Work) -> dict[str, Use]:
     """The names of `program` that nothing declares, in order of their first use."""
-    symbols = symbols_of(program)
-    if not any(_uses_unknown(routine, symbols) for routine in program.routines):
+    symbols = work.symbols(program)
+    if not any(_uses_unknown(routine, symbols, work.look(routine)) for routine in program.routines):
         return {}
     seen = _Seen(program, symbols)
     for routine in program.routines:
@@ -68,12 +70,9 @@ def uses_of(program: Program) -> dict[str, Use]:
     return seen.uses
 
 
-def _uses_unknown(routine: Routine, symbols: Symbols) -> bool:
+def _uses_unknown(routine: Routine, symbols: Symbols, look: Look) -> bool:
     """Whether a routine names anything that nothing declares."""
-    found: set[str] = set()
-    for s in routine.body:
-        note_names(s, found)
-    for name in found - symbols.declared.keys():
+    for name in look.names() - symbols.declared.keys():
         symbol = symbols.find(routine.name, name)
         if symbol is None or not symbol.declared:
             return True

@@ -55,6 +55,7 @@ class _Names:
     work: Work
     known: dict[tuple[str, str], str] = field(default_factory=dict)
     taken: dict[str, set[str]] = field(default_factory=dict)
+    same: set[str] = field(default_factory=set)  # variables that are called as they were
     legal: re.Pattern[str] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -144,8 +145,13 @@ class _Names:
 
     def _change(self, e: Expression) -> Expression:
         if type(e) is Named:
-            new = self.known.get(("variable", e.name)) or self.name("variable", e.name)
-            return e if new == e.name else Named(new)
+            if e.name in self.same:
+                return e
+            new = self.name("variable", e.name)
+            if new != e.name:
+                return Named(new)
+            self.same.add(new)
+            return e
         if type(e) is CallValue:
             return replace(e, routine=self.name("routine", e.routine))
         if type(e) is NamedArgument:

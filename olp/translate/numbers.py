@@ -51,7 +51,7 @@ _VALUES: Final = (
 
 def number(program: Program, work: Work) -> Program:
     """For INFORM and FANUC: no name of a variable or point is left."""
-    own = _Numbers(work, symbols_of(program), largest_indices(program))
+    own = _Numbers(work, symbols_of(program), largest_indices(program, work))
     main = program.main or (program.routines[0].name if program.routines else "")
     own.note_places(program)
     bodies = [(routine, own.body(routine)) for routine in program.routines]

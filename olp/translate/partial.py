@@ -10,6 +10,7 @@ from typing import Final
 from olp.expression import Expression, Named, PositionLiteral
 from olp.plan import Plan, StepKind
 from olp.program import Comment, Declare, Dwell, Move, Program, Routine, SetOutput, Statement
+from olp.translate.look import changed_rare
 from olp.translate.rewrite import edited, expressions_of
 from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Fate, Work
@@ -20,7 +21,7 @@ _SAME: Final = 1e-9  # [rad]
 
 def partial(program: Program, work: Work) -> Program:
     """Targets with all components: as the move before names them, or as the run has them; else refused."""
-    if work.source.vendor != "krl" or not any(map(_has_gaps, program.statements())):
+    if work.source.vendor != "krl" or not any(_leaves_out(r, work) for r in program.routines):
         return _whole_data(program, work)
     own = _Partial(work, symbols_of(program))
     routines = tuple(replace(r, body=tuple(own.rows(r))) for r in program.routines)
@@ -98,6 +99,11 @@ def _joined(e: PositionLiteral, values: Sequence[float]) -> PositionLiteral:
     return replace(e, values=tuple(b if math.isnan(a) else a for a, b in pairs))
 
 
+def _leaves_out(routine: Routine, work: Work) -> bool:
+    look = work.look(routine)
+    return any(map(_has_gaps, look.direct())) or any(_has_gaps(s) for _, s in look.rare)
+
+
 def _has_gaps(s: Statement) -> bool:
     if type(s) is Move:
         if type(s.targets[0]) is Named and s.via is None:
@@ -109,7 +115,8 @@ def _has_gaps(s: Statement) -> bool:
 
 
 def _is_partial(e: PositionLiteral) -> bool:
-    return any(v != v for v in e.values[:6])
+    total = sum(e.values[:6])  # one number to look at: there are as many as points
+    return total != total and any(v != v for v in e.values[:6])
 
 
 def _whole_data(program: Program, work: Work) -> Program:
@@ -126,6 +133,6 @@ def _whole_data(program: Program, work: Work) -> Program:
         return whole(s) if type(s) is Declare else s
 
     routines = tuple(
-        replace(r, body=tuple(map(row, r.body)), data=tuple(map(whole, r.data))) for r in program.routines
+        replace(changed_rare(r, work.look(r), row), data=tuple(map(whole, r.data))) for r in program.routines
     )
     return replace(program, routines=routines, data=tuple(map(whole, program.data)))

@@ -19,11 +19,12 @@ _HELD = _PLAIN | {"tool", "frame", ""}  # types that every language has in some 
 def prune(program: Program, work: Work) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
     used: set[str] = set()
-    for s in program.statements():
-        if type(s) is not Declare:
-            note_names(s, used)
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
-    everything += [s for s in program.statements() if isinstance(s, Declare)]
+    for s in program.statements():
+        if type(s) is Declare:
+            everything.append(s)
+        else:
+            note_names(s, used)
     by_name = {d.name: d for d in everything}
     naming = {name: d for name, d in by_name.items() if type(d.value) is not PositionLiteral}
     todo = list(used & naming.keys())

@@ -7,6 +7,7 @@ from dataclasses import replace
 from olp.expression import Expression, Member, Named, PositionLiteral, RecordLiteral
 from olp.geometry import Pose
 from olp.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
+from olp.translate.look import changed_rare, with_rows
 from olp.translate.rewrite import expressions_of, mapped, note_names
 from olp.translate.work import Fate, Work
 
@@ -19,16 +20,16 @@ def records(program: Program, work: Work) -> Program:
     if program.vendor == "inform":
         return program
     if program.vendor == "krl":
-        program = _without_frames(program)
+        program = _without_frames(program, work)
     _refuse_held(program, work)
-    routines = tuple(replace(r, body=_rows(r, work), data=_declared(r.data, work)) for r in program.routines)
+    routines = tuple(replace(_rows(r, work), data=_declared(r.data, work)) for r in program.routines)
     return replace(program, routines=routines, data=_declared(program.data, work))
 
 
 def _refuse_held(program: Program, work: Work) -> None:
     """Every statement with a tool that stands beside the robot, or with work that it holds."""
-    found = (*program.data, *(d for routine in program.routines for d in (*routine.data, *routine.body)))
-    names = {d.name for d in found if isinstance(d, Declare) and _is_held(d)}
+    inner = [d for r in program.routines for d in (*r.data, *(s for _, s in work.look(r).rare))]
+    names = {d.name for d in (*program.data, *inner) if isinstance(d, Declare) and _is_held(d)}
     for s in program.statements() if names else ():
         if not isinstance(s, Declare) and any(
             e.name in names for e in expressions_of(s) if isinstance(e, Named)
@@ -44,19 +45,19 @@ def _is_held(s: Declare) -> bool:
     return held is not None and getattr(held, "on", True) is (s.type == "frame")
 
 
-def _without_frames(program: Program) -> Program:
+def _without_frames(program: Program, work: Work) -> Program:
     """KRL's FRAME is any pose: what is never a tool or a frame of a move is a position."""
     used: set[str] = set()
-    for s in program.statements():
+    looks = [work.look(r) for r in program.routines]
+    rare = [s for look in looks for _, s in look.rare]
+    for _, e in [system for look in looks for system in look.systems]:
+        note_names(e, used)
+    for s in rare:
         if isinstance(s, (Move, SetTool)) and s.tool is not None:
             note_names(s.tool, used)
         if isinstance(s, (Move, SetFrame)) and s.frame is not None:
             note_names(s.frame, used)
-    set_to = [
-        (s.target.name, s.value)
-        for s in program.statements()
-        if type(s) is Assign and isinstance(s.target, Named)
-    ]
+    set_to = [(s.target.name, s.value) for s in rare if type(s) is Assign and isinstance(s.target, Named)]
     for _ in range(5):
         for name, value in set_to:
             if name in used:
@@ -65,24 +66,26 @@ def _without_frames(program: Program) -> Program:
     def plain(d: Declare) -> Declare:
         return replace(d, type="position") if d.type in ("tool", "frame") and d.name not in used else d
 
+    def row(s: Statement) -> Statement:
+        return plain(s) if type(s) is Declare else s
+
     routines = tuple(
-        replace(
-            r,
-            body=tuple([plain(s) if type(s) is Declare else s for s in r.body]),
-            data=tuple(map(plain, r.data)),
-        )
-        for r in program.routines
+        replace(changed_rare(r, work.look(r), row), data=tuple(map(plain, r.data))) for r in program.routines
     )
     return replace(program, routines=routines, data=tuple(map(plain, program.data)))
 
 
-def _rows(routine: Routine, work: Work) -> tuple[Statement, ...]:
-    rows = []
+def _rows(routine: Routine, work: Work) -> Routine:
     inside = work.source.vendor != "krl" and work.source.vendor != "tp"  # records within statements
-    for s in routine.body:
-        row: Statement = _plain(s, work) if isinstance(s, Declare) else mapped(s, _change) if inside else s
-        rows.append(row)
-    return tuple(rows)
+
+    def row(s: Statement) -> Statement:
+        return _plain(s, work) if isinstance(s, Declare) else mapped(s, _change) if inside else s
+
+    return (
+        with_rows(routine, list(map(row, routine.body)))
+        if inside
+        else changed_rare(routine, work.look(routine), row)
+    )
 
 
 def _declared(data: tuple[Declare, ...], work: Work) -> tuple[Declare, ...]:

@@ -9,8 +9,9 @@ from typing import Final
 from olp.expression import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral
 from olp.program import Assign, Move, Program, ShiftOff, ShiftOn, Statement
 from olp.translate.here import HERE, NAMING, seen_in
+from olp.translate.look import with_rows
 from olp.translate.rewrite import expressions_of
-from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.symbols import Symbols
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm
 
@@ -25,7 +26,7 @@ _ZEROS: Final = (Number(0), Number(0.0))
 
 def relative(program: Program, work: Work) -> Program:
     """Offsets as positions that are computed: from where the arm stands, or from the target."""
-    own = _Relative(program, work, symbols_of(program), NATIVE.get(work.target, frozenset()))
+    own = _Relative(program, work, work.symbols(program), NATIVE.get(work.target, frozenset()))
     routines = []
     for routine in program.routines:
         own.name = routine.name
@@ -43,7 +44,7 @@ def relative(program: Program, work: Work) -> Program:
                 rows.append(s)
             else:
                 rows.append(s)
-        routines.append(replace(routine, body=tuple(rows)))
+        routines.append(with_rows(routine, rows))
     return replace(program, routines=tuple(routines))
 
 

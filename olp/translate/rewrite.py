@@ -169,7 +169,7 @@ def is_written_out(s: Move) -> bool:
 
 def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
     for at, item in enumerate(node):
-        new = _mapped(item, change)
+        new = change(item) if type(item) in _LEAVES else _mapped(item, change)
         if new is not item:
             return (*node[:at], new, *[_mapped(later, change) for later in node[at + 1 :]])
     return node
@@ -220,9 +220,7 @@ def note_names(node: Any, found: set[str]) -> None:
     if kind is Named:
         found.add(node.name)
     elif kind is Move and is_usual(node):
-        for e in node.targets:
-            note_names(e, found)
-        for e in (node.tool, node.frame):
+        for e in (*node.targets, node.tool, node.frame):
             if type(e) is Named:
                 found.add(e.name)
             elif e is not None and not (
@@ -238,7 +236,8 @@ def note_names(node: Any, found: set[str]) -> None:
         for e in node.arguments:
             note_names(e, found)
     elif kind is Declare and type(node.value) in _LEAVES and not node.sizes:
-        note_names(node.value, found)
+        if type(node.value) is Named:
+            found.add(node.value.name)
     elif kind not in _LEAVES and not sets_numbers(node):
         found.update([e.name for e in expressions_of(node) if type(e) is Named])
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from olp.expression import Expression, Item, Named, Unknown
-from olp.program import Declare, Program, Statement
-from olp.translate.rewrite import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.program import Declare, Program, Routine, Statement
+from olp.translate.look import changed_rare
+from olp.translate.rewrite import expressions_of, mapped
 from olp.translate.work import Fate, Work
 
 _WHOLE = Unknown("")  # an index that is left out
@@ -18,18 +19,20 @@ def texts(program: Program, work: Work) -> Program:
         return program
     rows = {
         d.name.casefold(): len(d.sizes)
-        for d in (*program.data, *program.statements(), *(d for r in program.routines for d in r.data))
-        if isinstance(d, Declare) and d.type == "string" and d.sizes
+        for d in (*program.data, *(d for r in program.routines for d in _declared(r, work)))
+        if d.type == "string" and d.sizes
     }
     routines = tuple(
         replace(
-            r,
-            body=tuple([s if calls_nothing(s) or sets_numbers(s) else _row(s, rows, work) for s in r.body]),
-            data=tuple(map(_shorter, r.data)),
+            changed_rare(r, work.look(r), lambda s: _row(s, rows, work)), data=tuple(map(_shorter, r.data))
         )
         for r in program.routines
     )
     return replace(program, routines=routines, data=tuple(map(_shorter, program.data)))
+
+
+def _declared(routine: Routine, work: Work) -> list[Declare]:
+    return [*(s for _, s in work.look(routine).rare if isinstance(s, Declare)), *routine.data]
 
 
 def _row(s: Statement, rows: dict[str, int], work: Work) -> Statement:

@@ -43,13 +43,13 @@ def undeclared(program: Program, work: Work) -> Program:
     if unwaited:
         _refuse_own(program, unwaited, work)
         program = replace(program, data=tuple(d for d in program.data if d.name not in unwaited))
-    uses = {name: use for name, use in uses_of(program).items() if name not in unwaited}
+    uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
     if not uses:
         return program
     records = {name for name, use in uses.items() if use.records and not use.whole}
     if records:
         program = _flattened(program, records)
-        uses = {name: use for name, use in uses_of(program).items() if name not in unwaited}
+        uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
     own = {name for name in uses if name.startswith("$")}
     _refuse_own(program, own, work)
     uses = {name: use for name, use in uses.items() if name not in own}
@@ -127,14 +127,12 @@ def _tell_calls(program: Program, work: Work) -> None:
     """Routines that no file at hand has, one line for each: the translation calls what nobody has translated."""
     known = {routine.name.casefold() for routine in program.routines}
     known |= {name.casefold() for name in work.context.mapping.routines}
-    for s in program.statements():
-        for name in called_in(s):
-            if name and name.casefold() not in known:
-                known.add(name.casefold())
-                says = (
-                    f"{name} is in no file here: {language_of(work.target)} needs a routine of its own for it"
-                )
-                work.lose(s, Fate.APPROXIMATED, "call", says)
+    called = [(s, name) for r in program.routines for _, s in work.look(r).rare for name in called_in(s)]
+    for s, name in called:
+        if name and name.casefold() not in known:
+            known.add(name.casefold())
+            says = f"{name} is in no file here: {language_of(work.target)} needs a routine of its own for it"
+            work.lose(s, Fate.APPROXIMATED, "call", says)
 
 
 def _declaration(use: Use) -> Declare:

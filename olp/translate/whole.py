@@ -38,7 +38,6 @@ from olp.program import (
     While,
 )
 from olp.translate.globals import paired
-from olp.translate.lift_numbers import expressions_in
 from olp.translate.rewrite import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.translate.symbols import Symbols, base_of, kind_of_value, symbols_of
 from olp.translate.work import Fate, Work
@@ -50,7 +49,7 @@ Key = tuple[str, str]  # routine ("" for the whole program), name
 
 def whole_numbers(program: Program, work: Work) -> Program:
     """For KRL: every counter and every index an integer."""
-    if work.target != "krl" or not _counts(program):
+    if work.target != "krl" or not _counts(program, work):
         return program
     symbols = symbols_of(program)
     held = _Held(symbols)
@@ -62,10 +61,11 @@ def whole_numbers(program: Program, work: Work) -> Program:
     return _rounded(program, work)
 
 
-def _counts(program: Program) -> bool:
+def _counts(program: Program, work: Work) -> bool:
     """Whether there is a loop that counts, or an index."""
-    loops = any(type(s) is For for s in program.statements())
-    return loops or any(type(e) is Item for r in program.routines for e in expressions_in(r))
+    looks = [work.look(r) for r in program.routines]
+    loops = any(type(s) is For for look in looks for _, s in look.rare)
+    return loops or any(type(e) is Item for look in looks for e in look.expressions)
 
 
 def _key(symbols: Symbols, routine: str, e: Expression | None) -> Key | None:

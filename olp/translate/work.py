@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import collections.abc
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
@@ -12,8 +12,9 @@ from olp.called import kind_of
 from olp.diagnostic import Diagnostic, Span, error
 from olp.expression import Named, PositionLiteral
 from olp.frozen import fast_init
-from olp.program import Parameter, Program, Routine, Statement
+from olp.program import Declare, Parameter, Program, Routine, Statement
 from olp.translate.limits import Limits, limits_of
+from olp.translate.look import Look, literals_in, names_of_data
 
 if TYPE_CHECKING:
     from olp.cell import Cell
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from olp.plan import Plan
     from olp.robot import Robot
     from olp.translate.straight import Walk
+    from olp.translate.symbols import Symbols
 
 
 class Fate(StrEnum):
@@ -142,6 +144,8 @@ class Work:
     _cell: list[Cell] = field(default_factory=list)
     _plan: list[Plan | None] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
+    _symbols: tuple[Program, Symbols] | None = None  # of the program as it was last seen
+    _looks: dict[str, Look] = field(default_factory=dict)  # at each routine as it was last seen
 
     @property
     def robot(self) -> Robot | None:
@@ -217,6 +221,26 @@ class Work:
         """The source's routine called `name`."""
         return next(routine for routine in self.source.routines if routine.name == name)
 
+    def look(self, routine: Routine) -> Look:
+        """What occurs in a routine of the program as it is now."""
+        known = self._looks.get(routine.name)
+        if known is None or known.body is not routine.body:
+            known = self._looks[routine.name] = Look(routine.body)
+        return known
+
+    def literals(self, program: Program) -> Iterator[PositionLiteral]:
+        """Every position that is written out in the program as it is now."""
+        data = (*program.data, *(d for routine in program.routines for d in routine.data))
+        return literals_in(data, map(self.look, program.routines))
+
+    def symbols(self, program: Program) -> Symbols:
+        """The names of the program as it is now, for passes that only look them up."""
+        from olp.translate.symbols import symbols_of
+
+        if self._symbols is None or self._symbols[0] is not program:
+            self._symbols = program, symbols_of(program)
+        return self._symbols[1]
+
     def fresh(self, stem: str, taken: Iterable[str] = ()) -> str:
         """A name that neither the program nor the translation uses yet."""
         if not self._made:
@@ -276,16 +300,15 @@ def work_for(program: Program, target: str, context: Context) -> Work:
 
 
 def _names_in(program: Program) -> set[str]:
-    from olp.program import Declare
-    from olp.translate.rewrite import note_names
-
+    data = [*program.data, *(d for routine in program.routines for d in routine.data)]
     found: set[str] = {routine.name for routine in program.routines}
-    for statement in (*program.data, *program.statements(), *(d for r in program.routines for d in r.data)):
-        if isinstance(statement, Declare):
-            found.add(statement.name)
-        note_names(statement, found)
-    found.update(p.name for routine in program.routines for p in routine.parameters)
-    return found
+    for routine in program.routines:
+        look = Look(routine.body)
+        found |= look.names()
+        data += [s for _, s in look.rare if isinstance(s, Declare)]
+        found.update(p.name for p in routine.parameters)
+    found.update(d.name for d in data)
+    return found | names_of_data(data)
 
 
 def _run(program: Program, robot: Robot | None) -> Plan | None:

@@ -26,8 +26,9 @@ def written_systems(program: Program, work: Work) -> Program:
     """Those that the program sets by their numbers, with the values that $config.dat gives them before."""
     if program.vendor != "krl":
         return program
-    written = {key for s in program.statements() if isinstance(s, Assign) and (key := _set(s.target))}
-    _refuse(program, written, work)
+    assigned = [s for r in program.routines for _, s in work.look(r).rare if isinstance(s, Assign)]
+    written = {key for s in assigned if (key := _set(s.target))}
+    _refuse(assigned, written, work)
     if not written:
         return program
     for declare in program.data:
@@ -59,10 +60,8 @@ def _set(target: Expression) -> Key | None:
     return found.kind, int(found.number.value)
 
 
-def _refuse(program: Program, written: set[Key], work: Work) -> None:
-    for s in program.statements():
-        if not isinstance(s, Assign):
-            continue
+def _refuse(assigned: list[Assign], written: set[Key], work: Work) -> None:
+    for s in assigned:
         word = ""
         target: Expression = s.target
         while isinstance(target, Member):
