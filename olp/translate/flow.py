@@ -49,9 +49,11 @@ def flow(program: Program, work: Work) -> Program:
 
 def _routine(routine: Routine, work: Work) -> Routine:
     body = routine.body
-    if work.target != "inform":
+    kinds = set(map(type, body))
+    if work.target != "inform" and not kinds.isdisjoint(_CONDITIONAL):
         body = tuple(s for statement in body for s in _unconditional(statement))
-    body = tuple(s for statement in body for s in _uncomputed(statement, body))
+    if Jump in kinds:
+        body = tuple(s for statement in body for s in _uncomputed(statement, body))
     nodes = parse(body)
     if nodes is None:
         work.lose(routine.line, Fate.REFUSED, "blocks", f"the blocks of {routine.name} are not closed")

@@ -6,6 +6,7 @@ FANUC programs write a position register component by component and copy it into
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,11 +26,13 @@ def known_systems(program: Program, work: Work) -> Program:
     """Notes the values in `work.systems`; the statements that set them are left out."""
     if not program.routines:
         return program
-    counts = _counts(program)
+    counts = _counts(s for routine in program.routines for _, s in work.look(routine).rare)
+    if not counts:
+        return program
     main = program.main or program.routines[0].name
     routines = []
     for routine in program.routines:
-        if routine.name == main and counts:
+        if routine.name == main:
             routine = replace(routine, body=tuple(_Preface(work, counts).rows(routine.body, program)))
         routines.append(routine)
     return replace(program, routines=tuple(routines))
@@ -48,9 +51,9 @@ def system_of(target: Expression | None) -> Key | None:
     return None
 
 
-def _counts(program: Program) -> dict[Key, int]:
+def _counts(statements: Iterable[Statement]) -> dict[Key, int]:
     found: dict[Key, int] = {}
-    for s in program.statements():
+    for s in statements:
         if not isinstance(s, (Assign, DefineFrame)):
             continue
         key = system_of(s.target if isinstance(s, Assign) else s.frame)

@@ -116,7 +116,7 @@ class _Lift:
             for expression in self.expressions[-1]:
                 if type(expression) is Variable and type(expression.index) is not Number:
                     self._array(routine.name if expression.local else "", expression.store)
-        self.whole = whole_registers(self.program)
+        self.whole = whole_registers(s for r in self.program.routines for _, s in self.work.look(r).rare)
         for routine in self.program.routines:
             self._initial_positions(routine)
         self.saved = saved_values(self.work)
@@ -204,8 +204,9 @@ class _Lift:
         if self.work.limits.numbered:
             return
         told: set[str] = set()
-        for s in self.program.statements():
-            for e in s.targets if isinstance(s, Move) else ():
+        looks = [self.work.look(routine) for routine in self.program.routines]
+        for s in [s for look in looks for s in look.unnamed()]:
+            for e in s.targets:
                 if (
                     not isinstance(e, Variable)
                     or e.local
@@ -232,7 +233,7 @@ class _Lift:
         assigned = [
             (routine, s)
             for routine in self.program.routines
-            for s in routine.body
+            for _, s in self.work.look(routine).rare
             if type(s) is Assign and _is_position(s.target)
         ]
         for _ in range(3):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 from olp.expression import (
@@ -17,13 +18,10 @@ from olp.expression import (
 from olp.program import (
     Assign,
     Clear,
-    Comment,
-    Move,
     Program,
     ReadInput,
     Routine,
-    SetBlend,
-    SetSpeed,
+    Statement,
     Update,
 )
 from olp.translate.rewrite import expressions_of
@@ -36,8 +34,6 @@ TYPES: Final = {
     Store.STRING: "string",
     Store.ROBOT: "position",
 }
-
-_SETTING_NO_REGISTER: Final = frozenset({Move, SetSpeed, SetBlend, Comment})  # as nearly all statements
 
 
 def numbered(program: Program, store: Store) -> set[int]:
@@ -63,12 +59,10 @@ def arguments_of(routine: Routine, expressions: list[Expression]) -> tuple[Store
     return (*routine.arguments, *(kinds.get(number) for number in range(said + 1, count + 1)))
 
 
-def whole_registers(program: Program) -> frozenset[int]:
+def whole_registers(statements: Iterable[Statement]) -> frozenset[int]:
     """Numbers of the real registers that only ever get whole values, so that they can count."""
     assigned: dict[int, list[Expression | None]] = {}
-    for s in program.statements():
-        if type(s) in _SETTING_NO_REGISTER:
-            continue
+    for s in statements:
         target = getattr(s, "target", None) if isinstance(s, (Assign, Update, ReadInput, Clear)) else None
         if target is None:
             target = getattr(s, "variable", None)

@@ -77,6 +77,7 @@ class _Joined:
     routines: list[Routine] = field(default_factory=list)
     data: list[Declare] = field(default_factory=list)
     offsets: dict[int, int] = field(default_factory=dict)
+    looks: dict[int, Look] = field(default_factory=dict)  # at routines, by the id of their body
 
     def __post_init__(self) -> None:
         self.routines += self.program.routines
@@ -114,7 +115,7 @@ class _Joined:
 
     def add_routines(self) -> None:
         """The routines that calls name, and those that they call; with the data of their files."""
-        todo = [name for routine in self.routines for name in _called(routine)]
+        todo = [name for routine in self.routines for name in self._called(routine)]
         have = {routine.name.casefold() for routine in self.routines}
         while todo:
             name = todo.pop(0)
@@ -129,7 +130,7 @@ class _Joined:
             routine = _shifted(job.routine, self.offsets[id(other)])
             have.add(routine.name.casefold())
             self.routines.append(routine)
-            todo += _called(routine)
+            todo += self._called(routine)
 
     def add_data(self) -> None:
         """The declarations of names that nothing declares so far, and of the names that their values need."""
@@ -148,12 +149,27 @@ class _Joined:
                 return
             open_names = self._undeclared()
 
+    def _called(self, routine: Routine) -> list[str]:
+        found: list[str] = []
+        for _, s in self._look(routine).rare:
+            if isinstance(s, Call) and s.routine:
+                found.append(s.routine)
+            elif type(s).__name__ in ("Assign", "If", "While", "Return", "SetOutput"):
+                found += [e.routine for e in expressions_of(s) if type(e) is CallValue]
+        return found
+
+    def _look(self, routine: Routine) -> Look:
+        known = self.looks.get(id(routine.body))
+        if known is None:
+            known = self.looks[id(routine.body)] = Look(routine.body)  # which keeps the body, and so its id
+        return known
+
     def _undeclared(self) -> set[str]:
         """Names that are used and declared nowhere, in lower case."""
         known = {declare.name.casefold() for declare in self.data}
         found = names_of_data((*self.data, *(row for r in self.routines for row in r.data)))
         for routine in self.routines:
-            look = Look(routine.body)
+            look = self._look(routine)
             known |= {p.name.casefold() for p in routine.parameters}
             known |= {d.name.casefold() for d in routine.data}
             known |= {s.name.casefold() for _, s in look.rare if isinstance(s, Declare)}
@@ -168,16 +184,6 @@ class _Joined:
             self.lines += other.source.lines
         offset = self.offsets[id(other)]
         self.data += [_moved(d, offset) for d in rows]
-
-
-def _called(routine: Routine) -> list[str]:
-    found: list[str] = []
-    for s in routine.body:
-        if isinstance(s, Call) and s.routine:
-            found.append(s.routine)
-        elif type(s).__name__ in ("Assign", "If", "While", "Return", "SetOutput"):
-            found += [e.routine for e in expressions_of(s) if type(e) is CallValue]
-    return found
 
 
 def _shifted(routine: Routine, offset: int) -> Routine:

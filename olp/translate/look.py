@@ -53,6 +53,14 @@ class Look:
         """Plain moves to places that are not named, but written out or numbered."""
         return [s for s in self.plain if type(s.targets[0]) is not Named or len(s.targets) > 1]
 
+    def unnamed(self) -> list[Move]:
+        """All moves that go to anything but a name, in order of writing."""
+        return [
+            s
+            for s in self.body
+            if type(s) is Move and (type(s.targets[0]) is not Named or len(s.targets) > 1)
+        ]
+
     def names(self) -> set[str]:
         """The variables that the statements name."""
         found = {s.targets[0].name for s in self.plain if type(s.targets[0]) is Named}
