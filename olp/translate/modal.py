@@ -95,6 +95,7 @@ class _Modal:
     flow: Reaching = field(default_factory=Reaching)
     made: dict[tuple[SpeedUnit, int], Speed] = field(default_factory=dict)  # moves share their speeds
     sized: dict[tuple[Blend, int], Blend] = field(default_factory=dict)  # and their blends
+    rates: dict[tuple[bool, int], Acceleration] = field(default_factory=dict)  # and their accelerations
     keys: set[Key] = field(default_factory=set)  # that any statement sets
     state: State | None = None  # before the statement that is looked at
     current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
@@ -242,8 +243,7 @@ class _Modal:
             if share is not None:
                 changes["acceleration"] = share
             if rate is not None:
-                unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
-                changes["rate"] = Acceleration(unit, rate)  # type: ignore[arg-type]
+                changes["rate"] = self._rate(rate, joint)
         if s.turn is None and (turn := self.value(_TURNING)) is not None:
             changes["turn"] = turn
         if s.tool is None:
@@ -270,6 +270,14 @@ class _Modal:
             s, Fate.APPROXIMATED, "speed", "no speed was set before this move: the target's default holds"
         )
         return None
+
+    def _rate(self, value: object, joint: bool) -> Acceleration:
+        found = self.rates.get((joint, id(value)))
+        if found is None:
+            unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
+            found = Acceleration(unit, value)  # type: ignore[arg-type]
+            self.rates[(joint, id(value))] = found  # which keeps the value, and so its id
+        return found
 
     def _blend(self, blend: Blend) -> Blend:
         size: Any = self.value((_BLEND, blend.kind), _BLENDS.get(blend.kind, _NO_BLEND))
