@@ -273,3 +273,34 @@ def test_no_sign_of_a_text_breaks_the_file_that_holds_it(target, written):
     back = read(made.files[made.main].decode("cp1252"), target)
     found = {e.value for s in back.statements() for e in expressions_of(s) if isinstance(e, Text)}
     assert one in found or {5, 6} <= lost
+
+
+def registers(*rows):
+    joint = "GP1:\n\tUF : 0, UT : 1,\t\n\tJ1= 5.5 deg,\tJ2= -12.25 deg,\tJ3= 18.75 deg,\n"
+    joint += "\tJ4= 3.5 deg,\tJ5= -47.25 deg,\tJ6= 21.0 deg\n"
+    numbered = [f"{n:4}:  {row} ;" for n, row in enumerate(rows, 1)]
+    head = ["/PROG  PART", "/ATTR", "DEFAULT_GROUP\t= 1,*,*,*,*;", "/MN"]
+    return "\n".join([*head, *numbered, "/POS", f"P[1]{{\n   {joint}}};", "/END", ""])
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "tp"])
+def test_a_register_that_nothing_sets_has_to_be_taught(target):
+    made = converted(registers("UTOOL_NUM=1", "L PR[38:pick] 250mm/sec FINE"), "tp", target)
+    told = [loss for loss in made.translated.losses if loss.part == "position"]
+    assert [loss.line for loss in told] == [6]
+    assert any("pick" in names for names in made.translated.asks.values())
+    if target == "inform":
+        written = made.files[made.main].decode("latin-1")
+        assert "MOVL P0" in written
+        assert "C00000=" not in written
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "tp"])
+def test_a_register_that_holds_joint_values_is_declared_as_such(target):
+    text = registers("UTOOL_NUM=1", "PR[4]=P[1]", "J PR[4] 50% FINE", "WAIT 1.0(sec)")
+    plan, other = read(text, "tp").plan(robot=ROBOT), run_elsewhere(text, "tp", target)
+    assert compare_plans(plan, other, speeds=False, blends=False).is_equal
+    declared = {"krl": "DECL E6AXIS PV4", "rapid": "VAR jointtarget PV4", "urscript": "global PV4 = ["}
+    made = converted(text, "tp", target)
+    written = b"".join(made.files.values()).decode("latin-1")
+    assert declared.get(target, "") in written

@@ -11,9 +11,11 @@ from olp.interpreter.arithmetic import round_half_away
 from olp.interpreter.jobs import Job
 from olp.interpreter.memory import Array, PositionValue, Record, Scope, Slot, Value
 from olp.interpreter.state import Machine, StatementError
+from olp.points import PointKind, PointState
 from olp.program import Declare, Parameter
 
 _MOST_ITEMS = 100_000  # of an array; controllers stop far below
+_AXES = 6  # of the arms that URScript moves
 _STORABLE = (Named, Item, Member, Variable)  # what a routine hands a value back to; a constant stays
 _ZEROS: dict[str, Value] = {"integer": 0, "real": 0.0, "boolean": False, "string": "", "character": ""}
 
@@ -216,7 +218,11 @@ def is_given(m: Machine, name: str) -> bool:
 
 
 def position_of(value: Value, what: str) -> PositionValue:
-    """The value as a position. Raises StatementError (I209)."""
+    """The value as a position; URScript's lists of six numbers are joint values [rad]. Raises StatementError (I209)."""
     if isinstance(value, PositionValue):
         return value
+    if isinstance(value, Array):
+        axes = [float(one) for one in value.items if isinstance(one, (int, float))]
+        if len(axes) == len(value.items) == _AXES:
+            return PositionValue(PointState(PointKind.JOINT, "joint"), tuple(axes))
     raise StatementError("I209", f"{what} is no position", "use a position variable or a taught point")

@@ -72,7 +72,11 @@ _ZEROS: Final[dict[str, Expression]] = {
     "string": Text(""),
     "boolean": State(False),
     "position": PositionLiteral("pose", (0.0,) * 6),
+    "joints": PositionLiteral("joint", (0.0,) * 6),
 }
+_JOINTS: Final = frozenset({PointKind.JOINT, PointKind.PULSE})
+_POSES: Final = frozenset({PointKind.POSE})
+_KINDS: Final = {"position-pulse": PointKind.PULSE, "current-joints": PointKind.JOINT}  # where the arm stands
 _ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
 _SYSTEM: Final = {"position-pose": "current-pose", "position-pulse": "current-joints"}
 _LARGEST_ARRAY: Final = 100
@@ -102,6 +106,7 @@ class _Lift:
     arrays: dict[tuple[str, Store], Named] = field(default_factory=dict)
     largest: dict[tuple[str, Store], int] = field(default_factory=dict)
     initial: dict[str, Expression] = field(default_factory=dict)
+    kinds: dict[str, set[PointKind]] = field(default_factory=dict)  # of what position variables are set to
     array_initial: list[Assign] = field(default_factory=list)
     saved: Mapping[tuple[Store, int], Given] = field(default_factory=dict)  # what the controller keeps
     whole: frozenset[int] = frozenset()  # real registers that only ever hold whole numbers
@@ -200,33 +205,25 @@ class _Lift:
                 self.points.states.setdefault(name.base.name, point.state)
 
     def tell_unset(self) -> None:
-        """Numbered targets leave a register to whoever sets it; a name has to be declared with a value."""
-        if self.work.limits.numbered:
-            return
+        """Positions that a move goes to and nothing here sets; a name has to be declared with a value."""
+        numbers = bool(self.work.limits.numbered)
+        says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it"
+        says += ": it has to be taught" if numbers else ": zeros are declared"
         told: set[str] = set()
         looks = [self.work.look(routine) for routine in self.program.routines]
         for s in [s for look in looks for s in look.unnamed()]:
             for e in s.targets:
-                if (
-                    not isinstance(e, Variable)
-                    or e.local
-                    or type(e.index) is not Number
-                    or e.store is Store.SYSTEM
-                ):
+                if not isinstance(e, Variable) or e.local or type(e.index) is not Number:
+                    continue
+                if e.store is Store.SYSTEM:
                     continue
                 name = self.variable(e)
                 label = _label(name)
-                if (
-                    label in told
-                    or label in self.initial
-                    or any(a.target == name for a in self.array_initial)
-                ):
-                    continue
-                if not self._is_changed(name):
+                set_here = label in self.initial or any(a.target == name for a in self.array_initial)
+                if label not in told and not set_here and not self._is_changed(name):
                     told.add(label)
-                    says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it: zeros are declared"
                     self.work.lose(s, Fate.APPROXIMATED, "position", says)
-                    self.work.ask("teach these positions, which are zeros now", label)
+                    self.work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)
 
     def _carry_states(self) -> None:
         """A position variable that is set from another one has that one's frame and tool."""
@@ -256,9 +253,10 @@ class _Lift:
             name = _owner(self.value(source))
             state = None if name is None else self.points.states.get(name.name)
         elif isinstance(source, SystemValue):
-            state = PointState(PointKind.POSE, "base")
+            state = PointState(_KINDS.get(source.name, PointKind.POSE), "base")
         if state is not None:
             self.points.states.setdefault(target.name, state)
+            self.kinds.setdefault(target.name, set()).add(state.kind)
 
     def global_data(self) -> Iterator[Declare]:
         """Declarations of everything that was numbered and holds for the whole program."""
@@ -277,8 +275,10 @@ class _Lift:
                     if store is Store.REAL and number in self.whole
                     else TYPES.get(store, "position")
                 )
-                if isinstance(value, PositionLiteral) and value.kind == "joint":
-                    kind = "joints"
+                if isinstance(value, PositionLiteral):
+                    kind = "joints" if value.kind == "joint" else kind
+                elif kind == "position" and self.kinds.get(name.name, _POSES) <= _JOINTS:
+                    kind = "joints"  # all that sets it are points by their axes
                 yield Declare(0, name.name, kind, value or _ZEROS[kind], shared=not scope)
         for (where, store), name in self.arrays.items():
             if where == scope:

@@ -150,7 +150,7 @@ class Numbers:
     def _change(self, e: Expression) -> Expression:
         if type(e) is Named:
             symbol = self.symbols.find("", e.name)
-            if symbol is not None and self._store(symbol) is Store.ROBOT and symbol.is_fixed:
+            if symbol is not None and self._store(symbol) is Store.ROBOT and self._is_fixed(e):
                 return e  # where it stands decides what becomes of it
             return self.variable(e)
         if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
@@ -208,13 +208,14 @@ class Numbers:
                         self.places.setdefault(name, self.places[target_name])
 
     def _is_fixed(self, target: Expression) -> bool:
-        """Whether a move goes to a name that nothing changes."""
-        return type(target) is Named and self.symbols.is_fixed(target.name)
+        """Whether a name's value is known and nothing changes it; a register without one is others' to set."""
+        if type(target) is not Named or target.name in self.work.registers:
+            return False
+        return self.symbols.is_fixed(target.name)
 
     def _note(self, target: Expression, place: Place) -> None:
         for name in _leading(target):
-            symbol = self.symbols.find("", name)
-            if symbol is None or symbol.is_fixed:
+            if self.symbols.find("", name) is None or self._is_fixed(Named(name)):
                 continue
             if self.places.setdefault(name, place) != place:
                 self.shared.add(name)
@@ -254,6 +255,8 @@ class Numbers:
         return e if fixed is None else self._configured(fixed)
 
     def _fixed(self, e: Expression) -> PositionLiteral | None:
+        if type(e) is Named and e.name in self.work.registers:
+            return None
         value = self.symbols.fixed_value("", e)
         return value if isinstance(value, PositionLiteral) else None
 
