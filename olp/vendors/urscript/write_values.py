@@ -122,29 +122,29 @@ class Words:
         return str(e.on), _WHOLE
 
     def _position(self, e: PositionLiteral) -> tuple[str, int]:
-        if any(value == value and value != 0.0 for value in e.external):
+        if e.external and any(value == value and value != 0.0 for value in e.external):
             raise CannotSayError("further axes of a position", "UR arms have none")
-        if any(value != value for value in e.values):
+        total = sum(e.values)
+        if total != total and any(value != value for value in e.values):
             raise CannotSayError("a position with components left out", "write all of them")
         if e.kind == "joint":
             return f"[{', '.join(map(self.decimal, e.values))}]", _WHOLE
-        return f"p[{self._decimals(e.values[:3])}, {self._vector(e)}]", _WHOLE
-
-    def _vector(self, e: PositionLiteral) -> str:
         turn = e.values[3:6]
         if self.own and e.native:
             written = dict(e.native).get("vector", "")
             if written and angles_from_vector(*map(float, written.split(","))) == turn:
-                return written
-        return self._decimals(vector_from_angles(*turn))
+                return f"p[{self._decimals(e.values[:3])}, {written}]", _WHOLE
+        return f"p[{self._decimals((*e.values[:3], *vector_from_angles(*turn)))}]", _WHOLE
 
     def _decimals(self, values: tuple[float, ...]) -> str:
         """`decimal` of each, all at once where they are spelled alike."""
-        if not self.own and min(map(abs, values)) >= _LEAST:
-            texts = all_trimmed(values, _DECIMALS)
-            if texts is not None:
-                return ", ".join([f"{one}0" if one[-1] == "." else one for one in texts])
-        return ", ".join(map(self.decimal, values))
+        texts = None if self.own else all_trimmed(values, _DECIMALS)
+        if texts is None:
+            return ", ".join(map(self.decimal, values))
+        if min(map(abs, values)) < _LEAST:
+            pairs = zip(values, texts, strict=True)
+            texts = [text if abs(value) >= _LEAST else self.decimal(value) for value, text in pairs]
+        return ", ".join([f"{one}0" if one[-1] == "." else one for one in texts])
 
     def decimal(self, value: float) -> str:
         """A length or an angle of a point."""
