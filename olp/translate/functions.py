@@ -11,7 +11,7 @@ from olp.expression import Binary, Expression, FrameRef, Function, Named, Number
 from olp.geometry import Pose, rotation_from_angles, rotation_from_quaternion
 from olp.plan import StepKind
 from olp.program import Assign, Move, Path, Program, Statement
-from olp.translate.look import with_rows
+from olp.translate.look import with_routines, with_rows
 from olp.translate.records import literal_of
 from olp.translate.rewrite import mapped
 from olp.translate.symbols import Symbols, kind_of_value
@@ -46,7 +46,7 @@ def functions(program: Program, work: Work) -> Program:
             plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
             rows.append(s if plain else mapped(s, change))
         routines.append(with_rows(routine, rows))
-    return replace(program, routines=tuple(routines))
+    return with_routines(program, routines)
 
 
 def _shorter(e: Expression, symbols: Symbols, routine: str) -> Expression:

@@ -24,8 +24,8 @@ from olp.expression import (
     Unary,
 )
 from olp.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
+from olp.translate.look import with_routines, with_rows
 from olp.translate.rewrite import calls_nothing, expressions_of, is_written_out, mapped
-from olp.translate.symbols import symbols_of
 from olp.translate.work import Fate, Handed, Work
 from olp.units import deg, mm
 
@@ -260,7 +260,7 @@ def _computed(e: Expression, target: str) -> Expression:
 
 def fold_constants(program: Program, work: Work) -> Program:
     """Names that always hold the same number, text or state are written as it."""
-    symbols = symbols_of(program)
+    symbols = work.symbols(program)
 
     def change(e: Expression) -> Expression:
         if type(e) is Named and e.name not in work.registers:
@@ -283,5 +283,4 @@ def fold_constants(program: Program, work: Work) -> Program:
                 return s
         return mapped(s, change)
 
-    routines = tuple(replace(r, body=tuple(map(folded, r.body))) for r in program.routines)
-    return replace(program, routines=routines)
+    return with_routines(program, (with_rows(r, list(map(folded, r.body))) for r in program.routines))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-from olp.expression import Expression, Item, Named, Store, Taught, Variable
+from olp.expression import Expression, Item, Named, Number, Store, Taught, Variable
 from olp.points import PointKind, PointState
 from olp.program import Move, Path, Routine, Statement
 from olp.translate.lift_points import Points, frame_of, tool_of
@@ -31,7 +31,20 @@ _MOVING: Final = ("tool", "master-tool")
 
 def has_names(s: Move) -> bool:
     """Whether a move goes to a named position, and nothing else of it can be numbered."""
-    return type(s.targets[0]) is Named and is_written_out(s)
+    return type(s.targets[0]) is Named and (is_written_out(s) or _names_systems(s))
+
+
+def _names_systems(s: Move) -> bool:
+    """Whether a move's tool and frame are names, and all else of it but the target numbers that are written out."""
+    speed, blend = s.speed, s.blend
+    return (
+        type(s.tool) is Named
+        and type(s.frame) is Named
+        and len(s.targets) == 1
+        and (speed is None or type(speed.value.written) is Number)
+        and (blend is None or blend.value is None or type(blend.value.written) is Number)
+        and is_usual(s)
+    )
 
 
 def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list[Statement]:

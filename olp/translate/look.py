@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from operator import is_
 
 from olp.expression import Expression, Named, Number, PositionLiteral
-from olp.program import Declare, Move, Routine, Statement
+from olp.program import Declare, Move, Program, Routine, Statement
 from olp.translate.rewrite import calls_nothing, expressions_of, note_names, sets_numbers
 
 
@@ -103,6 +103,14 @@ def with_rows(routine: Routine, rows: Sequence[Statement]) -> Routine:
     if len(rows) == len(routine.body) and all(map(is_, rows, routine.body)):
         return routine
     return replace(routine, body=tuple(rows))
+
+
+def with_routines(program: Program, routines: Iterable[Routine]) -> Program:
+    """`program` with these routines; the same object where they are those that it has."""
+    routines = tuple(routines)
+    if len(routines) == len(program.routines) and all(map(is_, routines, program.routines)):
+        return program
+    return replace(program, routines=routines)
 
 
 def literals_in(data: Iterable[Declare], looks: Iterable[Look]) -> Iterator[PositionLiteral]:

@@ -35,7 +35,7 @@ from olp.program import (
 from olp.translate.here import HERE, NAMING, seen_in
 from olp.translate.reaching import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.translate.rewrite import edited, expressions_of, mapped
-from olp.translate.symbols import LITERALS, Symbols, symbols_of
+from olp.translate.symbols import LITERALS, Symbols
 from olp.translate.work import Fate, Work
 from olp.units import deg, mm, percent
 
@@ -379,7 +379,7 @@ def modal(program: Program, work: Work) -> Program:
     """Every move with its speed, blend, accelerations, tool and frame; no modal statement is left."""
     if not _needs(program):
         return program
-    own = _Modal(program, work, symbols_of(program))
+    own = _Modal(program, work, work.symbols(program))
     kinds = _MODAL_KINDS | {Move} if program.vendor == "inform" else _MODAL_KINDS
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)

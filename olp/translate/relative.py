@@ -9,7 +9,7 @@ from typing import Final
 from olp.expression import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral
 from olp.program import Assign, Move, Program, ShiftOff, ShiftOn, Statement
 from olp.translate.here import HERE, NAMING, seen_in
-from olp.translate.look import with_rows
+from olp.translate.look import with_routines, with_rows
 from olp.translate.rewrite import expressions_of
 from olp.translate.symbols import Symbols
 from olp.translate.work import Fate, Work
@@ -45,7 +45,7 @@ def relative(program: Program, work: Work) -> Program:
             else:
                 rows.append(s)
         routines.append(with_rows(routine, rows))
-    return replace(program, routines=tuple(routines))
+    return with_routines(program, routines)
 
 
 @dataclass(slots=True)

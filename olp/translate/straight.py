@@ -13,7 +13,7 @@ from olp.expression import CallValue, Function, Named, Number, PositionLiteral, 
 from olp.geometry import Array, rotation_angle, rotation_from_angles
 from olp.program import Assign, Call, End, Move, Path, Program, Routine, StartTask, Statement, Update
 from olp.translate.rewrite import calls_nothing, expressions_of, is_usual
-from olp.translate.symbols import Symbols, symbols_of
+from olp.translate.symbols import Symbols
 from olp.translate.work import Work
 
 # What runs between two moves without leading elsewhere; nothing jumps there either.
@@ -86,7 +86,7 @@ def _least(one: float, other: float) -> float:
 def walk_through(program: Program, work: Work) -> Walk:
     """The walk through a program, which passes that ask about the same one share."""
     if work.walk is None or work.walk.program is not program:
-        work.walk = _walked(program, symbols_of(program))
+        work.walk = _walked(program, work.symbols(program))
     return work.walk
 
 

@@ -1,0 +1,94 @@
+"""What a look at a routine finds, held against a walk through every statement and expression of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from translate_programs import VENDORS, own_program
+
+import olp
+from olp.expression import PositionLiteral
+from olp.program import Comment, Move, Program, Statement
+from olp.robot import load_robot
+from olp.translate import Context
+from olp.translate.look import Look, changed_rare, with_routines, with_rows
+from olp.translate.rewrite import expressions_of, note_names, sets_numbers
+from olp.translate.work import work_for
+
+ROBOT = load_robot("yaskawa/gp25")
+KRL = """DEF m()
+DECL E6POS a
+$VEL.CP = 0.2
+a = {X 900, Y 0, Z 800, A 0, B 90, C 0, E1 5}
+LIN a C_DIS
+LIN {X 950, Y 0, Z 800, A 0, B 90, C 0}
+$VEL.CP = speed
+WAIT SEC 1
+END
+"""
+
+
+def krl(tmp_path: Path) -> Program:
+    (tmp_path / "m.src").write_text(KRL)
+    return olp.read(tmp_path / "m.src")
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize("seed", range(4))
+def test_a_look_finds_what_a_walk_through_everything_finds(vendor: str, seed: int, tmp_path: Path) -> None:
+    program = own_program(seed, vendor, tmp_path, ROBOT)
+    for routine in program.routines:
+        look = Look(routine.body)
+        names: set[str] = set()
+        for s in routine.body:
+            note_names(s, names)
+        assert look.names() == names
+        settings = sum(map(sets_numbers, routine.body))
+        assert len(look.rare) + len(look.plain) + settings == len(routine.body)
+        assert all(routine.body[at] is s for at, s in look.rare)
+    work = work_for(program, "tp", Context())
+    everything = [*program.data, *(d for r in program.routines for d in r.data), *program.statements()]
+    walked = Counter(e for s in everything for e in expressions_of(s) if type(e) is PositionLiteral)
+    assert Counter(work.literals(program)).keys() == walked.keys()
+
+
+def test_plain_moves_and_settings_are_told_from_the_rest(tmp_path: Path) -> None:
+    (routine,) = krl(tmp_path).routines
+    look = Look(routine.body)
+    assert [s.line for s in look.plain] == [5, 6]
+    assert [s.line for s in look.direct()] == [s.line for s in look.unnamed()] == [6]
+    assert not {3, 5, 6} & {s.line for _, s in look.rare}
+    assert {4, 7, 8} <= {s.line for _, s in look.rare}
+
+
+def test_only_what_is_not_plain_is_changed_and_nothing_is_made_anew_without_a_change(tmp_path: Path) -> None:
+    program = krl(tmp_path)
+    (routine,) = program.routines
+    look = Look(routine.body)
+    assert changed_rare(routine, look, lambda s: s) is routine
+    assert with_rows(routine, list(routine.body)) is routine
+    assert with_routines(program, [routine]) is program
+
+    def change(s: Statement) -> Statement:
+        assert not isinstance(s, Move)
+        return Comment(s.line, "gone") if s.line == 8 else s
+
+    changed = changed_rare(routine, look, change)
+    assert [s.line for s in changed.body if isinstance(s, Comment)] == [8]
+    assert len(changed.body) == len(routine.body)
+    assert with_routines(program, [changed]).routines == (changed,)
+
+
+def test_a_look_is_taken_anew_when_the_routine_has_changed(tmp_path: Path) -> None:
+    program = krl(tmp_path)
+    (routine,) = program.routines
+    work = work_for(program, "tp", Context())
+    first = work.look(routine)
+    assert work.look(replace(routine, line=7)) is first
+    shorter = replace(routine, body=routine.body[:-2])
+    assert work.look(shorter).body is shorter.body
+    assert work.symbols(program) is work.symbols(program)
+    assert work.symbols(replace(program, data=())) is not work.symbols(program)
