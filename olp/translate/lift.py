@@ -52,7 +52,7 @@ from olp.translate.lift_numbers import (
 from olp.translate.lift_points import Points
 from olp.translate.look import with_rows
 from olp.translate.rewrite import mapped, sets_numbers
-from olp.translate.saved import saved_number, saved_points, saved_values
+from olp.translate.saved import label_of, saved_number, saved_points, saved_values, tell_unset
 from olp.translate.work import Fate, Work
 
 LETTERS: Final = {
@@ -86,7 +86,7 @@ def lift(program: Program, work: Work) -> Program:
     """Only names from here on. A program without numbers comes back as it is."""
     lifted = _Lift(program, work)
     routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
-    lifted.tell_unset()
+    tell_unset(work, program.routines, lifted.variable, lifted.is_set)
     data = (*program.data, *lifted.points.declared, *lifted.global_data())
     work.states = {name: state.frame for name, state in lifted.points.states.items()}
     return replace(program, routines=routines, data=data)
@@ -204,26 +204,10 @@ class _Lift:
                 self.array_initial.insert(0, Assign(0, name, literal))  # what a header says comes after
                 self.points.states.setdefault(name.base.name, point.state)
 
-    def tell_unset(self) -> None:
-        """Positions that a move goes to and nothing here sets; a name has to be declared with a value."""
-        numbers = bool(self.work.limits.numbered)
-        says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it"
-        says += ": it has to be taught" if numbers else ": zeros are declared"
-        told: set[str] = set()
-        looks = [self.work.look(routine) for routine in self.program.routines]
-        for s in [s for look in looks for s in look.unnamed()]:
-            for e in s.targets:
-                if not isinstance(e, Variable) or e.local or type(e.index) is not Number:
-                    continue
-                if e.store is Store.SYSTEM:
-                    continue
-                name = self.variable(e)
-                label = _label(name)
-                set_here = label in self.initial or any(a.target == name for a in self.array_initial)
-                if label not in told and not set_here and not self._is_changed(name):
-                    told.add(label)
-                    self.work.lose(s, Fate.APPROXIMATED, "position", says)
-                    self.work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)
+    def is_set(self, name: Expression) -> bool:
+        """Whether a value is known that a position begins with, or a statement gives it one."""
+        begins = any(a.target == name for a in self.array_initial)
+        return begins or label_of(name) in self.initial or self._is_changed(name)
 
     def _carry_states(self) -> None:
         """A position variable that is set from another one has that one's frame and tool."""
@@ -460,11 +444,3 @@ def _owner(e: Any) -> Named | None:
 
 def _is_position(e: Expression | None) -> bool:
     return isinstance(e, Variable) and e.store in POSITION_STORES
-
-
-def _label(name: Expression) -> str:
-    """A variable, or an element of an array by its constant index, as the receipt names it."""
-    if isinstance(name, Item) and isinstance(name.base, Named) and isinstance(name.indices[0], Number):
-        return f"{name.base.name}[{name.indices[0].value}]"
-    assert isinstance(name, Named)
-    return name.name

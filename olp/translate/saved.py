@@ -7,13 +7,14 @@ others.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from olp.assumptions import Given
-from olp.expression import Expression, Number, Store, Text
+from olp.expression import Expression, Item, Named, Number, Store, Text, Variable
 from olp.interpreter.initial import NUMBERS, POSITIONS, saved_position
 from olp.points import Point
-from olp.translate.work import Work, world_of
+from olp.program import Routine
+from olp.translate.work import Fate, Work, world_of
 
 
 def saved_values(work: Work) -> dict[tuple[Store, int], Given]:
@@ -43,3 +44,36 @@ def saved_number(value: Given | None) -> Expression | None:
     if isinstance(value, str):
         return Text(value) if value else None
     return Number(value) if isinstance(value, (int, float)) and value else None
+
+
+def label_of(name: Expression) -> str:
+    """A variable, or an element of an array by its constant index, as the receipt names it."""
+    if isinstance(name, Item) and isinstance(name.base, Named) and isinstance(name.indices[0], Number):
+        return f"{name.base.name}[{name.indices[0].value}]"
+    assert isinstance(name, Named)
+    return name.name
+
+
+def tell_unset(
+    work: Work,
+    routines: Iterable[Routine],
+    name_of: Callable[[Variable], Expression],
+    is_set: Callable[[Expression], bool],
+) -> None:
+    """Positions that a move goes to and nothing here sets; a name has to be declared with a value."""
+    numbers = bool(work.limits.numbered)
+    says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it"
+    says += ": it has to be taught" if numbers else ": zeros are declared"
+    told: set[str] = set()
+    for s in [s for routine in routines for s in work.look(routine).unnamed()]:
+        for e in s.targets:
+            if not isinstance(e, Variable) or e.local or type(e.index) is not Number:
+                continue
+            if e.store is Store.SYSTEM:
+                continue
+            name = name_of(e)
+            label = label_of(name)
+            if label not in told and not is_set(name):
+                told.add(label)
+                work.lose(s, Fate.APPROXIMATED, "position", says)
+                work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)
