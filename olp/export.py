@@ -21,6 +21,7 @@ from olp.program import Program
 
 _ERRORS = "surrogateescape"  # bytes that could not be read are written as they were, see `source`
 _WITH_ASCII = frozenset({"cp1252", "iso8859-1", "utf-8"})  # of which ASCII is a part
+_ROW = 1_000  # characters that a statement, a point or a declaration may take, twice what any was seen to
 _FALLBACK = "cp1252"  # what controllers sold in Europe and America write
 
 
@@ -104,9 +105,10 @@ def rendered(
 
     renderer = shipped(vendor) if template is None else given(template)
     # What was read from several files has little text of its own.
-    size = len(program.source.raw) + len(program.data)
-    size += sum(len(routine.body) + len(routine.points) for routine in program.routines)
-    limits = Limits(steps=100_000 + 10 * size, characters=1_000_000 + 100 * size, seconds=60.0)
+    rows = len(program.data) + sum(len(r.body) + len(r.points) for r in program.routines)
+    size = len(program.source.raw) + rows
+    characters = 1_000_000 + 100 * size + _ROW * rows
+    limits = Limits(steps=100_000 + 10 * size, characters=characters, seconds=60.0)
     return renderer.render(values, limits)
 
 

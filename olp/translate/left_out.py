@@ -157,7 +157,7 @@ def _read_by(s: Statement) -> dict[str, str]:
     """Names whose values a statement takes: case folded -> as written."""
     names: set[str] = set()
     note_names(s.value if isinstance(s, Assign) and isinstance(s.target, Named) else s, names)
-    return {name.casefold(): name for name in names}
+    return {name.casefold(): name for name in sorted(names)}
 
 
 def _commented(program: Program, routine: Routine, lines: Mapping[int, str], work: Work) -> Routine:

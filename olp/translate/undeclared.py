@@ -181,7 +181,7 @@ def _spread(program: Program, origin: dict[str, str], places: set[str]) -> None:
     handed: list[tuple[str, Iterable[str]]] = []
     for s in program.statements():
         if type(s) is Assign and (base := base_of(s.target)) is not None:
-            handed.append((base.name, _names(s.value)))
+            handed.append((base.name, sorted(_names(s.value))))
         elif type(s) is Call and s.routine.casefold() in by_name:
             handed += _arguments(by_name[s.routine.casefold()], s)
     changed = True
@@ -197,7 +197,7 @@ def _spread(program: Program, origin: dict[str, str], places: set[str]) -> None:
 
 def _arguments(called: Routine, s: Call) -> list[tuple[str, Iterable[str]]]:
     given = paired(called.parameters, s.arguments)
-    return [(name, _names(value)) for name, value in given if value is not None]
+    return [(name, sorted(_names(value))) for name, value in given if value is not None]
 
 
 def _names(node: Statement | Expression) -> set[str]:
