@@ -23,7 +23,7 @@ FAULTS: Final = (
     ),
     Fault(
         "literals.py",
-        'PositionLiteral("pose", pose.values, _external(external), flags,',
+        'PositionLiteral("pose", pose.values, connected(external), flags,',
         'PositionLiteral("pose", pose.values, (), flags,',
         "external axes of a robtarget lost",
     ),

@@ -57,9 +57,7 @@ FAULTS: Final = (
         "word, arguments, SpeedUnit.FRACTION if joint else SpeedUnit.TRAVEL, defaults[1]",
         "rad/s of movej as a fraction",
     ),
-    Fault(
-        "moves.py", "            (found[-1],),\n", "            (found[0],),\n", "movec ends in its via point"
-    ),
+    Fault("moves.py", "goal = places[-1]", "goal = places[0]", "movec ends in its via point"),
     Fault(
         "moves.py",
         "(_, frame), (_, place) = target.arguments",
@@ -137,8 +135,8 @@ FAULTS: Final = (
     ),
     Fault(
         "write_values.py",
-        "map(self.decimal, e.values[:3])",
-        "map(self.decimal, [1e3 * v for v in e.values[:3]])",
+        "self._decimals((*e.values[:3], *vector_from_angles(*turn)))",
+        "self._decimals((*(1e3 * v for v in e.values[:3]), *vector_from_angles(*turn)))",
         "poses written in mm",
     ),
     Fault(
