@@ -20,7 +20,6 @@ _POSITION = 0.001 * mm  # [m]
 _ANGLE = 0.0001 * deg  # [rad]
 _STILL = 0.002 * mm  # [m] a shorter move goes nowhere
 _TURN = 0.0002 * deg  # [rad]
-_SAME = 1e-6  # relative
 _INSTANT = 1e-6  # [s] by which points that are rounded change a move
 
 

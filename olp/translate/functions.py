@@ -18,7 +18,6 @@ from olp.translate.symbols import Symbols, kind_of_value
 from olp.translate.work import Fate, Work
 from olp.units import deg
 
-_ZEROS = (Number(0), Number(0.0))
 _NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that reach a pose
 
 

@@ -50,9 +50,6 @@ from olp.translate.symbols import kind_of_value, symbols_of
 from olp.translate.tree import Block, Node, flat, negated, parse
 from olp.translate.work import Work
 
-_ARITHMETIC: Final = ("+", "-", "*", "/")
-_FLAG_WORDS: Final = ("group", "analog", "register")
-
 
 def hoist(program: Program, work: Work) -> Program:
     """For INFORM and FANUC: expressions that they can write, all else computed into variables beforehand."""

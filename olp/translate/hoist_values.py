@@ -36,7 +36,6 @@ from olp.translate.symbols import Symbols, kind_of_value
 from olp.translate.tree import Block, Node, flat, negated
 from olp.translate.work import Work
 
-_ARITHMETIC: Final = ("+", "-", "*", "/")
 _FLAG_WORDS: Final = ("group", "analog", "register")
 
 

@@ -12,7 +12,6 @@ from olp.translate.rewrite import expressions_of, mapped, note_names
 from olp.translate.work import Fate, Work
 
 _FLANGE = ("tframe", "tcp", "trsf")
-_TYPES = {"tooldata": "tool", "wobjdata": "frame"}
 
 
 def records(program: Program, work: Work) -> Program:

@@ -8,7 +8,7 @@ from typing import Final
 from olp.expression import Item, Member, Named
 from olp.program import Call, End, Parameter, Program, Return, Routine, StartTask, Statement
 from olp.translate.globals import paired
-from olp.translate.symbols import symbols_of
+from olp.translate.symbols import Symbols, symbols_of
 from olp.translate.work import Work
 
 # KRL hands arrays by reference only, and RAPID moves with tools that are persistent only.
@@ -32,19 +32,20 @@ def _by_value(program: Program) -> Program:
         if not any(p.by_reference for r in program.routines for p in r.parameters):
             break
         symbols = symbols_of(program)
-
-        def plain(routine: Routine, one: Parameter) -> Parameter:
-            symbol = symbols.find(routine.name, one.name)  # noqa: B023  called within this round
-            changed = symbol is None or symbol.assigned
-            return one if not one.by_reference or changed else replace(one, by_reference=False)
-
         routines = tuple(
-            replace(r, parameters=tuple(plain(r, p) for p in r.parameters)) for r in program.routines
+            replace(r, parameters=tuple(_plain(r, p, symbols) for p in r.parameters))
+            for r in program.routines
         )
         if all(a.parameters == b.parameters for a, b in zip(routines, program.routines, strict=True)):
             break
         program = replace(program, routines=routines)
     return program
+
+
+def _plain(routine: Routine, one: Parameter, symbols: Symbols) -> Parameter:
+    symbol = symbols.find(routine.name, one.name)
+    changed = symbol is None or symbol.assigned
+    return one if not one.by_reference or changed else replace(one, by_reference=False)
 
 
 def _returned(program: Program) -> Program:

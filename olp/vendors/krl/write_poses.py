@@ -13,7 +13,6 @@ from olp.vendors.krl.write_values import Words
 _POSE: Final = (("X", 0), ("Y", 1), ("Z", 2), ("A", 5), ("B", 4), ("C", 3))
 _AXES: Final = ("A1", "A2", "A3", "A4", "A5", "A6")
 _ZERO: Final = Number(0)
-_COMPUTED = frozenset({"pose-angles", "joints", "pose-offset", "pose-relative-tool"})
 
 
 def computed_first(it: Any, words: Words, temporaries: dict[str, str]) -> tuple[list[str], Any]:
