@@ -96,11 +96,11 @@ def alarms(recordings: int) -> None:
     import numpy as np
 
     sys.path.insert(0, str(ROOT))
-    from olp.batch import Job
-    from olp.guard.budget import Budget
-    from olp.guard.judge import judge
-    from olp.recording import read_recording
-    from olp.signature import calibrate, write_signature
+    from olp.checks.guard.budget import Budget
+    from olp.checks.guard.judge import judge
+    from olp.identification.recording import read_recording
+    from olp.identification.signature import calibrate, write_signature
+    from olp.reports.batch import Job
 
     source = ROOT / "samples" / "up20"
     draw = np.random.default_rng(20260411)

@@ -20,15 +20,15 @@ from pathlib import Path as File
 import numpy as np
 from tables import print_table
 
-from olp.controller import Controller, State, Step, Target
-from olp.controller.server import Server
-from olp.diagnostic import OlpError
-from olp.geometry import Pose
-from olp.motion import model_names
-from olp.program import Path
-from olp.robot import load_robot
-from olp.timing import Timing
-from olp.track import states
+from olp.core.diagnostic import OlpError
+from olp.ir.program import Path
+from olp.robots.geometry import Pose
+from olp.robots.robot import load_robot
+from olp.servers.controller import Controller, State, Step, Target
+from olp.servers.controller.server import Server
+from olp.timing.motion import model_names
+from olp.timing.timing import Timing
+from olp.timing.track import states
 
 ROOT = File(__file__).parent.parent
 ROBOT = load_robot("yaskawa/ma2010")

@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 import olp
-from olp.program import Opaque, Program
-from olp.source import load
-from olp.timing import time_plan
-from olp.vendors.vendor import find_vendor, vendor_names
+from olp.core.source import load
+from olp.ir.program import Opaque, Program
+from olp.languages.vendor import find_vendor, vendor_names
+from olp.timing.timing import time_plan
 
 _LINE = re.compile(rb"\r\n|\n|\r")
 _MARKS = (rb"/JOB", rb"//INST", rb"NOP", rb"END")

@@ -22,9 +22,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.batch import Job  # noqa: E402
-from olp.difference.model import Cause, Difference  # noqa: E402
-from olp.difference.versions import open_versions  # noqa: E402
+from olp.checks.difference.model import Cause, Difference  # noqa: E402
+from olp.checks.difference.versions import open_versions  # noqa: E402
+from olp.reports.batch import Job  # noqa: E402
 
 Lines = list[str]
 _POINT = re.compile(r"C(\d{5})=([-\d.]+),(.*)")

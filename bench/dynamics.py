@@ -18,7 +18,7 @@ import pinocchio
 from numpy.typing import NDArray
 from tables import print_table
 
-from olp.dynamics import (
+from olp.robots.dynamics import (
     Body,
     Model,
     bias_forces,
@@ -29,8 +29,8 @@ from olp.dynamics import (
     move_acceleration,
     path_acceleration,
 )
-from olp.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot
 from olp.robots.masses_reader import tensor
+from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot
 
 Array = NDArray[np.float64]
 

@@ -1,12 +1,17 @@
 """Plants deliberate faults into readers, writers and the translation, one at a time: the tests catch every one.
 
     python bench/faults.py [--vendor V] [--only TEXT] [--jobs N] [--learn]
+    python bench/faults.py --contracts [KIND] [--only MEMBER] [--count N]
 
 The project is copied into a temporary folder, and nothing else is touched. Each row of `fault_rows` replaces one text
 of the copy, tests run up to the first failure, and the text is put back. The test that caught the fault last time
 (`fault_rows/caught_by.json`, written by --learn) comes first; where it passes, the fast tests of that language follow,
 and then those of the translation. Exit status 1 when a fault survives; 2 when a row no longer fits the code, when its
 fault is a mere crash that any run would show, or when the tests fail without any fault.
+
+With --contracts faults are planted in each member of each kind (languages, writers, terms, models, estimators, robots,
+commands, hosts, reports; or of one KIND), and the contract suite of that kind alone has to notice.
+Exit status 1 when less than 98 % are caught.
 """
 
 from __future__ import annotations
@@ -27,9 +32,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import contract_faults
 from fault_rows import Fault, inform, krl, rapid, tp, translate, urscript
 
 ROOT: Final = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
 COPIED: Final = ("olp", "grammars", "templates", "samples", "tests", "docs", "pyproject.toml")
 LIMIT: Final = 300  # [s] for the tests of one fault
 KNOWN: Final = (
@@ -67,7 +74,7 @@ class Outcome(NamedTuple):
 _TRANSLATION: Final = ("translate_flow", "translate_faults", "translate")
 PARTS: Final = {
     "inform": Part(
-        "olp/vendors/inform",
+        "olp/languages/vendors/inform",
         inform.FAULTS,
         (
             "inform_statements",
@@ -81,19 +88,19 @@ PARTS: Final = {
         ("inform_faults", "export", "inform_jobs"),
     ),
     "krl": Part(
-        "olp/vendors/krl",
+        "olp/languages/vendors/krl",
         krl.FAULTS,
         ("krl_statements", "krl_plan", "krl_faults", "krl_files", "krl_robust", "krl_writer"),
         ("krl_faults", "krl_writer"),
     ),
     "rapid": Part(
-        "olp/vendors/rapid",
+        "olp/languages/vendors/rapid",
         rapid.FAULTS,
         ("rapid_statements", "rapid_positions", "rapid_faults", "interpreter_poses", "rapid_writer"),
         ("rapid_faults", "rapid_writer"),
     ),
     "tp": Part(
-        "olp/vendors/tp",
+        "olp/languages/vendors/tp",
         tp.FAULTS,
         (
             "tp_statements",
@@ -108,13 +115,13 @@ PARTS: Final = {
         ("tp_faults", "tp_writer"),
     ),
     "urscript": Part(
-        "olp/vendors/urscript",
+        "olp/languages/vendors/urscript",
         urscript.FAULTS,
         ("urscript", "urscript_faults", "urscript_polyscope", "urscript_writing"),
         ("urscript_faults", "urscript_writing"),
     ),
     "translate": Part(
-        "olp/translate",
+        "olp/transpile",
         translate.FAULTS,
         (
             "translate_faults",
@@ -138,7 +145,22 @@ def main(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("--jobs", type=int, default=1, help="copies that are tested side by side (1)")
     parser.add_argument("--learn", action="store_true", help="note which test catches what, to be run first")
+    parser.add_argument(
+        "--contracts", nargs="?", const="all", metavar="KIND", help="the contract suites instead of the tests"
+    )
+    parser.add_argument(
+        "--count",
+        type=int,
+        default=12,
+        metavar="N",
+        help="mutations of code per member, with --contracts (12)",
+    )
     args = parser.parse_args(arguments)
+    if args.contracts:
+        if args.contracts not in ("all", *contract_faults.KINDS):
+            parser.error(f"no kind '{args.contracts}'; there are {', '.join(contract_faults.KINDS)}")
+        kinds = list(contract_faults.KINDS) if args.contracts == "all" else [args.contracts]
+        return contract_faults.run(kinds, args.only, args.count)
     chosen = [
         (name, fault)
         for name, part in PARTS.items()

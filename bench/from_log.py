@@ -24,12 +24,12 @@ sys.path.insert(0, str(ROOT))
 
 from ma2010_runs import ROBOT, read  # noqa: E402
 
-from olp.batch import Job, plan_and_time  # noqa: E402
-from olp.geometry import angles_from_rotation  # noqa: E402
-from olp.kinematics import forward  # noqa: E402
-from olp.recording import Log  # noqa: E402
-from olp.recording.from_log import FromLog, moves_from_log  # noqa: E402
-from olp.units import deg  # noqa: E402
+from olp.core.units import deg  # noqa: E402
+from olp.identification.recording import Log  # noqa: E402
+from olp.identification.recording.from_log import FromLog, moves_from_log  # noqa: E402
+from olp.reports.batch import Job, plan_and_time  # noqa: E402
+from olp.robots.geometry import angles_from_rotation  # noqa: E402
+from olp.robots.kinematics import forward  # noqa: E402
 
 Floats = NDArray[np.float64]
 OTHER_GROUP = "linear2/blending_zone_test/pl0.csv"
@@ -79,8 +79,8 @@ def speed(count: int = 1_000_000) -> None:
     """Reads a log of `count` samples and 14 columns."""
     from time import perf_counter
 
-    from olp.recording.log_reader import read_log
-    from olp.recording.writer import log_csv
+    from olp.identification.recording.log_reader import read_log
+    from olp.identification.recording.writer import log_csv
 
     rng = np.random.default_rng(0)
     axes, currents = np.cumsum(rng.normal(size=(count, 6)), 0) * 1e-4, rng.normal(size=(count, 6))

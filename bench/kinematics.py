@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tables import print_table
 
-from olp.kinematics import branches, forward, inverse, singularities, track, track_branches
-from olp.robot import Robot, load_robot
+from olp.robots.kinematics import branches, forward, inverse, singularities, track, track_branches
+from olp.robots.robot import Robot, load_robot
 
 Array = NDArray[np.float64]
 

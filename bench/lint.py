@@ -22,9 +22,9 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.batch import Job  # noqa: E402
-from olp.lint import all_rules  # noqa: E402
-from olp.lint.run import lint  # noqa: E402
+from olp.checks.lint import all_rules  # noqa: E402
+from olp.checks.lint.run import lint  # noqa: E402
+from olp.reports.batch import Job  # noqa: E402
 
 SAMPLES = tuple(ROOT / "samples" / "inform" / name for name in ("cam", "generations", "palletising", "twins"))
 SETTINGS = """robot = "yaskawa/ma2010"

@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.lint import Rule, all_rules  # noqa: E402
+from olp.checks.lint import Rule, all_rules  # noqa: E402
 
 PAGE = ROOT / "docs" / "lint.md"
 BEGIN = "## The rules\n"

@@ -22,12 +22,12 @@ sys.path.insert(0, str(ROOT))
 import ma2010_poses as poses  # noqa: E402
 from ma2010_runs import ROBOT, THRESHOLD, Run, read  # noqa: E402
 
-from olp.acceleration import load_law as load_acceleration  # noqa: E402
-from olp.blending import Corners, load_law  # noqa: E402
-from olp.blending._overlap import response  # noqa: E402
-from olp.blending.yaskawa import intervals  # noqa: E402
-from olp.motion import load_model  # noqa: E402
-from olp.units import mm  # noqa: E402
+from olp.core.units import mm  # noqa: E402
+from olp.timing.acceleration import load_law as load_acceleration  # noqa: E402
+from olp.timing.blending import Corners, load_law  # noqa: E402
+from olp.timing.blending._overlap import response  # noqa: E402
+from olp.timing.blending.yaskawa import intervals  # noqa: E402
+from olp.timing.motion import load_model  # noqa: E402
 
 Floats = NDArray[np.float64]
 SPEEDS = (50, 100, 200, 400, 800)

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.kinematics import forward, jacobian
-from olp.robot import load_robot
-from olp.units import deg, mm
+from olp.core.units import deg, mm
+from olp.robots.kinematics import forward, jacobian
+from olp.robots.robot import load_robot
 
 Floats = NDArray[np.float64]
 ROBOT = load_robot("yaskawa/ma2010")

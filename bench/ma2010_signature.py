@@ -28,13 +28,13 @@ from from_log import job_text, segment, tool_text  # noqa: E402
 from ma2010_runs import ROBOT, THRESHOLD, Run, read  # noqa: E402
 
 import olp  # noqa: E402
-from olp.geometry import angles_from_rotation  # noqa: E402
-from olp.kinematics import forward  # noqa: E402
-from olp.recording import Recording, read_recording  # noqa: E402
-from olp.signature import Signature, calibrate  # noqa: E402
-from olp.signature.rows import predict_recording  # noqa: E402
-from olp.timing import time_plan  # noqa: E402
-from olp.units import deg, mm  # noqa: E402
+from olp.core.units import deg, mm  # noqa: E402
+from olp.identification.recording import Recording, read_recording  # noqa: E402
+from olp.identification.signature import Signature, calibrate  # noqa: E402
+from olp.identification.signature.rows import predict_recording  # noqa: E402
+from olp.robots.geometry import angles_from_rotation  # noqa: E402
+from olp.robots.kinematics import forward  # noqa: E402
+from olp.timing.timing import time_plan  # noqa: E402
 
 Floats = NDArray[np.float64]
 ASKED = 0.5

@@ -22,10 +22,10 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 import olp
-from olp.program import Comment, LineKind, Opaque, Program
-from olp.reading import read_source
-from olp.source import decode
-from olp.timing import Timing, time_plan
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import Comment, LineKind, Opaque, Program
+from olp.timing.timing import Timing, time_plan
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 SUFFIXES = (".jbi",)

@@ -95,11 +95,11 @@ def make(place: Path, count: int) -> None:
     from translate_programs import VENDORS, Maker
 
     import olp
-    from olp.diagnostic import OlpError
-    from olp.robot import load_robot
-    from olp.translate import Context
-    from olp.translate.convert import convert
-    from olp.translate.link import link
+    from olp.core.diagnostic import OlpError
+    from olp.robots.robot import load_robot
+    from olp.transpile import Context
+    from olp.transpile.convert import convert
+    from olp.transpile.link import link
 
     context = Context(robot=load_robot("yaskawa/gp25"), on_loss="comment")
     programs: list[tuple[str, str, Any]] = []

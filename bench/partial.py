@@ -19,17 +19,17 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 import olp  # noqa: E402
-from olp.batch import Job, plan_and_time  # noqa: E402
-from olp.probe import Wanted, design_experiment, write_experiment  # noqa: E402
-from olp.recording import Log, read_recording  # noqa: E402
-from olp.recording.from_log import moves_from_log  # noqa: E402
-from olp.signature import MoveSet, calibrate, moves_of_recording, predict  # noqa: E402
-from olp.signature.estimator import duration_of, load_estimator  # noqa: E402
-from olp.signature.partial_cycles import average_cycles  # noqa: E402
-from olp.signature.partial_programs import gather, stops_of  # noqa: E402
-from olp.signature.partial_totals import METHOD, Totals, fit_totals, predicted_totals  # noqa: E402
-from olp.timing import time_plan  # noqa: E402
-from olp.track import track  # noqa: E402
+from olp.identification.probe import Wanted, design_experiment, write_experiment  # noqa: E402
+from olp.identification.recording import Log, read_recording  # noqa: E402
+from olp.identification.recording.from_log import moves_from_log  # noqa: E402
+from olp.identification.signature import MoveSet, calibrate, moves_of_recording, predict  # noqa: E402
+from olp.identification.signature.estimator import duration_of, load_estimator  # noqa: E402
+from olp.identification.signature.partial_cycles import average_cycles  # noqa: E402
+from olp.identification.signature.partial_programs import gather, stops_of  # noqa: E402
+from olp.identification.signature.partial_totals import METHOD, Totals, fit_totals, predicted_totals  # noqa: E402
+from olp.reports.batch import Job, plan_and_time  # noqa: E402
+from olp.timing.timing import time_plan  # noqa: E402
+from olp.timing.track import track  # noqa: E402
 
 Floats = NDArray[np.float64]
 SAMPLES = ROOT / "samples" / "up20"

@@ -20,15 +20,14 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "bench")]
 
-from physics_page import CYCLE, rich_case  # noqa: E402
-
-from olp.diagnosis.model import Model, Part  # noqa: E402
-from olp.physics import MoveTerm, load_term, term_names  # noqa: E402
-from olp.physics._case import Case  # noqa: E402
-from olp.plot.axes import Axes, room  # noqa: E402
-from olp.plot.figure import Dot, Figure, Text  # noqa: E402
-from olp.plot.svg import svg  # noqa: E402
-from olp.units import deg, mm, ms  # noqa: E402
+from olp.contracts.terms import CYCLE, rich_case  # noqa: E402
+from olp.core.units import deg, mm, ms  # noqa: E402
+from olp.identification.diagnosis.model import Model, Part  # noqa: E402
+from olp.reports.plot.axes import Axes, room  # noqa: E402
+from olp.reports.plot.figure import Dot, Figure, Text  # noqa: E402
+from olp.reports.plot.svg import svg  # noqa: E402
+from olp.timing.physics import MoveTerm, load_term, term_names  # noqa: E402
+from olp.timing.physics._case import Case  # noqa: E402
 
 FOLDER = ROOT / "docs" / "images" / "physics"
 Floats = NDArray[np.float64]

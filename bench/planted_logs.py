@@ -27,8 +27,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from test_diagnosis_logs import FINE, lagging, loose, program, swinging, torques  # noqa: E402
 
-from olp.diagnosis.logs import LogDiagnosis, diagnose_log  # noqa: E402
-from olp.recording import Log  # noqa: E402
+from olp.identification.diagnosis.logs import LogDiagnosis, diagnose_log  # noqa: E402
+from olp.identification.recording import Log  # noqa: E402
 
 Floats = NDArray[np.float64]
 NOISES = ("white", "memory", "dirty")

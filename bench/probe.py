@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.probe.design import most_telling  # noqa: E402
-from olp.recording import read_recording  # noqa: E402
+from olp.identification.probe.design import most_telling  # noqa: E402
+from olp.identification.recording import read_recording  # noqa: E402
+from olp.identification.signature import MoveSet, moves_of_recording  # noqa: E402
+from olp.identification.signature.calibrate import fit_moves  # noqa: E402
+from olp.identification.signature.domain import points, spread_out  # noqa: E402
+from olp.identification.signature.estimator import duration_of, load_estimator  # noqa: E402
+from olp.identification.signature.estimators.averaged_process import views_of  # noqa: E402
+from olp.identification.signature.mixture import average_covariance, ruler_of  # noqa: E402
 from olp.robots.library import load_robot  # noqa: E402
-from olp.signature import MoveSet, moves_of_recording  # noqa: E402
-from olp.signature.calibrate import fit_moves  # noqa: E402
-from olp.signature.domain import points, spread_out  # noqa: E402
-from olp.signature.estimator import duration_of, load_estimator  # noqa: E402
-from olp.signature.estimators.averaged_process import views_of  # noqa: E402
-from olp.signature.mixture import average_covariance, ruler_of  # noqa: E402
 
 ROBOT = load_robot("yaskawa/up20")
 METHODS = ("averaged_process", "terms_and_places", "axis_terms_gp", "axis_terms", "gaussian_process")

@@ -19,8 +19,8 @@ import numpy as np
 import ruckig
 from numpy.typing import NDArray
 
-from olp import fast
-from olp.motion import Profile, durations, load_model
+from olp.core import compiled_loops
+from olp.timing.motion import Profile, durations, load_model
 
 Array = NDArray[np.float64]
 
@@ -122,7 +122,7 @@ def rates() -> Iterator[Figure]:
             f"{plain / 1e6:.1f} M/s, {plain / calls.rate:.0f} ×",
             held,
         )
-        if not fast.available():
+        if not compiled_loops.available():
             missing = "not installed: pip install olp[fast]"
             yield Figure(
                 f"`durations()`, compiled, {name}", f"≥ {ASKED_COMPILED / 1e6:.0f} M/s", missing, True

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.diagnosis.logs import LogDiagnosis, diagnose_logs  # noqa: E402
-from olp.diagnosis.logs.effort import efforts  # noqa: E402
-from olp.diagnosis.logs.select import solve  # noqa: E402
-from olp.diagnosis.logs.whiten import kept, runs, whiten  # noqa: E402
-from olp.recording import Recording, read_recording  # noqa: E402
+from olp.identification.diagnosis.logs import LogDiagnosis, diagnose_logs  # noqa: E402
+from olp.identification.diagnosis.logs.effort import efforts  # noqa: E402
+from olp.identification.diagnosis.logs.select import solve  # noqa: E402
+from olp.identification.diagnosis.logs.whiten import kept, runs, whiten  # noqa: E402
+from olp.identification.recording import Recording, read_recording  # noqa: E402
 
 Floats = NDArray[np.float64]
 APART = 12.0  # [s] between trajectories that are put into one log

@@ -23,10 +23,10 @@ sys.path.insert(0, str(ROOT))
 from ma2010_runs import ROBOT, THRESHOLD, Run, read  # noqa: E402
 from real_tables import Case, print_cases  # noqa: E402
 
-from olp.geometry import Pose, angles_from_rotation  # noqa: E402
-from olp.kinematics import forward  # noqa: E402
-from olp.recording import Settings, write_recording  # noqa: E402
-from olp.recording.moves import LINEAR, RecordedMoves  # noqa: E402
+from olp.identification.recording import Settings, write_recording  # noqa: E402
+from olp.identification.recording.moves import LINEAR, RecordedMoves  # noqa: E402
+from olp.robots.geometry import Pose, angles_from_rotation  # noqa: E402
+from olp.robots.kinematics import forward  # noqa: E402
 
 Floats = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from tables import print_table
 
-from olp.diagnosis.diagnose import Outcome, diagnose_recording
-from olp.recording import read_recording
+from olp.identification.diagnosis.diagnose import Outcome, diagnose_recording
+from olp.identification.recording import read_recording
 
 
 class Case(NamedTuple):

@@ -21,13 +21,13 @@ sys.path.insert(0, str(ROOT))
 from real_tables import print_findings  # noqa: E402
 from tables import print_table  # noqa: E402
 
-from olp.diagnosis import confirm  # noqa: E402
-from olp.diagnosis.diagnose import Outcome, diagnose_recording, errors_of  # noqa: E402
-from olp.diagnosis.fitting import Noise  # noqa: E402
-from olp.diagnosis.folds import Folds  # noqa: E402
-from olp.diagnosis.search import move_terms, shelf_of, swaps  # noqa: E402
-from olp.physics._case import Case  # noqa: E402
-from olp.recording import Recording, read_recording  # noqa: E402
+from olp.identification.diagnosis import confirm  # noqa: E402
+from olp.identification.diagnosis.diagnose import Outcome, diagnose_recording, errors_of  # noqa: E402
+from olp.identification.diagnosis.fitting import Noise  # noqa: E402
+from olp.identification.diagnosis.folds import Folds  # noqa: E402
+from olp.identification.diagnosis.search import move_terms, shelf_of, swaps  # noqa: E402
+from olp.identification.recording import Recording, read_recording  # noqa: E402
+from olp.timing.physics._case import Case  # noqa: E402
 
 Floats = NDArray[np.float64]
 
@@ -147,8 +147,8 @@ def _with_residual(case: Case, columns: dict[str, Floats]) -> list[str]:
 
 def experiment(recording: Recording, outcome: Outcome) -> None:
     """For the finding whose place others would take best."""
-    from olp.diagnosis.fitting import evaluate
-    from olp.diagnosis.next_experiment import design_experiment
+    from olp.identification.diagnosis.fitting import evaluate
+    from olp.identification.diagnosis.next_experiment import design_experiment
 
     if not outcome.model.parts:
         print("  nothing is named")

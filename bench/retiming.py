@@ -26,8 +26,8 @@ import toppra.algorithm
 import toppra.constraint
 from numpy.typing import NDArray
 
-from olp import fast
-from olp.retiming import Kind, Retimed, SampledPath, along_path, retime, spline_through
+from olp.core import compiled_loops
+from olp.timing.retiming import Kind, Retimed, SampledPath, along_path, retime, spline_through
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -83,7 +83,7 @@ def measured(all_cases: list[Case]) -> list[Figure]:
     ]
     for compiled, asked in ((False, 1.0), (True, 10.0)):
         name = "compiled" if compiled else "numpy"
-        if compiled and not fast.available():
+        if compiled and not compiled_loops.available():
             figures.append(Figure("olp, compiled", "≥ 10 ×", "not installed: pip install olp[fast]", True))
             continue
         one_by_one(place, all_cases[:1], compiled)
@@ -110,8 +110,11 @@ def measured(all_cases: list[Case]) -> list[Figure]:
 def spacing(all_cases: list[Case]) -> Iterator[Figure]:
     """What the spacing of the samples does: 10, 20 and 40 a span."""
     place, few = np.linspace(0.0, 1.0, POINTS), all_cases[:20]
-    limit = together(place, few, fast.available(), 160).duration
-    above = [together(place, few, fast.available(), pieces).duration / limit - 1 for pieces in (10, 20, 40)]
+    limit = together(place, few, compiled_loops.available(), 160).duration
+    above = [
+        together(place, few, compiled_loops.available(), pieces).duration / limit - 1
+        for pieces in (10, 20, 40)
+    ]
     for start, name in ((0, "smooth"), (1, "random")):
         shares = ", ".join(f"{share[start::2].max():.2%}" for share in above)
         yield Figure(

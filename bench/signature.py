@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.recording import read_recording  # noqa: E402
-from olp.signature import MoveSet, moves_of_recording  # noqa: E402
-from olp.signature.calibrate import fit_moves  # noqa: E402
-from olp.signature.document import Learnt, Signature  # noqa: E402
-from olp.signature.domain import domain_of  # noqa: E402
-from olp.signature.estimator import duration_of, estimator_names, load_estimator  # noqa: E402
-from olp.signature.predict import Prediction, predict  # noqa: E402
+from olp.identification.recording import read_recording  # noqa: E402
+from olp.identification.signature import MoveSet, moves_of_recording  # noqa: E402
+from olp.identification.signature.calibrate import fit_moves  # noqa: E402
+from olp.identification.signature.document import Learnt, Signature  # noqa: E402
+from olp.identification.signature.domain import domain_of  # noqa: E402
+from olp.identification.signature.estimator import duration_of, estimator_names, load_estimator  # noqa: E402
+from olp.identification.signature.predict import Prediction, predict  # noqa: E402
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]

@@ -20,9 +20,14 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.motion import load_model  # noqa: E402
-from olp.thesis import adjusted_acceleration, bearing, correction_factor, interpolated_factor  # noqa: E402
-from olp.units import deg, mm  # noqa: E402
+from olp.core.units import deg, mm  # noqa: E402
+from olp.identification.apostolovic import (  # noqa: E402
+    adjusted_acceleration,
+    bearing,
+    correction_factor,
+    interpolated_factor,
+)
+from olp.timing.motion import load_model  # noqa: E402
 
 Floats = NDArray[np.float64]
 TICK = 0.01  # [s] what the controller and the simulator display

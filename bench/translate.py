@@ -21,12 +21,12 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from translate_programs import VENDORS, round_trip, written  # noqa: E402
 
 import olp  # noqa: E402
-from olp.diagnostic import OlpError  # noqa: E402
-from olp.robot import load_robot  # noqa: E402
-from olp.translate import Context  # noqa: E402
-from olp.translate.compare import compare_plans  # noqa: E402
-from olp.translate.convert import convert, run_converted  # noqa: E402
-from olp.translate.link import link  # noqa: E402
+from olp.core.diagnostic import OlpError  # noqa: E402
+from olp.robots.robot import load_robot  # noqa: E402
+from olp.transpile import Context  # noqa: E402
+from olp.transpile.compare import compare_plans  # noqa: E402
+from olp.transpile.convert import convert, run_converted  # noqa: E402
+from olp.transpile.link import link  # noqa: E402
 
 SAMPLES = {
     "inform": "inform/handling/HANDLING.JBI",

@@ -24,10 +24,10 @@ from translate import ROBOT, _long_job  # noqa: E402
 from translate_programs import VENDORS, written  # noqa: E402
 
 import olp  # noqa: E402
-from olp.robot import Robot, load_robot  # noqa: E402
-from olp.translate import Context  # noqa: E402
-from olp.translate.convert import convert  # noqa: E402
-from olp.translate.link import link  # noqa: E402
+from olp.robots.robot import Robot, load_robot  # noqa: E402
+from olp.transpile import Context  # noqa: E402
+from olp.transpile.convert import convert  # noqa: E402
+from olp.transpile.link import link  # noqa: E402
 
 ASKED, ASKED_OWN = 15_000, 40_000  # moves/s: between languages, and INFORM alone
 

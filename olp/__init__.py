@@ -11,25 +11,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from olp.version import __version__
+from olp.core.documented_names import install
+from olp.core.version import __version__
 
 if TYPE_CHECKING:
-    from olp.diagnostic import Diagnostic, OlpError
-    from olp.plan import Plan
-    from olp.program import Program
-    from olp.reading import read
-    from olp.robot import Robot, load_robot, robot_names
+    from olp.core.diagnostic import Diagnostic, OlpError
+    from olp.fluent import Plan, Program, read
+    from olp.robots.robot import Robot, load_robot, robot_names
+
+install()
 
 # Loaded when first asked for: `olp --help` must not wait for numpy.
 _HOME = {
-    "Diagnostic": "olp.diagnostic",
-    "OlpError": "olp.diagnostic",
-    "Plan": "olp.plan",
-    "Program": "olp.program",
-    "Robot": "olp.robot",
-    "load_robot": "olp.robot",
-    "read": "olp.reading",
-    "robot_names": "olp.robot",
+    "Diagnostic": "olp.core.diagnostic",
+    "OlpError": "olp.core.diagnostic",
+    "Plan": "olp.fluent",
+    "Program": "olp.fluent",
+    "Robot": "olp.robots.robot",
+    "load_robot": "olp.robots.robot",
+    "read": "olp.fluent",
+    "robot_names": "olp.robots.robot",
 }
 
 __all__ = [

@@ -10,10 +10,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from olp import commands
-from olp.commands.command import Parser, from_os_error
-from olp.diagnostic import Diagnostic, OlpError, error
-from olp.version import __version__
+from olp import cli
+from olp.cli.command import Parser
+from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.files import from_os_error
+from olp.core.version import __version__
 
 DONE, NO_ANSWER = 0, 2
 INTERRUPTED, CLOSED_PIPE = 130, 141  # as a shell reports SIGINT and SIGPIPE
@@ -62,7 +63,7 @@ def dispatch(words: list[str]) -> int:
     if words[0] in ("-V", "--version"):
         print("olp", __version__)
         return DONE
-    name, rest = commands.split(words)
+    name, rest = cli.split(words)
     if not name:
         raise OlpError(unknown(words))
     return run(name, rest)
@@ -70,7 +71,7 @@ def dispatch(words: list[str]) -> int:
 
 def run(name: str, words: list[str]) -> int:
     """Parses `words` for the command `name` and runs it."""
-    command = commands.load(name)
+    command = cli.load(name)
     parser = Parser(f"olp {name}", command.SUMMARY)
     command.add_arguments(parser)
     try:
@@ -82,9 +83,9 @@ def run(name: str, words: list[str]) -> int:
 
 def help_text() -> str:
     """What `olp --help` prints."""
-    names = commands.names()
+    names = cli.names()
     width = max(map(len, names), default=0)
-    rows = (f"  {name:{width}}  {commands.load(name).SUMMARY}" for name in names)
+    rows = (f"  {name:{width}}  {cli.load(name).SUMMARY}" for name in names)
     return HELP.format(commands="\n".join(rows))
 
 
@@ -92,7 +93,7 @@ def unknown(words: list[str]) -> Diagnostic:
     """The diagnostic for a command that does not exist, with the nearest that does."""
     from difflib import get_close_matches
 
-    names = commands.names()
+    names = cli.names()
     group = [name for name in names if name.startswith(words[0] + " ")]
     near = group or get_close_matches(" ".join(words[:2]), names, 1) or get_close_matches(words[0], names, 1)
     hint = f"did you mean: {', '.join(f'olp {name}' for name in near)}?" if near else ""

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from olp.guard.budget import Budget
-    from olp.guard.judge import Judged
-    from olp.outcome import Item
-    from olp.timing import Timing
+    from olp.checks.guard.budget import Budget
+    from olp.checks.guard.judge import Judged
+    from olp.reports.outcome import Item
+    from olp.timing.timing import Timing
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -34,7 +34,7 @@ class BudgetFile(pytest.File):
     """An olp.toml."""
 
     def collect(self) -> Iterator[pytest.Item]:
-        from olp.guard.budget import budgets_for
+        from olp.checks.guard.budget import budgets_for
 
         (read,) = budgets_for(str(self.path), str(self.path))
         for told in read.diagnostics:
@@ -55,9 +55,9 @@ class BudgetFile(pytest.File):
                 yield BudgetTest.from_parent(self, name=budget.name, says=says)
 
     def _programs(self) -> list[str]:
-        from olp.commands.command import expand_paths
-        from olp.diagnostic import OlpError
-        from olp.vendors.vendor import vendor_suffixes
+        from olp.core.diagnostic import OlpError
+        from olp.core.files import expand_paths
+        from olp.languages.vendor import vendor_suffixes
 
         try:
             return [str(path) for path in expand_paths([self.path.parent], vendor_suffixes())]
@@ -82,7 +82,7 @@ class BudgetTest(pytest.Item):
         self.says, self.budget, self.paths, self.judge = says, budget, paths or [], judge
 
     def runtest(self) -> None:
-        from olp.outcome import Status
+        from olp.reports.outcome import Status
 
         if self.budget is None or self.judge is None:
             raise BudgetError(self.says)
@@ -117,8 +117,8 @@ class _Judge:
         self.known: dict[str, Judged] = {}
 
     def __call__(self, path: str, budget: Budget) -> list[Item]:
-        from olp.batch import Job
-        from olp.guard.judge import judge
+        from olp.checks.guard.judge import judge
+        from olp.reports.batch import Job
 
         if path not in self.known:
             # Two budgets may have one name: the place in olp.toml tells them apart.
@@ -137,9 +137,9 @@ def _told(item: Item) -> str:
 def olp_time(request: pytest.FixtureRequest) -> Callable[..., Timing]:
     """`olp_time(path, robot=…, signature=…)` reads, runs and times a program and returns its `Timing`.
 
-    Paths are seen from pytest's root folder; further words are those of `olp.batch.Job`. Raises OlpError.
+    Paths are seen from pytest's root folder; further words are those of `olp.reports.batch.Job`. Raises OlpError.
     """
-    from olp.batch import Job, plan_and_time
+    from olp.reports.batch import Job, plan_and_time
 
     root = request.config.rootpath
 

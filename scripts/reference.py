@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import olp
-from olp import commands
-from olp.commands.command import Parser
+from olp import cli
+from olp.cli.command import Parser
 
 
 class Written(NamedTuple):
@@ -50,11 +50,11 @@ def _commands() -> str:
         "`olp COMMAND --help` says the same. Exit status: 0 done and held, 1 a finding, 2 the question could not be "
         "answered.\n"
     )
-    return "\n".join([head, *(_command(name) for name in commands.names())])
+    return "\n".join([head, *(_command(name) for name in cli.names())])
 
 
 def _command(name: str) -> str:
-    command = commands.load(name)
+    command = cli.load(name)
     parser = Parser(f"olp {name}", command.SUMMARY)
     command.add_arguments(parser)
     parser.formatter_class = _Wide
@@ -113,9 +113,10 @@ def _members() -> str:
 
 
 def _kinds() -> Iterator[tuple[str, Sequence[str], Callable[[str], Any], str]]:
-    from olp import acceleration, blending, motion, outcome, physics, report
-    from olp.lint.rule import all_rules
-    from olp.signature import estimator
+    from olp.checks.lint.rule import all_rules
+    from olp.identification.signature import estimator
+    from olp.reports import formats, outcome
+    from olp.timing import acceleration, blending, motion, physics
 
     yield (
         "Motion models",
@@ -138,7 +139,7 @@ def _kinds() -> Iterator[tuple[str, Sequence[str], Callable[[str], Any], str]]:
     rules = {rule.code: rule for rule in all_rules()}
     yield "Rules", sorted(rules), rules.__getitem__, "What `olp lint` looks for; [more](../lint.md)."
     times = "`olp time --format NAME`."
-    yield "Formats of times", report.report_names(), report.load_report, times
+    yield "Formats of times", formats.report_names(), formats.load_report, times
     findings = "`olp check`, `olp diff` and `olp lint --format NAME`."
     yield "Formats of findings", outcome.format_names(), outcome.load_format, findings
 
@@ -154,7 +155,7 @@ def _first(text: str) -> str:
 
 
 def _robots() -> str:
-    from olp.robot import load_robot, robot_names
+    from olp.robots.robot import load_robot, robot_names
 
     parts = [
         "# Robots\n\nThe library. `inferred` numbers are published by nobody; `olp robots NAME -v` says where each "

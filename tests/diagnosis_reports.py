@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from olp.diagnosis.result import (
+from olp.identification.diagnosis.result import (
     Alternative,
     Correlate,
     Diagnosis,
@@ -21,9 +21,9 @@ from olp.diagnosis.result import (
     NextMove,
     Remainder,
 )
-from olp.physics._case import Case
-from olp.physics._motion import Motion
-from olp.recording import Recording, read_recording
+from olp.identification.recording import Recording, read_recording
+from olp.timing.physics._case import Case
+from olp.timing.physics._motion import Motion
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"
 NOISE = 0.004  # [s]

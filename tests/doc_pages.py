@@ -28,10 +28,10 @@ from typing import NamedTuple
 
 import yaml
 
-from olp import commands
-from olp.commands.command import Parser
-from olp.diagnostic import OlpError
-from olp.templating import Sandbox
+from olp import cli
+from olp.cli.command import Parser
+from olp.core.diagnostic import OlpError
+from olp.languages.templating import Sandbox
 
 ROOT = Path(__file__).parent.parent
 ANYTHING = "…"
@@ -176,10 +176,10 @@ def _line(line: str) -> str:
 def _arguments(words: list[str]) -> str:
     if words in (["--version"], ["--help"]):
         return ""
-    name, rest = commands.split(words)
+    name, rest = cli.split(words)
     if not name:
         return f"no command {words}"
-    command = commands.load(name)
+    command = cli.load(name)
     parser = Parser(f"olp {name}", command.SUMMARY)
     command.add_arguments(parser)
     try:
@@ -205,7 +205,7 @@ def _unknown(body: str) -> str:
 
 
 def _sql(body: str) -> None:
-    from olp.guard.store import _SCHEMA
+    from olp.checks.guard.store import _SCHEMA
 
     store = sqlite3.connect(":memory:")
     store.executescript(_SCHEMA)

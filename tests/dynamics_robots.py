@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from olp.dynamics import Body
-from olp.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot
+from olp.robots.dynamics import Body
+from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot
 
 
 def robot_of(joints, bodies, drives=None, linear=(), flange=(0.0, 0.0, 0.0)):

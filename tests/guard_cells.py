@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from interpreter_jobs import write_jobs
 
-from olp.batch import Job
-from olp.guard.judge import Judged
-from olp.guard.run import Settings, run, tasks
+from olp.checks.guard.judge import Judged
+from olp.checks.guard.run import Settings, run, tasks
+from olp.reports.batch import Job
 
 # A cell whose main job calls a routine several times, in a loop and one after the other.
 CELL = {
@@ -53,7 +53,7 @@ class Run(NamedTuple):
 
 def check(folder: Path, monkeypatch, cache: Path | None = None, **settings: object) -> Run:
     """`olp check FOLDER` in this process."""
-    import olp.guard.run as module
+    import olp.checks.guard.run as module
 
     timed: list[str] = []
 

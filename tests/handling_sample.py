@@ -12,10 +12,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.plan import Plan
-from olp.program import LineKind, Opaque
-from olp.reading import read_source
-from olp.source import decode
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import LineKind, Opaque
+from olp.runtime.plan import Plan
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from olp.program import Program, Statement
-from olp.reading import read_source
-from olp.source import decode
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import Program, Statement
 
 ALIASES = (
     "LD000 V_Seam",

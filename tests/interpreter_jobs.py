@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from olp.assumptions import Assumptions
-from olp.diagnostic import Severity
-from olp.interpreter import run
-from olp.plan import Plan, StepKind
-from olp.program import Program
-from olp.reading import read_source
-from olp.source import decode
+from olp.core.diagnostic import Severity
+from olp.core.source import decode
+from olp.fluent import Plan, read_source, run
+from olp.ir.program import Program
+from olp.runtime.assumptions import Assumptions
+from olp.runtime.plan import StepKind
 
 # Point n of every job stands at x = 37.5 n + 11 mm, so that a plan tells which points it visited.
 _PITCH, _FIRST = 37.5, 11.0

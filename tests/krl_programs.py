@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from olp.program import Program, Statement
-from olp.source import Source, decode
-from olp.templating import shipped
-from olp.vendors.krl.reader import read_program
-from olp.vendors.krl.writer import write
+from olp.core.source import Source, decode
+from olp.fluent import Program, fluent
+from olp.ir.program import Statement
+from olp.languages.templating import shipped
+from olp.languages.vendors.krl.reader import read_program
+from olp.languages.vendors.krl.writer import write
 
 
 def source(lines: list[str] | str, path: str = "part.src") -> Source:
@@ -24,7 +25,7 @@ def read(*body: str, dat: list[str] | None = None, config: list[str] | None = No
         given.append(source(["DEFDAT PART", *dat, "ENDDAT"], "part.dat"))
     if config is not None:
         given.append(source(["DEFDAT $CONFIG", *config, "ENDDAT"], "$config.dat"))
-    return read_program(source(["DEF PART ( )", *body, "END"]), tuple(given))
+    return fluent(read_program(source(["DEF PART ( )", *body, "END"]), tuple(given)))
 
 
 def body(*lines: str, **lists: list[str]) -> tuple[Statement, ...]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from olp.program import Move, Program, Routine, Statement
-from olp.reading import read_source
-from olp.source import decode
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import Move, Program, Routine, Statement
 
 NO_AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from olp.diagnostic import Diagnostic, OlpError
-from olp.recording import Recording, read_recording
+from olp.core.diagnostic import Diagnostic, OlpError
+from olp.identification.recording import Recording, read_recording
 
 # Every column of the contract, with a value that is none of its defaults.
 LINEAR = {
@@ -20,7 +20,9 @@ LINEAR = {
     "x_via_mm": "1000.5", "y_via_mm": "33.25", "z_via_mm": "7.5",
     "speed_mm_s": "300.5", "speed_pct": "12.5", "accel_mm_s2": "400.5", "accel_pct": "62.5",
     "blend_mm": "12.5", "pl": "3", "t_start_s": "1000.25", "cycle": "4", "job": "FAN.JBI", "line": "48",
-    "payload_kg": "6.5", "payload_inertia_kg_m2": "0.125", "temperature_c": "31.5", "humidity": "55.5",
+    "payload_kg": "6.5", "payload_inertia_kg_m2": "0.125",
+    "sim_payload_kg": "6", "sim_payload_inertia_kg_m2": "0.12", "override_pct": "85", "sim_override_pct": "100",
+    "temperature_c": "31.5", "humidity": "55.5",
     "operator": "night",
 }  # fmt: skip
 POINTS = ("move", "duration_s", "x_start_mm", "y_start_mm", "z_start_mm", "x_end_mm", "y_end_mm", "z_end_mm")

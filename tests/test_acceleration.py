@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.acceleration import law_names, load_law
-from olp.acceleration.time_constant import MA2010_TIME, equivalent
-from olp.diagnostic import OlpError
-from olp.motion import load_model
-from olp.robot import load_robot
+from olp.core.diagnostic import OlpError
+from olp.robots.robot import load_robot
+from olp.timing.acceleration import law_names, load_law
+from olp.timing.acceleration.time_constant import MA2010_TIME, equivalent
+from olp.timing.motion import load_model
 
 EVERY_LAW = pytest.mark.parametrize("name", law_names())
 MA2010 = load_robot("yaskawa/ma2010")

@@ -10,13 +10,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from olp.__main__ import main
-from olp.annotate import annotate, remove, room, seal
-from olp.diagnostic import OlpError
-from olp.interpreter import run
-from olp.reading import read, read_source
-from olp.source import decode
-from olp.timing import time_plan
-from olp.vendors.vendor import find_vendor
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import read, read_source
+from olp.languages.vendor import find_vendor
+from olp.reports.annotate import annotate, remove, room, seal
+from olp.runtime.interpreter import run
+from olp.timing.timing import time_plan
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 JOBS = sorted(
@@ -175,7 +175,7 @@ def test_an_annotated_sample_is_valid_for_the_controller(path):
 @pytest.mark.parametrize("path", TIMED, ids=label)
 def test_a_sample_annotated_and_cleaned_has_its_own_bytes(path):
     program = read(path)
-    result = remove(annotated(program))
+    result = remove(annotated(program), "inform")
     assert result.source.raw == program.to_bytes()
     assert result.removed > 0
 
@@ -258,7 +258,7 @@ def test_removing_gives_the_original_back_to_the_last_byte(body, line_ends, last
     if any(found.is_error for found in program.diagnostics):
         return
     source = annotated(program)
-    assert remove(source).source.raw == program.to_bytes()
+    assert remove(source, "inform").source.raw == program.to_bytes()
     assert [line for line in source.lines if not is_sealed(line)] == list(program.source.lines)
 
 
@@ -272,7 +272,7 @@ def test_a_comment_that_only_looks_like_an_annotation_is_kept_and_told():
     result = annotate(program, timing_of(program))
     assert [found.code for found in result.diagnostics] == ["A001"]
     assert result.removed == 0
-    kept = remove(result.source)
+    kept = remove(result.source, "inform")
     assert kept.source.raw == program.to_bytes()
     assert [found.code for found in kept.diagnostics] == ["A001"]
 
@@ -282,7 +282,7 @@ def test_an_annotation_that_somebody_changed_is_theirs():
     line = comments_of(source)[-1]
     changed = source.raw.replace(line.encode(), line.replace("s ", "s! ", 1).encode())
     assert changed != source.raw
-    result = remove(decode(changed, source.path, source.encoding))
+    result = remove(decode(changed, source.path, source.encoding), "inform")
     assert line.replace("s ", "s! ", 1) in result.source.lines
     assert result.removed == len(comments_of(source)) - 1
 
@@ -301,7 +301,7 @@ def test_comments_end_as_the_lines_around_them(end, last):
 def test_blanks_that_a_controller_adds_do_not_hide_an_annotation():
     program = job(["MOVL C00000 V=250.0"])
     padded = re.sub(rb"('olp [^\r\n]*)", rb"\1   ", annotated(program).raw)
-    assert remove(decode(padded, "made.jbi", "cp1252")).source.raw == program.to_bytes()
+    assert remove(decode(padded, "made.jbi", "cp1252"), "inform").source.raw == program.to_bytes()
 
 
 def test_the_seal_belongs_to_the_text():
@@ -319,12 +319,12 @@ def test_text_of_any_encoding_is_left_alone(encoding):
     source = annotated(program)
     assert f"'{word}" in source.lines
     assert f"MOVL C00001 V=93.0  //{word}" in source.lines
-    assert remove(source).source.raw == program.to_bytes()
+    assert remove(source, "inform").source.raw == program.to_bytes()
 
 
 def test_utf_16_is_refused():
     with pytest.raises(OlpError, match="A003"):
-        remove(decode("NOP\r\n".encode("utf-16"), "wide.jbi"))
+        remove(decode("NOP\r\n".encode("utf-16"), "wide.jbi"), "inform")
 
 
 # --- templates ------------------------------------------------------------------------------------------
@@ -340,7 +340,7 @@ def test_a_users_template_decides_what_is_told(tmp_path):
     source = annotated(program, template)
     texts = [line[5:].rpartition(" ~")[0] for line in comments_of(source)]
     assert texts == ["0.0+0.8", "wait 0.5", "wait 0.3"]
-    assert remove(source).source.raw == program.to_bytes()
+    assert remove(source, "inform").source.raw == program.to_bytes()
 
 
 def test_the_template_in_the_documentation_works(tmp_path):
@@ -388,8 +388,8 @@ def test_the_room_is_what_fits():
 @pytest.mark.parametrize("count", [1, 2, 99_999])
 @pytest.mark.parametrize("accel", [float("nan"), 0.0, 0.37, 12_345.6])
 def test_the_shipped_template_fits_for_any_number(seconds, count, accel):
-    from olp.annotation_rows import Row
-    from olp.templating import shipped
+    from olp.languages.templating import shipped
+    from olp.reports.annotation_rows import Row
 
     template = shipped("inform_annotation")
     available = room(find_vendor("inform"))
@@ -423,7 +423,7 @@ def test_without_an_output_the_command_prints_the_program(tmp_path, capfdbinary)
     source = folder_of_jobs(tmp_path) / "A.JBI"
     assert main(["annotate", str(source)]) == 0
     printed = capfdbinary.readouterr().out
-    assert remove(decode(printed, "a.jbi")).source.raw == source.read_bytes()
+    assert remove(decode(printed, "a.jbi"), "inform").source.raw == source.read_bytes()
 
 
 def test_the_command_keeps_a_folders_shape(tmp_path):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from eaik.IK_HP import HPRobot
 
-from olp.kinematics import configuration_of, forward, nearest
-from olp.kinematics.configuration import wrap
-from olp.plan import PATHS
-from olp.program import Path
-from olp.reading import read
-from olp.robot import load_robot
-from olp.timing import time_plan
-from olp.track import states
+from olp.fluent import read
+from olp.ir.program import Path
+from olp.robots.kinematics import configuration_of, forward, nearest
+from olp.robots.kinematics.configuration import wrap
+from olp.robots.robot import load_robot
+from olp.runtime.plan import PATHS
+from olp.timing.timing import time_plan
+from olp.timing.track import states
 
 GP25 = load_robot("yaskawa/gp25")
 UR10E = load_robot("universal-robots/ur10e")
@@ -100,7 +100,7 @@ def test_a_line_does_not_go_to_the_flags_that_its_end_names(tmp_path):
     position, rotation = forward(GP25, end)
     flipped = [int(flag) for flag in configuration_of(GP25, end)[0]]
     flipped[0] = 1 - flipped[0]
-    from olp.geometry import angles_from_rotation
+    from olp.robots.geometry import angles_from_rotation
 
     x, y, z = position[0] * 1000
     rx, ry, rz = np.degrees(angles_from_rotation(rotation)[0])

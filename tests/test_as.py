@@ -10,12 +10,12 @@ from handling_sample import SAMPLES, check_damage, check_plan, check_whole
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.expression import Number, Signal
-from olp.program import Move, Program, SpeedUnit, While
-from olp.program import Path as Shape
-from olp.reading import read_source
-from olp.source import decode
-from olp.units import mm
+from olp.core.source import decode
+from olp.core.units import mm
+from olp.fluent import read_source
+from olp.ir.expressions import Number, Signal
+from olp.ir.program import Move, Program, SpeedUnit, While
+from olp.ir.program import Path as Shape
 
 SAMPLE = SAMPLES / "as" / "handling.as"
 
@@ -34,7 +34,7 @@ def moves(found: Program) -> list[Move]:
 
 
 def test_the_module_whose_name_is_a_word_of_python_can_be_imported() -> None:
-    assert import_module("olp.vendors.as").VENDOR.name == "as"
+    assert import_module("olp.languages.vendors.as").VENDOR.name == "as"
 
 
 @pytest.mark.parametrize("turn", [(30, 15, -72), (-113.3, 2.7, 146.3), (10, 0, 20), (5, 180, 7)])

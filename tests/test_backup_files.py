@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from olp.backup import Backup, read_backup
-from olp.backup.system_sys import model_name
-from olp.diagnostic import Diagnostic, Severity
+from olp.core.diagnostic import Diagnostic, Severity
+from olp.robots.backup import Backup, read_backup
+from olp.robots.backup.system_sys import model_name
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "backup"
 CELLS = ("dx200", "yrc1000")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from olp.backup import read_backup, robot_toml
-from olp.backup.controller_text import MAX_BYTES, MAX_FINDINGS, MAX_ROWS
-from olp.diagnostic import OlpError
+from olp.core.diagnostic import OlpError
+from olp.robots.backup import read_backup, robot_toml
+from olp.robots.backup.controller_text import MAX_BYTES, MAX_FINDINGS, MAX_ROWS
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "backup"
 FILES = sorted(path for cell in ("dx200", "yrc1000") for path in (SAMPLES / cell).iterdir())

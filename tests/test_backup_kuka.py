@@ -9,11 +9,11 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from olp.__main__ import main
-from olp.backup.machine_dat import find_machine_data, kuka_toml, read_machine_data
-from olp.diagnostic import OlpError
-from olp.kinematics import forward
-from olp.robot import Robot, load_robot
-from olp.units import mm
+from olp.core.diagnostic import OlpError
+from olp.core.units import mm
+from olp.robots.backup.machine_dat import find_machine_data, kuka_toml, read_machine_data
+from olp.robots.kinematics import forward
+from olp.robots.robot import Robot, load_robot
 
 # An arm that does not exist, in the layout of real files; two of its axes turn otherwise than KUKA's usually do.
 LIMITS = ((-171, 172), (-143, 21), (-113, 151), (-331, 332), (-121, 122), (-345, 346))

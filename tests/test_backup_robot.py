@@ -14,11 +14,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from olp.__main__ import main
-from olp.backup import read_backup, robot_toml
-from olp.backup.import_check import check_import
-from olp.backup.plausibility import shortest_degrees
-from olp.diagnostic import OlpError
-from olp.robot import Robot, load_robot
+from olp.core.diagnostic import OlpError
+from olp.robots.backup import read_backup, robot_toml
+from olp.robots.backup.import_check import check_import
+from olp.robots.backup.plausibility import shortest_degrees
+from olp.robots.robot import Robot, load_robot
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "backup"
 MAKE = runpy.run_path(str(SAMPLES / "make.py"))

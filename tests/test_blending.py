@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from olp.blending import Corners, law_names, load_law
-from olp.diagnostic import OlpError
+from olp.core.diagnostic import OlpError
+from olp.timing.blending import Corners, law_names, load_law
 
 EVERY_LAW = pytest.mark.parametrize("name", law_names())
 OVERLAPS = ("acceleration_filter", "fanuc", "yaskawa")
@@ -220,7 +220,7 @@ def test_cnt_rounds_more_at_higher_speed():
 
 
 def test_zones_of_abb_have_their_names_and_numbers():
-    from olp.blending.abb import ZONES, zone
+    from olp.timing.blending.abb import ZONES, zone
 
     assert list(ZONES)[:4] == ["fine", "z0", "z1", "z5"]
     assert zone("Z50").tcp == pytest.approx(0.05)
@@ -233,7 +233,7 @@ def test_zones_of_abb_have_their_names_and_numbers():
 
 
 def test_criteria_of_kuka_become_one_distance():
-    from olp.blending.kuka import from_angle, from_distance, from_share, from_speed
+    from olp.runtime.blend_starts import from_angle, from_distance, from_share, from_speed
 
     assert from_distance(0.02) == pytest.approx(0.02)
     assert from_share(0.5, 0.4) == pytest.approx(0.1)

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.blending import Corners, load_law
-from olp.blending._overlap import response
-from olp.blending.yaskawa import intervals
-from olp.robot import load_robot
+from olp.robots.robot import load_robot
+from olp.timing.blending import Corners, load_law
+from olp.timing.blending._overlap import response
+from olp.timing.blending.yaskawa import intervals
 
 MM = 1e-3
 THRESHOLD = 0.5 * MM

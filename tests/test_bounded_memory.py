@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import olp
-from olp import collecting
+from olp.core import garbage_collection
 
 ROOT = Path(olp.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
@@ -94,7 +94,7 @@ def test_every_cache_of_the_package_has_an_end():
 def test_lines_that_were_seen_are_forgotten_when_there_are_too_many(folder, monkeypatch):
     """Each reader's memory of lines, with a small bound."""
     modules = {"inform": "instructions", "tp": "parsing", "urscript": "lines"}
-    module = import_module(f"olp.vendors.{folder}.{modules[folder]}")
+    module = import_module(f"olp.languages.vendors.{folder}.{modules[folder]}")
     monkeypatch.setattr(module, "_MOST_CACHED", 20)
     texts = {
         "inform": "/JOB\r\n//NAME A\r\n//POS\r\n///NPOS 0,0,0,0,0,0\r\n//INST\r\n///DATE 2026/01/01 00:00\r\n"
@@ -107,8 +107,8 @@ def test_lines_that_were_seen_are_forgotten_when_there_are_too_many(folder, monk
         "tp": "   1:  WAIT {:.2f}(sec) ;\n",
         "urscript": "  sleep({:.2f})\n",
     }
-    from olp.reading import read_source
-    from olp.source import decode
+    from olp.core.source import decode
+    from olp.fluent import read_source
 
     lines = "".join(rows[folder].format(n / 100) for n in range(1, 300))
     name = {"inform": "A.JBI", "tp": "a.ls", "urscript": "a.script"}[folder]
@@ -118,12 +118,12 @@ def test_lines_that_were_seen_are_forgotten_when_there_are_too_many(folder, monk
 
 def test_garbage_in_cycles_is_collected_although_readers_build_without_looking_for_it(monkeypatch):
     """What a reader built counts as old, and Python looks at old objects only when it knows of enough of them."""
-    monkeypatch.setattr(collecting, "_MOST", 200_000)
+    monkeypatch.setattr(garbage_collection, "_MOST", 200_000)
     gc.collect()
     before = len(gc.get_objects())
     most = max(200_000, before)
     for _ in range(4 * most // 20_000):
-        with collecting.no_garbage_collection():
+        with garbage_collection.no_garbage_collection():
             for _ in range(20_000):
                 one: list[object] = []
                 one.append(one)
@@ -132,9 +132,9 @@ def test_garbage_in_cycles_is_collected_although_readers_build_without_looking_f
 
 def test_collecting_is_left_as_it_was():
     assert gc.isenabled()
-    with collecting.no_garbage_collection():
+    with garbage_collection.no_garbage_collection():
         assert not gc.isenabled()
-        with collecting.no_garbage_collection():
+        with garbage_collection.no_garbage_collection():
             assert not gc.isenabled()
         assert not gc.isenabled()
     assert gc.isenabled()

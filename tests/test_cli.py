@@ -11,18 +11,18 @@ from pathlib import Path
 
 import pytest
 
-from olp import commands
+from olp import cli
 from olp.__main__ import main
-from olp.commands.command import Parser, expand_paths
-from olp.diagnostic import Diagnostic, OlpError
-from olp.files import write_output
-from olp.version import __version__
+from olp.cli.command import Parser
+from olp.core.diagnostic import Diagnostic, OlpError
+from olp.core.files import expand_paths, write_output
+from olp.core.version import __version__
 
 ROOT = Path(__file__).parent.parent
 HEAVY = {"numpy", "pandas", "lark", "rich", "jinja2", "scipy", "pyarrow", "multiprocessing"}
 
 BAD_INPUT = """
-from olp.diagnostic import OlpError, Span, error
+from olp.core.diagnostic import OlpError, Span, error
 SUMMARY = "fail in two places"
 def add_arguments(parser): parser.add_argument("how")
 def run(args):
@@ -45,8 +45,8 @@ def run(args):
 def extra_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A command `olp go wrong`, added by nothing but a file in the folder of commands."""
     (tmp_path / "go_wrong.py").write_text(BAD_INPUT)
-    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
-    monkeypatch.delitem(sys.modules, "olp.commands.go_wrong", raising=False)
+    monkeypatch.setattr(cli, "__path__", [*cli.__path__, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, "olp.cli.go_wrong", raising=False)
 
 
 def run_olp(*words: str, **more: object) -> subprocess.CompletedProcess[str]:
@@ -63,25 +63,25 @@ def run_olp(*words: str, **more: object) -> subprocess.CompletedProcess[str]:
 # --- every command ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", commands.names())
+@pytest.mark.parametrize("name", cli.names())
 def test_every_command_says_what_it_does_in_one_line_and_explains_its_arguments(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    summary = commands.load(name).SUMMARY
+    summary = cli.load(name).SUMMARY
     assert "\n" not in summary
     assert 10 < len(summary) <= 80
     assert main([*name.split(), "--help"]) == 0
     assert f"usage: olp {name}" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", commands.names())
+@pytest.mark.parametrize("name", cli.names())
 def test_every_argument_is_explained(name: str) -> None:
     parser = ArgumentParser()
-    commands.load(name).add_arguments(parser)
+    cli.load(name).add_arguments(parser)
     assert [action.dest for action in parser._actions if not action.help] == []
 
 
-@pytest.mark.parametrize("name", commands.names())
+@pytest.mark.parametrize("name", cli.names())
 def test_every_command_answers_an_unknown_option_with_a_diagnostic(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -103,13 +103,13 @@ def test_every_command_answers_an_unknown_option_with_a_diagnostic(
 )
 def test_options_may_stand_between_paths(name: str, words: str, key: str, paths: object) -> None:
     parser = Parser(f"olp {name}", "")
-    commands.load(name).add_arguments(parser)
+    cli.load(name).add_arguments(parser)
     assert getattr(parser.parse_words(words.split()), key) == paths
 
 
 def test_the_listing_of_the_folder_is_the_list_of_commands() -> None:
-    files = {file.stem for file in (ROOT / "olp/commands").glob("[!_]*.py")} - {"command"}
-    assert {name.replace(" ", "_").replace("-", "_") for name in commands.names()} == files
+    files = {file.stem for file in (ROOT / "olp/cli").glob("[!_]*.py")} - {"command"}
+    assert {name.replace(" ", "_").replace("-", "_") for name in cli.names()} == files
 
 
 def test_help_names_every_command_and_imports_nothing_heavy_in_under_0_3_s() -> None:
@@ -121,7 +121,7 @@ def test_help_names_every_command_and_imports_nothing_heavy_in_under_0_3_s() -> 
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
     )
     *help_text, last = done.stdout.splitlines()
-    for name in commands.names():
+    for name in cli.names():
         assert any(line.startswith(f"  {name} ") for line in help_text)
     heavy, seconds = last.rsplit(" ", 1)
     assert heavy == "[]"
@@ -203,7 +203,7 @@ def test_an_interrupt_ends_in_silence_with_the_status_of_a_shell(capsys: pytest.
 def test_a_reader_that_stops_reading_is_no_error(tmp_path: Path) -> None:
     (tmp_path / "go_wrong.py").write_text(BAD_INPUT)
     script = (
-        f"from olp import commands; commands.__path__.append({str(tmp_path)!r});"
+        f"from olp import cli; cli.__path__.append({str(tmp_path)!r});"
         "from olp.__main__ import main; raise SystemExit(main(['go', 'wrong', 'flood']))"
     )
     process = subprocess.Popen(

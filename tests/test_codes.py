@@ -32,12 +32,26 @@ def documented() -> set[str]:
     return spread | set(re.findall(r"\b[A-Z]\d{3}\b", text))
 
 
+# Packages whose modules share one area of codes.
+WHOLE = {"__main__": "commands", "cli": "commands", "robots": "robots", "runtime": "interpreter"}
+
+# Modules whose codes are those of another: what commands write, and what all vendors share.
+OF = {
+    "files": "commands",
+    "annotation": "annotate",
+    "generator": "vendors",
+    "lark": "vendors",
+    "short": "vendors",
+}
+
+
 def area(module: str) -> str:
     """What a module belongs to: its package, or itself. Commands, and the files they write, are one."""
-    name = module.split("/")[1].removesuffix(".py").split("_")[0]
-    return {"__main__": "commands", "files": "commands", "annotation": "annotate", "robot": "robots"}.get(
-        name, name
-    )
+    package, *inside = module.removesuffix(".py").split("/")[1:]
+    if package in WHOLE or not inside:
+        return WHOLE.get(package, package)
+    name = inside[0] if len(inside) > 1 else inside[0].split("_")[0]
+    return OF.get(name, name)
 
 
 EMITTED = {code: modules for code, modules in emitted().items() if not code.endswith("000")}

@@ -19,8 +19,8 @@ from bench.concealed.logs import make_log, write_log
 from bench.concealed.player import Drive
 from bench.concealed.programs import GRID
 from bench.concealed.tables import figures
-from olp.kinematics import forward as library_forward
-from olp.recording import read_recording
+from olp.identification.recording import read_recording
+from olp.robots.kinematics import forward as library_forward
 from olp.robots.library import load_robot
 
 SAMPLE = [

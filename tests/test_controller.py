@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from olp.controller import Controller, State, Step, Target
-from olp.controller.queue import Go, Queue, Stay
-from olp.diagnostic import OlpError
-from olp.geometry import Pose, rotation_from_quaternion
-from olp.kinematics import forward
-from olp.motion import model_names
-from olp.program import Path
-from olp.reading import read
-from olp.robot import load_robot
-from olp.timing import time_plan
-from olp.track import states, track
+from olp.core.diagnostic import OlpError
+from olp.fluent import read
+from olp.ir.program import Path
+from olp.robots.geometry import Pose, rotation_from_quaternion
+from olp.robots.kinematics import forward
+from olp.robots.robot import load_robot
+from olp.servers.controller import Controller, State, Step, Target
+from olp.servers.controller.queue import Go, Queue, Stay
+from olp.timing.motion import model_names
+from olp.timing.timing import time_plan
+from olp.timing.track import states, track
 
 ARM = load_robot("yaskawa/ma2010")
 TOOL = Pose.from_xyz_angles([0.012, -0.007, 0.31, 0.1, 0.52, 0.2])

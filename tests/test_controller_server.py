@@ -15,13 +15,13 @@ from pathlib import Path as File
 import numpy as np
 import pytest
 
-from olp.controller import Controller, Target
-from olp.controller.server import HOST, MOST_SESSIONS, Server
-from olp.controller.session import LONGEST_LINE, MOST_STEPS, Session
-from olp.diagnostic import OlpError
-from olp.geometry import Pose
-from olp.program import Path
-from olp.robot import load_robot
+from olp.core.diagnostic import OlpError
+from olp.ir.program import Path
+from olp.robots.geometry import Pose
+from olp.robots.robot import load_robot
+from olp.servers.controller import Controller, Target
+from olp.servers.controller.server import HOST, MOST_SESSIONS, Server
+from olp.servers.controller.session import LONGEST_LINE, MOST_STEPS, Session
 
 ROOT = File(__file__).parent.parent
 HOME = [11.5, 5.5, -8.5, 12.5, -61.5, 20.5]

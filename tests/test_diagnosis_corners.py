@@ -8,9 +8,9 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.diagnosis import diagnose
-from olp.diagnosis.case_making import case_of
-from olp.recording import read_recording
+from olp.identification.diagnosis import diagnose
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.recording import read_recording
 
 A, NOISE = planted.ACCELERATION, 0.001
 
@@ -66,8 +66,7 @@ def recorded(folder, made, real, sim, rng, drop=()):
 
 
 def diagnosed(made, real, sim, rng, drop=()):
-    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(diagnose, "_PLACEBOS", 0)
+    with tempfile.TemporaryDirectory() as folder:
         return diagnose.diagnose_recording(recorded(Path(folder), made, real, sim, rng, drop)).diagnosis
 
 

@@ -10,17 +10,17 @@ import pytest
 import recordings
 
 import olp
-from olp.diagnosis import next_experiment
-from olp.diagnosis.axis_rates import rates_of
-from olp.diagnosis.case_making import case_of
-from olp.diagnosis.model import Model, Part
-from olp.diagnosis.next_candidates import candidates, joined
-from olp.diagnosis.next_experiment import design_experiment, write_experiment_job
-from olp.diagnostic import OlpError
-from olp.physics import load_term
-from olp.plan import BlendCode, StepKind
-from olp.recording import read_recording
-from olp.units import mm
+from olp.core.diagnostic import OlpError
+from olp.core.units import mm
+from olp.identification.diagnosis import next_experiment
+from olp.identification.diagnosis.axis_rates import rates_of
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.next_candidates import candidates, joined
+from olp.identification.diagnosis.next_experiment import design_experiment, write_experiment_job
+from olp.identification.recording import read_recording
+from olp.runtime.plan import BlendCode, StepKind
+from olp.timing.physics import load_term
 
 NOISE = 0.005
 

@@ -7,17 +7,17 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.diagnosis.case_making import case_of
-from olp.diagnosis.fitting import Noise, fit, moved, place_of
-from olp.diagnosis.folds import _dealt
-from olp.diagnosis.intervals import parameters_with_intervals
-from olp.diagnosis.logs.series import Grid, Spectrum
-from olp.diagnosis.model import Model, Part
-from olp.diagnosis.profile import distance
-from olp.diagnosis.tuned import trapezoid, tuned
-from olp.diagnosis.ways import settled
-from olp.physics import load_term
-from olp.recording import read_recording
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.fitting import Noise, fit, moved, place_of
+from olp.identification.diagnosis.folds import _dealt
+from olp.identification.diagnosis.intervals import parameters_with_intervals
+from olp.identification.diagnosis.logs.series import Grid, Spectrum
+from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.profile import distance
+from olp.identification.diagnosis.tuned import trapezoid, tuned
+from olp.identification.diagnosis.ways import settled
+from olp.identification.recording import read_recording
+from olp.timing.physics import load_term
 
 NOISE = 0.002
 

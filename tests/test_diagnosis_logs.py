@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from olp.diagnosis.logs import LogDiagnosis, diagnose_log, diagnose_logs
-from olp.diagnosis.logs.pairing import pair
-from olp.diagnosis.logs.select import Column, best, gain, products
-from olp.diagnosis.logs.series import Spectrum, dropped, even, gaps, hermite
-from olp.diagnosis.logs.statistics import false_discovery, student_quantile, student_tail
-from olp.diagnosis.logs.whiten import autoregression, kept, runs, whiten
-from olp.physics.backlash import play
-from olp.physics.servo_lag import lag
-from olp.physics.term import LogTerm, load_term
-from olp.recording import Log
-from olp.recording.writer import log_csv
-from olp.robot import load_robot
+from olp.identification.diagnosis.logs import LogDiagnosis, diagnose_log, diagnose_logs
+from olp.identification.diagnosis.logs.pairing import pair
+from olp.identification.diagnosis.logs.select import Column, best, gain, products
+from olp.identification.diagnosis.logs.series import Spectrum, dropped, even, gaps, hermite
+from olp.identification.diagnosis.logs.statistics import false_discovery, student_quantile, student_tail
+from olp.identification.diagnosis.logs.whiten import autoregression, kept, runs, whiten
+from olp.identification.recording import Log
+from olp.identification.recording.writer import log_csv
+from olp.robots.robot import load_robot
+from olp.timing.physics.backlash import play
+from olp.timing.physics.servo_lag import lag
+from olp.timing.physics.term import LogTerm, load_term
 
 Floats = NDArray[np.float64]
 FINE, STEP = 0.001, 0.004  # [s] of the simulated physics, and of the logs
@@ -362,7 +362,7 @@ def test_friction_is_named_per_axis(
 
 
 def test_a_load_is_weighed_and_not_called_friction() -> None:
-    from olp.dynamics import Body, dynamic_model, inverse_dynamics
+    from olp.robots.dynamics import Body, dynamic_model, inverse_dynamics
 
     time, ways = program(16, axes=6)
     robot = load_robot("universal-robots/ur10e")
@@ -540,7 +540,7 @@ def test_a_log_alone_that_is_compared_with_nothing_is_refused(
 
 
 def test_a_recording_with_numbered_moves_says_where_the_axes_are_late(tmp_path: Path) -> None:
-    from olp.recording import read_recording
+    from olp.identification.recording import read_recording
 
     log = against_command(18, lambda ways: lagging(ways, (0.02, 0.02, 0.02)))
     move = np.repeat([1, 2], [len(log) // 2, len(log) - len(log) // 2])

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 import recordings
 
-from olp.diagnosis.axis_rates import PLACES, rates_of
-from olp.geometry import (
+from olp.core.units import deg, mm
+from olp.identification.diagnosis.axis_rates import PLACES, rates_of
+from olp.identification.recording import read_recording
+from olp.robots.geometry import (
     Pose,
     angles_from_rotation,
     quaternion_from_rotation,
     rotation_from_quaternion,
     slerp,
 )
-from olp.kinematics import forward, inverse, track, with_tool, within_limits, without_tool
-from olp.recording import read_recording
-from olp.robot import load_robot
-from olp.units import deg, mm
+from olp.robots.kinematics import forward, inverse, track, with_tool, within_limits, without_tool
+from olp.robots.robot import load_robot
 
 TOOL = (12.0, -30.0, 240.0, 10.0, -35.0, 20.0)
 FINE = 4000

@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 from diagnosis_reports import NOISE, UP20, case_of, diagnosis_of, up20
 
-from olp.diagnosis import words
-from olp.diagnosis.diagnose import Outcome
-from olp.diagnosis.html import diagnosis_page, html_report
-from olp.diagnosis.html.mathml import mathml
-from olp.diagnosis.html.tables import tables_of
-from olp.diagnosis.model import Model
-from olp.diagnosis.report_text import text_report
-from olp.diagnosis.result import Diagnosis, Errors, Mismatch, MoveResidual
-from olp.physics import LogTerm, MoveTerm, load_term, term_names
+from olp.identification.diagnosis import phrasing
+from olp.identification.diagnosis.diagnose import Outcome
+from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.report_text import text_report
+from olp.identification.diagnosis.result import Diagnosis, Errors, Mismatch, MoveResidual
+from olp.reports.diagnosis import diagnosis_page, html_report
+from olp.reports.diagnosis.mathml import mathml
+from olp.reports.diagnosis.tables import tables_of
+from olp.timing.physics import LogTerm, MoveTerm, load_term, term_names
 
 VOID = {"meta", "input", "br", "link", "hr", "img"}
 HOSTILE = "<script>alert(1)</script>\"'&</td></svg>{{ 7*7 }}\x1b[31m"
@@ -198,7 +198,7 @@ def test_nothing_is_promised_where_nothing_was_named(diagnosis, case, recording)
     ],
 )
 def test_seconds_have_about_three_digits(value, text):
-    assert words.seconds(value) == text.replace(" ", words.GLUE)
+    assert phrasing.seconds(value) == text.replace(" ", phrasing.GLUE)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_seconds_have_about_three_digits(value, text):
     [(0.64912, "0.6491"), (-2.5e-7, "−2.5·10^−7"), (math.inf, "∞"), (123456.0, "1.235·10^5")],
 )
 def test_figures_keep_four_digits(value, text):
-    assert words.figure(value) == text
+    assert phrasing.figure(value) == text
 
 
 # --- HTML: one file that holds everything --------------------------------------------------------------------------
@@ -363,7 +363,7 @@ def test_the_pages_data_are_the_residuals_before_and_after(page, case, predicted
 
 
 def test_dots_of_a_chart_lie_where_the_axis_says():
-    from olp.diagnosis.html.svg import Chart
+    from olp.reports.diagnosis.svg import Chart
 
     chart = Chart((0.0, 10.0), (-1.0, 1.0))
     x, y = chart.x([0.0, 10.0]), chart.y([-1.0, 1.0])
@@ -377,7 +377,7 @@ def test_dots_of_a_chart_lie_where_the_axis_says():
 
 
 def test_both_axes_of_a_map_have_one_scale():
-    from olp.diagnosis.html.svg import Chart
+    from olp.reports.diagnosis.svg import Chart
 
     chart = Chart((0.0, 1000.0), (0.0, 10.0), equal=True)
     right = float(chart.x(100.0) - chart.x(0.0))
@@ -385,14 +385,14 @@ def test_both_axes_of_a_map_have_one_scale():
 
 
 def test_the_colour_tells_slower_from_faster_and_neither():
-    from olp.diagnosis.html.colours import step_of
+    from olp.reports.diagnosis.colours import step_of
 
     assert step_of(np.array([-0.5, -0.1, 0.0, 0.1, 0.5, math.nan]), 0.1).tolist() == [0, 0, 4, 8, 8, 4]
 
 
 def test_the_ladder_goes_down_in_the_order_of_its_steps(page):
     rows = [text for text in page.text_of("tr") if text.strip().startswith(("simulation as it is", "+ "))]
-    assert [re.search(r"[\d.]+\sms", row)[0].replace(words.GLUE, " ") for row in rows] == [
+    assert [re.search(r"[\d.]+\sms", row)[0].replace(phrasing.GLUE, " ") for row in rows] == [
         "275 ms",
         "90.0 ms",
         "80.0 ms",

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from olp.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, REPEATS, neighbours, scatter_of
+from olp.identification.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, REPEATS, neighbours, scatter_of
 
 SIGMA = 0.001
 

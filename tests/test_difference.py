@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from interpreter_jobs import job_text, write_jobs
 
 from olp.__main__ import main
-from olp.batch import Job, plan_and_time
-from olp.difference.model import Cause, Difference
-from olp.difference.versions import open_versions
+from olp.checks.difference.model import Cause, Difference
+from olp.checks.difference.versions import open_versions
+from olp.reports.batch import Job, plan_and_time
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "inform"
 BODY = [

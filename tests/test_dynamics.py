@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dynamics_robots import height_energy, lagrange_torques, mass_and_weight, random_robot, robot_of
 
-from olp.cell import Tool
-from olp.diagnostic import OlpError
-from olp.dynamics import (
+from olp.core.diagnostic import OlpError
+from olp.robots.coordinate_systems import Tool
+from olp.robots.dynamics import (
     STANDARD_GRAVITY,
     Body,
     bias_forces,
@@ -18,10 +18,10 @@ from olp.dynamics import (
     mass_matrix,
     payload_of,
 )
-from olp.dynamics.torques import BLOCK
-from olp.geometry import Pose
-from olp.kinematics import forward
-from olp.robot import Drive, load_robot
+from olp.robots.dynamics.torques import BLOCK
+from olp.robots.geometry import Pose
+from olp.robots.kinematics import forward
+from olp.robots.robot import Drive, load_robot
 
 GRAVITY = (1.3, -4.1, -8.2)
 LOAD = Body(4.2, (0.03, -0.05, 0.11), (0.04, 0.05, 0.03, 0.004, -0.003, 0.002))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import olp.robots
-from olp.diagnostic import OlpError
-from olp.dynamics import dynamic_model, gravity_torques
-from olp.robot import Body, Drive, load_robot
+from olp.core.diagnostic import OlpError
+from olp.robots.dynamics import dynamic_model, gravity_torques
 from olp.robots.masses_reader import tensor
+from olp.robots.robot import Body, Drive, load_robot
 
 FILES = sorted(Path(olp.robots.__file__).parent.glob("*/*.toml"))
 DOCS = Path(__file__).parent.parent / "docs" / "dynamics.md"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from dynamics_robots import random_robot, robot_of
 
-from olp.diagnostic import OlpError
-from olp.dynamics import (
+from olp.core.diagnostic import OlpError
+from olp.robots.dynamics import (
     Body,
     acceleration_interval,
     dynamic_model,
@@ -16,7 +16,7 @@ from olp.dynamics import (
     path_acceleration,
     path_torque,
 )
-from olp.robot import Drive, load_robot
+from olp.robots.robot import Drive, load_robot
 
 DRIVES = [Drive(90.0 + 9 * i, rotor=0.2, viscous=3.0, coulomb=2.0 + i) for i in range(5)]
 ARM = dynamic_model(random_robot(11, drives=DRIVES), (0.4, -0.2, -0.9))

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from dynamics_robots import random_robot
 
-from olp.acceleration import load_law
-from olp.acceleration.torque import Torque, of_moves
-from olp.diagnostic import OlpError
-from olp.dynamics import STANDARD_GRAVITY, Body, dynamic_model, inverse_dynamics, move_acceleration
-from olp.robot import Drive, load_robot
+from olp.core.diagnostic import OlpError
+from olp.robots.dynamics import STANDARD_GRAVITY, Body, dynamic_model, inverse_dynamics, move_acceleration
+from olp.robots.robot import Drive, load_robot
+from olp.timing.acceleration import load_law
+from olp.timing.acceleration.torque import Torque, of_moves
 
 UR10E = load_robot("ur10e")
 LOAD = Body(5.0, (0.01, 0.02, 0.09), (0.03, 0.02, 0.01, 0.0, 0.0, 0.0))

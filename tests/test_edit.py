@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import olp
-from olp.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_of, speeds
-from olp.geometry import Pose, rotation_angle
-from olp.moves import Move, SetSpeed
-from olp.placing import visits
-from olp.points import PointKind
-from olp.units import deg, mm
-from olp.written import written_points
+from olp.checks.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_of, speeds
+from olp.checks.touch_up import visits
+from olp.core.units import deg, mm
+from olp.ir.moves import Move, SetSpeed
+from olp.ir.points import PointKind
+from olp.languages.literals import written_points
+from olp.robots.geometry import Pose, rotation_angle
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 ROBOT = "yaskawa/gp25"
@@ -318,7 +318,7 @@ def test_a_reader_that_sees_something_else_stops_the_change(language, monkeypatc
     """The finder of numbers is held by the reader: one that takes y for x is refused, not believed."""
     from importlib import import_module
 
-    module = import_module(f"olp.vendors.{language}.written")
+    module = import_module(f"olp.languages.vendors.{language}.written")
     honest = module.points
 
     def crooked(one):

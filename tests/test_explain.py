@@ -7,22 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from olp.cell import Cell, Mechanism
-from olp.diagnostic import OlpError
-from olp.dynamics import dynamic_model, gravity_torques
-from olp.explain import explain
-from olp.explanation import Explanation, as_text
-from olp.interpreter.recorder import Recorder
-from olp.motion import model_names
-from olp.plan import PATHS, BlendCode
-from olp.plot.figure import Text
-from olp.plot.motion import motion_figure
-from olp.points import PointKind, PointState
-from olp.program import Path
-from olp.reading import read
-from olp.robot import load_robot
-from olp.source import decode
-from olp.timing import Timing, time_plan
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import read
+from olp.ir.points import PointKind, PointState
+from olp.ir.program import Path
+from olp.reports.explain import explain
+from olp.reports.explanation import Explanation, as_text
+from olp.reports.plot.figure import Text
+from olp.reports.plot.motion import motion_figure
+from olp.robots.coordinate_systems import Cell, Mechanism
+from olp.robots.dynamics import dynamic_model, gravity_torques
+from olp.robots.robot import load_robot
+from olp.runtime.plan import PATHS, BlendCode
+from olp.runtime.recorder import Recorder
+from olp.timing.motion import model_names
+from olp.timing.timing import Timing, time_plan
 
 SEAM = "samples/inform/welding/SEAM-LH.JBI"
 WELD = "samples/inform/welding/WELD-MAIN.JBI"
@@ -91,14 +91,15 @@ def test_a_corner_is_told_from_both_sides():
 def test_an_axis_that_limits_a_joint_move_is_named_with_its_kind():
     found = told(SEAM, 50)
     assert found.limited_by == "axis B acceleration"
-    assert {p.limit for p in found.phases} == {"acceleration of axis B"}
+    assert {p.limit for p in found.phases if not p.name.startswith("corner")} == {"acceleration of axis B"}
     slow = told("samples/up20/APPR-1.JBI", 49)
     assert slow.phases == ()
 
 
 def test_a_smaller_acceleration_in_the_line_is_told():
-    fall = told(SEAM, 57).phases[-1]
-    assert fall.kind == "cruise", "the arc is passed"
+    assert "fall" not in [p.kind for p in told(SEAM, 57).phases if "corner" not in p.name], (
+        "the arc is passed"
+    )
     timing = timed(SEAM)
     moves = replace(timing.plan.moves, deceleration=np.full(len(timing.plan.moves), 0.2))
     found = explain(time_plan(replace(timing.plan, moves=moves)), "51")

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import olp
-from olp.diagnostic import OlpError
-from olp.export import export, writable
-from olp.expression import (
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import Program, read, read_source
+from olp.ir.expressions import (
     Argument,
     Binary,
     Compare,
@@ -32,9 +33,8 @@ from olp.expression import (
     Unary,
     Variable,
 )
-from olp.interpreter import run
-from olp.points import PointBlock, PointKind, PointState, PointTable
-from olp.program import (
+from olp.ir.points import PointBlock, PointKind, PointState, PointTable
+from olp.ir.program import (
     Assign,
     Begin,
     Blend,
@@ -66,7 +66,6 @@ from olp.program import (
     Opaque,
     Pause,
     Process,
-    Program,
     PulseOutput,
     ReadInput,
     Reference,
@@ -87,11 +86,11 @@ from olp.program import (
     WaitTask,
     While,
 )
-from olp.program import (
+from olp.ir.program import (
     Path as Shape,
 )
-from olp.reading import read, read_source
-from olp.source import decode
+from olp.runtime.interpreter import run
+from olp.transpile.export import export, writable
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 JOBS = sorted(path for path in SAMPLES.rglob("*") if path.suffix.lower() == ".jbi")
@@ -235,9 +234,9 @@ def program_of(body, vendor="inform", path="made.jbi", **more):
 
 def foreign_text(program):
     """What the writer alone makes of a program of another language: the passes of a translation come before it."""
-    from olp.diagnostic import raise_errors
-    from olp.export import rendered
-    from olp.vendors.inform import writer
+    from olp.core.diagnostic import raise_errors
+    from olp.languages.vendors.inform import writer
+    from olp.transpile.export import rendered
 
     values, problems = writer.write(program, "2026/05/06 07:08")
     raise_errors(problems)

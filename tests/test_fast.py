@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from olp import fast
-from olp.diagnostic import OlpError
+from olp.core import compiled_loops
+from olp.core.diagnostic import OlpError
 
 WITHOUT = """
 import sys
@@ -17,8 +17,8 @@ import importlib.util as util
 found = util.find_spec
 util.find_spec = lambda name, *rest: None if name == "numba" else found(name, *rest)
 import numpy as np
-from olp.motion import durations
-from olp.diagnostic import OlpError
+from olp.timing.motion import durations
+from olp.core.diagnostic import OlpError
 print(durations(np.full((3, 6), 0.4), 1.0, 4.0, 40.0)[0])
 try:
     durations(np.full((3, 6), 0.4), 1.0, 4.0, 40.0, compiled=True)
@@ -27,7 +27,7 @@ except OlpError as problem:
 """
 
 
-@fast.Kernel
+@compiled_loops.Kernel
 def total(values: list[float]) -> float:
     result = 0.0
     for value in values:
@@ -48,15 +48,15 @@ def test_without_the_extra_everything_works_and_asking_for_it_says_what_to_insta
 
 
 def test_a_small_task_does_not_load_it():
-    code = "import sys, olp.motion as m; m.durations([[1.0]], 1.0, 4.0, 40.0); print('numba' in sys.modules)"
+    code = "import sys, olp.timing.motion as m; m.durations([[1.0]], 1.0, 4.0, 40.0); print('numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 
 
 def test_it_is_used_as_told(monkeypatch):
-    assert fast.use(False, 1e9) is False
-    assert fast.use(True, 0.0) is True
-    monkeypatch.setattr(fast, "available", lambda: False)
-    assert fast.use(None, 1e9) is False
+    assert compiled_loops.use(False, 1e9) is False
+    assert compiled_loops.use(True, 0.0) is True
+    monkeypatch.setattr(compiled_loops, "available", lambda: False)
+    assert compiled_loops.use(None, 1e9) is False
     with pytest.raises(OlpError, match="not installed"):
-        fast.use(True, 0.0)
+        compiled_loops.use(True, 0.0)

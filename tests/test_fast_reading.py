@@ -9,15 +9,15 @@ import pytest
 from translate_programs import VENDORS, Maker
 
 import olp
-from olp.program import Program
-from olp.robot import load_robot
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert
-from olp.vendors.rapid.clauses import Clause, Cutter
-from olp.vendors.rapid.fast import PlainClauses
-from olp.vendors.rapid.grammar import clause_parser
-from olp.vendors.rapid.names import gather
+from olp.core.source import decode
+from olp.ir.program import Program
+from olp.languages.vendors.rapid.clauses import Clause, Cutter
+from olp.languages.vendors.rapid.fast import PlainClauses
+from olp.languages.vendors.rapid.grammar import clause_parser
+from olp.languages.vendors.rapid.names import gather
+from olp.robots.robot import load_robot
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 SUFFIXES = {".jbi", ".src", ".mod", ".prg", ".ls", ".script"}
@@ -34,13 +34,13 @@ def read_by_the_grammar_alone(path: Path, patch: pytest.MonkeyPatch, vendor: str
     """The program as it is read when every fast way declines."""
     with patch.context() as patched:
         for name in ("inform", "tp", "krl"):
-            patched.setattr(f"olp.vendors.{name}.fast.MoveLines.read", lambda *_: None)
-        patched.setattr("olp.vendors.krl.fast.literal", lambda *_: None)
+            patched.setattr(f"olp.languages.vendors.{name}.fast.MoveLines.read", lambda *_: None)
+        patched.setattr("olp.languages.vendors.krl.fast.literal", lambda *_: None)
         patched.setattr(PlainClauses, "move", lambda *_: None)
         patched.setattr(PlainClauses, "point", lambda *_: None)
-        patched.setattr("olp.vendors.urscript.lines.quick", lambda _: None)
+        patched.setattr("olp.languages.vendors.urscript.lines.quick", lambda _: None)
         patched.setattr(
-            "olp.vendors.urscript.bodies._Body._point",
+            "olp.languages.vendors.urscript.bodies._Body._point",
             lambda body, name, content, _: body._named(name, content),
         )
         return olp.read(path, vendor=vendor)
@@ -86,7 +86,7 @@ def test_speeds_and_zones_are_read_without_the_grammar_as_it_reads_them(text: st
     (clause,) = [one for one in Cutter([text]).cut() if isinstance(one, Clause)]
     names = gather([clause])
     found = PlainClauses(names).point(clause.text, 0, "")
-    assert [found] == clause_parser().parse(clause.text, names)
+    assert [found] == clause_parser().clause(clause.text, names)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_rapid_moves_that_go_alike_are_read_as_the_grammar_reads_each(texts: lis
     names = gather([])
     plain = PlainClauses(names)
     for text in texts * 2:
-        assert repr([plain.move(text, 0, "")]) == repr(clause_parser().parse(text, names))
+        assert repr([plain.move(text, 0, "")]) == repr(clause_parser().clause(text, names))
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_a_long_path_is_read_as_its_points_one_by_one() -> None:
     rows += [f"  movel(pose_trans(f1, P{n}), v={0.1 + n / 1000:.3f})" for n in range(200)]
     frame = "  global f1 = p[0.5, 0, 0.2, 0, 0, 1]"
     text = "\n".join(["def main():", frame, *rows, "end", ""])
-    program = olp.reading.read_source(decode(text.encode(), "a.script"), vendor="urscript")
+    program = olp.fluent.read_source(decode(text.encode(), "a.script"), vendor="urscript")
     values = {declare.name: declare.value.values for declare in program.data}  # type: ignore[union-attr]
     assert [list(values[f"P{n}"][:3]) for n in range(200)] == [row[:3] for row in points]
     moves = program.routines[0].body

@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 
 import olp
-from olp.vendors.vendor import find_vendor
+from olp.languages.vendor import find_vendor
 
 ROOT = Path(__file__).parent.parent
 HOST = ROOT / "hosts" / "freecad"

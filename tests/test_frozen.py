@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from olp.expression import Binary, FrameRef, Function, Named, Number, PositionLiteral, Quantity
-from olp.frozen import changer, fast_init
-from olp.moves import Blend, BlendKind, Move, Path, Speed, SpeedUnit
-from olp.program import Assign, Declare
-from olp.translate.rewrite import expressions_of, note_names
-from olp.vendors._decimals import all_trimmed, trimmed
+from olp.core.fast_dataclass import changer, fast_init
+from olp.ir.expressions import Binary, FrameRef, Function, Named, Number, PositionLiteral, Quantity
+from olp.ir.moves import Blend, BlendKind, Move, Path, Speed, SpeedUnit
+from olp.ir.program import Assign, Declare
+from olp.ir.transformer import expressions_of, note_names
+from olp.languages.decimals import all_trimmed, trimmed
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from olp.diagnostic import OlpError
-from olp.geometry import (
+from olp.core.diagnostic import OlpError
+from olp.core.units import deg, mm
+from olp.robots.geometry import (
     Pose,
     angles_from_rotation,
     compose,
@@ -19,7 +20,6 @@ from olp.geometry import (
     rotation_from_quaternion,
     slerp,
 )
-from olp.units import deg, mm
 
 RANDOM = Rotation.random(500, random_state=5)
 MATRICES = RANDOM.as_matrix()

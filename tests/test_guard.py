@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from olp.__main__ import main
-from olp.batch import Job, plan_and_time
-from olp.guard.budget import Budget, budgets_for
-from olp.guard.judge import judge
-from olp.recording import read_recording
-from olp.signature import calibrate, write_signature
+from olp.checks.guard.budget import Budget, budgets_for
+from olp.checks.guard.judge import judge
+from olp.identification.recording import read_recording
+from olp.identification.signature import calibrate, write_signature
+from olp.reports.batch import Job, plan_and_time
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "inform"
 UP20 = SAMPLES.parent / "up20"

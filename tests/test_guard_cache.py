@@ -122,8 +122,8 @@ def test_other_settings_are_other_results(tmp_path, monkeypatch, setting):
 
 
 def test_a_signature_with_other_content_is_another_setting(tmp_path, monkeypatch):
-    from olp.recording import read_recording
-    from olp.signature import calibrate, write_signature
+    from olp.identification.recording import read_recording
+    from olp.identification.signature import calibrate, write_signature
 
     home, file = tmp_path / "cell", tmp_path / "robot.json"
     shutil.copytree(SAMPLES / "up20", home)
@@ -169,8 +169,8 @@ def test_a_damaged_row_is_timed_again(tmp_path, monkeypatch):
 
 
 def test_many_programs_on_several_processes_give_the_same_as_one_after_the_other(tmp_path, monkeypatch):
-    from olp.batch import Job
-    from olp.guard.run import Settings, run, tasks
+    from olp.checks.guard.run import Settings, run, tasks
+    from olp.reports.batch import Job
 
     home = tmp_path / "cell"
     cell(

@@ -11,8 +11,8 @@ import pytest
 from guard_cells import cell
 
 from olp.__main__ import main
-from olp.batch import Job
-from olp.guard.run import Settings, run, tasks
+from olp.checks.guard.run import Settings, run, tasks
+from olp.reports.batch import Job
 
 BODY = "MOVL C00000 V=100.0\nMOVL C000{:02d} V=150.0\nTIMER T=0.{:02d}"
 
@@ -73,7 +73,7 @@ def test_paths_seen_from_here_mean_the_same_files_to_the_workers(cluster, jobs, 
 
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_that_is_not_there_is_told(jobs, capsys, monkeypatch):
-    import olp.guard.cluster as module
+    import olp.checks.guard.cluster as module
 
     monkeypatch.setattr(module, "_PATIENCE", "1s")
     assert main(["check", "--scheduler", "tcp://127.0.0.1:9", jobs[0]]) == 2

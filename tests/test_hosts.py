@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import importlib.util
 import json
 import os
 import re
@@ -10,6 +12,7 @@ import stat
 import subprocess
 import sys
 from importlib import resources
+from itertools import takewhile
 from pathlib import Path
 
 import jsonschema
@@ -18,7 +21,7 @@ import yaml
 from guard_cells import CELL, cell
 from host_runners import quiet_environment, run
 
-from olp.vendors.vendor import vendor_suffixes
+from olp.languages.vendor import vendor_suffixes
 
 pytest_plugins = ["pytester"]
 ROOT = Path(__file__).parent.parent
@@ -261,6 +264,7 @@ def test_the_plugin_costs_nothing_where_it_is_not_used():
     assert done.stdout.strip() == b"[]"
 
 
+IN_CI = re.compile(r"# In CI: \S")
 HOSTS = sorted(folder.name for folder in (ROOT / "hosts").iterdir() if folder.is_dir())
 
 
@@ -269,3 +273,95 @@ def test_a_host_has_a_page_and_a_test_of_its_own(host):
     folder = ROOT / "hosts" / host
     assert (folder / "README.md").read_text(encoding="utf-8").startswith("# ")
     assert (folder / "test").read_text(encoding="utf-8").startswith("#!/bin/sh\n# ")
+
+
+def head_of(script: Path) -> list[str]:
+    """The comments that a script begins with."""
+    return [*takewhile(lambda line: line.startswith("#"), script.read_text(encoding="utf-8").splitlines())]
+
+
+@pytest.mark.parametrize("host", HOSTS)
+def test_what_a_host_imports_of_olp_is_there(host):
+    """Hosts are not typed, and some run seldom: a module that has moved must be seen at once."""
+    for path in (ROOT / "hosts" / host).rglob("*.py"):
+        if "node_modules" in path.parts:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "olp":
+                module = importlib.import_module(node.module)
+                for name in node.names:
+                    whole = f"{node.module}.{name.name}"
+                    assert hasattr(module, name.name) or importlib.util.find_spec(whole), f"{path}: {whole}"
+
+
+@pytest.fixture
+def house(tmp_path) -> Path:
+    """A repository with the runner and three hosts: one for CI, one that fails, one that cannot be set up."""
+    (tmp_path / "scripts").mkdir()
+    shutil.copy(ROOT / "scripts" / "test-hosts", tmp_path / "scripts")
+    setup = tmp_path / "scripts" / "setup"
+    setup.write_text(f"#!/bin/sh\necho {sys.executable}\n")
+    setup.chmod(0o755)
+    for name, rest in {
+        "editor": '# It works.\n# In CI: nothing.\nset -e\ntouch "$OLP_HOSTS/seen"\n',
+        "broken": "# It fails.\necho '# In CI: not in its head'\nexit 1\n",
+        "absent": "# It is not there.\nexit 75\n",
+    }.items():
+        (tmp_path / "hosts" / name).mkdir(parents=True)
+        (tmp_path / "hosts" / name / "test").write_text(f"#!/bin/sh\n{rest}")
+    return tmp_path
+
+
+def hosts_run(house: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    environment = {name: value for name, value in os.environ.items() if name != "OLP_HOSTS"}
+    command = ["sh", str(house / "scripts" / "test-hosts"), *words]
+    return subprocess.run(command, env=environment, capture_output=True, text=True)
+
+
+def test_ci_runs_the_hosts_that_say_so_in_their_own_head(house):
+    done = hosts_run(house, "--ci")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.findall(r"(?m)^(\w+): (\w+)", done.stdout) == [("editor", "held")]
+    assert (house / ".hosts" / "seen").exists()
+
+
+def test_without_names_all_hosts_run_and_each_verdict_is_told(house):
+    done = hosts_run(house)
+    assert done.returncode == 1
+    verdicts = dict(re.findall(r"(?m)^(\w+): (.*), \d+ s$", done.stdout))
+    assert verdicts["editor"] == "held"
+    assert verdicts["broken"] == "FAILED"
+    assert "could not be installed" in verdicts["absent"]
+
+
+def test_a_host_that_there_is_none_of_is_refused_before_any_runs(house):
+    done = hosts_run(house, "editor", "nobody")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "no hosts/nobody/test; there are: absent broken editor" in done.stderr
+
+
+def test_ci_runs_tests_and_hosts_and_some_host_says_that_it_runs_there():
+    whole = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert re.findall(r'(?m)^"\$scripts/(.*?) \|\| status=1', whole) == ['test"', 'test-hosts" --ci']
+    declared = [h for h in HOSTS if any(map(IN_CI.match, head_of(ROOT / "hosts" / h / "test")))]
+    assert declared
+
+
+@pytest.mark.parametrize(
+    ("update", "install", "says"),
+    [
+        (100, 100, "Debian's package index did not answer"),
+        (0, 100, "apt-get install failed"),
+        (0, 0, "the package was installed and has no such command"),
+    ],
+)
+def test_a_package_that_cannot_be_had_is_told_with_its_cause(tmp_path, update, install, says):
+    script = f'#!/bin/sh\n[ "$1" = update ] && exit {update}\nexit {install}\n'
+    for name, text in {"apt-get": script, "id": "#!/bin/sh\necho 0\n", "sudo": "#!/bin/sh\nexit 1\n"}.items():
+        (tmp_path / name).write_text(text)
+        (tmp_path / name).chmod(0o755)
+    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    command = ["sh", str(ROOT / "scripts" / "need"), "no-such-command", "no-such-package"]
+    done = subprocess.run(command, env={**os.environ, "PATH": path}, capture_output=True, text=True)
+    assert done.returncode == 75
+    assert f"no-such-command is missing and could not be installed: {says}" in done.stderr

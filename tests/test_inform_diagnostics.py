@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from inform_jobs import job, read_lines, told
 
-from olp.diagnostic import Severity
-from olp.expression import Store
-from olp.vendors.inform.grammar import instruction_parser
-from olp.vendors.inform.problems import WORDS
+from olp.core.diagnostic import Severity
+from olp.ir.expressions import Store
+from olp.languages.vendors.inform.grammar import instruction_parser
+from olp.languages.vendors.inform.problems import WORDS
 
 POINTS = ("C00000=11,2,3,4,5,6", "C00001=12,2,3,4,5,6")
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -459,8 +459,8 @@ def test_a_short_row_among_robot_points_may_be_a_station_and_is_kept() -> None:
 
 
 def test_binary_and_utf_16_are_one_error_each() -> None:
-    from olp.reading import read_source
-    from olp.source import decode
+    from olp.core.source import decode
+    from olp.fluent import read_source
 
     text = "\r\n".join(job())
     for raw in (text.encode("utf-16"), b"\x00\x01" + text.encode(), bytes(range(256))):
@@ -531,8 +531,8 @@ def test_every_code_of_the_reader_has_its_heading_in_the_documentation() -> None
 
     root = DOCS.parent / "olp"
     # The other languages have pages of their own: docs/krl.md and so on.
-    shared = ("vendors/vendor.py", "reading.py", "control.py")
-    sources = [*root.glob("vendors/inform/*.py"), *(root / name for name in shared)]
+    shared = ("languages/vendor.py", "languages/read.py", "ir/block_structure.py")
+    sources = [*root.glob("languages/vendors/inform/*.py"), *(root / name for name in shared)]
     codes = {code for path in sources for code in re.findall(r'"(P\d{3})"', path.read_text())}
     headings = set(re.findall(r"^## (P\d{3})", (DOCS / "diagnostics.md").read_text(), re.M))
     assert codes == headings

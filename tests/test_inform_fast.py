@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from inform_jobs import job, read_lines
 from lark.exceptions import UnexpectedInput
 
-from olp.source import load
-from olp.vendors.inform import instructions
-from olp.vendors.inform.fast import MoveLines
-from olp.vendors.inform.grammar import instruction_parser
+from olp.core.source import load
+from olp.languages.vendors.inform import instructions
+from olp.languages.vendors.inform.fast import MoveLines
+from olp.languages.vendors.inform.grammar import instruction_parser
 
 SAMPLES = sorted(
     path
@@ -58,7 +58,7 @@ def assert_both_agree(line: str) -> bool:
     fast = MoveLines().read(line, 0)
     if fast is None:
         return False
-    parsed = instruction_parser().parse(line, {})
+    parsed = instruction_parser().instruction(line, {})
     assert parsed.statements == (fast,)
     assert not parsed.remarks
     assert type(fast.line) is int
@@ -118,10 +118,10 @@ def test_a_line_seen_before_is_read_as_at_first() -> None:
 
 def test_the_lines_known_beforehand_are_what_the_grammar_says() -> None:
     for line, (kind, values) in instructions._PRESET.items():
-        assert instruction_parser().parse(line, {}).statements == (kind(0, *values),)
+        assert instruction_parser().instruction(line, {}).statements == (kind(0, *values),)
 
 
 def test_the_grammar_refuses_what_no_statement_means() -> None:
     for line in ("MOVL", "MOVL C00001 V=", "CALL", "SET B000", "WAIT IN#(3", "ELSEIFEXP B"):
         with pytest.raises(UnexpectedInput):
-            instruction_parser().parse(line, {})
+            instruction_parser().instruction(line, {})

@@ -5,13 +5,13 @@ import re
 import pytest
 from inform_jobs import job, read_lines
 
-from olp.export import export
-from olp.reading import read_source
-from olp.robot import load_robot
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert
-from olp.translate.link import link
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.robots.robot import load_robot
+from olp.transpile import Context
+from olp.transpile.convert import convert
+from olp.transpile.export import export
+from olp.transpile.link import link
 
 
 @pytest.mark.parametrize(

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from inform_jobs import job, read_lines
 from lark import Lark
 
-from olp.expression import FrameRef, Number, Store, Variable
-from olp.program import Begin, Comment, ControlGroup, End, LineKind, Move, Program
-from olp.reading import read_source
-from olp.resources import read_text
-from olp.source import decode, load
-from olp.vendors.inform.grammar import instruction_parser
+from olp.core.resources import read_text
+from olp.core.source import decode, load
+from olp.fluent import read_source
+from olp.ir.expressions import FrameRef, Number, Store, Variable
+from olp.ir.program import Begin, Comment, ControlGroup, End, LineKind, Move, Program
+from olp.languages.vendors.inform.grammar import instruction_parser
 
 SAMPLES = sorted(
     path

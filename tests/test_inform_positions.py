@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from inform_jobs import job, read_lines
 
-from olp.expression import Store
-from olp.points import PointKind, PointState, PointTable
-from olp.vendors.inform import positions
+from olp.ir.expressions import Store
+from olp.ir.points import PointKind, PointState, PointTable
+from olp.languages.vendors.inform import positions
 
 ROBOT, BASE, STATION = Store.ROBOT, Store.BASE, Store.STATION
 

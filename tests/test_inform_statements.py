@@ -7,8 +7,8 @@ from math import radians
 import pytest
 from inform_jobs import job, read_lines, read_statement, read_statements
 
-from olp.diagnostic import Severity
-from olp.expression import (
+from olp.core.diagnostic import Severity
+from olp.ir.expressions import (
     Argument,
     Binary,
     Compare,
@@ -29,7 +29,7 @@ from olp.expression import (
     Unknown,
     Variable,
 )
-from olp.program import (
+from olp.ir.program import (
     Assign,
     Blend,
     BlendKind,
@@ -79,7 +79,7 @@ from olp.program import (
     WaitTask,
     While,
 )
-from olp.vendors.inform.grammar import instruction_parser
+from olp.languages.vendors.inform.grammar import instruction_parser
 
 LINE = 9  # of the first instruction behind NOP and six aliases: see `at`
 

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from interpreter_jobs import errors, findings, job_text, plan_of, program, said, visited, waits, write_jobs
 
-from olp.assumptions import Assumptions
-from olp.expression import Store
-from olp.interpreter import run
-from olp.reading import read, read_source
-from olp.source import decode
+from olp.core.source import decode
+from olp.fluent import read, read_source
+from olp.ir.expressions import Store
+from olp.runtime.assumptions import Assumptions
+from olp.runtime.interpreter import run
 
 NOTHING = Assumptions()
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from interpreter_jobs import errors, findings, plan_of, program, said, visited, waits, write_jobs
 
-from olp.assumptions import Assumptions
-from olp.expression import Store
-from olp.interpreter import run
-from olp.reading import read
+from olp.fluent import read
+from olp.ir.expressions import Store
+from olp.runtime.assumptions import Assumptions
+from olp.runtime.interpreter import run
 
 
 def given(**values: int) -> Assumptions:

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from interpreter_jobs import findings, plan_of, program, said, visited, waits, write_jobs
 
-from olp.assumptions import Assumptions, SignalKey
-from olp.expression import Store
-from olp.interpreter import run
-from olp.reading import read
+from olp.fluent import read
+from olp.ir.expressions import Store
+from olp.runtime.assumptions import Assumptions, SignalKey
+from olp.runtime.interpreter import run
 
 MAIN_LOOP = "MOVL C00000 V=50.0\n*START\nMOVL C00001 V=50.0\nMOVL C00002 V=50.0\nINC B011\nJUMP *START"
 

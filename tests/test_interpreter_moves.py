@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from interpreter_jobs import errors, findings, plan_of, said, visited, write_jobs
 
-from olp.assumptions import Assumptions
-from olp.expression import Number, Quantity, Store, Taught
-from olp.interpreter import run
-from olp.plan import PATHS, BlendCode, Plan, StepKind
-from olp.points import PointBlock, PointKind, PointState, PointTable
-from olp.program import (
+from olp.core.source import decode
+from olp.fluent import read
+from olp.ir.expressions import Number, Quantity, Store, Taught
+from olp.ir.points import PointBlock, PointKind, PointState, PointTable
+from olp.ir.program import (
     Begin,
     Blend,
     BlendKind,
@@ -27,11 +26,12 @@ from olp.program import (
     Speed,
     SpeedUnit,
 )
-from olp.program import (
+from olp.ir.program import (
     Path as Shape,
 )
-from olp.reading import read
-from olp.source import decode
+from olp.runtime.assumptions import Assumptions
+from olp.runtime.interpreter import run
+from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 
 ARM = "yaskawa/ma2010"
 

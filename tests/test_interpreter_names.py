@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from olp.expression import (
+from olp.core.source import decode
+from olp.fluent import Program
+from olp.ir.expressions import (
     Binary,
     CallValue,
     Compare,
@@ -24,10 +26,8 @@ from olp.expression import (
     SystemValue,
     Text,
 )
-from olp.geometry import Pose
-from olp.plan import PATHS, BlendCode, StepKind
-from olp.points import PointTable
-from olp.program import (
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Acceleration,
     AccelerationUnit,
     Assign,
@@ -48,7 +48,6 @@ from olp.program import (
     Next,
     Parameter,
     Path,
-    Program,
     Repeat,
     Return,
     Routine,
@@ -65,7 +64,8 @@ from olp.program import (
     Wait,
     While,
 )
-from olp.source import decode
+from olp.robots.geometry import Pose
+from olp.runtime.plan import PATHS, BlendCode, StepKind
 
 NAN = math.nan
 STOP = Blend(BlendKind.RADIUS, Quantity(Number(0), 1.0))

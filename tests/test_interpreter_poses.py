@@ -10,14 +10,14 @@ import pytest
 from interpreter_jobs import errors, findings, plan_of, said, write_jobs
 from numpy.typing import NDArray
 
-from olp.assumptions import Assumptions, WrittenPosition
-from olp.expression import Store
-from olp.interpreter import run
-from olp.kinematics import forward, pulses_to_joints
-from olp.plan import Plan, StepKind
-from olp.points import PointKind, PointState
-from olp.reading import read
-from olp.robot import load_robot
+from olp.fluent import read
+from olp.ir.expressions import Store
+from olp.ir.points import PointKind, PointState
+from olp.robots.kinematics import forward, pulses_to_joints
+from olp.robots.robot import load_robot
+from olp.runtime.assumptions import Assumptions, WrittenPosition
+from olp.runtime.interpreter import run
+from olp.runtime.plan import Plan, StepKind
 
 Array = NDArray[np.float64]
 FIRST = np.array([0.011, -0.2034, 0.41725])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from interpreter_jobs import errors, findings, plan_of, said, visited, waits
 
-from olp.assumptions import Assumptions, SignalKey
-from olp.plan import StepKind
+from olp.runtime.assumptions import Assumptions, SignalKey
+from olp.runtime.plan import StepKind
 
 IN5, IN9 = SignalKey("in", 5), SignalKey("in", 9)
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from olp.diagnostic import OlpError
-from olp.geometry import Pose, rotation_angle
-from olp.kinematics import (
+from olp.core.diagnostic import OlpError
+from olp.core.units import deg, mm
+from olp.robots.geometry import Pose, rotation_angle
+from olp.robots.kinematics import (
     branches,
     configuration_of,
     forward,
@@ -26,9 +27,8 @@ from olp.kinematics import (
     within_limits,
     without_tool,
 )
-from olp.kinematics.configuration import from_standard
-from olp.robot import Axis, Geometry, Joint, Robot, load_robot, robot_names
-from olp.units import deg, mm
+from olp.robots.kinematics.configuration import from_standard
+from olp.robots.robot import Axis, Geometry, Joint, Robot, load_robot, robot_names
 
 ROBOTS = [load_robot(name) for name in robot_names()]
 MOVING = [robot for robot in ROBOTS if robot.geometry]
@@ -155,7 +155,7 @@ def test_track_does_not_depend_on_how_the_path_is_cut_into_blocks(monkeypatch):
     joints[:, 4] = 0.9 * np.cos(np.linspace(0.0, 25.0, 3000))
     poses = forward(AR2010, joints)
     whole = track_branches(AR2010, *poses)
-    monkeypatch.setattr("olp.kinematics.tracking.BLOCK", 37)
+    monkeypatch.setattr("olp.robots.kinematics.tracking.BLOCK", 37)
     np.testing.assert_allclose(track_branches(AR2010, *poses), whole, atol=1e-12)
 
 
@@ -339,6 +339,9 @@ def test_wrong_calls_are_refused_in_words(call, code, words):
 
 
 def test_importing_the_kinematics_needs_numpy_alone():
-    code = "import sys, olp.kinematics; print([m for m in ('scipy', 'pandas', 'rich', 'lark') if m in sys.modules])"
+    code = (
+        "import sys, olp.robots.kinematics; "
+        "print([m for m in ('scipy', 'pandas', 'rich', 'lark') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.geometry import Pose, rotation_angle, rotation_from_angles
-from olp.kinematics import (
+from olp.core.units import deg, mm
+from olp.robots.geometry import Pose, rotation_angle, rotation_from_angles
+from olp.robots.kinematics import (
     configuration_of,
     forward,
     inverse,
@@ -15,8 +16,7 @@ from olp.kinematics import (
     with_tool,
     without_tool,
 )
-from olp.robot import load_robot
-from olp.units import deg, mm
+from olp.robots.robot import load_robot
 
 TABLE = np.loadtxt(
     Path(__file__).parent / "data" / "ar2010_poses.csv", delimiter=",", comments="#", skiprows=5

@@ -9,9 +9,9 @@ from py_opw_kinematics import KinematicModel
 from py_opw_kinematics import Robot as OpwRobot
 from scipy.spatial.transform import RigidTransform
 
-from olp.kinematics import branches, forward, inverse, singularities
-from olp.kinematics.configuration import to_standard, wrap
-from olp.robot import load_robot, robot_names
+from olp.robots.kinematics import branches, forward, inverse, singularities
+from olp.robots.kinematics.configuration import to_standard, wrap
+from olp.robots.robot import load_robot, robot_names
 
 ROBOTS = [load_robot(name) for name in robot_names()]
 WRIST_ARMS = [robot for robot in ROBOTS if robot.geometry and robot.geometry.links]

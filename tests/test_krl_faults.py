@@ -5,7 +5,9 @@ import pytest
 from krl_programs import source
 from scipy.spatial.transform import Rotation
 
-from olp.expression import (
+from olp.core.source import decode
+from olp.fluent import Program, fluent
+from olp.ir.expressions import (
     Compare,
     FrameRef,
     Function,
@@ -16,13 +18,12 @@ from olp.expression import (
     Signal,
     State,
 )
-from olp.points import PointTable
-from olp.program import Blend, BlendKind, Declare, Move, Path, Program, Routine, Speed, SpeedUnit, Wait
-from olp.robot import load_robot
-from olp.source import decode
-from olp.templating import shipped
-from olp.vendors.krl.reader import read_program
-from olp.vendors.krl.writer import write
+from olp.ir.points import PointTable
+from olp.ir.program import Blend, BlendKind, Declare, Move, Path, Routine, Speed, SpeedUnit, Wait
+from olp.languages.templating import shipped
+from olp.languages.vendors.krl.reader import read_program
+from olp.languages.vendors.krl.writer import write
+from olp.robots.robot import load_robot
 
 PLACE = PositionLiteral("pose", (0.9, 0.1, 0.5, 3.0, 0.1, 0.2))
 
@@ -51,7 +52,7 @@ def to(target):
 
 def reached(written):
     """Position and rotation of the last move when the text is read and run."""
-    program = read_program(source(written, "work.src"))
+    program = fluent(read_program(source(written, "work.src")))
     assert not [d.render() for d in program.diagnostics if d.is_error]
     plan = program.plan(robot=load_robot("yaskawa/gp25"))
     row = int(plan.moves.target[-1])

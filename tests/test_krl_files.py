@@ -8,7 +8,7 @@ import pytest
 from krl_programs import body, codes, one, read, source, unplaced, written
 
 import olp
-from olp.expression import (
+from olp.ir.expressions import (
     FrameRef,
     Item,
     Member,
@@ -19,7 +19,7 @@ from olp.expression import (
     RecordLiteral,
     Text,
 )
-from olp.moves import (
+from olp.ir.moves import (
     Acceleration,
     AccelerationUnit,
     Blend,
@@ -32,11 +32,11 @@ from olp.moves import (
     Speed,
     SpeedUnit,
 )
-from olp.moves import (
+from olp.ir.moves import (
     Path as Shape,
 )
-from olp.program import Assign, Declare, ExternalTool, Program
-from olp.vendors.krl.reader import read_program
+from olp.ir.program import Assign, Declare, ExternalTool, Program
+from olp.languages.vendors.krl.reader import read_program
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
 DAT = [
@@ -348,7 +348,7 @@ def test_a_controllers_list_that_is_not_understood_is_told() -> None:
 
 @pytest.mark.parametrize("raw", [b"", b"  \r\n", b"DEF \0 ()\r\n", b"\x00\x01\x02"])
 def test_what_is_no_program_is_told(raw: bytes) -> None:
-    from olp.source import decode
+    from olp.core.source import decode
 
     program = read_program(decode(raw, "a.src"), ())
     assert {d.code for d in program.diagnostics} == {"P400"}

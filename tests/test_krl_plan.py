@@ -10,8 +10,9 @@ from krl_programs import again, read
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.plan import Plan
-from olp.program import Program
+from olp.fluent import run as run_program
+from olp.ir.program import Program
+from olp.runtime.plan import BlendCode, Plan
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
 ROBOT = "yaskawa/gp25"
@@ -30,7 +31,7 @@ def run(*lines: str) -> Plan:
 
 
 def plan_of(program: Program) -> Plan:
-    plan = program.plan(robot=ROBOT)
+    plan = run_program(program, ROBOT)
     assert not [d.render() for d in plan.diagnostics if d.is_error]
     return plan
 
@@ -165,7 +166,8 @@ def test_the_sample_goes_where_its_numbers_say() -> None:
         np.testing.assert_allclose(pose, expected, atol=1e-9)
     assert list(plan.moves.fraction[[0, 1, -1]]) == pytest.approx([0.4, 0.55, 0.4])
     assert list(plan.moves.travel[2:8]) == pytest.approx([0.25, 0.1205, 0.1205, 0.1205, 0.15, 0.3])
-    assert list(plan.moves.blend[[1, 3, 4, 5, 6]]) == pytest.approx([0.025, 0.005, 0.005, 0.005, 0.010])
+    assert list(plan.moves.blend[[1, 3, 4, 6]]) == pytest.approx([0.025, 0.005, 0.005, 0.010])
+    assert plan.moves.blend_code[5] == BlendCode.EXACT  # the loop that follows reads an input
     waits = [step.duration for step in plan.steps() if type(step).__name__ == "WaitStep"]  # type: ignore[union-attr]
     assert waits == pytest.approx([0.35, 0.0, 0.1])
 

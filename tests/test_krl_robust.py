@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from krl_programs import meaning, read, source
 
-from olp.source import decode
-from olp.vendors.krl import body, lists
-from olp.vendors.krl.reader import read_program
-from olp.vendors.krl.writer import write
+from olp.core.source import decode
+from olp.languages.vendors.krl import body, lists
+from olp.languages.vendors.krl.reader import read_program
+from olp.languages.vendors.krl.writer import write
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
 FILES = sorted(SAMPLES.glob("*.*"))

@@ -7,7 +7,7 @@ import math
 import pytest
 from krl_programs import body, codes, one, read
 
-from olp.expression import (
+from olp.ir.expressions import (
     Binary,
     CallValue,
     Compare,
@@ -28,7 +28,7 @@ from olp.expression import (
     Unary,
     Unknown,
 )
-from olp.moves import (
+from olp.ir.moves import (
     Acceleration,
     AccelerationUnit,
     Blend,
@@ -44,7 +44,7 @@ from olp.moves import (
     Speed,
     SpeedUnit,
 )
-from olp.program import (
+from olp.ir.program import (
     Assign,
     Break,
     Call,

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from krl_programs import again, meaning, read, source, written
 
 import olp
-from olp.expression import (
+from olp.core.source import decode
+from olp.ir.expressions import (
     Binary,
     Compare,
     Expression,
@@ -29,10 +30,10 @@ from olp.expression import (
     Text,
     Unary,
 )
-from olp.moves import Blend, BlendKind, Move, Speed, SpeedUnit
-from olp.moves import Path as Shape
-from olp.points import PointTable
-from olp.program import (
+from olp.ir.moves import Blend, BlendKind, Move, Speed, SpeedUnit
+from olp.ir.moves import Path as Shape
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Assign,
     Call,
     Declare,
@@ -49,10 +50,9 @@ from olp.program import (
     Statement,
     Wait,
 )
-from olp.source import decode
-from olp.templating import shipped
-from olp.vendors.krl.reader import read_program
-from olp.vendors.krl.writer import write
+from olp.languages.templating import shipped
+from olp.languages.vendors.krl.reader import read_program
+from olp.languages.vendors.krl.writer import write
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
 

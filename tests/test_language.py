@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from olp.batch import Job, plan_and_time
-from olp.language.analysis import Analysis
-from olp.language.document import Change, Document, Place
-from olp.language.findings import marks
-from olp.language.hints import hints
-from olp.language.rules import complete
-from olp.language.service import Service
-from olp.language.settings import settings_of
-from olp.lint.run import lint
-from olp.memory import SupersededError
-from olp.source import decode
+from olp.checks.lint.run import lint
+from olp.core.memory_limit import SupersededError
+from olp.core.source import decode
+from olp.reports.batch import Job, plan_and_time
+from olp.servers.language.analysis import Analysis
+from olp.servers.language.document import Change, Document, Place
+from olp.servers.language.findings import marks
+from olp.servers.language.hints import hints
+from olp.servers.language.rules import complete
+from olp.servers.language.service import Service
+from olp.servers.language.settings import settings_of
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PROGRAMS = [
@@ -231,7 +231,7 @@ def test_work_on_a_program_ends_as_soon_as_nobody_wants_it(service: Service) -> 
 
 
 def test_a_mistake_in_olp_is_a_finding_of_the_text_and_ends_nothing(service: Service, monkeypatch) -> None:
-    monkeypatch.setattr("olp.language.analysis.run", lambda *a, **k: 1 / 0)
+    monkeypatch.setattr("olp.servers.language.analysis.run", lambda *a, **k: 1 / 0)
     path = opened(service, PROGRAMS[0])
     analysis = service.current(path)
     assert analysis is not None
@@ -253,7 +253,7 @@ def test_a_point_with_a_number_too_much_stops_nothing(service: Service) -> None:
 
 
 def test_a_rule_that_fails_is_told_and_the_others_run(service: Service, monkeypatch) -> None:
-    from olp.lint.rule import all_rules
+    from olp.checks.lint.rule import all_rules
 
     broken = next(type(rule) for rule in all_rules() if rule.code == "W001")
     monkeypatch.setattr(broken, "find", lambda self, case: iter([1 / 0]))

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from olp.language.actions import actions
-from olp.language.completion import completion
-from olp.language.document import Change, Place
-from olp.language.formatting import equal, formatting
-from olp.language.hover import hover
-from olp.language.lens import lenses
-from olp.language.names import words_of
-from olp.language.rules import complete
-from olp.language.service import Service
-from olp.language.symbols import definitions, outline, references
-from olp.language.vocabulary import spellings
-from olp.language.words.words import Kind
+from olp.languages.tokens import Kind
+from olp.languages.vocabulary import spellings
+from olp.servers.language.actions import actions
+from olp.servers.language.completion import completion
+from olp.servers.language.document import Change, Place
+from olp.servers.language.formatting import equal, formatting
+from olp.servers.language.hover import hover
+from olp.servers.language.lens import lenses
+from olp.servers.language.names import words_of
+from olp.servers.language.rules import complete
+from olp.servers.language.service import Service
+from olp.servers.language.symbols import definitions, outline, references
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 INFORM, KRL, RAPID, TP, URSCRIPT = (
@@ -301,10 +301,10 @@ def test_formatting_lays_out_blocks_and_numbers(service) -> None:
 
 
 def test_a_text_that_a_new_layout_would_change_stays_as_it_is(service, monkeypatch) -> None:
-    from olp.language.layout import urscript
+    from olp.languages.vendors.urscript import layout as urscript
 
     monkeypatch.setattr(
-        urscript.Urscript,
+        urscript.UrscriptLayout,
         "lines",
         lambda self, lines, indent: [line.replace("sleep(1)", "sleep(2)") for line in lines],
     )

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.language.analysis import analyse
-from olp.language.document import Change, Document, Place
-from olp.language.findings import marks
-from olp.language.service import Service
-from olp.language.settings import Settings
-from olp.memory import Memory, remembered, remembering
+from olp.core.memory_limit import Memory, remembered, remembering
+from olp.servers.language.analysis import analyse
+from olp.servers.language.document import Change, Document, Place
+from olp.servers.language.findings import marks
+from olp.servers.language.service import Service
+from olp.servers.language.settings import Settings
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PROGRAMS = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import olp
-from olp.translate.link import link
+from olp.transpile.link import link
 
 
 @pytest.mark.parametrize("call", ["", "NOWHERE ( )\n"])

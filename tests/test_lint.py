@@ -14,11 +14,11 @@ from interpreter_jobs import job_text, write_jobs
 from bench import lint as bench
 from bench import lint_page
 from olp.__main__ import main
-from olp.batch import Job
-from olp.lint import all_rules
-from olp.lint.run import lint, without_known
-from olp.lint.settings import choice
-from olp.outcome import Finding, Level
+from olp.checks.lint import all_rules
+from olp.checks.lint.run import lint, without_known
+from olp.checks.lint.settings import choice
+from olp.reports.batch import Job
+from olp.reports.outcome import Finding, Level
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "inform"
 CODES = [rule.code for rule in all_rules()]
@@ -265,7 +265,7 @@ def test_a_fix_removes_its_line_and_no_other_byte(tmp_path, capsys):
     body = "MOVL C00000 V=100.0\n*LOST\nMOVL C00003 V=100.0 PL=0\n*KEPT\nINC B000\nJUMP *KEPT IF B000<3"
     path = write(tmp_path, body)
     before = path.read_bytes()
-    from olp.batch import plan_and_time
+    from olp.reports.batch import plan_and_time
 
     seconds = plan_and_time(str(path), Job()).total_s
     assert main(["lint", str(path), "--fix", "--select", "W014"]) == 0

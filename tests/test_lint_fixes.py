@@ -11,11 +11,11 @@ from interpreter_jobs import job_text
 
 from bench import lint as bench
 from olp.__main__ import main
-from olp.batch import Job, time_program
-from olp.lint import all_rules
-from olp.lint.fix import Edit, fixed, fixes, same_run
-from olp.lint.run import lint
-from olp.reading import read
+from olp.checks.lint import all_rules
+from olp.checks.lint.fix import Edit, fixed, fixes, same_run
+from olp.checks.lint.run import lint
+from olp.fluent import read
+from olp.reports.batch import Job, time_program
 
 RULES = {rule.code: rule for rule in all_rules()}
 _KUKA = "LIN {{X 900,Y {},Z 700,A 10,B 80,C 20}}{}\n"

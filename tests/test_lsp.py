@@ -13,7 +13,7 @@ import pytest_lsp
 from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient
 
-from olp.batch import Job, plan_and_time
+from olp.reports.batch import Job, plan_and_time
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "samples"
@@ -93,7 +93,7 @@ async def test_hints_and_findings_follow_a_keystroke(client: LanguageClient) -> 
     uri = open_text(client, SAMPLE)
     await told(client, uri)
     before = await labels(client, uri)
-    assert before[27] == "0.136 s  Σ 0.136 s  speed"
+    assert before[27] == "0.146 s  Σ 0.146 s  acceleration"
     assert before[30].startswith("2 × = ")
     change(client, uri, 2, 27, 12, "nonsense")
     found = await told(client, uri)

@@ -11,7 +11,7 @@ import pytest_lsp
 from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient
 
-from olp.reading import read
+from olp.fluent import read
 
 FOLDER = Path(__file__).parent.parent / "samples/inform/palletising"
 KRL = FOLDER.parent.parent / "krl"

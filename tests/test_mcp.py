@@ -15,11 +15,11 @@ import jsonschema
 import pytest
 from mcp import ClientSession, StdioServerParameters, stdio_client
 
-from olp.diagnostic import OlpError
-from olp.mcp.folder import Folder
-from olp.mcp.limits import Limits
-from olp.mcp.tool import load_tool, tool_names
-from olp.mcp.truncate import fit
+from olp.core.diagnostic import OlpError
+from olp.servers.mcp.folder import Folder
+from olp.servers.mcp.limits import Limits
+from olp.servers.mcp.tool import load_tool, tool_names
+from olp.servers.mcp.truncate import fit
 
 ROOT = Path(__file__).parent.parent
 JOB = "handling/HANDLING.JBI"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import ruckig
 
-from olp.motion import load_model
+from olp.timing.motion import load_model
 
 MODEL = load_model("constant")
 

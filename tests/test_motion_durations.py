@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import ruckig
 
-from olp.diagnostic import OlpError
-from olp.motion import durations, load_model
+from olp.core.diagnostic import OlpError
+from olp.timing.motion import durations, load_model
 
 COMPILED = pytest.mark.parametrize("compiled", [False, True])
 RNG = np.random.default_rng(31)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from olp.motion import Moves, Profile, load_model
+from olp.timing.motion import Moves, Profile, load_model
 
 PHASES = ("up", "on", "down")
 

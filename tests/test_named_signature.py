@@ -13,20 +13,20 @@ from diagnosis_cases import ACCELERATION, program, write
 
 import olp
 from olp.__main__ import main
-from olp.diagnosis.case_making import case_of
-from olp.diagnosis.diagnose import Outcome, diagnose_recording
-from olp.diagnosis.model import Model, Part
-from olp.diagnosis.result import Finding
-from olp.diagnostic import OlpError
-from olp.physics import MoveTerm, load_term, term_names
-from olp.physics._motion import Corners, Motion
-from olp.recording import read_recording
-from olp.signature import calibrate, read_signature, write_signature
-from olp.signature.estimator import load_estimator
-from olp.signature.named import signature_of
-from olp.signature.named_case import case_for
-from olp.signature.named_model import Named, from_parameters, to_parameters
-from olp.signature.rows import predict_recording
+from olp.core.diagnostic import OlpError
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.diagnose import Outcome, diagnose_recording
+from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.result import Finding
+from olp.identification.recording import read_recording
+from olp.identification.signature import calibrate, read_signature, write_signature
+from olp.identification.signature.estimator import load_estimator
+from olp.identification.signature.from_diagnosis import signature_of
+from olp.identification.signature.rows import predict_recording
+from olp.identification.signature.term_case import case_for
+from olp.identification.signature.term_model import Named, from_parameters, to_parameters
+from olp.timing.physics import MoveTerm, load_term, term_names
+from olp.timing.physics._motion import Corners, Motion
 
 ROBOT = "yaskawa/ma2010"
 ZONES = (0.0125, 0.025, 0.05)  # [m] of its position levels 1 to 3
@@ -163,7 +163,7 @@ def test_nineteen_of_twenty_moves_of_another_recording_are_inside_their_interval
 
 def test_the_interval_of_the_total_holds_the_sum_and_knows_that_repeats_err_alike(signature, tmp_path):
     made, _ = moves()
-    from olp.timing import time_plan
+    from olp.timing.timing import time_plan
 
     plan = olp.read(job_of(made, tmp_path / "T.JBI")).plan(robot=ROBOT)
     timing = time_plan(plan, signature=signature)
@@ -520,7 +520,9 @@ def test_terms_that_look_alike_are_said_so(outcome, folder):
 def test_the_command_writes_what_olp_time_annotate_and_predict_read(
     folder, outcome, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr("olp.diagnosis.diagnose.diagnose_recording", lambda recording, robot=None: outcome)
+    monkeypatch.setattr(
+        "olp.identification.diagnosis.diagnose.diagnose_recording", lambda recording, robot=None: outcome
+    )
     out, made = tmp_path / "s.json", moves()[0]
     assert main(["diagnose", str(folder), "--signature", str(out)]) == 0
     assert "EXPLAINED" in capsys.readouterr().out
@@ -541,11 +543,11 @@ def test_the_command_writes_what_olp_time_annotate_and_predict_read(
 
 
 def test_calibrate_learns_the_same_by_the_methods_name(folder, outcome, signature, monkeypatch):
-    monkeypatch.setattr("olp.diagnosis.diagnose.diagnose_recording", lambda recording: outcome)
+    monkeypatch.setattr("olp.identification.diagnosis.diagnose.diagnose_recording", lambda recording: outcome)
     assert calibrate(read_recording(folder), "named_terms")[0].parameters == signature.parameters
 
 
 def test_auto_never_takes_it(folder):
-    from olp.signature import moves_of_recording
+    from olp.identification.signature import moves_of_recording
 
     assert load_estimator("named_terms").needs(moves_of_recording(read_recording(folder))[0], None)

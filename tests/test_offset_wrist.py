@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from test_kinematics_oracles import assert_same_solutions, eaik_robot, matrices
 
-from olp.geometry import rotation_angle
-from olp.kinematics import forward, inverse, jacobian, nearest, within_limits
-from olp.kinematics.offset_wrist import offset_wrist_of, solutions
-from olp.robot import load_robot, robot_names
+from olp.core.units import deg
+from olp.robots.geometry import rotation_angle
+from olp.robots.kinematics import forward, inverse, jacobian, nearest, within_limits
+from olp.robots.kinematics.offset_wrist import offset_wrist_of, solutions
 from olp.robots.model import Joint
-from olp.units import deg
+from olp.robots.robot import load_robot, robot_names
 
 UNIVERSAL = [load_robot(name) for name in robot_names() if name.startswith("universal-robots/")]
 UR5E = load_robot("universal-robots/ur5e")

@@ -16,9 +16,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from olp.diagnostic import OlpError, Span, error
-from olp.outcome import Finding, Item, Level, Outcome, Status, format_names, load_format
-from olp.outcome.model import of_diagnostic
+from olp.core.diagnostic import OlpError, Span, error
+from olp.reports.outcome import Finding, Item, Level, Outcome, Status, format_names, load_format
+from olp.reports.outcome.model import of_diagnostic
 
 SCHEMAS = Path(__file__).parent / "data" / "schemas"
 # Half of a surrogate pair cannot be written as UTF-8: file names hold them, messages of olp do not.

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from olp import commands, resources
+from olp import cli
+from olp.core import resources
 
 ROOT = Path(__file__).parent.parent
 # The environment is made once, so one worker runs all of these.
@@ -62,7 +63,7 @@ def in_checkout(*patterns: str) -> set[str]:
 
 
 def test_the_wheel_holds_the_package_its_grammars_templates_and_robots_and_nothing_else(wheel: Path) -> None:
-    code = in_checkout("olp/**/*.py", "olp/robots/**/*.toml", "olp/py.typed")
+    code = in_checkout("olp/**/*.py", "olp/robots/**/*.toml", "olp/robots/*.csv", "olp/py.typed")
     data = {f"olp/{name}" for name in in_checkout("grammars/*", "templates/*")}
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
@@ -99,7 +100,7 @@ def test_grammars_and_templates_are_found_however_olp_is_installed(
     kind: str, wheel: Path, tmp_path: Path
 ) -> None:
     script = (
-        "import olp.resources as r; from olp.commands import names;"
+        "import olp.core.resources as r; from olp.cli import names;"
         "print(r.__file__, names(), r.names('grammars', '.lark'), r.names('templates', '.j2'),"
         " r.read_text('grammars', 'inform.lark') != '')"
     )
@@ -107,5 +108,5 @@ def test_grammars_and_templates_are_found_however_olp_is_installed(
     done = call(sys.executable, "-S", "-c", script, cwd=tmp_path, PYTHONPATH=str(path))
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(str(path))
-    listings = (commands.names(), resources.names("grammars", ".lark"), resources.names("templates", ".j2"))
+    listings = (cli.names(), resources.names("grammars", ".lark"), resources.names("templates", ".j2"))
     assert done.stdout.rstrip().endswith(f"{' '.join(map(str, listings))} True")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from olp.__main__ import main
-from olp.reading import read
+from olp.fluent import read
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "inform"
 

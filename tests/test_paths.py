@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from olp.cell import Cell, Mechanism
-from olp.interpreter.paths import circle, point_on_arc, point_on_parabola, swept_angle, turn_between
-from olp.interpreter.recorder import Recorder
-from olp.plan import PATHS, BlendCode
-from olp.points import PointKind, PointState
-from olp.program import Path
-from olp.source import decode
+from olp.core.source import decode
+from olp.ir.points import PointKind, PointState
+from olp.ir.program import Path
+from olp.robots.coordinate_systems import Cell, Mechanism
+from olp.runtime.paths import circle, point_on_arc, point_on_parabola, swept_angle, turn_between
+from olp.runtime.plan import PATHS, BlendCode
+from olp.runtime.recorder import Recorder
 
 POSE = PointState(PointKind.POSE, frame="base")
 CODE = {path: PATHS.index(path) for path in Path}

@@ -8,11 +8,11 @@ from handling_sample import SAMPLES, check_damage, check_plan, check_whole
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.expression import Number, Signal
-from olp.program import Blend, BlendKind, Dwell, EndWhile, Move, Path, Program, SpeedUnit, While
-from olp.reading import read_source
-from olp.source import decode
-from olp.units import mm
+from olp.core.source import decode
+from olp.core.units import mm
+from olp.fluent import read_source
+from olp.ir.expressions import Number, Signal
+from olp.ir.program import Blend, BlendKind, Dwell, EndWhile, Move, Path, Program, SpeedUnit, While
 
 SAMPLE = SAMPLES / "pdl2" / "handling.pdl"
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import ruckig
 
-from bench.physics_page import rich_case
-from olp.physics import load_term
-from olp.physics._motion import LAWS, Corners, Motion
+from olp.contracts.terms import rich_case
+from olp.timing.physics import load_term
+from olp.timing.physics._motion import LAWS, Corners, Motion
 
 N = 60
 CASE = rich_case(moves=150, joint_moves=0, seed=11)

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from bench.physics_page import PAGE, rich_case
+from bench.physics_page import PAGE
 from bench.physics_pictures import FOLDER, Trace, columns, ordered, parted, pictures, trace_of
-from olp.physics import load_term
+from olp.contracts.terms import rich_case
+from olp.timing.physics import load_term
 
 CASE = rich_case(moves=160, speeds=tuple(np.linspace(0.05, 0.9, 86)))
 

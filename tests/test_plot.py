@@ -17,15 +17,15 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from olp.__main__ import main
-from olp.diagnostic import OlpError
-from olp.explain import explain
-from olp.plot import PICTURES, Figure, picture
-from olp.plot.axes import Axes, room, thinned, ticks
-from olp.plot.figure import TONES, Box, Dot, Polyline, Text
-from olp.plot.motion import motion_figure
-from olp.plot.program import program_figure
-from olp.reading import read
-from olp.timing import time_plan
+from olp.core.diagnostic import OlpError
+from olp.fluent import read
+from olp.reports.explain import explain
+from olp.reports.plot import PICTURES, Figure, picture
+from olp.reports.plot.axes import Axes, room, thinned, ticks
+from olp.reports.plot.figure import TONES, Box, Dot, Polyline, Text
+from olp.reports.plot.motion import motion_figure
+from olp.reports.plot.program import program_figure
+from olp.timing.timing import time_plan
 
 ROOT = Path(__file__).parent.parent
 SEAM = "samples/inform/welding/SEAM-LH.JBI"
@@ -296,8 +296,8 @@ def test_a_job_of_a_station_has_no_path_to_draw(tmp_path, capsys):
 def test_png_without_its_library_says_what_to_install():
     code = (
         "import sys; sys.modules['PIL'] = None\n"
-        "from olp.plot import Figure, picture\n"
-        "from olp.diagnostic import OlpError\n"
+        "from olp.reports.plot import Figure, picture\n"
+        "from olp.core.diagnostic import OlpError\n"
         "try: picture(Figure(9, 9, 'x'), 'a.png')\n"
         "except OlpError as problem: print(problem.diagnostics[0].code, problem.diagnostics[0].help)\n"
         "assert picture(Figure(9, 9, 'x'), 'a.svg')\n"
@@ -310,7 +310,8 @@ def test_commands_without_pictures_load_nothing_of_them():
     code = (
         "import sys\nfrom olp.__main__ import main\n"
         f"main(['time', {SEAM!r}])\n"
-        "loaded = [m for m in sys.modules if m.startswith(('olp.plot', 'olp.explain', 'olp.controller', 'PIL'))]\n"
+        "rooms = ('olp.reports.plot', 'olp.reports.explain', 'olp.servers.controller', 'PIL')\n"
+        "loaded = [m for m in sys.modules if m.startswith(rooms)]\n"
         "assert not loaded, loaded\n"
     )
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

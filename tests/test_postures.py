@@ -8,14 +8,14 @@ from scipy.spatial.transform import Rotation
 from test_kinematics_oracles import assert_same_solutions, eaik_robot, matrices, random_joints
 
 import olp
-from olp.diagnostic import OlpError
-from olp.kinematics import branches, forward, inverse
-from olp.kinematics.otherwise import same_flange
-from olp.kinematics.readings import joints_of_readings, readings_of_joints, same_posture
-from olp.robot import load_robot, read_robot
-from olp.translate import Context
-from olp.translate.compare import compare_plans
-from olp.translate.convert import convert, run_converted
+from olp.core.diagnostic import OlpError
+from olp.robots.kinematics import branches, forward, inverse
+from olp.robots.kinematics.readings import joints_of_readings, readings_of_joints, same_posture
+from olp.robots.kinematics.wrist_conversion import same_flange
+from olp.robots.robot import load_robot, read_robot
+from olp.transpile import Context
+from olp.transpile.compare import compare_plans
+from olp.transpile.convert import convert, run_converted
 
 AXES = "\n".join(
     f'  {{ name = "J{n}", lower_deg = {low}, upper_deg = {high}, speed_deg_s = {speed} }},'

@@ -7,16 +7,16 @@ import pytest
 
 import olp
 from olp.__main__ import main
-from olp.diagnostic import OlpError
-from olp.geometry import Pose, rotation_from_angles
-from olp.kinematics import inverse, singularities, within_limits
-from olp.probe import Wanted, design_experiment, write_experiment
-from olp.probe.design import NOISE, most_telling, share_left
-from olp.probe.reach import look
-from olp.probe.route import Ways, order
-from olp.recording import read_recording
+from olp.core.diagnostic import OlpError
+from olp.core.units import deg, mm
+from olp.identification.probe import Wanted, design_experiment, write_experiment
+from olp.identification.probe.design import NOISE, most_telling, share_left
+from olp.identification.probe.reach import look
+from olp.identification.probe.route import Ways, order
+from olp.identification.recording import read_recording
+from olp.robots.geometry import Pose, rotation_from_angles
+from olp.robots.kinematics import inverse, singularities, within_limits
 from olp.robots.library import load_robot
-from olp.units import deg, mm
 
 UP20 = load_robot("yaskawa/up20")
 BOX = np.array([[710.0, 1350.0], [0.0, 700.0], [100.0, 740.0]]) * mm

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from rapid_modules import NO_AXES, codes, errors, module, read
 
-from olp.program import LineKind, Move, Program
-from olp.reading import read_source
-from olp.source import decode
-from olp.vendors.vendor import recognise
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import LineKind, Move, Program
+from olp.languages.vendor import recognise
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "rapid"
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from rapid_modules import NO_AXES, module, move, read, statement
 
-from olp.expression import FrameRef, Function, Number, PositionLiteral, Quantity
-from olp.points import PointTable
-from olp.program import Assign, Blend, BlendKind, Move, Path, Program, Routine, Speed, SpeedUnit
-from olp.robot import load_robot
-from olp.source import decode
-from olp.templating import shipped
-from olp.vendors.rapid.writer import write
+from olp.core.source import decode
+from olp.ir.expressions import FrameRef, Function, Number, PositionLiteral, Quantity
+from olp.ir.points import PointTable
+from olp.ir.program import Assign, Blend, BlendKind, Move, Path, Program, Routine, Speed, SpeedUnit
+from olp.languages.templating import shipped
+from olp.languages.vendors.rapid.writer import write
+from olp.robots.robot import load_robot
 
 TURNED = "[0.70710678118,0,0,0.70710678118]"  # 90 deg about Z
 

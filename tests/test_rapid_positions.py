@@ -12,16 +12,16 @@ from rapid_modules import NO_AXES, codes, errors, module, read, statements
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.expression import Named, PositionLiteral
-from olp.plan import MoveStep
-from olp.program import Declare, Move
-from olp.units import deg, mm
-from olp.vendors.rapid.clauses import Clause, Cutter
-from olp.vendors.rapid.fast import PlainClauses
-from olp.vendors.rapid.grammar import clause_parser
-from olp.vendors.rapid.literals import quaternion_angles
-from olp.vendors.rapid.names import gather
-from olp.vendors.rapid.write_positions import quaternion
+from olp.core.units import deg, mm
+from olp.ir.expressions import Named, PositionLiteral
+from olp.ir.program import Declare, Move
+from olp.languages.vendors.rapid.clauses import Clause, Cutter
+from olp.languages.vendors.rapid.fast import PlainClauses
+from olp.languages.vendors.rapid.grammar import clause_parser
+from olp.languages.vendors.rapid.literals import quaternion_angles
+from olp.languages.vendors.rapid.names import gather
+from olp.languages.vendors.rapid.write_positions import quaternion
+from olp.runtime.plan import MoveStep
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "rapid"
 
@@ -175,7 +175,7 @@ def test_the_fast_way_gives_what_the_grammar_gives() -> None:
         quick: Move | Declare | None = plain.move(clause.text, 0, "") or plain.point(clause.text, 0, "")
         if quick is not None:
             taken += 1
-            assert [quick] == clause_parser().parse(clause.text, names), clause.text
+            assert [quick] == clause_parser().clause(clause.text, names), clause.text
     assert taken == 201  # the speed, too
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rapid_modules import NO_AXES, codes, errors, module, move, read, statement, statements
 
-from olp.export import export
-from olp.expression import (
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
     Binary,
     CallValue,
     Compare,
@@ -29,7 +29,7 @@ from olp.expression import (
     Unary,
     Unknown,
 )
-from olp.program import (
+from olp.ir.program import (
     Assign,
     Blend,
     BlendKind,
@@ -67,8 +67,8 @@ from olp.program import (
     Wait,
     While,
 )
-from olp.timing import time_plan
-from olp.units import deg, mm
+from olp.timing.timing import time_plan
+from olp.transpile.export import export
 
 TRAVEL = SpeedUnit.TRAVEL
 
@@ -578,8 +578,8 @@ def test_comments_above_a_routine_belong_to_it() -> None:
 
 def test_cp1252_letters_survive() -> None:
     text = module('TPWrite "Größe";', "VAR num nMaß;").encode("cp1252")
-    from olp.reading import read_source
-    from olp.source import decode
+    from olp.core.source import decode
+    from olp.fluent import read_source
 
     program = read_source(decode(text, "a.mod"), vendor="rapid")
     assert program.to_bytes() == text

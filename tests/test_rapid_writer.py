@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 from rapid_modules import NO_AXES, again, errors, module, read, without_lines
 
 import olp
-from olp.diagnostic import OlpError, raise_errors
-from olp.expression import (
+from olp.core.diagnostic import OlpError, raise_errors
+from olp.core.source import decode
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
     Binary,
     Compare,
     Expression,
@@ -32,9 +34,9 @@ from olp.expression import (
     Text,
     Unary,
 )
-from olp.moves import SpeedUnit
-from olp.points import PointTable
-from olp.program import (
+from olp.ir.moves import SpeedUnit
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Assign,
     Blend,
     BlendKind,
@@ -53,13 +55,11 @@ from olp.program import (
     Statement,
     Wait,
 )
-from olp.program import (
+from olp.ir.program import (
     Path as Way,
 )
-from olp.source import decode
-from olp.templating import shipped
-from olp.units import deg, mm
-from olp.vendors.rapid.writer import write
+from olp.languages.templating import shipped
+from olp.languages.vendors.rapid.writer import write
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "rapid"
 
@@ -79,7 +79,7 @@ def test_a_sample_written_and_read_means_the_same(name: str) -> None:
 
 def test_lines_end_with_crlf_and_the_encoding_is_the_files() -> None:
     raw = module('TPWrite "Größe";').encode("cp1252")
-    out = olp.reading.read_source(decode(raw, "a.mod"), vendor="rapid").export("rapid")
+    out = olp.fluent.read_source(decode(raw, "a.mod"), vendor="rapid").export("rapid")
     assert out.count(b"\r\n") == out.count(b"\n") > 3
     assert "Größe".encode("cp1252") in out
 
@@ -500,7 +500,7 @@ def test_declarations_come_before_the_first_instruction() -> None:
 
 
 def test_functions_and_parameters() -> None:
-    from olp.program import Parameter
+    from olp.ir.program import Parameter
 
     twice = Routine(
         "twice",

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from inform_jobs import job
 
-from olp.diagnostic import OlpError
-from olp.reading import read, read_source
-from olp.source import decode
-from olp.vendors.vendor import Vendor, find_vendor, recognise, vendor_names, vendor_suffixes
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import read, read_source
+from olp.languages.vendor import Vendor, find_vendor, recognise, vendor_names, vendor_suffixes
 
 TEXT = "\r\n".join(job(["'Ölstand", "TIMER T=0.35"])) + "\r\n"
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from recordings import LINEAR, POINTS, moves, places, read, refused, table, write
 
-from olp.recording import KINDS, read_recording
-from olp.units import deg, mm, percent
+from olp.core.units import deg, mm, percent
+from olp.identification.recording import KINDS, read_recording
 
 ROOT = Path(__file__).parent.parent
 VECTORS = {
@@ -25,6 +25,8 @@ SCALARS = {
     "speed_fraction": ("speed_pct", percent), "acceleration": ("accel_mm_s2", mm),
     "acceleration_fraction": ("accel_pct", percent), "blend": ("blend_mm", mm), "t_start": ("t_start_s", 1.0),
     "payload": ("payload_kg", 1.0), "payload_inertia": ("payload_inertia_kg_m2", 1.0),
+    "sim_payload": ("sim_payload_kg", 1.0), "sim_payload_inertia": ("sim_payload_inertia_kg_m2", 1.0),
+    "override": ("override_pct", percent), "sim_override": ("sim_override_pct", percent),
     "level": ("pl", 1.0), "cycle": ("cycle", 1.0), "line": ("line", 1.0), "move": ("move", 1.0),
 }  # fmt: skip
 
@@ -356,7 +358,7 @@ def test_a_broken_gzip_and_a_broken_parquet_are_refused(tmp_path):
 
 
 def test_a_bomb_is_not_unpacked(tmp_path, monkeypatch):
-    monkeypatch.setattr("olp.recording.table.MOST_BYTES", 100_000)
+    monkeypatch.setattr("olp.identification.recording.table.MOST_BYTES", 100_000)
     (tmp_path / "moves.csv.gz").write_bytes(gzip.compress(b"0" * 1_000_000))
     assert [d.code for d in refused(tmp_path)] == ["D003"]
 
@@ -437,7 +439,7 @@ def test_a_setting_that_means_nothing_is_refused_with_its_line(text, code, tmp_p
 
 
 def test_a_robot_nobody_knows_is_refused(tmp_path):
-    from olp.diagnostic import OlpError
+    from olp.core.diagnostic import OlpError
 
     write(tmp_path, table(*moves(1)))
     write(tmp_path, 'robot = "yaskawa/up21"\n', "recording.toml")
@@ -501,7 +503,7 @@ def test_the_noise_floor_is_the_larger_of_resolution_and_repeats(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("step", "said"), [(0.01, 0.01), (0.1, 0.1), (0.05, 0.01), (0.0123456, float("nan"))]
+    ("step", "said"), [(0.01, 0.01), (0.1, 0.1), (0.05, 0.05), (0.0123456, float("nan"))]
 )
 def test_the_resolution_shows_in_the_durations_when_nobody_says_it(step, said, tmp_path):
     rows = moves(30)
@@ -536,8 +538,8 @@ BITS = [
 def test_whatever_is_in_a_file_is_read_or_refused(name, tmp_path):
     import random
 
-    from olp.diagnostic import OlpError
-    from olp.recording.words import as_dict, describe
+    from olp.core.diagnostic import OlpError
+    from olp.identification.recording.summary import as_dict, describe
 
     write(tmp_path, (ROOT / "samples/recordings/every-column/moves.csv").read_text("utf-8"))
     write(tmp_path, 'controller = "X"\ntool = [1, 2, 3, 4, 5, 6.5]\n', "recording.toml")

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
-from olp.batch import Job, plan_and_time
-from olp.diagnostic import OlpError
-from olp.recording import Log, read_recording
-from olp.recording.boundaries import pass_by, rest, stillness
-from olp.recording.clock import fit_clock
-from olp.recording.from_log import moves_from_log
-from olp.recording.programmed import moved
-from olp.recording.writer import log_csv
-from olp.track import track
-from olp.units import mm
+from olp.core.diagnostic import OlpError
+from olp.core.units import mm
+from olp.identification.recording import Log, read_recording
+from olp.identification.recording.boundaries import pass_by, rest, stillness
+from olp.identification.recording.clock import fit_clock
+from olp.identification.recording.from_log import moves_from_log
+from olp.identification.recording.programmed import moved
+from olp.identification.recording.writer import log_csv
+from olp.reports.batch import Job, plan_and_time
+from olp.timing.track import track
 
 ROOT = Path(__file__).parent.parent
 FAN = "samples/up20/APPR-1.JBI"

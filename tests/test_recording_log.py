@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from recordings import moves, places, read, refused, table, write
 
-from olp.recording import Log, read_recording
-from olp.recording.writer import log_csv
-from olp.units import deg, mm
+from olp.core.units import deg, mm
+from olp.identification.recording import Log, read_recording
+from olp.identification.recording.writer import log_csv
 
 HEADER = "t_s,q1_deg,q2_deg"
 ROWS = ["0.5,10,20", "0.75,11,21", "1.0,12,22", "1.25,13,23"]
@@ -217,7 +217,7 @@ def test_a_long_log_is_read_quickly_and_exactly(tmp_path):
 
 
 def test_too_many_samples_are_refused_before_they_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("olp.recording.log_table.MOST_BYTES", 50)
+    monkeypatch.setattr("olp.identification.recording.log_table.MOST_BYTES", 50)
     assert [d.code for d in refused(with_log(tmp_path, ROWS))] == ["D003"]
 
 

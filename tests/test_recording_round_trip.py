@@ -9,12 +9,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from olp.recording import KINDS, Log, RecordedMoves, Settings, read_recording, write_recording
+from olp.identification.recording import KINDS, Log, RecordedMoves, Settings, read_recording, write_recording
 
 FIELDS = (
     "move", "kind", "duration", "sim", "start", "end", "via", "start_angles", "end_angles",
     "joints_start", "joints_end", "speed", "speed_fraction", "acceleration", "acceleration_fraction",
     "blend", "level", "t_start", "cycle", "line", "payload", "payload_inertia",
+    "sim_payload", "sim_payload_inertia", "override", "sim_override",
 )  # fmt: skip
 # Values that decimal units can hold; a column of nothing but empty cells is not written.
 numbers = st.floats(-1e4, 1e4, allow_nan=False).map(lambda x: round(x, 6))
@@ -70,6 +71,10 @@ def recorded(draw):
         payload=column(positive, np.nan),
         payload_inertia=column(positive, np.nan),
         covariates={"humidity": column(numbers, 1.5)},
+        sim_payload=column(positive, np.nan),
+        sim_payload_inertia=column(positive, np.nan),
+        override=column(positive, np.nan),
+        sim_override=column(positive, np.nan),
         texts={"shift": tuple("x" + draw(words) for _ in range(count))},
     )
 
@@ -137,7 +142,7 @@ def test_logs_are_read_as_they_were_written(samples):
     moves = plain(1)
     with tempfile.TemporaryDirectory() as folder:
         write_recording(folder, moves, log=log)
-        from olp.recording.log_reader import read_log
+        from olp.identification.recording.log_reader import read_log
 
         found, told, _ = read_log(Path(folder) / "log.csv")
     np.testing.assert_array_equal(found.time, log.time)

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 import olp
-from olp.batch import Job, time_file, time_files
-from olp.diagnostic import OlpError
-from olp.report import Options, load_report, report_names
-from olp.timing import COLUMNS
+from olp.core.diagnostic import OlpError
+from olp.reports.batch import Job, time_file, time_files
+from olp.reports.formats import Options, load_report, report_names
+from olp.timing.timing import COLUMNS
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 JOBS = sorted((SAMPLES / "up20").glob("*.JBI"))
@@ -275,7 +275,7 @@ def test_moves_without_a_time_for_one_reason_are_one_finding(lame):
 
 
 def test_what_is_wrong_with_a_job_that_others_call_is_told_once(tmp_path):
-    from olp.batch import shown
+    from olp.reports.batch import shown
 
     head, tail = b"/JOB\r\n//NAME %s\r\n//POS\r\n///NPOS 0,0,0,0,0,0\r\n//INST\r\nNOP\r\n", b"\r\nEND\r\n"
     bodies = {"A": b"CALL JOB:C", "B": b"CALL JOB:C", "C": b"TIMER T="}

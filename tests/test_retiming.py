@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from olp.diagnostic import OlpError
-from olp.motion import load_model
-from olp.retiming import Further, Kind, SampledPath, retime, spline_through
+from olp.core.diagnostic import OlpError
+from olp.timing.motion import load_model
+from olp.timing.retiming import Further, Kind, SampledPath, retime, spline_through
 
 COMPILED = pytest.mark.parametrize("compiled", [False, True])
 PLACE = np.linspace(0.0, 1.0, 25)

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from olp.cell import Cell, Mechanism, Tool
-from olp.geometry import Pose, rotation_from_quaternion, slerp
-from olp.interpreter.recorder import Recorder
-from olp.kinematics import forward, inverse, track, with_tool, without_tool
-from olp.plan import PATHS, BlendCode, Plan
-from olp.points import PointKind, PointState
-from olp.program import Path
-from olp.retiming import Singular, along_path
-from olp.retiming.along import _paths
-from olp.robot import load_robot
-from olp.source import decode
-from olp.timing import time_plan
+from olp.core.source import decode
+from olp.ir.points import PointKind, PointState
+from olp.ir.program import Path
+from olp.robots.coordinate_systems import Cell, Mechanism, Tool
+from olp.robots.geometry import Pose, rotation_from_quaternion, slerp
+from olp.robots.kinematics import forward, inverse, track, with_tool, without_tool
+from olp.robots.robot import load_robot
+from olp.runtime.plan import PATHS, BlendCode, Plan
+from olp.runtime.recorder import Recorder
+from olp.timing.retiming import Singular, along_path
+from olp.timing.retiming.along import _paths
+from olp.timing.timing import time_plan
 
 LINEAR, JOINT, CIRCULAR = (PATHS.index(p) for p in (Path.LINEAR, Path.JOINT, Path.CIRCULAR))
 ROBOT = load_robot("yaskawa/ma2010")

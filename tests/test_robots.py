@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import olp.robots
-from olp.commands.robots import as_markdown, load_all
-from olp.diagnostic import OlpError
-from olp.geometry import rotation_from_angles
-from olp.kinematics import branches, forward, joints_to_pulses, within_limits
-from olp.kinematics.configuration import from_standard
-from olp.robot import candidates_for_pulses, load_robot, robot_names
+from olp.cli.robots import as_markdown, load_all
+from olp.core.diagnostic import OlpError
+from olp.core.units import deg
+from olp.robots.geometry import rotation_from_angles
+from olp.robots.kinematics import branches, forward, joints_to_pulses, within_limits
+from olp.robots.kinematics.configuration import from_standard
+from olp.robots.robot import candidates_for_pulses, load_robot, robot_names
 from olp.robots.sources import SOURCE_GROUPS, number_groups
-from olp.units import deg
 
 DOCS = Path(__file__).parent.parent / "docs" / "robots.md"
 FILES = sorted(Path(olp.robots.__file__).parent.glob("*/*.toml"))

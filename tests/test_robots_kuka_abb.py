@@ -11,13 +11,13 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import olp
-from olp.geometry import quaternion_from_rotation
-from olp.kinematics import forward, within_limits
-from olp.kinematics.readings import joints_of_readings, same_posture, turned_back
-from olp.robot import load_robot, robot_names
-from olp.translate import Context
-from olp.translate.convert import convert
-from olp.units import deg, mm
+from olp.core.units import deg, mm
+from olp.robots.geometry import quaternion_from_rotation
+from olp.robots.kinematics import forward, within_limits
+from olp.robots.kinematics.readings import joints_of_readings, same_posture, turned_back
+from olp.robots.robot import load_robot, robot_names
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 ARMS = [name for name in robot_names() if name.split("/")[0] in ("kuka", "abb")]
 WRIST_ARMS = [name for name in ARMS if load_robot(name).geometry.links]

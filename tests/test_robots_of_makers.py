@@ -9,11 +9,11 @@ import math
 import numpy as np
 import pytest
 
-from olp.geometry import rotation_from_angles
-from olp.kinematics import forward, inverse, jacobian, within_limits
-from olp.kinematics.readings import joints_of_readings, readings_of_joints
-from olp.robot import load_robot, robot_names
-from olp.units import deg, mm
+from olp.core.units import deg, mm
+from olp.robots.geometry import rotation_from_angles
+from olp.robots.kinematics import forward, inverse, jacobian, within_limits
+from olp.robots.kinematics.readings import joints_of_readings, readings_of_joints
+from olp.robots.robot import load_robot, robot_names
 
 FANUC = [name for name in robot_names() if name.startswith("fanuc/")]
 STAUBLIS = [name for name in robot_names() if name.startswith("staubli/")]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import olp
-from olp.timing import time_plan
+from olp.timing.timing import time_plan
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "inform"
 JOBS = sorted(path for path in SAMPLES.rglob("*") if path.suffix.lower() == ".jbi")

@@ -11,19 +11,26 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
-from olp.diagnostic import OlpError
-from olp.recording import read_recording
+from olp.core.diagnostic import OlpError
+from olp.identification.recording import read_recording
+from olp.identification.signature import (
+    MoveSet,
+    calibrate,
+    moves_of_recording,
+    predict,
+    read_signature,
+    write_signature,
+)
+from olp.identification.signature.calibrate import fit_moves
+from olp.identification.signature.domain import domain_of
+from olp.identification.signature.errors import spread_of
+from olp.identification.signature.estimator import duration_of, estimator_names, load_estimator
+from olp.identification.signature.file import from_json, to_json, to_text
+from olp.identification.signature.folds import merit
+from olp.identification.signature.gp import Belief, Part, _cost, _squares, answer, learn
+from olp.identification.signature.minimise import minimise
+from olp.identification.signature.subsets import all_subsets, grouped_errors
 from olp.robots.library import load_robot
-from olp.signature import MoveSet, calibrate, moves_of_recording, predict, read_signature, write_signature
-from olp.signature.calibrate import fit_moves
-from olp.signature.domain import domain_of
-from olp.signature.errors import spread_of
-from olp.signature.estimator import duration_of, estimator_names, load_estimator
-from olp.signature.file import from_json, to_json, to_text
-from olp.signature.folds import merit
-from olp.signature.gp import Belief, Part, _cost, _squares, answer, learn
-from olp.signature.minimise import minimise
-from olp.signature.subsets import all_subsets, grouped_errors
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"
 HEADER = "move,type,x_start_mm,y_start_mm,z_start_mm,x_end_mm,y_end_mm,z_end_mm,speed_mm_s,duration_s,pl\n"
@@ -111,7 +118,7 @@ def test_one_wrong_reading_does_not_move_the_others(name, moves, robot):
 
 
 def test_terms_are_the_same_for_the_mirrored_move(moves, robot):
-    from olp.signature.estimators.axis_terms import terms_of
+    from olp.identification.signature.estimators.axis_terms import terms_of
 
     mirror = np.array([1.0, -1.0, 1.0])
     flip = np.diag(mirror)
@@ -123,7 +130,7 @@ def test_terms_are_the_same_for_the_mirrored_move(moves, robot):
 
 
 def test_rates_at_both_ends_are_the_slopes_of_the_axes(moves, robot):
-    from olp.signature.axis_paths import axis_paths
+    from olp.identification.signature.axis_paths import axis_paths
 
     step = 1e-5
     start = axis_paths(moves, robot)
@@ -173,7 +180,7 @@ def test_intervals_hold_nineteen_of_twenty_moves_of_start_points_that_were_held_
 
 
 def facts(fit, learnt):
-    from olp.signature.document import Learnt, Signature
+    from olp.identification.signature.document import Learnt, Signature
 
     return Signature(
         "yaskawa/up20", "", None, None, Learnt("", "", len(learnt), 0.01), fit.method, fit.parameters, fit.errors,
@@ -211,7 +218,7 @@ def test_total_intervals_hold_the_sums_of_new_groups():
         shared = rng.normal(0, 0.03, 11)
         errors = shared.repeat(15) + rng.normal(0, 0.02, 165)
         spread = spread_of(errors[:150], np.repeat(np.arange(10), 15))
-        from olp.signature.errors import ErrorModel
+        from olp.identification.signature.errors import ErrorModel
 
         half = ErrorModel(spread, spread).total_half(np.ones(15), np.ones(15))
         held += abs(errors[150:].sum()) <= half
@@ -265,7 +272,7 @@ def test_grouped_errors_are_those_of_plain_ridge_regressions():
 
 
 def test_the_motion_of_a_slowness_is_that_of_the_constant_acceleration_model():
-    from olp.motion import load_model
+    from olp.timing.motion import load_model
 
     rng = np.random.default_rng(6)
     length, speed, acceleration = rng.uniform(0.01, 1, 50), rng.uniform(0.1, 1, 50), rng.uniform(0.3, 3, 50)

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.kinematics import configuration_of, inverse
-from olp.recording import read_recording
+from olp.identification.recording import read_recording
+from olp.identification.signature import moves_of_recording
+from olp.identification.signature.axis_paths import axis_paths
+from olp.identification.signature.calibrate import chosen, fit_moves
+from olp.identification.signature.estimator import learnt, load_estimator
+from olp.identification.signature.folds import HeldOut, Trial, by_directions, merit_doubt
+from olp.identification.signature.places import joint_ends
+from olp.robots.kinematics import configuration_of, inverse
 from olp.robots.library import load_robot
-from olp.signature import moves_of_recording
-from olp.signature.axis_paths import axis_paths
-from olp.signature.calibrate import chosen, fit_moves
-from olp.signature.estimator import learnt, load_estimator
-from olp.signature.folds import HeldOut, Trial, by_directions, merit_doubt
-from olp.signature.places import joint_ends
 
 MOVES = moves_of_recording(read_recording(Path(__file__).parent.parent / "samples" / "up20"))[0]
 ROBOT = load_robot("yaskawa/up20")

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.geometry import rotation_from_angles
-from olp.recording import read_recording
-from olp.signature import MoveSet, moves_of_recording
-from olp.signature.estimator import load_estimator
-from olp.units import deg, mm
+from olp.core.units import deg, mm
+from olp.identification.recording import read_recording
+from olp.identification.signature import MoveSet, moves_of_recording
+from olp.identification.signature.estimator import load_estimator
+from olp.robots.geometry import rotation_from_angles
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"
 # Times that are means of two readings, rounded when they were printed (docs/thesis.md, erratum 30).

@@ -11,9 +11,9 @@ import pytest
 
 import olp
 from olp.__main__ import main
-from olp.diagnostic import OlpError
-from olp.recording import read_recording
-from olp.signature import calibrate, write_signature
+from olp.core.diagnostic import OlpError
+from olp.identification.recording import read_recording
+from olp.identification.signature import calibrate, write_signature
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"
 JOB = UP20 / "APPR-L.JBI"
@@ -72,7 +72,7 @@ def test_csv_has_the_ends_of_the_interval_as_columns(factors, capsys):
 
 def test_python_takes_a_signature_or_its_file(factors):
     plan = olp.read(JOB).plan(robot="yaskawa/up20")
-    from olp.signature import read_signature
+    from olp.identification.signature import read_signature
 
     by_file, by_object = plan.time(signature=factors), plan.time(signature=read_signature(factors))
     assert by_file["duration_s"].tolist() == by_object["duration_s"].tolist()
@@ -86,7 +86,7 @@ def test_annotations_hold_the_corrected_acceleration(factors, capsys):
 
 
 def test_a_model_that_a_signature_does_not_hold_for_is_refused(factors):
-    from olp.signature import read_signature
+    from olp.identification.signature import read_signature
 
     plan = olp.read(JOB).plan(robot="yaskawa/up20")
     with pytest.raises(OlpError) as caught:

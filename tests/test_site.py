@@ -11,9 +11,9 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from olp import commands
-from olp.physics import term_names
-from olp.robot import robot_names
+from olp import cli
+from olp.robots.robot import robot_names
+from olp.timing.physics import term_names
 
 ROOT = Path(__file__).parent.parent
 pytestmark = pytest.mark.xdist_group("site")
@@ -85,13 +85,13 @@ def test_nothing_is_loaded_from_elsewhere(pages: dict[Path, Anchors]) -> None:
 
 def test_the_reference_tells_of_everything_there_is(pages: dict[Path, Anchors], site: Path) -> None:
     reference = site / "reference"
-    told = {f"olp-{name.replace(' ', '-')}" for name in commands.names()}
+    told = {f"olp-{name.replace(' ', '-')}" for name in cli.names()}
     assert told <= pages[reference / "commands.html"].ids
     members = (reference / "members.html").read_text(encoding="utf-8")
     assert [name for name in term_names() if f"<code>{name}</code>" not in members] == []
     robots = (reference / "robots.html").read_text(encoding="utf-8")
     assert [name for name in robot_names() if f"<code>{name}</code>" not in robots] == []
-    assert {"olp.reading.read", "olp.plan.Plan.time"} <= pages[reference / "python.html"].ids
+    assert {"olp.fluent.read", "olp.fluent.Plan.time"} <= pages[reference / "python.html"].ids
 
 
 def test_every_page_is_in_the_index() -> None:

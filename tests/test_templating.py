@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import pytest
 
-from olp.diagnostic import OlpError
-from olp.template_filters import fixed, short
-from olp.templating import Limits, given, shipped
+from olp.core.diagnostic import OlpError
+from olp.languages.template_filters import fixed, short
+from olp.languages.templating import Limits, given, shipped
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def test_a_missing_template_and_one_that_is_no_text_are_diagnostics(tmp_path):
 
 
 def test_every_template_that_is_shipped_loads():
-    from olp import resources
+    from olp.core import resources
 
     names = resources.names("templates", ".j2")
     assert "inform" in names

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from olp.motion import load_model
+from olp.timing.motion import load_model
 
 CONSTANT, LINEAR = load_model("constant"), load_model("linear")
 SETTINGS = [(0.7, 3.1, 11.0, 29.0), (0.5, 2.2, 31.0, 9.0), (1.3, 0.9, 4.0, 3.7)]  # v_max, a_max, k1, k2

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.motion import load_model
-from olp.thesis import adjusted_acceleration, bearing, interpolated_factor
+from olp.identification.apostolovic import adjusted_acceleration, bearing, interpolated_factor
+from olp.timing.motion import load_model
 
 CONSTANT, LINEAR = load_model("constant"), load_model("linear")
 PAGE = Path(__file__).parent.parent / "docs" / "thesis.md"

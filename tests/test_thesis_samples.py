@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import olp
-from olp.kinematics import branches, configuration_of, within_limits
+from olp.robots.kinematics import branches, configuration_of, within_limits
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "samples" / "up20"

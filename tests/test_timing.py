@@ -7,18 +7,18 @@ import pathlib
 import numpy as np
 import pytest
 
-from olp.cell import Cell, Mechanism
-from olp.interpreter.recorder import Recorder
-from olp.kinematics import forward
-from olp.motion import model_names
-from olp.plan import PATHS, BlendCode, Plan
-from olp.points import PointKind, PointState
-from olp.program import Path
-from olp.reading import read
-from olp.robot import load_robot
-from olp.source import decode
-from olp.timing import time_plan
-from olp.track import track
+from olp.core.source import decode
+from olp.fluent import read
+from olp.ir.points import PointKind, PointState
+from olp.ir.program import Path
+from olp.robots.coordinate_systems import Cell, Mechanism
+from olp.robots.kinematics import forward
+from olp.robots.robot import load_robot
+from olp.runtime.plan import PATHS, BlendCode, Plan
+from olp.runtime.recorder import Recorder
+from olp.timing.motion import model_names
+from olp.timing.timing import time_plan
+from olp.timing.track import track
 
 LINEAR, JOINT = PATHS.index(Path.LINEAR), PATHS.index(Path.JOINT)
 POSE = PointState(PointKind.POSE, frame="robot", configuration=(1, 0, 0, 0, 0, 0))

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from olp.acceleration import law_names, load_law
-from olp.assumptions import load_assumptions
-from olp.cell import Cell, Mechanism
-from olp.diagnostic import OlpError
-from olp.interpreter.recorder import Recorder
-from olp.plan import PATHS, BlendCode, Plan
-from olp.points import PointKind, PointState
-from olp.program import Path
-from olp.robot import load_robot
-from olp.source import decode
-from olp.timing import time_plan
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.ir.points import PointKind, PointState
+from olp.ir.program import Path
+from olp.robots.coordinate_systems import Cell, Mechanism
+from olp.robots.robot import load_robot
+from olp.runtime.assumptions import load_assumptions
+from olp.runtime.plan import PATHS, BlendCode, Plan
+from olp.runtime.recorder import Recorder
+from olp.timing.acceleration import law_names, load_law
+from olp.timing.timing import time_plan
 
 ANGLES = PointState(PointKind.JOINT)
 LINEAR, JOINT = PATHS.index(Path.LINEAR), PATHS.index(Path.JOINT)

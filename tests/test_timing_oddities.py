@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from interpreter_jobs import job_text, plan_of
 
-from olp.diagnostic import Severity
-from olp.timing import Timing, time_plan
+from olp.core.diagnostic import Severity
+from olp.timing.timing import Timing, time_plan
 
 ARM = "yaskawa/ma2010"
 # Corners of a square of 40 mm within reach, the middle of its first side, and a point far out of reach.

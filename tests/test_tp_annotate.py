@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from olp.annotate import annotate, remove
-from olp.reading import read, read_source
-from olp.timing import time_plan
-from olp.vendors.vendor import find_vendor
+from olp.fluent import read, read_source
+from olp.languages.vendor import find_vendor
+from olp.reports.annotate import annotate, remove
+from olp.timing.timing import time_plan
 
 SAMPLE = Path(__file__).parent.parent / "samples" / "tp" / "handling.ls"
 

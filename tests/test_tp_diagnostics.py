@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tp_listings import HEAD, codes, listing, read
 
-from olp.program import Call, Jump, LineKind, Move, SetOutput, Wait
+from olp.ir.program import Call, Jump, LineKind, Move, SetOutput, Wait
 
 GERMAN = """/PROG  FOLGE7
 /ATTR

@@ -9,10 +9,10 @@ import pytest
 from test_arm_branch import GP25
 from tp_listings import listing, read
 
-from olp.diagnostic import OlpError
-from olp.expression import PositionLiteral
-from olp.translate import Context
-from olp.translate.convert import convert, run_converted
+from olp.core.diagnostic import OlpError
+from olp.ir.expressions import PositionLiteral
+from olp.transpile import Context
+from olp.transpile.convert import convert, run_converted
 
 JOINTS = "\tJ1= {0:.4f} deg,\tJ2= {1:.4f} deg,\tJ3= {2:.4f} deg,\n\tJ4= {3:.4f} deg,\tJ5= {4:.4f} deg,\tJ6= {5:.4f} deg"
 POSE = "\tX = {0:.4f}  mm,\tY = {1:.4f}  mm,\tZ = {2:.4f}  mm,\n\tW = {3:.4f} deg,\tP = {4:.4f} deg,\tR = {5:.4f} deg"

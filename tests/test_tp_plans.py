@@ -10,11 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tp_listings import listing, read
 
-from olp.assumptions import Assumptions
-from olp.kinematics import forward
-from olp.plan import Plan
-from olp.reading import read as read_file
+from olp.fluent import read as read_file
+from olp.robots.kinematics import forward
 from olp.robots.library import load_robot
+from olp.runtime.assumptions import Assumptions
+from olp.runtime.plan import Plan
 
 ROBOT = "yaskawa/gp25"  # any arm: what is asked here are poses
 FRAME = (850.5, -210.25, 305.75, 1.5, -2.25, 33.0)

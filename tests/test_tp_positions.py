@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tp_listings import HEAD, codes, listing, read
 
-from olp.expression import Store
-from olp.geometry import Pose
-from olp.points import PointKind, PointState
+from olp.ir.expressions import Store
+from olp.ir.points import PointKind, PointState
+from olp.robots.geometry import Pose
 
 POSE = """P[{number}]{{
    GP1:

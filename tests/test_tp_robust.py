@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from tp_listings import HEAD, POSITION, listing, read
 
-from olp.reading import read_source
-from olp.source import decode
-from olp.vendors.tp import fast
-from olp.vendors.tp.fast import MoveLines
-from olp.vendors.tp.grammar import instruction_parser
-from olp.vendors.tp.limits import LIMITS
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.languages.vendors.tp import fast
+from olp.languages.vendors.tp.fast import MoveLines
+from olp.languages.vendors.tp.grammar import instruction_parser
+from olp.languages.vendors.tp.limits import LIMITS
 
 SAMPLES = sorted((Path(__file__).parent.parent / "samples" / "tp").glob("*.ls"))
 WORDS = (
@@ -141,7 +141,7 @@ def test_the_fast_path_gives_what_the_grammar_gives() -> None:
         if quick is None:
             continue
         taken += 1
-        (slow,) = instruction_parser().parse(text)
+        (slow,) = instruction_parser().statements(text)
         assert quick == replace(slow, line=7), text
         assert quick.speed.native == slow.speed.native
         assert quick.blend.native == slow.blend.native

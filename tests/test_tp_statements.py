@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 from tp_listings import HEAD, body, listing, one, read
 
-from olp.diagnostic import OlpError
-from olp.export import export
-from olp.expression import (
+from olp.core.diagnostic import OlpError
+from olp.ir.expressions import (
     Argument,
     Binary,
     Compare,
@@ -28,7 +27,7 @@ from olp.expression import (
     Unary,
     Variable,
 )
-from olp.program import (
+from olp.ir.program import (
     Assign,
     Blend,
     BlendKind,
@@ -65,6 +64,7 @@ from olp.program import (
     Switch,
     Wait,
 )
+from olp.transpile.export import export
 
 FINE = Blend(BlendKind.RADIUS, Quantity(Number(0), 0.001), "FINE")
 P1, P2 = Taught(Store.ROBOT, 1), Taught(Store.ROBOT, 2)

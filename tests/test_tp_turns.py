@@ -10,11 +10,11 @@ from test_arm_branch import GP25, rotation_vector
 from tp_listings import listing, read
 
 import olp
-from olp.geometry import Pose
-from olp.kinematics import configuration_of, forward
-from olp.translate import Context
-from olp.translate.compare import steps_of
-from olp.translate.convert import convert, run_converted
+from olp.robots.geometry import Pose
+from olp.robots.kinematics import configuration_of, forward
+from olp.transpile import Context
+from olp.transpile.compare import steps_of
+from olp.transpile.convert import convert, run_converted
 
 WIDE = replace(
     GP25,

@@ -12,9 +12,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tp_listings import HEAD, POSITION, listing, read
 
-from olp.diagnostic import OlpError
-from olp.export import export
-from olp.expression import (
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import read as read_file
+from olp.fluent import read_source
+from olp.ir.expressions import (
     Binary,
     Compare,
     FrameRef,
@@ -34,8 +36,8 @@ from olp.expression import (
     Unary,
     Variable,
 )
-from olp.points import PointBlock, PointKind, PointState, PointTable
-from olp.program import (
+from olp.ir.points import PointBlock, PointKind, PointState, PointTable
+from olp.ir.program import (
     Acceleration,
     AccelerationUnit,
     Assign,
@@ -64,14 +66,12 @@ from olp.program import (
     Wait,
     While,
 )
-from olp.program import (
+from olp.ir.program import (
     Path as Shape,
 )
-from olp.reading import read as read_file
-from olp.reading import read_source
-from olp.source import decode
-from olp.templating import Limits, shipped
-from olp.vendors.tp.writer import write
+from olp.languages.templating import Limits, shipped
+from olp.languages.vendors.tp.writer import write
+from olp.transpile.export import export
 
 SAMPLES = sorted((Path(__file__).parent.parent / "samples" / "tp").glob("*.ls"))
 DATE = "2025/03/04 10:11"

@@ -11,10 +11,22 @@ from translate_programs import VENDORS, Maker, round_trip
 
 import olp
 from olp.__main__ import main
-from olp.diagnostic import OlpError
-from olp.expression import Compare, FrameRef, Logic, Named, Number, PositionLiteral, Quantity, State, Variable
-from olp.points import PointTable
-from olp.program import (
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import Program
+from olp.ir.expressions import (
+    Compare,
+    FrameRef,
+    Logic,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    State,
+    Variable,
+)
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Assign,
     Blend,
     BlendKind,
@@ -24,7 +36,6 @@ from olp.program import (
     If,
     Move,
     Process,
-    Program,
     Routine,
     SetBlend,
     SetFrame,
@@ -34,19 +45,18 @@ from olp.program import (
     Speed,
     SpeedUnit,
 )
-from olp.program import Path as Shape
-from olp.robot import load_robot
-from olp.source import decode
-from olp.translate import Context, Mapping, canonical
-from olp.translate.arcs import half_way
-from olp.translate.compare import compare_plans
-from olp.translate.convert import convert, run_converted
-from olp.translate.link import link
-from olp.translate.mapping_reader import read_mapping
-from olp.translate.modal import modal
-from olp.translate.support import kinds, support
-from olp.translate.tree import negated
-from olp.translate.work import work_for
+from olp.ir.program import Path as Shape
+from olp.ir.tree import negated
+from olp.robots.robot import load_robot
+from olp.transpile import Context, Mapping, canonical
+from olp.transpile.arcs import half_way
+from olp.transpile.compare import compare_plans
+from olp.transpile.context import work_for
+from olp.transpile.convert import convert, run_converted
+from olp.transpile.link import link
+from olp.transpile.mapping_reader import read_mapping
+from olp.transpile.modal_state import modal
+from olp.transpile.support import kinds, support
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 HANDLING = {

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from olp.program import Call, Move, SetOutput
-from olp.reading import read_source
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import Call, Move, SetOutput
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 HEAD = (
     "MODULE M\nCONST robtarget p:=[[900,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\nPROC main()\n"
@@ -40,8 +40,8 @@ def test_a_routine_of_a_move_that_passes_by_is_called_and_the_receipt_says_where
     assert [loss.line for loss in made.translated.losses if loss.part == "end"] == [4]
 
 
-def test_what_a_process_move_does_beside_moving_is_asked_for():
+def test_a_process_move_is_refused_with_what_it_does_beside_moving():
     made, body = converted("TriggL p,v100,gunon,fine,tool0;\n", "krl")
-    assert [type(s) for s in body] == [Move]
-    assert made.translated.asks["write anew what these do beside moving"] == ("TriggL",)
-    assert "the option TriggL means nothing in KRL" in {loss.says for loss in made.translated.losses}
+    assert not any(isinstance(s, Move) for s in body)
+    says = "the option TriggL means nothing in KRL, and the move alone is another one"
+    assert says in {loss.says for loss in made.translated.losses if loss.leaves_out}

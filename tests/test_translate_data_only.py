@@ -6,11 +6,11 @@ import pytest
 
 import olp
 from olp.__main__ import main
-from olp.diagnostic import OlpError
-from olp.expression import PositionLiteral
-from olp.geometry import Pose
-from olp.translate import Context
-from olp.translate.convert import convert
+from olp.core.diagnostic import OlpError
+from olp.ir.expressions import PositionLiteral
+from olp.robots.geometry import Pose
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 MODULE = """MODULE Points
   PERS tooldata tGun:=[TRUE,[[12,-7,150],[0.96592583,0,0.25881905,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];

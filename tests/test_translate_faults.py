@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from translated_texts import ROBOT, converted, inform, krl, module, run_elsewhere, script, tp, translated
 
-from olp.kinematics import forward
-from olp.plan import WaitStep
+from olp.robots.kinematics import forward
+from olp.runtime.plan import WaitStep
 
 JOINTS = ([0.0, 0.0, 0.0, 0.0, -0.5, 0.0], [0.6, 0.1, 0.0, 0.0, -0.5, 0.0])
 

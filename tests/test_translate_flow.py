@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from olp.expression import Compare, Logic, Number, Quantity, Store, Variable
-from olp.interpreter import run
-from olp.points import PointTable
-from olp.program import (
+from olp.core.source import decode
+from olp.ir.expressions import Compare, Logic, Number, Quantity, Store, Variable
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Assign,
     Begin,
     Break,
@@ -37,11 +37,11 @@ from olp.program import (
     Update,
     While,
 )
-from olp.source import decode
-from olp.translate.flow import flow
-from olp.translate.limits import limits_of
-from olp.translate.tree import parse
-from olp.translate.work import Context, Work
+from olp.ir.tree import parse
+from olp.languages.limits import limits_of
+from olp.runtime.interpreter import run
+from olp.transpile.context import Context, Work
+from olp.transpile.control_flow import flow
 
 FUEL = Variable(Store.INTEGER, Number(0))
 FULL = 25  # passes of all jumps back together

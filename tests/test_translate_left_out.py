@@ -5,12 +5,12 @@ from tp_listings import listing
 from translate_programs import VENDORS
 
 import olp
-from olp.diagnostic import OlpError
-from olp.robot import load_robot
-from olp.translate import Context
-from olp.translate.convert import convert, run_converted
-from olp.translate.link import link
-from olp.translate.work import Fate
+from olp.core.diagnostic import OlpError
+from olp.robots.robot import load_robot
+from olp.transpile import Context
+from olp.transpile.context import Fate
+from olp.transpile.convert import convert, run_converted
+from olp.transpile.link import link
 
 ROBOT = load_robot("yaskawa/gp25")
 POSE = "[[900,0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"

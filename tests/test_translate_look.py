@@ -10,13 +10,13 @@ import pytest
 from translate_programs import VENDORS, own_program
 
 import olp
-from olp.expression import PositionLiteral
-from olp.program import Comment, Move, Program, Statement
-from olp.robot import load_robot
-from olp.translate import Context
-from olp.translate.look import Look, changed_rare, with_routines, with_rows
-from olp.translate.rewrite import expressions_of, note_names, sets_numbers
-from olp.translate.work import work_for
+from olp.ir.expressions import PositionLiteral
+from olp.ir.program import Comment, Move, Program, Statement
+from olp.ir.transformer import expressions_of, note_names, sets_numbers
+from olp.robots.robot import load_robot
+from olp.transpile import Context
+from olp.transpile.context import work_for
+from olp.transpile.occurrences import Look, changed_rare, with_routines, with_rows
 
 ROBOT = load_robot("yaskawa/gp25")
 KRL = """DEF m()

@@ -6,10 +6,10 @@ import pytest
 from test_arm_branch import GP25
 from translate_programs import VENDORS, Maker
 
-from olp.expression import Number, Signal, State
-from olp.program import Path, SetOutput
-from olp.translate import Context
-from olp.translate.convert import convert
+from olp.ir.expressions import Number, Signal, State
+from olp.ir.program import Path, SetOutput
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 
 class Ahead(Maker):

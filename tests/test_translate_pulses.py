@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from olp.program import PulseOutput
-from olp.reading import read_source
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import PulseOutput
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 SOURCES = {
     "inform": (

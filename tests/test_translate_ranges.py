@@ -13,10 +13,10 @@ import pytest
 from test_arm_branch import GP25
 from translate_programs import STOP, VENDORS, Maker
 
-from olp.expression import FrameRef, Number, Quantity
-from olp.program import Acceleration, AccelerationUnit, Blend, BlendKind, Path, Speed, SpeedUnit
-from olp.translate import Context
-from olp.translate.convert import convert
+from olp.ir.expressions import FrameRef, Number, Quantity
+from olp.ir.program import Acceleration, AccelerationUnit, Blend, BlendKind, Path, Speed, SpeedUnit
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 MM, PERCENT, DEG = 0.001, 0.01, math.pi / 180
 RANGES = {

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from olp.program import Assign, SetOutput
-from olp.reading import read_source
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import Assign, SetOutput
+from olp.transpile import Context
+from olp.transpile.convert import convert
 
 HEAD = "/PROG  P\n/ATTR\n/MN\n"
 POSE = "\tX= 900 mm, Y= 0 mm, Z= 900 mm,\n\tW= 0 deg, P= 90 deg, R= 0 deg\n"

@@ -8,10 +8,10 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 SCRIPT = """
 import sys
-from olp.reading import read_source
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert
+from olp.fluent import read_source
+from olp.core.source import decode
+from olp.transpile import Context
+from olp.transpile.convert import convert
 text = open(sys.argv[1], encoding="ascii").read()
 for target in ("inform", "rapid", "tp", "urscript"):
     made = convert(read_source(decode(text.encode(), "part.src"), vendor="krl"), target,

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import olp
-from olp.expression import PositionLiteral
-from olp.robot import load_robot
-from olp.translate.canonical import canonical
-from olp.translate.work import Context
+from olp.ir.expressions import PositionLiteral
+from olp.robots.robot import load_robot
+from olp.transpile.context import Context
+from olp.transpile.pipeline import canonical
 
 SAMPLE = Path(__file__).parent.parent / "samples" / "inform" / "palletising"
 ROBOT = load_robot("yaskawa/ar2010")

@@ -9,16 +9,16 @@ import pytest
 from translate_programs import VENDORS, own_program, written
 
 import olp
-from olp.program import Move, Program
-from olp.robot import load_robot
-from olp.translate import Context
-from olp.translate.canonical import passes
-from olp.translate.convert import convert
-from olp.translate.link import link
-from olp.translate.rows import Rows
-from olp.translate.speeds import speeds
-from olp.translate.straight import Walk, walk_through
-from olp.translate.work import Work, work_for
+from olp.ir.program import Move, Program
+from olp.robots.robot import load_robot
+from olp.transpile import Context
+from olp.transpile.abstract_walk import Walk, walk_through
+from olp.transpile.context import Work, work_for
+from olp.transpile.convert import convert
+from olp.transpile.link import link
+from olp.transpile.pipeline import passes
+from olp.transpile.rows import Rows
+from olp.transpile.speeds import speeds
 
 ROBOT = load_robot("yaskawa/gp25")
 HEAD = "MODULE m\n  PROC main()\n"

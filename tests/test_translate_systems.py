@@ -7,13 +7,13 @@ import pytest
 from translated_texts import ROBOT, krl, module, script
 
 import olp
-from olp.diagnostic import OlpError
-from olp.translate import Context
-from olp.translate.before import before_it_runs
-from olp.translate.compare import compare_plans
-from olp.translate.convert import convert, run_converted
-from olp.translate.link import link
-from olp.translate.work import Fate, Mapping
+from olp.core.diagnostic import OlpError
+from olp.transpile import Context
+from olp.transpile.compare import compare_plans
+from olp.transpile.context import Fate, Mapping
+from olp.transpile.convert import convert, run_converted
+from olp.transpile.link import link
+from olp.transpile.preflight import before_it_runs
 
 TARGET = "[[{},30,410],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
 POINTS = [f"CONST robtarget p{n}:={TARGET.format(500 + 40 * n)};" for n in (1, 2)]

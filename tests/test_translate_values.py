@@ -5,11 +5,11 @@ from translate_programs import VENDORS
 from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script
 
 import olp
-from olp.expression import Text
-from olp.translate.compare import compare_plans
-from olp.translate.convert import run_converted
-from olp.translate.rewrite import expressions_of
-from olp.translate.work import Fate
+from olp.ir.expressions import Text
+from olp.ir.transformer import expressions_of
+from olp.transpile.compare import compare_plans
+from olp.transpile.context import Fate
+from olp.transpile.convert import run_converted
 
 TEXTS = """DEF a()
 DECL CHAR s[10]

@@ -10,7 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.expression import (
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.expressions import (
     Binary,
     CallValue,
     Compare,
@@ -32,8 +34,7 @@ from olp.expression import (
     Text,
     Unary,
 )
-from olp.geometry import rotation_from_angles
-from olp.program import (
+from olp.ir.program import (
     Acceleration,
     AccelerationUnit,
     Assign,
@@ -66,12 +67,11 @@ from olp.program import (
     WaitTask,
     While,
 )
-from olp.reading import read_source
-from olp.source import decode
-from olp.vendors.urscript.fast import quick
-from olp.vendors.urscript.grammar import instruction_parser
-from olp.vendors.urscript.rotations import angles_from_vector, vector_from_angles
-from olp.vendors.vendor import recognise
+from olp.languages.vendor import recognise
+from olp.languages.vendors.urscript.fast import quick
+from olp.languages.vendors.urscript.grammar import instruction_parser
+from olp.languages.vendors.urscript.rotations import angles_from_vector, vector_from_angles
+from olp.robots.geometry import rotation_from_angles
 
 DEG = math.pi / 180.0
 SAMPLES = File(__file__).resolve().parent.parent / "samples" / "urscript"

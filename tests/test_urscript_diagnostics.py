@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from olp.diagnostic import Diagnostic
-from olp.program import LineKind, Program
-from olp.reading import read_source
-from olp.source import decode
+from olp.core.diagnostic import Diagnostic
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import LineKind, Program
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "urscript"
 

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from olp.export import export
-from olp.expression import Function, Named, Number, Quantity, Signal
-from olp.points import PointTable
-from olp.program import (
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.expressions import Function, Named, Number, Quantity, Signal
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Blend,
     BlendKind,
     Declare,
@@ -23,9 +24,8 @@ from olp.program import (
     Speed,
     SpeedUnit,
 )
-from olp.reading import read_source
-from olp.source import decode
-from olp.vendors.urscript.rotations import angles_from_vector, vector_from_angles
+from olp.languages.vendors.urscript.rotations import angles_from_vector, vector_from_angles
+from olp.transpile.export import export
 
 
 def read(*lines):

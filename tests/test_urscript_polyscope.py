@@ -7,9 +7,11 @@ import zlib
 
 import pytest
 
-from olp.diagnostic import OlpError
-from olp.expression import Function, Named, Number, PositionLiteral, Signal, State, Text
-from olp.program import (
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.expressions import Function, Named, Number, PositionLiteral, Signal, State, Text
+from olp.ir.program import (
     Call,
     Comment,
     Dwell,
@@ -25,8 +27,6 @@ from olp.program import (
     Wait,
     While,
 )
-from olp.reading import read_source
-from olp.source import decode
 
 JOINTS = "-0.31, -1.25, 1.42, -1.73, -1.56, 0.37"
 
@@ -194,8 +194,8 @@ def test_nodes_deep_in_one_another_and_circles_of_references_end() -> None:
 
 
 def test_a_compressed_file_is_not_annotated() -> None:
-    from olp.annotate import annotate
-    from olp.timing import time_plan
+    from olp.reports.annotate import annotate
+    from olp.timing.timing import time_plan
 
     program = read(raw('<Wait type="Sleep"><waitTime>1</waitTime></Wait>'))
     with pytest.raises(OlpError) as raised:

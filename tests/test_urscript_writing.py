@@ -13,9 +13,10 @@ from scipy.spatial.transform import Rotation
 from urscript_python import Pose, Robot, run
 
 import olp
-from olp.diagnostic import OlpError, raise_errors
-from olp.export import export
-from olp.expression import (
+from olp.core.diagnostic import OlpError, raise_errors
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.expressions import (
     Binary,
     Compare,
     Expression,
@@ -33,11 +34,9 @@ from olp.expression import (
     Text,
     Variable,
 )
-from olp.expression import Store as Kind
-from olp.geometry import rotation_from_angles
-from olp.plan import PATHS, Plan, StepKind
-from olp.points import PointTable
-from olp.program import (
+from olp.ir.expressions import Store as Kind
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Acceleration,
     AccelerationUnit,
     Assign,
@@ -64,15 +63,15 @@ from olp.program import (
     Statement,
     Wait,
 )
-from olp.reading import read_source
-from olp.robot import load_robot
-from olp.source import decode
-from olp.templating import shipped
-from olp.translate.convert import convert
-from olp.translate.link import link
-from olp.translate.work import Context
-from olp.vendors.urscript.write_values import Words
-from olp.vendors.urscript.writer import write
+from olp.languages.templating import shipped
+from olp.languages.vendors.urscript.writer import UrscriptWriter, write
+from olp.robots.geometry import rotation_from_angles
+from olp.robots.robot import load_robot
+from olp.runtime.plan import PATHS, Plan, StepKind
+from olp.transpile.context import Context
+from olp.transpile.convert import convert
+from olp.transpile.export import export
+from olp.transpile.link import link
 
 SAMPLES = File(__file__).resolve().parent.parent / "samples" / "urscript"
 DEG = math.pi / 180.0
@@ -330,7 +329,7 @@ def test_values_are_those_of_the_other_language(expression: Expression, number: 
             0,
             "numbers",
             "integer",
-            olp.expression.RecordLiteral("list", tuple(("", Number(v)) for v in (7, 8, 9))),
+            olp.ir.expressions.RecordLiteral("list", tuple(("", Number(v)) for v in (7, 8, 9))),
         ),
     )
     text = foreign(Dwell(1, Quantity(expression, 1.0)), data=data)
@@ -431,7 +430,7 @@ def test_what_urscript_cannot_say_is_refused_with_its_reason(statement: Statemen
 
 
 def test_numbers_keep_their_digits() -> None:
-    words = Words(own=True)
+    words = UrscriptWriter(read("def p():\nend\n"))
     for value in (0.1, 1e-05, -0.0, 1.3962634015954636, 7, -3):
         assert float(words.value(Number(value))) == value
 

@@ -10,11 +10,11 @@ from handling_sample import SAMPLES, check_damage, check_plan, check_whole
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.expression import FrameRef, Named, Number, PositionLiteral, Signal, Text
-from olp.program import Declare, Move, Program, SpeedUnit
-from olp.reading import read_source
-from olp.source import decode
-from olp.units import mm
+from olp.core.source import decode
+from olp.core.units import mm
+from olp.fluent import read_source
+from olp.ir.expressions import FrameRef, Named, Number, PositionLiteral, Signal, Text
+from olp.ir.program import Declare, Move, Program, SpeedUnit
 
 FOLDER = SAMPLES / "val3"
 DATA = """<Database><Datas>

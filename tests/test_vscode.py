@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from olp.batch import Job
-from olp.language.settings import settings_of
-from olp.vendors.vendor import find_vendor
-from olp.version import __version__
+from olp.core.version import __version__
+from olp.languages.vendor import find_vendor
+from olp.reports.batch import Job
+from olp.servers.language.settings import settings_of
 
 HOST = Path(__file__).parent.parent / "hosts" / "vscode"
 MANIFEST = json.loads((HOST / "package.json").read_text(encoding="utf-8"))
@@ -58,3 +58,32 @@ def test_the_extension_is_of_olps_version_and_locks_no_address_of_a_machine() ->
     lock = (HOST / "package-lock.json").read_text(encoding="utf-8")
     assert not re.search(r'"resolved": "(?!https://registry\.npmjs\.org/)', lock)
     assert json.loads(lock)["version"] == __version__
+
+
+def converted(folder: Path, job: str, *options: str) -> subprocess.CompletedProcess[str]:
+    """What the command "Convert to Another Robot" gets from olp, in the words of src/commands.ts."""
+    path = HOST.parent.parent / "samples" / "inform" / "palletising" / job
+    command = [sys.executable, "-m", "olp", "convert", str(path), "--to", "krl", "-o", str(folder)]
+    return subprocess.run([*command, *options], capture_output=True, text=True, check=False)
+
+
+def test_what_the_extension_looks_for_in_a_refusal_is_what_olp_says(tmp_path: Path) -> None:
+    source = (HOST / "src" / "commands.ts").read_text(encoding="utf-8")
+    (offer,) = re.findall(r'told\.includes\("(.+?)"\)', source)
+    (loss,) = re.findall(r"told\.match\(/(.+?)/gm\)", source)
+    refused = converted(tmp_path, "PICK.JBI", "--robot", "yaskawa/ar2010")
+    assert refused.returncode == 2
+    assert offer in refused.stderr
+    lost = re.findall(loss, refused.stderr, re.M)
+    receipt = tmp_path / "receipt.json"
+    options = ("--robot", "yaskawa/ar2010", *offer.split(), "--receipt", str(receipt))
+    written = converted(tmp_path / "krl", "PICK.JBI", *options)
+    assert written.returncode < 2, written.stderr
+    fates = [each["fate"] for each in json.loads(receipt.read_text())["losses"]]
+    assert len(lost) == fates.count("commented") > 0
+
+
+def test_the_receipt_begins_as_the_test_in_the_editor_takes_it_from_olp(tmp_path: Path) -> None:
+    said = converted(tmp_path / "krl", "MAIN.JBI", "--robot", "yaskawa/ar2010", "--on-loss", "comment")
+    assert re.match(r"\d+ statements: ", said.stdout.splitlines()[1])
+    assert "MAIN.src" in {path.name for path in (tmp_path / "krl").iterdir()}

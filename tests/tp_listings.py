@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from olp.program import Program
-from olp.reading import read_source
-from olp.source import decode
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import Program
 
 HEAD = """/PROG  PART
 /ATTR

@@ -9,7 +9,9 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 
 import olp
-from olp.expression import (
+from olp.core.source import decode
+from olp.fluent import Program
+from olp.ir.expressions import (
     Binary,
     Compare,
     Function,
@@ -21,9 +23,8 @@ from olp.expression import (
     Signal,
     State,
 )
-from olp.plan import Plan
-from olp.points import PointTable
-from olp.program import (
+from olp.ir.points import PointTable
+from olp.ir.program import (
     Assign,
     Blend,
     BlendKind,
@@ -45,7 +46,6 @@ from olp.program import (
     Move,
     Next,
     Path,
-    Program,
     Return,
     Routine,
     SetOutput,
@@ -55,14 +55,15 @@ from olp.program import (
     Wait,
     While,
 )
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.compare import compare_plans, steps_of
-from olp.translate.convert import convert
-from olp.translate.link import link
+from olp.runtime.plan import Plan
+from olp.transpile import Context
+from olp.transpile.compare import compare_plans, steps_of
+from olp.transpile.convert import convert
+from olp.transpile.export import writable
+from olp.transpile.link import link
 
 MM, PERCENT = 0.001, 0.01
-VENDORS = ("inform", "krl", "rapid", "tp", "urscript")
+VENDORS = writable()
 STOP = Blend(BlendKind.RADIUS, Quantity(Number(0), MM))
 
 

@@ -1,11 +1,11 @@
 """Short programs as text, and what `convert` makes of them."""
 
-from olp.reading import read_source
-from olp.robot import load_robot
-from olp.source import decode
-from olp.translate import Context
-from olp.translate.convert import convert, run_converted
-from olp.translate.link import link
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.robots.robot import load_robot
+from olp.transpile import Context
+from olp.transpile.convert import convert, run_converted
+from olp.transpile.link import link
 
 ROBOT = load_robot("yaskawa/gp25")
 NAMES = {

@@ -67,8 +67,8 @@ FAULTS: Final = (
     Fault("write_moves.py", '("VJ", 2)', '("VJ", 0)', "VJ= written without decimals"),
     Fault(
         "write_moves.py",
-        'Path.CIRCULAR: "C", Path.SPLINE: "S"',
-        'Path.CIRCULAR: "S", Path.SPLINE: "C"',
+        'Path.CIRCULAR: "C", st.Path.SPLINE: "S"',
+        'Path.CIRCULAR: "S", st.Path.SPLINE: "C"',
         "MOVC and MOVS swapped",
     ),
     Fault("write_moves.py", 'found.append(f"ACC={', 'found.append(f"DEC={', "ACC= written as DEC="),
@@ -93,27 +93,25 @@ FAULTS: Final = (
         "filled = (0,) * 6",
         "arm configuration lost on the way from another language",
     ),
+    Fault("write_values.py", 'states = ("OFF", "ON")', 'states = ("ON", "OFF")', "outputs inverted"),
     Fault(
-        "write_values.py", 'return "ON" if on else "OFF"', 'return "OFF" if on else "ON"', "outputs inverted"
-    ),
-    Fault(
-        "write_statements.py",
-        "TO {stop}{step}",
+        "writer.py",
+        "TO {stop}{step: STEP= {}}",
         "TO {stop}",
         "STEP of FOR not written",
     ),
     Fault(
-        "write_statements.py",
+        "writer.py",
         'time = "" if s.timeout is None else f" T=',
         'time = "" if s.timeout is not None else f" T=',
         "the limit of WAIT not written",
     ),
     Fault(
-        "write_statements.py",
-        'Default: lambda _, s: "DEFAULT"',
-        'Default: lambda _, s: "ENDSWITCH"',
+        "writer.py",
+        'st.Default: "DEFAULT"',
+        'st.Default: "ENDSWITCH"',
         "cases without a default",
     ),
-    Fault("writer.py", 'text = f"{text}  //{comment}"', "pass", "comments dropped"),
+    Fault("writer.py", 'comment_form = "  //{}"', 'comment_form = ""', "comments dropped"),
     Fault("__init__.py", 'name = "inform"', 'name = "inform"\n    newline = "\\n"', "line ends LF"),
 )

@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from olp.diagnostic import Diagnostic, OlpError, Span, error
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 
 Table = Mapping[str, Any]
 

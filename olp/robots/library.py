@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from olp.diagnostic import Diagnostic, OlpError, error
+from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.robots.model import PulseFit, Robot
 from olp.robots.reader import read_robot
 

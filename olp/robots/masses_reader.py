@@ -7,9 +7,9 @@ from typing import Final, TypeVar, cast
 
 import numpy as np
 
+from olp.core.units import mm
 from olp.robots.document import Document, Table
 from olp.robots.masses import NO_INERTIA, Body, Drive, Dynamics, Inertia, Vector
-from olp.units import mm
 
 T = TypeVar("T")
 _BODY_KEYS: Final = ("axis", "mass_kg", "centre_mm", "inertia_kg_m2")

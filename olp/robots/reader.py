@@ -6,12 +6,12 @@ import math
 from pathlib import Path
 from typing import Final, Literal, cast
 
-from olp.diagnostic import raise_errors
+from olp.core.diagnostic import raise_errors
+from olp.core.units import deg, mm, ms
 from olp.robots.document import Document, Table
 from olp.robots.masses_reader import read_dynamics
 from olp.robots.model import FLANGE_AT_ZERO, Axis, Geometry, Joint, Kind, Links, Robot, Vector
 from olp.robots.sources import check_sources, read_sources
-from olp.units import deg, mm, ms
 
 _KINDS: Final = ("arm", "positioner", "track")
 _ROOT_KEYS: Final = (

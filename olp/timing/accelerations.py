@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.plan import Plan
+from olp.robots.times_to_speed import times_to_speed
+from olp.runtime.plan import Plan
 
 if TYPE_CHECKING:
-    from olp.acceleration import AccelerationLaw
-    from olp.robot import Robot
+    from olp.robots.robot import Robot
+    from olp.timing.acceleration import AccelerationLaw
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 # Used where the robot file says nothing; each use is reported as an assumption.
 DEFAULT_LINEAR_ACCELERATION = 3.05  # [m/s²] MA2010 on a DX200, five corner runs at 50 to 800 mm/s
-DEFAULT_ACCELERATION_TIME = 0.3  # [s] to rated axis speed: middle of the times in five published backups
 _SAMPLES = 9  # of a line: the slope at an end comes from the three next to it
 _STEEP = (
     50.0  # [rad/m] an axis that turns more than this is near a singularity, where no slope is worth using
@@ -44,15 +44,21 @@ class Limits:
 
 
 def constant_axes(robot: Robot, limits: Limits) -> Floats:
-    """(k,) [rad/s² | m/s²] of the robot file, or a usual time to rated speed (reported)."""
+    """(k,) [rad/s² | m/s²] of the robot file, or what arms of its class need to rated speed (reported)."""
     given = robot.accelerations
     unknown = np.isnan(given)
     if not unknown.any():
         return given
-    limits.report(
-        f"accelerations of some axes of {robot.name} are not known: {DEFAULT_ACCELERATION_TIME:g} s to rated speed"
+    known = times_to_speed(robot)
+    times = ", ".join(
+        f"{axis} {time:.2f} s"
+        for axis, time, use in zip(robot.axis_names, known.median, unknown, strict=True)
+        if use
     )
-    return np.where(unknown, robot.speeds / DEFAULT_ACCELERATION_TIME, given)
+    limits.report(
+        f"accelerations of some axes of {robot.name} are not known: to rated speed as arms of its class ({times})"
+    )
+    return np.where(unknown, robot.speeds / known.median, given)
 
 
 def of_axes(plan: Plan, robot: Robot, rows: Rows, fraction: Floats, limits: Limits) -> tuple[Floats, Floats]:
@@ -80,7 +86,7 @@ def _by_torque(
     robot: Robot, start: Floats, target: Floats, fraction: Floats, limits: Limits
 ) -> tuple[Floats, Floats]:
     """All axes at once and at speed; nan where the move cannot be made with these torques, or is none."""
-    from olp.acceleration.torque import of_moves
+    from olp.timing.acceleration.torque import of_moves
 
     change = np.abs(target - start)
     up, down = np.full_like(change, np.nan), np.full_like(change, np.nan)
@@ -141,7 +147,7 @@ def _seconds(law: AccelerationLaw, robot: Robot) -> float:
 
 def _by_slope(plan: Plan, robot: Robot, rows: Rows, limits: Limits) -> tuple[Floats, Floats]:
     """What the axes allow at both ends of each row [m/s²] (n,); inf where it cannot be told."""
-    from olp.retiming.sampling import measure, sample
+    from olp.timing.retiming.sampling import measure, sample
 
     up, down = np.full(len(rows), np.inf), np.full(len(rows), np.inf)
     if robot.geometry is None or robot.geometry.links is None:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.effects import Effects
-from olp.plan import Plan, StepKind
+from olp.robots.controller_effects import Effects
+from olp.runtime.plan import Plan, StepKind
 
 Floats = NDArray[np.float64]
 _ROUNDING = 1e-9  # of a cycle: a motion that ends this little after a cycle ended with it

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from olp.diagnostic import Diagnostic, Span, info
+from olp.core.diagnostic import Diagnostic, Span, info
 from olp.timing.result import Timing
 
 

@@ -1,72 +1,297 @@
-"""Corners of laws that replace the ends of two moves by a piece of its own: radii, and the zones of most makers."""
+"""The pieces of motion at corners that are not stopped at: how one row fades out while the next one fades in.
+
+Through a corner both rows move the tool at once and their displacements add. Of each corner two functions of time say
+all: how far the row before still gets (`fall`) and how far the row after has got (`rise`). The one begins with the
+speed at which its row enters the corner and ends at rest, the other one begins at rest and ends with the speed at
+which its row goes on: so position and speed have no jump, whatever the rows are (lines, arcs, joint moves).
+
+Two kinds. *Faded*, as measured on position levels and on moves without any (olp/timing/blending/yaskawa.py,
+acceleration_filter.py): speed falls and rises evenly, the middle of the rise `shift` before that of the fall, which
+is what the corner saves. The ramps last as long as the acceleration needs; where the moves leave no room for that,
+first the shift shrinks and then the speed. *Replaced*, all other laws: the law's own shape.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.blending import Corners, load_law
-from olp.interpreter.paths import point_on_arc, point_on_parabola
-from olp.plan import PATHS, BlendCode, Plan
-from olp.program import Path
-from olp.timing.demand import Demand
+from olp.ir.program import Path
+from olp.runtime.paths import point_on_arc, point_on_parabola
+from olp.runtime.plan import PATHS, BlendCode, Plan
+from olp.timing.blending import Corners, load_law
+from olp.timing.blending.law import BlendingLaw
+from olp.timing.demand import Demand, turn_limits
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 _RADIUS_LAW = "radius"
+_JOINT = PATHS.index(Path.JOINT)
 _CURVES = ((PATHS.index(Path.CIRCULAR), point_on_arc), (PATHS.index(Path.SPLINE), point_on_parabola))
 _STEP = 1e-4  # of a curve: its chord there is its direction to 1e-4 of what the curve turns
+_BITS = 16  # of a share that is found by halving
 _NEAR_REST = 1e-6  # [m/s] slower is standing
 
 
-def round_corners(
-    plan: Plan,
-    wanted: Demand,
-    before: Rows,
-    after: Rows,
-    rounded: NDArray[np.bool_],
-    speed: Floats,
-    trim: Floats,
-) -> Floats:
-    """[s] that the corners between rows `before` and `after` (n,) take where `rounded`, 0 elsewhere.
+class Speeds(NamedTuple):
+    """[m/s] (n,) at which corners are entered and left; along the row before, and along the row after."""
 
-    Lowers `speed` (n,) [m/s] to what the corner is passed at and adds what is cut off each row to `trim` (m,) [m]. A
-    corner is entered and left at the same speed, the lower one of its law. Where the law leaves a stop, `speed` is 0.
+    entry: Floats
+    exit: Floats
+
+
+class Shape(NamedTuple):
+    """Corners of one law, at the ends of `rows` (n,), ascending."""
+
+    law: BlendingLaw
+    corners: Corners
+    rows: Rows
+
+
+@dataclass(frozen=True, slots=True)
+class CornerPieces:
+    """The corner at the end of each row of Moves, (m,) each, 0 where there is none.
+
+    `span` [s] from its begin to its end; `lead` [s] of it counts for the row before; `before`, `after` [m] of the row
+    before and of the one after are travelled in it, entered at `entry` and left at `exit` [m/s]. Of faded ones:
+    `fall` and `rise` [s], how long the ramps last, `shift` [s] from the middle of the rise to that of the fall.
     """
-    duration = np.zeros(len(before))
+
+    span: Floats
+    lead: Floats
+    before: Floats
+    after: Floats
+    entry: Floats
+    exit: Floats
+    fall: Floats
+    rise: Floats
+    shift: Floats
+    shapes: list[Shape] = field(default_factory=list)
+
+    @classmethod
+    def none(cls, count: int) -> CornerPieces:
+        """No corner at any of `count` rows."""
+        return cls(*np.zeros((9, count)))
+
+    def add(self, other: CornerPieces) -> None:
+        """Takes in the corners of `other`, which are at other rows."""
+        for name in ("span", "lead", "before", "after", "entry", "exit", "fall", "rise", "shift"):
+            getattr(self, name)[:] += getattr(other, name)
+        self.shapes.extend(other.shapes)
+
+    def falling(self, rows: Rows, time: Floats) -> Floats:
+        """[m] that `rows` (n,) travel in the corners at their ends until `time` (n,) [s] since those began."""
+        middle = self.lead[rows] + self.shift[rows]
+        even = np.minimum(time, middle) + _ramp(time - middle, self.fall[rows], late=True)
+        return self._shaped(rows, time, 0, self.entry[rows] * even)
+
+    def rising(self, rows: Rows, time: Floats) -> Floats:
+        """[m] that the rows after `rows` (n,) travel in the corners between them until `time` (n,) [s]."""
+        since = time - self.lead[rows]
+        even = np.maximum(since, 0.0) + _ramp(since, self.rise[rows])
+        return self._shaped(rows, time, 1, self.exit[rows] * even)
+
+    def _shaped(self, rows: Rows, time: Floats, part: int, even: Floats) -> Floats:
+        """`even` with the corners of other laws in their places; `part`: 0 the row before, 1 the row after."""
+        for law, corners, own in self.shapes:
+            if not len(own):
+                continue
+            at = np.minimum(np.searchsorted(own, rows), len(own) - 1)
+            mine = np.flatnonzero(own[at] == rows)
+            if not len(mine):
+                continue
+            which = at[mine]
+            along = law.position(corners.take(which), time[mine][:, None])[:, 0, part]
+            even[mine] = along + (self.before[rows[mine]] if part == 0 else 0.0)
+        return even
+
+
+def _ramp(since: Floats, width: Floats, late: bool = False) -> Floats:
+    """[s] (n,) by which a speed that changes evenly over `width` [s] is ahead of one that steps in its middle.
+
+    `since` [s] the middle. A rise has begun before; a fall (`late`) too, and is behind by the same.
+    """
+    u = np.maximum(width / 2 - np.abs(since), 0.0)
+    ahead: Floats = np.divide(u * u, 2 * width, out=np.zeros_like(u), where=width > 0)
+    return -ahead if late else ahead
+
+
+def fade(
+    plan: Plan, wanted: Demand, before: Rows, after: Rows, faded: Mask, shift: Floats, speeds: Speeds
+) -> tuple[Speeds, CornerPieces]:
+    """The corners between rows `before` and `after` (n,) where `faded`: speeds that they allow, and their pieces.
+
+    `shift` (n,) [s] is asked for; `speeds` are the most at which they are entered and left.
+    """
+    pieces = CornerPieces.none(len(plan.moves))
+    at = np.flatnonzero(faded & (speeds.entry > 0) & (speeds.exit > 0))
+    if not len(at):
+        return speeds, pieces
+    one, two = before[at], after[at]
+    room_before, room_after = wanted.length[one] / 2, wanted.length[two] / 2
+    fall_limit, rise_limit = wanted.deceleration[one], wanted.acceleration[two]
+    limit = np.minimum(fall_limit, rise_limit)
+    change = _change_per_speed(plan, wanted, one, two)
+    asked = shift[at]
+    with np.errstate(divide="ignore"):
+        most = np.sqrt(2 * np.minimum(room_before, room_after) / change)
+    both = np.minimum(np.minimum(speeds.entry[at], speeds.exit[at]), most)
+
+    apart = asked > 0
+    joint = plan.moves.path == _JOINT
+    mixed = joint[one] != joint[two]  # limits of axes and of the tool: each ramp keeps that of its own row
+
+    def ramp(entry: Floats, leave: Floats) -> Floats:
+        """[s] How long speeds change: ramps that do not coincide have nothing to cancel against."""
+        together = np.abs(entry - leave) / limit + np.minimum(entry, leave) * change
+        alone = np.maximum(entry / fall_limit, leave / rise_limit)
+        return np.where(mixed, alone, np.where(apart, np.maximum(alone, together), together))
+
+    def speeds_at(share: Floats) -> tuple[Floats, Floats]:
+        level = both + share * (np.maximum(speeds.entry[at], speeds.exit[at]) - both)
+        return np.minimum(speeds.entry[at], level), np.minimum(speeds.exit[at], level)
+
+    share = np.zeros(len(at))
+    for bit in range(1, _BITS + 1):  # how far the faster row may be above what both can, by halving
+        more = share + 0.5**bit
+        entry, leave = speeds_at(more)
+        last = ramp(entry, leave)
+        fits = entry * (asked + np.maximum(asked, last / 2)) <= room_before
+        share = np.where(fits & (leave * (asked + last / 2) <= room_after), more, share)
+    entry, leave = speeds_at(np.where(share > 1 - 2 * 0.5**_BITS, 1.0, share))
+    fall = ramp(entry, leave)
+    room = np.minimum(
+        np.minimum(room_before / entry, room_after / leave) - fall / 2, room_before / (2 * entry)
+    )
+    moved = np.clip(np.minimum(asked, room), 0.0, None)
+    apart = apart & (moved > 0)
+    fall = ramp(entry, leave)
+    rise = np.maximum(fall, 2 * moved)
+    lead = np.maximum(fall / 2 - moved, rise / 2)  # from the begin to the middle of the rise
+    trail = np.maximum(rise / 2, moved + fall / 2)
+    for values, told in (
+        (pieces.span, lead + trail), (pieces.lead, lead), (pieces.before, entry * (lead + moved)),
+        (pieces.after, leave * trail), (pieces.entry, entry), (pieces.exit, leave), (pieces.fall, fall),
+        (pieces.rise, rise), (pieces.shift, moved),
+    ):  # fmt: skip
+        values[one] = told
+    lowered = Speeds(speeds.entry.copy(), speeds.exit.copy())
+    lowered.entry[at], lowered.exit[at] = entry, leave
+    return lowered, pieces
+
+
+def replace_ends(
+    plan: Plan, wanted: Demand, before: Rows, after: Rows, replaced: Mask, speeds: Speeds
+) -> tuple[Speeds, CornerPieces]:
+    """The corners of other laws where `replaced` (n,): speeds that they allow, at most `speeds`, and their pieces.
+
+    Where the law leaves a stop they are 0.
+    """
+    pieces = CornerPieces.none(len(plan.moves))
+    lowered = Speeds(speeds.entry.copy(), speeds.exit.copy())
     radius = plan.moves.blend_code[before] == BlendCode.RADIUS
-    for name, at in ((_RADIUS_LAW, rounded & radius), (plan.zone_law, rounded & ~radius)):
-        rows = np.flatnonzero(at)
+    for name, at in ((_RADIUS_LAW, replaced & radius), (plan.zone_law, replaced & ~radius)):
+        rows = np.flatnonzero(at & (speeds.entry > 0) & (speeds.exit > 0))
         if not len(rows):
             continue
         one, two = before[rows], after[rows]
         corners = Corners.of(
             wanted.length[one],
             wanted.length[two],
-            wanted.speed[one],
-            wanted.speed[two],
+            speeds.entry[rows],
+            speeds.exit[rows],
             _turns(plan, one, two),
             plan.moves.blend[one],
             wanted.deceleration[one],
             wanted.acceleration[two],
         )
-        passage = load_law(name).passage(corners)
-        pace = np.minimum(np.minimum(passage.speed_in, passage.speed_out), speed[rows])
-        moving = pace > _NEAR_REST
-        speed[rows] = np.where(moving, pace, 0.0)
-        duration[rows] = np.where(moving, passage.duration, 0.0)
-        trim[one] += np.where(moving, passage.trim_before, 0.0)
-        trim[two] += np.where(moving, passage.trim_after, 0.0)
-    return duration
+        law = load_law(name)
+        passage = law.passage(corners)
+        moving = np.minimum(passage.speed_in, passage.speed_out) > _NEAR_REST
+        lowered.entry[rows] = np.where(moving, passage.speed_in, 0.0)
+        lowered.exit[rows] = np.where(moving, passage.speed_out, 0.0)
+        for values, told in (
+            (pieces.span, passage.duration), (pieces.lead, passage.duration), (pieces.before, passage.trim_before),
+            (pieces.after, passage.trim_after), (pieces.entry, passage.speed_in), (pieces.exit, passage.speed_out),
+        ):  # fmt: skip
+            values[one] = np.where(moving, told, 0.0)
+        shaped = np.flatnonzero(moving)
+        pieces.shapes.append(Shape(law, corners.take(shaped), one[shaped]))
+    return lowered, pieces
+
+
+def _change_per_speed(plan: Plan, wanted: Demand, before: Rows, after: Rows) -> Floats:
+    """(n,) [s per m/s] that turning the speed of one row into that of the next takes at the acceleration of both."""
+    lowest = np.minimum(wanted.deceleration[before], wanted.acceleration[after])
+    joint = plan.moves.path == _JOINT
+    change = 1 / lowest
+    lines = np.flatnonzero(~joint[before] & ~joint[after])
+    if len(lines):
+        one, two = before[lines], after[lines]
+        steer = _chord(_direction(plan, one, at_end=True), _direction(plan, two, at_end=False))
+        turned = np.linalg.norm(_turn_rate(plan, wanted, two) - _turn_rate(plan, wanted, one), axis=1)
+        push = turn_limits(plan.robot)[1]
+        change[lines] = np.maximum(
+            np.nan_to_num(steer, nan=2.0) / lowest[lines], np.nan_to_num(turned) / push
+        )
+    both = joint[before] & joint[after]
+    for mechanism in np.unique(plan.moves.mechanism[before[both]]):
+        robot = plan.robots[mechanism]
+        at = np.flatnonzero(both & (plan.moves.mechanism[before] == mechanism))
+        if robot is None:
+            continue
+        one, two = before[at], after[at]
+        first, second = (_axis_rates(plan, wanted, rows, robot.speeds) for rows in (one, two))
+        limit = np.maximum(
+            np.abs(first).max(axis=1) * wanted.deceleration[one],
+            np.abs(second).max(axis=1) * wanted.acceleration[two],
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = np.abs(second - first).max(axis=1) / limit
+        change[at] = np.where(np.isfinite(found), found, change[at])
+    return np.where(change > 1e-9, change, 0.0)
+
+
+def _axis_rates(plan: Plan, wanted: Demand, rows: Rows, speeds: Floats) -> Floats:
+    """(n, k) [1/m] shares of the rated speeds by which the axes turn per length of the row."""
+    axes = plan.positions.axes[:, : len(speeds)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rates: Floats = (axes[plan.moves.target[rows]] - axes[plan.moves.start[rows]]) / (
+            speeds * wanted.length[rows][:, None]
+        )
+    return rates
+
+
+def _turn_rate(plan: Plan, wanted: Demand, rows: Rows) -> Floats:
+    """(n, 3) [rad/m] by which the tool turns about the axes of the base, per length of the row."""
+    turned = plan.positions.quaternion
+    start, target = turned[plan.moves.start[rows]], turned[plan.moves.target[rows]]
+    w, v, x, u = start[:, :1], start[:, 1:], target[:, :1], target[:, 1:]
+    vector = w * u - x * v - np.cross(u, v)  # of target times the inverse of start
+    sine = np.linalg.norm(vector, axis=1, keepdims=True)
+    cosine = x * w + np.sum(u * v, axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, np.abs(cosine)) * np.where(cosine < 0, -1.0, 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate: Floats = np.where(sine > 0, vector / sine, 0.0) * angle / wanted.length[rows][:, None]
+    return rate
 
 
 def _turns(plan: Plan, before: Rows, after: Rows) -> Floats:
     """(n,) [rad] between the end of one row and the begin of the next."""
     first, second = _direction(plan, before, at_end=True), _direction(plan, after, at_end=False)
     # Of unit vectors; exact for small turns too, where arccos loses half of the digits.
-    chord, sum_ = np.linalg.norm(first - second, axis=1), np.linalg.norm(first + second, axis=1)
-    turn: Floats = np.nan_to_num(2.0 * np.arctan2(chord, sum_))
+    turn: Floats = np.nan_to_num(2.0 * np.arctan2(_chord(first, second), _chord(first, -second)))
     return turn
+
+
+def _chord(first: Floats, second: Floats) -> Floats:
+    """(n,) between unit vectors."""
+    chord: Floats = np.linalg.norm(first - second, axis=1)
+    return chord
 
 
 def _direction(plan: Plan, rows: Rows, at_end: bool) -> Floats:

@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnostic import Diagnostic
-from olp.plan import PATHS, Moves, Plan
-from olp.program import Path
-from olp.timing.accelerations import DEFAULT_ACCELERATION_TIME, Limits, of_axes, of_lines
+from olp.core.diagnostic import Diagnostic
+from olp.core.units import deg
+from olp.ir.program import Path
+from olp.robots.times_to_speed import times_to_speed
+from olp.runtime.plan import PATHS, Moves, Plan
+from olp.timing.accelerations import Limits, of_axes, of_lines
 from olp.timing.slowing import slow_down
-from olp.units import deg
 
 if TYPE_CHECKING:
-    from olp.robot import Robot
+    from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]
 _JOINT = PATHS.index(Path.JOINT)
@@ -29,6 +30,7 @@ _NOTHING = 1e-9  # [m] or [rad]: below this nothing moves
 DEFAULT_TURN_SPEED = (
     180.0 * deg
 )  # [rad/s] of the tool's orientation; assumed where no robot is known, and reported
+DEFAULT_TURN_ACCELERATION = DEFAULT_TURN_SPEED / 0.3  # [rad/s²] the middle of the wrist axes of known arms
 
 
 @dataclass(slots=True)
@@ -125,12 +127,14 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, ou
 def turn_limits(robot: Robot | None) -> tuple[float, float]:
     """[rad/s], [rad/s²] for reorienting the tool: the slowest wrist axis, as every wrist axis may have to turn it."""
     if robot is None or len(robot.axes) < 6:
-        return DEFAULT_TURN_SPEED, DEFAULT_TURN_SPEED / DEFAULT_ACCELERATION_TIME
+        return DEFAULT_TURN_SPEED, DEFAULT_TURN_ACCELERATION
     wrist = robot.speeds[3:6]
     accelerations = robot.accelerations[3:6]
     known = accelerations[~np.isnan(accelerations)]
     speed = float(wrist.min())
-    return speed, float(known.min()) if len(known) else speed / DEFAULT_ACCELERATION_TIME
+    if len(known):
+        return speed, float(known.min())
+    return speed, float(np.min(wrist / times_to_speed(robot).median[3:6]))
 
 
 def _axes(
@@ -151,7 +155,7 @@ def _axes(
         return
     axes = plan.positions.axes[:, : len(robot.axes)]
     distance = np.abs(axes[moves.target[rows]] - axes[moves.start[rows]])
-    fraction = _fractions(moves, rows, distance, robot)
+    fraction = fractions(moves, rows, distance, robot)
     speed = fraction[:, None] * robot.speeds
     by_axis = ~np.isnan(moves.axis_speed[rows])
     speed[by_axis] = np.minimum(moves.axis_speed[rows][by_axis, None], robot.speeds)
@@ -180,7 +184,7 @@ def _axes(
     out.rule[rows] = first + slowest
 
 
-def _fractions(moves: Moves, rows: NDArray[np.intp], distance: Floats, robot: Robot) -> Floats:
+def fractions(moves: Moves, rows: NDArray[np.intp], distance: Floats, robot: Robot) -> Floats:
     """(n,) of rated speed: as written, or what the tool's or the leading axis' programmed speed asks of the axes."""
     fraction = moves.fraction[rows].copy()
     other = np.isnan(fraction)

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.plan import PATHS, BlendCode, Plan
-from olp.program import Path
+from olp.ir.program import Path
+from olp.runtime.plan import PATHS, BlendCode, Plan
 
 # Groups of a robot file's `inferred`, as its reader would say them, and what makes a time depend on them.
 _OF_JOINT_MOVES = {"speed": "axis speeds", "acceleration": "axis accelerations"}

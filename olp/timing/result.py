@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.diagnostic import Diagnostic
-from olp.motion import Profile
-from olp.plan import Assumption, Plan, StepKind
+from olp.core.diagnostic import Diagnostic
+from olp.runtime.plan import Assumption, Plan, StepKind
+from olp.timing.corners import CornerPieces
+from olp.timing.motion import Profile
 
 if TYPE_CHECKING:
     import pandas
 
-    from olp.timing.signed_interval import Interval
+    from olp.identification.signature.correction_interval import Interval
 
 Floats = NDArray[np.float64]
 
@@ -32,16 +33,48 @@ COLUMNS: tuple[str, ...] = (
 class RowTimes:
     """When each row of the plan's moves runs, (m,) each; what `olp track` and plots need.
 
-    A row's own clock starts `ramp / 2` before the end of the step before it. In its first `ramp` seconds it runs
-    at a growing share of its profile's speed (the corner's overlap), so at time u on its clock the profile
-    stands at u²/(2 ramp), later at u - ramp/2. `rate`: the clock of a mechanism that waits for a slower one.
+    A row is its body, which follows `profile`, between the pieces of it that lie in its corners: on its own clock it
+    begins with the corner at the end of row `previous` (-1: from rest), and ends with that at its own end. The clock
+    starts at `start` and runs at `rate`, below one for a mechanism that waits for a slower one. So each row begins and
+    ends at rest, without a jump, and where rows run at once their displacements add.
     """
 
-    profile: Profile
+    profile: Profile  # of the body
     start: Floats  # [s] from the program's start
-    ramp: Floats  # [s]
     rate: Floats  # [1]
-    length: Floats  # as the profile counts it
+    length: Floats  # [m | rad] corners included
+    corners: CornerPieces
+    previous: NDArray[np.intp]
+
+    @property
+    def entry(self) -> Floats:
+        """[s] on each row's clock until its body begins."""
+        spans: Floats = np.where(self.previous >= 0, self.corners.span[self.previous], 0.0)
+        return spans
+
+    def fraction(self, rows: NDArray[np.intp], time: Floats) -> Floats:
+        """(n,) 0 to 1: how much of its path each of `rows` (n,) has behind it at `time` (n,) [s]."""
+        u = np.maximum((time - self.start[rows]) * self.rate[rows], 0.0)
+        entry, body = self.entry[rows], self.profile.duration[rows]
+        done = np.where(u > entry, self.profile.take(rows).position(np.maximum(u - entry, 0.0)), 0.0)
+        previous = self.previous[rows]
+        for at, piece, row, since in (
+            (previous >= 0, self.corners.rising, previous, np.minimum(u, entry)),
+            (
+                u > entry + body,
+                self.corners.falling,
+                rows,
+                np.minimum(u - entry - body, self.corners.span[rows]),
+            ),
+        ):
+            which = np.flatnonzero(at & (self.corners.span[row] > 0))
+            if len(which):
+                done[which] += piece(row[which], since[which])
+        length = self.length[rows]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.clip(np.nan_to_num(done / length), 0.0, 1.0)
+        result: Floats = np.where(length > 0, share, (u > 0).astype(float))
+        return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +101,10 @@ class Timing:
     angle_deg: Floats
     assumptions: tuple[Assumption, ...]
     diagnostics: tuple[Diagnostic, ...]
-    interval: Interval | None = None  # with a signature: see olp/timing/signed.py
+    expected: tuple[float, float] | None = (
+        None  # [s] ends of the total's 95 % interval before anything was recorded
+    )
+    interval: Interval | None = None  # with a signature: see olp/identification/signature/correction.py
 
     @property
     def low_s(self) -> float | None:
@@ -79,6 +115,16 @@ class Timing:
     def high_s(self) -> float | None:
         """[s] The upper end."""
         return None if self.interval is None else self.interval.total_high
+
+    @property
+    def expected_low_s(self) -> float | None:
+        """[s] The lower end of the interval by what is known of such arms; None with a signature."""
+        return None if self.expected is None else self.expected[0]
+
+    @property
+    def expected_high_s(self) -> float | None:
+        """[s] The upper end."""
+        return None if self.expected is None else self.expected[1]
 
     @property
     def columns(self) -> tuple[str, ...]:

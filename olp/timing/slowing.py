@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from olp.diagnostic import Diagnostic
-from olp.plan import Plan
+from olp.core.diagnostic import Diagnostic
+from olp.runtime.plan import Plan
 
 if TYPE_CHECKING:
     from olp.timing.accelerations import Limits
@@ -19,7 +19,7 @@ def slow_down(plan: Plan, limits: Limits, out: Demand, names: list[str]) -> tupl
 
     A row keeps one speed: the mean one of a run that slows down only where the axis asks for it.
     """
-    from olp.retiming import along_path
+    from olp.timing.retiming import along_path
 
     found = along_path(plan, out.speed, out.acceleration)
     for says in found.assumptions:

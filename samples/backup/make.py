@@ -45,7 +45,7 @@ STATION = {
     "times": (710, 530),
     "zones": (0,) * 8,
 }
-# The first slots of each list, as olp/backup/parameters.py explains them.
+# The first slots of each list, as olp/robots/backup/parameters.py explains them.
 DX = {
     "values": 1700,
     "upper": 924,

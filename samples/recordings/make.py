@@ -13,9 +13,9 @@ import numpy as np
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent.parent))
 
-from olp.batch import Job, plan_and_time  # noqa: E402
-from olp.track import track  # noqa: E402
-from olp.units import deg  # noqa: E402
+from olp.core.units import deg  # noqa: E402
+from olp.reports.batch import Job, plan_and_time  # noqa: E402
+from olp.timing.track import track  # noqa: E402
 
 JOB = HERE.parent / "inform/generations/dx200.jbi"
 PERIOD = 0.012  # [s]

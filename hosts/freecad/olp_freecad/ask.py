@@ -105,7 +105,7 @@ def _candidates(chosen: str) -> list[tuple[str, str]]:
 
 def _has_olp(python: str, root: str) -> bool:
     try:
-        return _run([python, "-c", "import olp, olp.edit, numpy, pandas"], root).returncode == 0
+        return _run([python, "-c", "import olp, olp.checks.edit, numpy, pandas"], root).returncode == 0
     except (OSError, OlpError):
         return False
 

@@ -13,22 +13,22 @@ from typing import Any
 
 import numpy as np
 
-from olp.batch import Job, plan_and_time, time_program
-from olp.diagnostic import Diagnostic, OlpError
-from olp.edit import ChangeSpeed, PlacePoint, edited, speeds
-from olp.files import write_output
-from olp.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion
-from olp.kinematics import forward
-from olp.moves import Move, Path, SpeedUnit
-from olp.placing import Visit, visits
-from olp.plan import PATHS, StepKind
-from olp.points import PointKind
-from olp.program import Program
-from olp.reading import read
-from olp.timing import Timing
-from olp.track import states
-from olp.units import deg, mm, percent
-from olp.written import WrittenPoint, written_points
+from olp.checks.edit import ChangeSpeed, PlacePoint, edited, speeds
+from olp.checks.touch_up import Visit, visits
+from olp.core.diagnostic import Diagnostic, OlpError
+from olp.core.files import write_output
+from olp.core.units import deg, mm, percent
+from olp.fluent import read
+from olp.ir.moves import Move, Path, SpeedUnit
+from olp.ir.points import PointKind
+from olp.ir.program import Program
+from olp.languages.literals import WrittenPoint, written_points
+from olp.reports.batch import Job, plan_and_time, time_program
+from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion
+from olp.robots.kinematics import forward
+from olp.runtime.plan import PATHS, StepKind
+from olp.timing.timing import Timing
+from olp.timing.track import states
 
 _ON_LINE, _ON_CURVE = 10, 20  # pieces of a move that are drawn with a colour each
 _MOST_PIECES = 20_000

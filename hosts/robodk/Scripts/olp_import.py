@@ -13,7 +13,7 @@ from olp_station.build import build
 from olp_station.steps import executed
 from robodk.robolink import ITEM_TYPE_ROBOT, Robolink
 
-from olp.diagnostic import OlpError
+from olp.core.diagnostic import OlpError
 
 
 def arguments(words: list[str]) -> argparse.Namespace:

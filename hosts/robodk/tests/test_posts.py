@@ -236,4 +236,5 @@ def test_without_a_robot_each_language_is_written_or_refused_as_the_page_says(ve
         assert text
     else:  # their joint speeds depend on the axes of the robot
         assert text == ""
+        assert "cannot be written without knowing the robot" in made.LOG
         assert "nothing was written" in made.LOG

@@ -6,7 +6,7 @@ import { join, resolve } from "node:path";
 import { chromium } from "playwright-core";
 
 export const hosts = process.env.OLP_HOSTS ?? resolve("../../.hosts");
-const python = process.env.OLP_PYTHON ?? "python3";
+export const python = process.env.OLP_PYTHON ?? "python3";
 const installed = join(hosts, "code-server", "node_modules");
 const node = join(installed, "node", "bin", "node");
 const entry = join(installed, "code-server", "out", "node", "entry.js");

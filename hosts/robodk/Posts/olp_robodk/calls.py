@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from olp.diagnostic import Diagnostic, Span, error, warning
-from olp.expression import FrameRef, Number, PositionLiteral, Quantity, Signal, State, Text, Unary
-from olp.geometry import angles_from_rotation
-from olp.moves import (
+from olp.core.diagnostic import Diagnostic, Span, error, warning
+from olp.core.source import Source
+from olp.ir.expressions import FrameRef, Number, PositionLiteral, Quantity, Signal, State, Text, Unary
+from olp.ir.moves import (
     Acceleration,
     AccelerationUnit,
     Blend,
@@ -28,10 +28,10 @@ from olp.moves import (
     Speed,
     SpeedUnit,
 )
-from olp.points import PointTable
-from olp.program import Program, Routine
-from olp.source import Source
-from olp.statements import Assign, Call, Comment, Dwell, Message, Pause, SetOutput, Wait
+from olp.ir.points import PointTable
+from olp.ir.program import Program, Routine
+from olp.ir.statements import Assign, Call, Comment, Dwell, Message, Pause, SetOutput, Wait
+from olp.robots.geometry import angles_from_rotation
 
 _MM, _DEG = 1e-3, math.pi / 180
 # What is written, and told, where RoboDK sets no speed: slow.

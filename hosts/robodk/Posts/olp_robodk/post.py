@@ -9,12 +9,14 @@ import re
 from pathlib import Path as File
 from typing import Any, ClassVar
 
-from olp.diagnostic import Diagnostic, OlpError
-from olp.moves import Path
-from olp.program import Program
-from olp.robot import Robot
-from olp.translate.convert import Converted, convert, run_converted
-from olp.translate.work import Context
+from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.identification.signature import read_signature
+from olp.ir.moves import Move, Path
+from olp.ir.program import Program
+from olp.robots.robot import Robot
+from olp.timing.timing import time_plan
+from olp.transpile.context import Context
+from olp.transpile.convert import Converted, convert, run_converted
 from olp_robodk.calls import CODE, Calls
 from olp_robodk.robots import robot_named
 
@@ -154,6 +156,8 @@ class Post:
         for loss in converted.translated.losses:
             if loss.fate != "exact":
                 self.addlog(f"{loss.fate}: {self._call(loss.line)}: {loss.says}")
+        if robot is None:
+            self._refuse_lost_moves(converted, program)
         for (kind, old), new in converted.translated.mapping.items():
             if kind in ("signal", "routine") and old.split()[-1] != new.split()[-1]:
                 self.addlog(f"{kind}: {old} is {new} in the program")
@@ -209,13 +213,22 @@ class Post:
             )
         return robot
 
+    def _refuse_lost_moves(self, converted: Converted, program: Program) -> None:
+        """Without its robot a program is written whole, or not at all. Raises OlpError."""
+        moves = {s.line for s in program.statements() if isinstance(s, Move)}
+        lost = sum(loss.leaves_out and loss.line in moves for loss in converted.translated.losses)
+        if lost:
+            says = f"{lost} moves of this program cannot be written without knowing the robot"
+            raise OlpError(error("X012", says, None, help="name the robot in this post: ROBOT"))
+
     def _time(self, converted: Converted, robot: Robot | None, program: Program) -> None:
         """The predicted time of each line of the new program."""
         if robot is None:
             return
         try:
             plan = run_converted(converted, self.VENDOR, robot, program)
-            table = plan.time(signature=self.SIGNATURE or None)
+            signature = read_signature(self.SIGNATURE) if self.SIGNATURE else None
+            table = time_plan(plan, signature=signature).frame()
         except OlpError as refused:
             self.tell(refused.diagnostics)
             return

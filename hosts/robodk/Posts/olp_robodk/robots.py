@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from olp.robot import Robot, load_robot, robot_names
+from olp.robots.robot import Robot, load_robot, robot_names
 
 
 def robot_named(chosen: str, name: str) -> Robot | None:

@@ -9,8 +9,8 @@ import numpy as np
 from robodk.robolink import INSTRUCTION_COMMENT
 from robodk.robomath import Mat
 
-from olp.geometry import rotation_from_quaternion
-from olp.moves import Path
+from olp.ir.moves import Path
+from olp.robots.geometry import rotation_from_quaternion
 from olp_station.steps import Floats, Motion, Run
 
 _MM, _DEG = 1e3, 180 / math.pi

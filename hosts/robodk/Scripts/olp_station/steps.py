@@ -12,16 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 import olp
-from olp.diagnostic import OlpError, error, raise_errors
-from olp.geometry import quaternion_from_rotation, rotation_from_angles, rotation_from_quaternion, slerp
-from olp.kinematics import forward
-from olp.moves import Move, Path
-from olp.plan import PATHS, BlendCode, Plan, StepKind
-from olp.statements import SetOutput
-from olp.thesis import adjusted_acceleration
-from olp.translate.canonical import canonical
-from olp.translate.link import link
-from olp.translate.work import Context
+from olp.core.diagnostic import OlpError, error, raise_errors
+from olp.identification.apostolovic import adjusted_acceleration
+from olp.ir.moves import Move, Path
+from olp.ir.statements import SetOutput
+from olp.robots.geometry import (
+    quaternion_from_rotation,
+    rotation_from_angles,
+    rotation_from_quaternion,
+    slerp,
+)
+from olp.robots.kinematics import forward
+from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
+from olp.transpile.context import Context
+from olp.transpile.link import link
+from olp.transpile.pipeline import canonical
 
 Floats = NDArray[np.float64]
 # Where a rounded corner belongs to two moves at once, a move may be shorter than its length over its speed.

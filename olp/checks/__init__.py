@@ -1,0 +1,1 @@
+"""What must hold of programs: lint, budgets, differences, changes of positions."""

@@ -1,0 +1,6 @@
+"""Two versions of a program: which lines take longer or shorter now, and why. The parts add up to the whole."""
+
+from olp.checks.difference.compare import compare
+from olp.checks.difference.model import Change, Difference
+
+__all__ = ["Change", "Difference", "compare"]

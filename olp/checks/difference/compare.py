@@ -1,0 +1,182 @@
+"""Two timed versions of one program, compared line by line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from olp.checks.difference.align import align
+from olp.checks.difference.model import Cause, Change, Difference
+from olp.checks.difference.rows import Row, rows_of
+from olp.core.units import deg, mm
+from olp.ir.program import Program
+from olp.runtime.plan import BlendCode
+from olp.timing.timing import Timing
+
+_SAME_S = 1e-9  # [s] a smaller change is a rounding
+_SAME_M = 1e-7  # [m]
+_SAME_RAD = 1e-7
+_UNITS = {
+    "fraction": (0.01, "%"),
+    "travel": (mm, "mm/s"),
+    "turn": (deg, "deg/s"),
+    "axis_speed": (deg, "deg/s"),
+    "duration": (1.0, "s"),
+}
+
+
+def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Program]) -> Difference:
+    """What changed from `old` to `new`. The changes' seconds add up to the change of the totals."""
+    before, after = rows_of(old, programs[0]), rows_of(new, programs[1])
+    # A copy under another name is still the same program.
+    names = [_main(program) for program in programs]
+    for row in after:
+        if row.routine == names[1]:
+            row.routine = names[0]
+    pairs = list(align(before, after))
+    own = [_own_cause(a, b) for a, b in pairs]
+    elsewhere = _global_cause(old, new)
+    touched = any(cause is not None for cause, _ in own)
+    changes = [
+        change
+        for (a, b), (cause, details) in zip(pairs, own, strict=True)
+        if (change := _change(a, b, cause, details, elsewhere, touched)) is not None
+    ]
+    notes = (*_left_out("old", old), *_left_out("new", new))
+    return Difference(file, old.total_s, new.total_s, tuple(changes), notes=notes)
+
+
+def _left_out(version: str, timing: Timing) -> Iterator[str]:
+    """What a version's total leaves out."""
+    if timing.untimed:
+        yield f"the {version} version: {timing.untimed} steps cannot be timed"
+    broken = [d for d in timing.diagnostics if d.is_error]
+    if broken:
+        count = "1 error" if len(broken) == 1 else f"{len(broken)} errors"
+        place = f"line {broken[0].line}: " if broken[0].line else ""
+        yield f"the {version} version is timed in part only, {count}: {place}{broken[0].message}"
+
+
+def _main(program: Program) -> str:
+    known = {routine.name for routine in program.routines}
+    return program.main if program.main in known else program.routines[0].name
+
+
+def _change(
+    a: Row | None, b: Row | None, cause: Cause | None, details: str, elsewhere: Cause | None, touched: bool
+) -> Change | None:
+    old_s, new_s = a.seconds if a else 0.0, b.seconds if b else 0.0
+    if cause is None and abs(new_s - old_s) <= _SAME_S:
+        return None
+    if cause is None:
+        cause = elsewhere or (Cause.NEIGHBOUR if touched else Cause.UNKNOWN)
+    row = b or a
+    assert row is not None
+    moved, turned = _moved(a, b)
+    return Change(
+        row.routine,
+        a.line if a else 0,
+        b.line if b else 0,
+        row.text,
+        row.kind,
+        old_s,
+        new_s,
+        cause,
+        details,
+        moved,
+        turned,
+        row.file,
+    )
+
+
+def _moved(a: Row | None, b: Row | None) -> tuple[float, float]:
+    """[mm], [deg] between the two targets; 0 where one is not known."""
+    if a is None or b is None:
+        return 0.0, 0.0
+    distance = float(np.linalg.norm(a.target - b.target))
+    chord = min(float(np.linalg.norm(a.turn - b.turn)), float(np.linalg.norm(a.turn + b.turn)))
+    angle = 4.0 * math.asin(min(chord / 2.0, 1.0)) if math.isfinite(chord) else 0.0
+    return (distance / mm if math.isfinite(distance) else 0.0), angle / deg
+
+
+def _own_cause(a: Row | None, b: Row | None) -> tuple[Cause | None, str]:
+    """What the line itself says differently, None where it says the same."""
+    if a is None or b is None:
+        return (Cause.ADDED if a is None else Cause.REMOVED), ""
+    if a.kind != b.kind:
+        return Cause.PATH, f"{a.kind} → {b.kind}"
+    if a.kind in ("wait", "signal"):
+        return _of_timed(a, b)
+    found = [cause for cause in _of_move(a, b) if cause is not None]
+    if found:
+        return found[0][0], ", ".join(details for _, details in found)
+    if a.count != b.count:
+        return Cause.COUNT, f"{a.count} → {b.count} times"
+    return None, ""
+
+
+def _of_timed(a: Row, b: Row) -> tuple[Cause | None, str]:
+    each = a.seconds / a.count, b.seconds / b.count
+    cause = Cause.WAIT if a.kind == "wait" else Cause.SIGNAL
+    if abs(each[0] - each[1]) > _SAME_S:
+        return cause, f"{each[0]:.3f} → {each[1]:.3f} s"
+    if a.count != b.count:
+        return Cause.COUNT, f"{a.count} → {b.count} times"
+    return (cause, f"{a.text} → {b.text}") if a.text != b.text else (None, "")
+
+
+def _of_move(a: Row, b: Row) -> Iterable[tuple[Cause, str] | None]:
+    for cause, before, after in zip((Cause.TOOL, Cause.FRAME), a.standing, b.standing, strict=True):
+        if before != after and before and after:
+            yield cause, f"{cause} {before} → {after}"
+    yield _point(a, b)
+    yield _stop(a, b)
+    if a.speed != b.speed:
+        yield Cause.SPEED, f"{_speed(a)} → {_speed(b)}"
+    if not np.allclose(a.acceleration, b.acceleration, rtol=1e-12, atol=0.0, equal_nan=True):
+        yield Cause.ACCELERATION, f"{a.acceleration[0]:.0%} → {b.acceleration[0]:.0%}"
+
+
+def _point(a: Row, b: Row) -> tuple[Cause, str] | None:
+    distance, angle = _moved(a, b)
+    via = float(np.nan_to_num(np.linalg.norm(a.via - b.via)))
+    # The point beyond the target that shapes an arc belongs to the next line where arcs are chained.
+    if distance * mm > _SAME_M or angle * deg > _SAME_RAD:
+        return Cause.POINT, f"{distance:.3f} mm, {angle:.3f} deg"
+    if np.isnan(a.target).any() and not np.allclose(a.axes, b.axes, rtol=0.0, atol=1e-9, equal_nan=True):
+        return Cause.POINT, "in joint values"
+    return (Cause.POINT, f"via {via / mm:.3f} mm") if via > _SAME_M and a.text != b.text else None
+
+
+def _stop(a: Row, b: Row) -> tuple[Cause, str] | None:
+    if a.blend == b.blend:
+        return None
+    stops = a.blend[0] == BlendCode.EXACT, b.blend[0] == BlendCode.EXACT
+    details = f"{_blend(a)} → {_blend(b)}"
+    if stops == (False, True):
+        return Cause.STOP, details
+    return (Cause.NO_STOP if stops == (True, False) else Cause.BLEND), details
+
+
+def _blend(row: Row) -> str:
+    code, size = row.blend
+    if code == BlendCode.EXACT:
+        return "stop"
+    return f"{size / mm:g} mm" if size else "no zone"
+
+
+def _speed(row: Row) -> str:
+    name, value = row.speed
+    scale, unit = _UNITS.get(name, (1.0, ""))
+    return f"{value / scale:g} {unit}"
+
+
+def _global_cause(old: Timing, new: Timing) -> Cause | None:
+    """A reason outside of the program's lines: another robot, or other settings."""
+    if old.plan.robots != new.plan.robots:
+        return Cause.ROBOT
+    if old.plan.settings != new.plan.settings or old.model != new.model:
+        return Cause.SETTINGS
+    return None

@@ -1,0 +1,229 @@
+"""Where two versions come from: two files, two folders, or two states of a git repository.
+
+Codes: U001 no such file, folder or revision; U002 git refused; U003 nothing to compare.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import tarfile
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+from olp.checks.difference.compare import compare
+from olp.checks.difference.model import Difference
+from olp.checks.guard.budget import budgets_for
+from olp.checks.guard.judge import judge
+from olp.core.diagnostic import OlpError, error
+from olp.ir.program import Program
+from olp.reports.batch import Job
+from olp.reports.outcome.model import Item, Status
+from olp.timing.timing import Timing
+
+_WORKING_COPY = "."
+_PATIENCE = 120  # [s] for git
+
+
+class Pair(NamedTuple):
+    """One program in both versions; None where it is missing."""
+
+    name: str
+    old: Path | None
+    new: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class Versions:
+    """The programs to compare. `folders`: where each version's called routines and settings are."""
+
+    pairs: tuple[Pair, ...]
+    folders: tuple[Path | None, Path | None] = (None, None)
+
+    def compare(self, pair: Pair, job: Job) -> Difference:
+        """The difference of one program, with what its budgets say of both versions."""
+        old, new = (_timed(path, job, folder) for path, folder in zip(pair[1:], self.folders, strict=True))
+        why = "; ".join(t for t in (old, new) if isinstance(t, str))
+        if why or old is None or new is None or isinstance(old, str) or isinstance(new, str):
+            before, after = (t[0].total_s if isinstance(t, tuple) else None for t in (old, new))
+            return Difference(pair.name, before, after, why=why)
+        found = compare(pair.name, old[0], new[0], (old[1], new[1]))
+        return replace(found, budgets=_budgets(pair, job))
+
+
+def _timed(path: Path | None, job: Job, folder: Path | None) -> tuple[Timing, Program] | str | None:
+    """The timing of one version, None where it is missing, and the reason where it cannot be read."""
+    from olp.languages.read import read
+    from olp.reports.batch import time_program
+
+    if path is None:
+        return None
+    try:
+        program = read(path, encoding=job.encoding)
+        return time_program(program, job, folder), program
+    except OlpError as problem:
+        return problem.diagnostics[0].message
+
+
+def _budgets(pair: Pair, job: Job) -> tuple[Item, ...]:
+    """What the budgets of the new version say of it."""
+    if pair.new is None:
+        return ()
+    own = tuple(b for known in budgets_for(str(pair.new)) for b in known.budgets if b.covers(str(pair.new)))
+    if not own:
+        return ()
+    items = judge(str(pair.new), own, job).items
+    return tuple(replace(item, file=pair.name) for item in items if item.status is not Status.HELD)
+
+
+@contextmanager
+def open_versions(old: str, new: str, paths: Sequence[str] = ()) -> Iterator[Versions]:
+    """The versions that two words name; revisions are laid out in a folder that goes away again.
+
+    Raises OlpError (U001, U002, U003).
+    """
+    a, b = Path(old), Path(new)
+    with tempfile.TemporaryDirectory(prefix="olp-diff-") as folder:
+        if a.exists() and b.exists() and not (_is_revision(old) and not a.is_file() and old != _WORKING_COPY):
+            yield _of_paths(a, b)
+            return
+        first = _laid_out(old, Path(folder) / "old", paths)
+        second = Path.cwd() if new == _WORKING_COPY else _laid_out(new, Path(folder) / "new", paths)
+        yield _of_folders(first, second, paths)
+
+
+def _of_paths(a: Path, b: Path) -> Versions:
+    if a.is_dir() != b.is_dir():
+        raise OlpError(
+            error("U003", "a file and a folder cannot be compared", file=str(b), help="name two of a kind")
+        )
+    if a.is_dir():
+        return _of_folders(a, b, ())
+    # git difftool hands over copies in a temporary folder, and says in BASE whose they are.
+    original = next((os.environ[word] for word in ("MERGED", "BASE") if os.environ.get(word)), "")
+    home = Path(original).parent if original and Path(original).name in (a.name, b.name) else None
+    name = original if home is not None else str(b if b.is_file() else a)
+    # A version that is not there is the null device to git.
+    old, new = (path if path.is_file() else None for path in (a, b))
+    return Versions((Pair(name, old, new),), (_home(a, home), _home(b, home)))
+
+
+def _home(path: Path, home: Path | None) -> Path | None:
+    """Where the routines are that a copy calls: beside the original."""
+    temporary = path.resolve().is_relative_to(Path(tempfile.gettempdir()).resolve())
+    return home if home is not None and temporary else None
+
+
+def _of_folders(a: Path, b: Path, paths: Sequence[str]) -> Versions:
+    from olp.languages.vendor import vendor_suffixes
+
+    suffixes = vendor_suffixes()
+    names = sorted(_programs(a, suffixes, paths) | _programs(b, suffixes, paths))
+    if not names:
+        raise OlpError(
+            error("U003", "no program in either version", file=str(b), help=f"olp reads {' '.join(suffixes)}")
+        )
+    pairs = [Pair(name, _there(a / name), _there(b / name)) for name in names]
+    return Versions(tuple(pair for pair in pairs if not _same(pair)) or tuple(pairs))
+
+
+def _programs(root: Path, suffixes: tuple[str, ...], paths: Sequence[str]) -> set[str]:
+    found = set()
+    wanted = [PurePosixPath(path.replace("\\", "/")) for path in paths]
+    for folder, inner, files in os.walk(root):
+        inner[:] = [name for name in inner if not name.startswith(".")]
+        for name in files:
+            if name.lower().endswith(suffixes):
+                relative = PurePosixPath(Path(folder, name).relative_to(root).as_posix())
+                if not wanted or any(relative.is_relative_to(path) for path in wanted):
+                    found.add(str(relative))
+    return found
+
+
+def _there(path: Path) -> Path | None:
+    return path if path.is_file() else None
+
+
+def _same(pair: Pair) -> bool:
+    """Whether nothing can have changed: the same bytes, and the same files around them."""
+    if pair.old is None or pair.new is None or pair.old.read_bytes() != pair.new.read_bytes():
+        return False
+    return _around(pair.old.parent) == _around(pair.new.parent)
+
+
+def _around(folder: Path) -> dict[str, bytes]:
+    """What stands beside a program, small files only: called routines, tools, settings."""
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file() and p.stat().st_size < 1_000_000}
+
+
+def _is_revision(word: str) -> bool:
+    asked = _git("rev-parse", "--verify", "--quiet", f"{word}^{{commit}}")
+    return asked.returncode == 0
+
+
+def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
+    """The files of a revision in `folder`, and where there the current folder is. Raises OlpError (U001, U002)."""
+    if revision.startswith("-") or not _is_revision(revision):
+        says = f"{revision[:60]!r} is no file, no folder and no git revision"
+        raise OlpError(
+            error("U001", says, help="name two programs, two folders, or revisions such as HEAD~1 HEAD")
+        )
+    folder.mkdir(parents=True)
+    prefix = _words("rev-parse", "--show-prefix").strip()
+    wanted = _wanted(revision, prefix, paths)
+    home = _words("rev-parse", "--show-toplevel").strip()
+    if wanted is None or wanted:
+        # The whole repository, not the current folder: olp.toml may stand above.
+        asked = _git(
+            "--literal-pathspecs", "archive", "--format=tar", revision, "--", *(wanted or ()), cwd=home
+        )
+        if asked.returncode:
+            raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
+        with tarfile.open(fileobj=io.BytesIO(asked.stdout)) as archive:
+            archive.extractall(folder, filter="data")
+    found = folder / prefix
+    found.mkdir(parents=True, exist_ok=True)
+    return found
+
+
+def _wanted(revision: str, prefix: str, paths: Sequence[str]) -> list[str] | None:
+    """What to lay out, as git's root sees it: None for everything.
+
+    Of a file its whole folder, where the routines are that it calls, and settings and robot files wherever they are.
+    """
+    roots = [PurePosixPath(prefix, path.replace("\\", "/")) for path in paths]
+    if not roots or PurePosixPath(".") in roots:
+        return None
+    names = [
+        PurePosixPath(name)
+        for name in _words("ls-tree", "-r", "-z", "--full-tree", "--name-only", revision).split("\0")
+    ]
+    files = set(names)
+    folders = {root.parent if root in files else root for root in roots}
+    if PurePosixPath(".") in folders:
+        return None
+    parents = {parent for name in names for parent in name.parents}
+    return sorted(map(str, folders & parents)) + [str(name) for name in names if name.suffix == ".toml"]
+
+
+def _words(*arguments: str) -> str:
+    """What git answers. Raises OlpError (U002)."""
+    asked = _git(*arguments)
+    if asked.returncode:
+        raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
+    return os.fsdecode(asked.stdout)
+
+
+def _git(*arguments: str, cwd: str | None = None) -> subprocess.CompletedProcess[bytes]:
+    command = ["git", *arguments]
+    try:
+        return subprocess.run(command, cwd=cwd, capture_output=True, timeout=_PATIENCE, check=False)
+    except (OSError, subprocess.SubprocessError) as problem:
+        raise OlpError(
+            error("U002", f"git cannot be run: {problem}", help="install git, or name two folders")
+        ) from None

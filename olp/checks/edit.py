@@ -1,0 +1,259 @@
+"""Changes positions and speeds of a program, and nothing else: all other bytes of its files stay.
+
+A change is made in the text, number by number. The new text is read again, and only when the program it makes is the
+old one but for what was asked is it given back; with points that were placed it also runs.
+
+Codes: O002 no such position, O003 a position written twice, O004 numbers that are none, O005 no speed on this line,
+O006 a speed that cannot be.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from olp.checks.edit_check import check_point, check_same, check_speed
+from olp.checks.touch_up import check_places, placed_values
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
+from olp.ir.moves import Move, SetSpeed, Speed, SpeedUnit
+from olp.ir.program import like
+from olp.languages.literals import Token, WrittenPoint, WrittenSpeed, by_name, language, replaced
+from olp.robots.geometry import Pose
+
+if TYPE_CHECKING:
+    from olp.core.source import Source
+    from olp.ir.program import Program
+    from olp.runtime.plan import Plan
+
+
+@dataclass(frozen=True, slots=True)
+class SetPoint:
+    """`values` as `WrittenPoint.values()`: x y z [m] rx ry rz [rad] in the point's frame, axes [rad], or pulses."""
+
+    name: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlacePoint:
+    """The tool centre point goes to `pose` in the robot's base, wherever the point's own frame stands."""
+
+    name: str
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeSpeed:
+    """`value` in SI of the kind that the line has: m/s, rad/s, s, or a fraction of rated speed."""
+
+    line: int
+    value: float
+
+
+Edit = SetPoint | PlacePoint | ChangeSpeed
+
+
+class Edited(NamedTuple):
+    """The changed program. `sources`: the files that are different now; `lines`: (path, line) of what changed.
+
+    `notes`: what could not be written to the last decimal.
+    """
+
+    program: Program
+    sources: tuple[Source, ...]
+    lines: tuple[tuple[str, int], ...]
+    notes: tuple[Diagnostic, ...] = ()
+
+
+class SpokenSpeed(NamedTuple):
+    """`speed` of the statement on `line`, written on the line `written`: of a move in KRL mostly another one."""
+
+    line: int
+    speed: Speed
+    written: int
+
+
+def speed_of(program: Program, line: int) -> Speed | None:
+    """The speed that `line` would be given by `ChangeSpeed`; None where none is written as a number."""
+    found = _written_speed(program, line)
+    return None if found is None else found[1]
+
+
+def speeds(program: Program) -> list[SpokenSpeed]:
+    """All speeds that `ChangeSpeed` can change, by line. Raises OlpError (O001)."""
+    by_line = _by_line(program)
+    found = ((line, _spelt(program, by_line, line)) for line in sorted(by_line))
+    return [SpokenSpeed(line, one[1], one[0].line) for line, one in found if one is not None]
+
+
+def edited(
+    program: Program,
+    edits: Sequence[Edit],
+    plan: Plan | None = None,
+    replan: Callable[[Program], Plan] | None = None,
+) -> Edited:
+    """The program with all of `edits`. `plan`, `replan`: how it is run, needed to place points (default: plainly).
+
+    Raises OlpError with everything that stands against it; then nothing is changed.
+    """
+    from olp.runtime.interpreter import run as run_program
+
+    run = replan or run_program
+    placed = [one for one in edits if isinstance(one, PlacePoint)]
+    if placed and plan is None:
+        plan = run(program)
+    problems: list[Diagnostic] = []
+    changes: list[_Change] = []
+    for edit in edits:
+        try:
+            changes.append(_change(program, edit, plan))
+        except OlpError as problem:
+            problems.extend(one if one.file else one.at(program.path) for one in problem.diagnostics)
+    raise_errors(problems)
+    texts = {(one.path, token): text for one in changes for token, text in one.texts.items()}
+    old = {one.path: one for one in (program.source, *program.companions)}
+    new = {
+        path: replaced(source, {token: text for (of, token), text in texts.items() if of == path})
+        for path, source in old.items()
+    }
+    result = _reread(program, new)
+    lines = {(path, token.line) for path, token in texts}
+    check_same(program, result, len(lines))
+    # Of two changes of one thing the later one counts.
+    notes = [note for one in {one.what: one for one in changes}.values() for note in _checked(result, one)]
+    if placed and plan is not None:
+        check_places(program, result, {one.name: one.pose for one in placed}, plan, run)
+    different = tuple(one for path, one in new.items() if one.raw != old[path].raw)
+    return Edited(result, different, tuple(sorted(lines)), tuple(notes))
+
+
+class _Change(NamedTuple):
+    """What an edit does to the text. `values`: of a point as asked, or the one number of a speed."""
+
+    what: object
+    path: str
+    texts: dict[Token, str]
+    values: tuple[float, ...]
+    point: WrittenPoint | None = None
+    line: int = 0
+
+
+def _change(program: Program, edit: Edit, plan: Plan | None) -> _Change:
+    if isinstance(edit, ChangeSpeed):
+        return _respelt_speed(program, edit)
+    point = _point(program, edit.name)
+    if isinstance(edit, PlacePoint):
+        assert plan is not None
+        values = placed_values(program, point, edit.pose, plan)
+    else:
+        values = edit.values
+    if len(values) != len(point.values()) or not all(map(math.isfinite, values)):
+        raise OlpError(
+            error(
+                "O004",
+                f"{point.name} needs {len(point.values())} numbers",
+                help="x y z rx ry rz, or the axes",
+            )
+        )
+    return _Change(point.name, point.source.path, point.respelt(values), tuple(values), point)
+
+
+def _checked(program: Program, change: _Change) -> list[Diagnostic]:
+    """Notes on a change in the program that was read again. Raises OlpError where the reader sees another one."""
+    if change.point is not None:
+        check_point(program, change.point, change.values)
+        return []
+    speed = speed_of(program, change.line)
+    said = (
+        math.nan if speed is None or speed.value.literal is None else speed.value.literal / speed.value.scale
+    )
+    return check_speed(program, change.line, change.values[0], said, change.texts)
+
+
+def _point(program: Program, name: str) -> WrittenPoint:
+    known: dict[str, list[WrittenPoint]] = by_name(program)
+    found = known.get(name, [])
+    if len(found) == 1:
+        return found[0]
+    if found:
+        lines = " and ".join(str(one.line) for one in found)
+        raise OlpError(error("O003", f"{name} is written twice, in lines {lines}", Span(found[1].line)))
+    near = difflib.get_close_matches(name, known, 3) or list(known)[:3]
+    raise OlpError(
+        error(
+            "O002",
+            f"no position {name!r} is written out with all of its numbers",
+            help=f"there are {', '.join(near)}" if near else "this program has none that can be changed",
+        )
+    )
+
+
+def _written_speed(program: Program, line: int) -> tuple[WrittenSpeed, Speed] | None:
+    """Where the speed of the statement on `line` stands, and what it is."""
+    return _spelt(program, _by_line(program), line)
+
+
+def _by_line(program: Program) -> dict[int, list[Move | SetSpeed]]:
+    found: dict[int, list[Move | SetSpeed]] = {}
+    for one in program.statements():
+        if isinstance(one, Move | SetSpeed):
+            found.setdefault(one.line, []).append(one)
+    return found
+
+
+def _spelt(
+    program: Program, by_line: Mapping[int, list[Move | SetSpeed]], line: int
+) -> tuple[WrittenSpeed, Speed] | None:
+    for one in by_line.get(line, ()):
+        own = [speed for speed in _speeds(one) if speed.value.literal is not None]
+        for unit in [speed.unit for speed in own] or (SpeedUnit.FRACTION, SpeedUnit.TRAVEL):
+            written = language(program).speed(program, one, unit)
+            said = () if written is None else by_line.get(written.line, ())
+            for speed in (speed for other in said for speed in _speeds(other)):
+                if speed.unit is unit and speed.value.literal is not None:
+                    return written, speed
+    return None
+
+
+def _speeds(statement: Move | SetSpeed) -> tuple[Speed, ...]:
+    if isinstance(statement, SetSpeed):
+        return statement.speeds
+    return () if statement.speed is None else (statement.speed,)
+
+
+def _respelt_speed(program: Program, edit: ChangeSpeed) -> _Change:
+    found = _written_speed(program, edit.line)
+    span = Span(edit.line) if 0 < edit.line <= len(program.source.lines) else None
+    if found is None:
+        raise OlpError(
+            error(
+                "O005",
+                "no speed of this line alone is written as a number",
+                span,
+                source_line=program.source.line(edit.line),
+                help="change the line that sets it, where it may hold for other moves as well",
+            )
+        )
+    written, speed = found
+    highest = 1.0 if speed.unit is SpeedUnit.FRACTION else math.inf
+    if not 0.0 < edit.value <= highest or not math.isfinite(edit.value):
+        most = " and at most 100 %" if highest == 1.0 else ""
+        raise OlpError(error("O006", f"a speed is above zero{most}, not {edit.value:g}", span))
+    number = float(f"{edit.value / speed.value.scale:.9g}")
+    return _Change(written.line, written.source.path, written.respelt(number), (number,), line=edit.line)
+
+
+def _reread(program: Program, sources: Mapping[str, Source]) -> Program:
+    """The program of the new texts; lists that belong to it are taken from `sources`, not from the disk."""
+    from olp.languages.vendor import find_vendor
+
+    source = sources[program.path]
+    companions = tuple(sources[one.path] for one in program.companions)
+    reread = getattr(language(program), "reread", None)
+    if reread is not None:
+        changed: Program = like(reread(source, companions), program)
+        return changed
+    return like(find_vendor(program.vendor).read(source), program)

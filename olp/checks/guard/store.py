@@ -1,0 +1,148 @@
+"""Runs over time in an SQLite file, so that drift is one query.
+
+Tables: `run` (id, started, version, commit_id), `program` (run, path, total_s, motion_s, wait_s, io_s, high_s) and
+`item` (run, path, name, status, seconds, limit_s). Seconds are what was predicted then.
+
+Codes: M004 a file that is no such store.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import subprocess
+from collections.abc import Sequence
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from olp.checks.guard.judge import Judged
+from olp.core.diagnostic import OlpError, error
+
+_MARK = 0x6F6C7073  # SQLite's application_id: "olps"
+_PATIENCE_S = 30.0  # for another olp that writes
+_SCHEMA = """
+create table if not exists run (id integer primary key, started text not null, version text not null,
+                                commit_id text not null);
+create table if not exists program (run integer not null references run, path text not null, total_s real,
+                                    motion_s real, wait_s real, io_s real, high_s real, primary key (run, path));
+create table if not exists item (run integer not null references run, path text not null, name text not null,
+                                 status text not null, seconds real, limit_s real, primary key (run, path, name));
+create index if not exists program_path on program (path);
+"""
+
+
+class Point(NamedTuple):
+    """One program in one run; `total_s` None where it could not be timed."""
+
+    started: str
+    commit: str
+    path: str
+    total_s: float | None
+    motion_s: float
+    wait_s: float
+
+
+def keep(path: Path, results: Sequence[Judged], root: Path) -> None:
+    """Adds a run. Paths are kept as seen from `root`, so that machines agree. Raises OlpError (M004)."""
+    from olp import __version__
+
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    try:
+        with closing(_opened(path)) as store, store:
+            run = store.execute(
+                "insert into run (started, version, commit_id) values (?, ?, ?)",
+                (now, __version__, _commit(root)),
+            ).lastrowid
+            store.executemany(
+                "insert or replace into program values (?, ?, ?, ?, ?, ?, ?)",
+                [
+                    (run, _name(r.path, root), r.total_s, r.motion_s, r.wait_s, r.io_s, r.high_s)
+                    for r in results
+                ],
+            )
+            store.executemany(
+                "insert or replace into item values (?, ?, ?, ?, ?, ?)",
+                [
+                    (run, _name(r.path, root), item.name, str(item.status), item.seconds, item.limit_s)
+                    for r in results
+                    for item in r.items
+                ],
+            )
+    except sqlite3.Error as problem:
+        raise _refused(path, problem) from None
+
+
+def history(path: Path, job: str) -> list[Point]:
+    """All runs that hold a program called `job`: its path, the end of it, or its stem. Raises OlpError (M004)."""
+    if not path.is_file():
+        raise OlpError(
+            error("M004", "no such store", file=str(path), help="olp check --store FILE makes one")
+        )
+    query = (
+        "select started, commit_id, path, total_s, motion_s, wait_s from program join run on run.id = program.run "
+        "order by run.id, path"
+    )
+    try:
+        with closing(_opened(path)) as store:
+            return [Point(*row) for row in store.execute(query) if _means(row[2], job)]
+    except sqlite3.Error as problem:
+        raise _refused(path, problem) from None
+
+
+def check(path: Path) -> None:
+    """Raises OlpError (M004) for a file that cannot be a store, before any work is done for it."""
+    try:
+        _opened(path).close()
+    except sqlite3.Error as problem:
+        raise _refused(path, problem) from None
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    store = sqlite3.connect(path, timeout=_PATIENCE_S)
+    try:
+        mark = store.execute("pragma application_id").fetchone()[0]
+        tables = store.execute("select count(*) from sqlite_master").fetchone()[0]
+        if tables and mark != _MARK:
+            raise sqlite3.DatabaseError("it is another program's database")
+        store.execute(f"pragma application_id = {_MARK}")
+        store.executescript(_SCHEMA)
+    except sqlite3.Error:
+        store.close()
+        raise
+    return store
+
+
+def _means(path: str, job: str) -> bool:
+    wanted, known = job.replace("\\", "/").casefold(), path.casefold()
+    name = known.rpartition("/")[2]
+    return known == wanted or known.endswith("/" + wanted) or name.rpartition(".")[0] == wanted
+
+
+def _name(path: str, root: Path) -> str:
+    try:
+        return Path(path).resolve().relative_to(root.resolve()).as_posix()
+    except ValueError:
+        return Path(path).as_posix()
+
+
+def _commit(root: Path) -> str:
+    """The commit that is checked out, "" where there is none or no git."""
+    try:
+        asked = subprocess.run(
+            ["git", "rev-parse", "--short=12", "HEAD"],
+            cwd=root,
+            capture_output=True,
+            text=True,
+            timeout=10,
+            check=False,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return asked.stdout.strip() if asked.returncode == 0 else ""
+
+
+def _refused(path: Path, problem: sqlite3.Error) -> OlpError:
+    return OlpError(
+        error("M004", f"the store cannot be used: {problem}", file=str(path), help="name another file")
+    )

@@ -1,0 +1,126 @@
+"""W010 and W014: statements that nothing reaches, labels that nothing jumps to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import dropwhile, takewhile
+
+from olp.checks.guard.budget import budgets_for, label_name
+from olp.checks.lint.case import Case, routines
+from olp.checks.lint.rule import Rule, Suggestion
+from olp.ir.program import (
+    Call,
+    Comment,
+    Default,
+    Else,
+    ElseIf,
+    End,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    Jump,
+    Label,
+    Next,
+    Program,
+    Return,
+    Statement,
+    Until,
+)
+from olp.ir.program import (
+    Case as CaseMarker,
+)
+from olp.reports.outcome.model import Finding, Level
+
+# Control arrives at these from elsewhere.
+_ARRIVALS = (Label, Else, ElseIf, EndIf, EndWhile, EndSwitch, CaseMarker, Default, Next, Until, End)
+
+
+class UnreachableCode(Rule):
+    """Statements behind a jump or return that nothing else leads to."""
+
+    code = "W010"
+    title = "unreachable code"
+    why = "The statements never run. Somebody believes they do: a gripper that opens, a check that is made."
+    example = "JUMP *NEXT\nDOUT OT#(3) ON\n*NEXT"
+    better = "remove them, or the jump before them"
+    suggests = True
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        for routine in routines(case):
+            dead = False
+            told = False
+            for statement in routine.body:
+                if isinstance(statement, _ARRIVALS):
+                    dead = told = False
+                if dead and not told and not isinstance(statement, Comment):
+                    told = True
+                    yield self.finding(
+                        case, statement.line, "nothing leads here: these statements never run", "remove them"
+                    )
+                if _leaves(statement):
+                    dead = True
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        for routine in program.routines:
+            dead = [
+                s.line
+                for s in takewhile(
+                    lambda s: not isinstance(s, _ARRIVALS),
+                    dropwhile(lambda s: s.line != found.line, routine.body),
+                )
+            ]
+            if dead:
+                yield found.line, max(dead), "", "remove what never runs"
+                return
+
+
+def _leaves(statement: Statement) -> bool:
+    if isinstance(statement, (Jump, Return)):
+        return statement.condition is None
+    return isinstance(statement, Call) and statement.jump and statement.condition is None
+
+
+class UnusedLabel(Rule):
+    """A label that nothing jumps to."""
+
+    code = "W014"
+    title = "unused label"
+    level = Level.NOTE
+    why = (
+        "Nobody jumps to the label. It is left over, or the jump to it was lost. Labels between which a budget of "
+        "olp.toml counts are used."
+    )
+    example = "*RETRY   and no JUMP *RETRY"
+    better = "remove the label"
+    fixable = True
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        marks = _budget_labels(case.path)
+        for routine in routines(case):
+            if any(isinstance(s, Jump) and not isinstance(s.target, str) for s in routine.body):
+                continue  # a computed jump may lead anywhere
+            wanted = {s.target for s in routine.body if isinstance(s, Jump)}
+            texts = " ".join(case.text(s.line) for s in routine.body if not isinstance(s, Label))
+            for s in routine.body:
+                if not isinstance(s, Label) or s.name in wanted or s.name.casefold() in marks:
+                    continue
+                if re.search(rf"(?<!\w){re.escape(_written(case, s))}(?!\w)", texts) is None:
+                    # A line that holds more than the label, or is numbered, is left to people.
+                    alone = case.text(s.line).strip() in (f"*{s.name}", f"{s.name}:")
+                    fixes = ((s.line, s.line, ""),) if alone else ()
+                    yield self.finding(
+                        case, s.line, f"nothing jumps to {s.name}", "remove the label", fixes=fixes
+                    )
+
+
+def _written(case: Case, label: Label) -> str:
+    """The label with the sign that the language puts in front of it: *NEXT, LBL[7."""
+    text = case.text(label.line)
+    at = text.find(label.name)
+    return text[max(0, at - 1) : at].strip() + label.name if at > 0 else label.name
+
+
+def _budget_labels(path: str) -> set[str]:
+    own = (b for budgets in budgets_for(path) for b in budgets.budgets if b.covers(path))
+    return {label_name(name) for b in own for name in (b.start, b.stop) if name}

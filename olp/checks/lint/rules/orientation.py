@@ -1,0 +1,32 @@
+"""W004: the turn of the tool rules the time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from olp.checks.lint.case import Case
+from olp.checks.lint.rule import Rule
+from olp.reports.outcome.model import Finding
+
+
+class OrientationRules(Rule):
+    """A line that takes as long as its tool needs to turn, not to travel."""
+
+    code = "W004"
+    title = "orientation rules the time"
+    why = (
+        "The tool turns so far on a short way that the wrist decides: the programmed speed is not kept. Often the turn "
+        "comes from one carelessly taught point and belongs into the longer move before or after."
+    )
+    example = "MOVL C00001 V=500.0   40 mm further and 90 deg turned"
+    better = "turn on the long approach"
+
+    def find(self, case: Case) -> Iterator[Finding]:
+        for line, steps in case.lines.items():
+            step = next((s for s in steps if case.turn_rules(s)), None)
+            if step is not None:
+                angle, way = float(case.timing.angle_deg[step]), float(case.timing.distance_mm[step])
+                says = f"the tool turns {angle:.0f} deg on {way:.0f} mm: the turn decides"
+                yield self.finding(
+                    case, line, says, "turn less here, or spread the turn over the moves around"
+                )

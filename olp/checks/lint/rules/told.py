@@ -1,0 +1,91 @@
+"""W003, W005, W006, W009, W011: what running and timing have found already, as rules with a page of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from olp.checks.lint.rule import Suggestion, Told
+from olp.checks.lint.zones import smaller
+from olp.ir.program import Move, Program
+from olp.reports.outcome.model import Finding, Level
+
+
+class LongZone(Told):
+    """A zone longer than one of its moves."""
+
+    code = "W003"
+    title = "zone longer than the move"
+    codes = ("T104",)
+    why = (
+        "Controllers cut a corner's zone to half of the shorter move. The path then depends on points that were never "
+        "meant to shape it, and a change of one of them moves the corner of another. A Universal Robot does not cut: "
+        "it skips a point whose blend meets its neighbour's, so there the two together have to be less than the way "
+        "between them."
+    )
+    example = "MOVL C00001 V=300.0 PL=8\nMOVL C00002 V=300.0   20 mm further"
+    better = "MOVL C00001 V=300.0 PL=1"
+    suggests = True
+
+    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+        moves = [s.line for s in program.statements() if isinstance(s, Move) and s.line <= found.line]
+        # The corner is told at the line whose zone it is, or at the short move behind it.
+        for line in sorted(set(moves), reverse=True)[:2]:
+            for text in smaller(program.vendor, program.source.line(line)):
+                yield line, line, text, "make the zone smaller"
+
+
+class OutsideLimits(Told):
+    """A point that the arm cannot reach, or only beyond its soft limits."""
+
+    code = "W005"
+    title = "point outside limits"
+    level = Level.ERROR
+    codes = ("I004", "L103", "L104")
+    why = (
+        "The arm does not reach the point, or an axis leaves its soft limits on the way: the controller stops with an "
+        "alarm, in the middle of the cycle."
+    )
+    example = "MOVL C00001 V=300.0   with C00001 beyond the reach"
+    better = "teach C00001 within reach"
+
+
+class Singularity(Told):
+    """A path that passes a singularity."""
+
+    code = "W006"
+    title = "singularity passed"
+    codes = ("L105",)
+    why = (
+        "Near a singularity the axes have to turn faster than they can for a slow move of the tool. Controllers slow "
+        "down, leave the path or stop with an alarm, and the time of the line is anybody's guess."
+    )
+    example = "MOVL C00001 V=300.0   with B passing 0 deg"
+    better = "turn the tool a few degrees, or pass the place with MOVJ"
+
+
+class UndefinedPoint(Told):
+    """A move to a point that nobody has taught."""
+
+    code = "W009"
+    title = "undefined point"
+    level = Level.ERROR
+    codes = ("I206", "I209", "P030")
+    maybe = ("I203",)  # a position variable, which another program may set before it calls this one
+    why = (
+        "The controller stops with an alarm at this line, the first time it is reached. Of a position variable that no "
+        "program here sets it is only a note: a caller may set it."
+    )
+    example = "MOVL C00009 V=300.0   without C00009"
+    better = "teach C00009, or correct its number"
+
+
+class MissingJob(Told):
+    """A call of a routine that is not there."""
+
+    code = "W011"
+    title = "missing routine"
+    level = Level.ERROR
+    codes = ("I102",)
+    why = "The routine is not in the file and not beside it: its time is missing, and the controller stops there."
+    example = "CALL JOB:WELD-4   without WELD-4.JBI"
+    better = "put WELD-4.JBI into the folder"

@@ -1,0 +1,34 @@
+"""The argument parser that the commands share. Codes: C001 unknown command, C002 wrong arguments."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from typing import NoReturn
+
+from olp.core.diagnostic import OlpError, error
+
+
+class Parser(ArgumentParser):
+    """An argument parser that answers wrong arguments with a diagnostic like any other bad input."""
+
+    def __init__(self, prog: str, description: str) -> None:
+        # An abbreviation that works today breaks a script on the day a longer option is added.
+        super().__init__(prog=prog, description=description, allow_abbrev=False)
+
+    def error(self, message: str) -> NoReturn:
+        raise OlpError(error("C002", message, help=f"{self.prog} --help lists the arguments"))
+
+    def parse_words(self, words: Sequence[str]) -> Namespace:
+        """The arguments, in any order: options may stand between paths. Raises OlpError (C002)."""
+        try:
+            return self.parse_args(words)
+        except OlpError as problem:
+            # argparse takes paths on both sides of an option only when asked, but then loses the "--" before
+            # paths that begin with "-", and says less of what is missing.
+            if "--" in words:
+                raise
+            try:
+                return self.parse_intermixed_args(words)
+            except OlpError:
+                raise problem from None

@@ -1,0 +1,203 @@
+"""`olp convert`: a program in another robot's language, with a receipt of what was kept and what was changed."""
+
+from __future__ import annotations
+
+import os
+from argparse import ArgumentParser, Namespace
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from olp.cli.time import print_diagnostics
+from olp.core.diagnostic import Diagnostic, OlpError, Severity, error
+from olp.core.files import expand_paths, from_os_error
+
+if TYPE_CHECKING:
+    from olp.transpile.compare import Tolerances
+    from olp.transpile.context import Context
+    from olp.transpile.receipt import Receipt
+
+ACCEPTABLE = ("named", "left-out", "uncompared")
+SUMMARY = "translate a program into another robot's language, with a receipt"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    from olp.transpile.export import writable
+
+    parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
+    parser.add_argument(
+        "--to", required=True, metavar="VENDOR", help=f"the language to write, such as {writable()[1]}"
+    )
+    parser.add_argument(
+        "-o", "--output", required=True, metavar="DIR", help="the folder for the new program's files"
+    )
+    parser.add_argument("--robot", metavar="R", help="the robot that the program was written for")
+    parser.add_argument(
+        "--target-robot", metavar="R", help="the robot that it is written for (default: the same)"
+    )
+    parser.add_argument(
+        "--map", metavar="FILE.toml", help="which tools, frames and signals of the target the source's are"
+    )
+    parser.add_argument("--receipt", metavar="FILE.json", help="write the receipt there, too")
+    parser.add_argument(
+        "--on-loss",
+        choices=("error", "comment"),
+        default="error",
+        help="what becomes of a statement that the target cannot say (default: error)",
+    )
+    parser.add_argument(
+        "--flat",
+        action="store_true",
+        help="write what the program does, move after move, instead of the program",
+    )
+    parser.add_argument(
+        "--accept",
+        action="append",
+        default=[],
+        choices=ACCEPTABLE,
+        help="end with 0 all the same where the runs differ as the receipt names it, where statements are left out, or "
+        "where the runs could not be compared to their end (may be given again)",
+    )
+    parser.add_argument(
+        "--tolerance",
+        action="append",
+        default=[],
+        metavar="WHAT=N",
+        help="what may differ: position, blend [mm], orientation [deg], speed [percent], wait [s]",
+    )
+    parser.add_argument("--encoding", metavar="E", help="of the programs that are read (default: guessed)")
+    parser.add_argument("--to-encoding", metavar="E", help="of the new program (default: the old one's)")
+    parser.add_argument("--force", action="store_true", help="write over files of the folder")
+
+
+def run(args: Namespace) -> int:
+    from olp.core.files import write_output
+    from olp.languages.vendor import vendor_suffixes
+    from olp.transpile.data_only import DATA_ALONE
+    from olp.transpile.export import refuse_unwritable
+    from olp.transpile.receipt_text import as_text
+
+    refuse_unwritable(args.to)
+    context = _context(args)
+    jobs = expand_paths(args.jobs, vendor_suffixes())
+    told: list[Diagnostic] = []
+    alone: list[Diagnostic] = []  # files of data that the target's programs hold
+    files: dict[str, bytes] = {}
+    receipts: list[Receipt] = []
+    for job in jobs:
+        try:
+            found, receipt, notes = _convert(job, context, args)
+        except OlpError as problem:
+            found_wrong = [diagnostic.at(str(job)) for diagnostic in problem.diagnostics]
+            told += [one for one in found_wrong if one.code != DATA_ALONE]
+            alone += [one for one in found_wrong if one.code == DATA_ALONE]
+            continue
+        told += notes
+        for name, data in found.items():
+            if files.setdefault(name, data) != data:
+                told.append(error("C008", f"two programs make the file {name}", file=str(job)))
+        receipts.append(receipt)
+    others = len(alone) < len(jobs)
+    told += [replace(one, severity=Severity.WARNING) if others else one for one in alone]
+    if any(diagnostic.is_error for diagnostic in told):
+        print_diagnostics(told)
+        return 2
+    _write_all(Path(args.output), files, jobs, args.force)
+    if args.receipt:
+        write_output(args.receipt, _document(receipts), inputs=jobs)
+    write_output(None, "\n".join(map(as_text, receipts)).encode())
+    print_diagnostics(told)
+    return 0 if all(receipt.verdict.holds(args.accept) for receipt in receipts) else 1
+
+
+def _context(args: Namespace) -> Context:
+    from olp.robots.robot import load_robot
+    from olp.transpile.context import Context, Mapping
+    from olp.transpile.mapping_reader import read_mapping
+
+    robot = None if args.robot is None else load_robot(args.robot)
+    target = None if args.target_robot is None else load_robot(args.target_robot)
+    mapping = Mapping() if args.map is None else read_mapping(args.map)
+    return Context(robot, target, mapping, args.on_loss, args.flat)
+
+
+def _convert(
+    job: Path, context: Context, args: Namespace
+) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
+    """The files, the receipt, and what the reader has to say."""
+    from olp.languages.read import read
+    from olp.transpile.convert import convert
+    from olp.transpile.link import link
+    from olp.transpile.proof import runs_of
+    from olp.transpile.receipt import receipt_of
+
+    program = read(job, encoding=args.encoding)
+    linked = link(program)
+    try:
+        converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
+    except OlpError as refused:
+        raise OlpError(*map(linked.located, refused.diagnostics)) from None
+    robots = (context.robot, context.target_robot)
+    runs = runs_of(linked.program, converted, args.to, robots)
+    names = tuple(converted.files)
+    receipt = receipt_of(
+        linked, converted.translated, args.to, names, runs, robots, _tolerances(args.tolerance)
+    )
+    return converted.files, receipt, [d.at(str(job)) for d in program.diagnostics if not d.is_error]
+
+
+def _tolerances(given: list[str]) -> Tolerances:
+    """Raises OlpError (C017) for what is no tolerance."""
+    from olp.core.units import deg, mm, percent
+    from olp.transpile.compare import WRITTEN
+
+    units = {"position": mm, "orientation": deg, "speed": percent, "blend": mm, "wait": 1.0}
+    found: dict[str, float] = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            found[{"orientation": "angle"}.get(name, name)] = float(value) * units[name]
+        except (KeyError, ValueError):
+            known = ", ".join(units)
+            raise OlpError(
+                error("C017", f"no tolerance: {text}", help=f"such as --tolerance speed=2, of {known}")
+            ) from None
+    return replace(WRITTEN, **found)
+
+
+def _write_all(folder: Path, files: dict[str, bytes], inputs: list[Path], force: bool) -> None:
+    """All files or none. Raises OlpError for a file that is there already (C009), or that would replace an input."""
+    from olp.core.files import refuse_inputs
+
+    problems = []
+    for name in files:
+        target = folder / name
+        refuse_inputs(target, inputs)
+        if target.exists() and not force:
+            problems.append(
+                error("C009", "this file exists already", file=str(target), help="say --force, or another -o")
+            )
+    if problems:
+        raise OlpError(*problems)
+    written: list[tuple[Path, Path]] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            part = folder / f".{name}.{os.getpid()}.part"
+            written.append((part, folder / name))
+            part.write_bytes(data)
+        for part, target in written:
+            os.replace(part, target)
+    except OSError as problem:
+        for part, _ in written:
+            part.unlink(missing_ok=True)
+        raise OlpError(from_os_error(problem)) from None
+
+
+def _document(receipts: list[Receipt]) -> bytes:
+    import json
+
+    from olp.transpile.receipt import as_json
+
+    rows = [as_json(receipt) for receipt in receipts]
+    return (json.dumps(rows[0] if len(rows) == 1 else rows, indent=2, ensure_ascii=False) + "\n").encode()

@@ -1,0 +1,206 @@
+"""`olp lint`: mistakes in the motion that cost time or safety."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from olp.cli._telling import add_format_arguments, telling
+from olp.core.diagnostic import OlpError, error
+from olp.core.files import expand_paths, write_output
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from olp.checks.lint.fix import Fixed
+    from olp.checks.lint.rule import Rule
+    from olp.checks.lint.run import Linted
+    from olp.checks.lint.settings import Choice
+    from olp.reports.batch import Job
+    from olp.reports.outcome import Finding, Item, Outcome
+
+SUMMARY = "find motion mistakes that cost time or safety"
+_WORTH_WORKERS = 24
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    from olp.cli.time import add_timing_arguments, positive_int
+
+    parser.add_argument(
+        "paths", nargs="*", default=["."], metavar="PATH", help="programs, or folders (default: .)"
+    )
+    add_format_arguments(parser)
+    parser.add_argument(
+        "--select", default="", metavar="CODES", help="only these rules: W001,W01 (default: all)"
+    )
+    parser.add_argument("--ignore", default="", metavar="CODES", help="not these rules")
+    parser.add_argument("--baseline", metavar="FILE", help="findings that are known and excused")
+    parser.add_argument(
+        "--write-baseline", metavar="FILE", help="excuse everything found now, and write it there"
+    )
+    parser.add_argument(
+        "--fail-on",
+        default="warning",
+        choices=("error", "warning", "note"),
+        help="the least level that makes exit status 1 (default: warning)",
+    )
+    parser.add_argument(
+        "--fix", action="store_true", help="change the programs where that alters neither path nor time"
+    )
+    parser.add_argument(
+        "--unsafe-fixes",
+        action="store_true",
+        help="with --fix: change also what alters the motion or its time, as a rounded corner does",
+    )
+    parser.add_argument("--rules", action="store_true", help="list the rules")
+    parser.add_argument(
+        "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
+    )
+    add_timing_arguments(parser)
+
+
+def run(args: Namespace) -> int:
+    from olp.checks.lint.baseline import baseline_text, read_baseline
+    from olp.checks.lint.run import without_known
+    from olp.checks.lint.settings import choice
+    from olp.cli.time import encode, settings_of, with_progress
+    from olp.languages.vendor import vendor_suffixes
+
+    if args.rules:
+        write_output(args.output, encode(_rules(), args.output), inputs=[])
+        return 0
+    if args.unsafe_fixes and not args.fix:
+        raise OlpError(error("C002", "--unsafe-fixes goes with --fix", help="olp lint --fix --unsafe-fixes"))
+    told, job = telling(args), settings_of(args)
+    known = read_baseline(Path(args.baseline)) if args.baseline else {}
+    paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
+    asked = choice(_codes(args.select), _codes(args.ignore))
+    work = partial(_lint_all, paths, job, asked, args.workers)
+    results = with_progress(len(paths), work)
+    changes: list[Fixed] = []
+    if args.fix:
+        results = [_fixed(result, job, asked, args.unsafe_fixes, changes) for result in results]
+    if args.write_baseline:
+        text = baseline_text(f for r in results for f in r.findings)
+        write_output(args.write_baseline, text.encode("utf-8"), inputs=paths)
+        return 0
+    fresh = without_known((f for r in results for f in r.findings), known)
+    outcome = outcome_of(results, fresh, args.fail_on)
+    if args.fix:
+        outcome = replace(outcome, summary=(*outcome.summary, _mended(changes)))
+    told.write(outcome, paths)
+    return outcome.exit_status
+
+
+def _lint_all(
+    paths: Sequence[str],
+    job: Job,
+    asked: Choice,
+    workers: int,
+    done: Callable[[int], None] | None,
+) -> list[Linted]:
+    """One result per path, on all cores when it pays."""
+    import os
+    from concurrent.futures import ProcessPoolExecutor
+
+    from olp.checks.lint.run import lint
+
+    one = partial(lint, job=job, asked=asked)
+    count = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
+    results: list[Linted] = []
+    if count <= 1:
+        for path in paths:
+            results.append(one(path))
+            if done is not None:
+                done(1)
+        return results
+    with ProcessPoolExecutor(count) as pool:
+        for result in pool.map(one, paths, chunksize=16):
+            results.append(result)
+            if done is not None:
+                done(1)
+    return results
+
+
+def _codes(text: str) -> list[str]:
+    return text.replace(",", " ").split()
+
+
+def _fixed(result: Linted, job: Job, asked: Choice, unsafe: bool, changes: list[Fixed]) -> Linted:
+    """What remains of a file's findings after its fixes, which are added to `changes`."""
+    from olp.checks.lint.fix import fix_file
+    from olp.checks.lint.run import lint
+    from olp.reports.batch import time_program
+
+    if result.unreadable or not result.findings:
+        return result
+    run = partial(time_program, job=job)
+    done = fix_file(result.path, result.findings, run, unsafe=unsafe, encoding=job.encoding)
+    if done is None:
+        return result
+    changes.append(done)
+    return lint(result.path, job, asked) if done.done else result
+
+
+def _mended(changes: Sequence[Fixed]) -> str:
+    """What was changed, and how much was left alone because it would not do what it promises."""
+    lines = [edit for change in changes for edit in change.done]
+    left = {
+        (n, edit.code, edit.line)
+        for n, change in enumerate(changes)
+        for edit in change.refused
+        if not any((edit.code, edit.line) == (d.code, d.line) for d in change.done)
+    }
+    told = f"{len(lines)} mended"
+    told += f", {sum(not e.safe for e in lines)} of them unsafe" if any(not e.safe for e in lines) else ""
+    return told + (f", {len(left)} left alone: the change would do something else as well" if left else "")
+
+
+def outcome_of(results: Sequence[Linted], findings: Sequence[Finding], fail_on: str = "warning") -> Outcome:
+    """The findings that count, and each file as an item, which fails from the level `fail_on` on."""
+    from olp.reports.outcome import Outcome
+
+    own: dict[str, list[Finding]] = {}
+    for found in findings:
+        own.setdefault(found.file, []).append(found)
+    items = [_item(result, own.get(result.path, []), fail_on) for result in results]
+    excused = sum(r.excused for r in results)
+    told = sum(len(r.findings) for r in results) - len(findings)
+    more = f", {told} known from the baseline" if told else ""
+    more += f", {excused} excused in the programs" if excused else ""
+    count = len(findings)
+    programs = f"{len(results)} program{'' if len(results) == 1 else 's'}"
+    sentence = f"{programs}: {count} finding{'' if count == 1 else 's'}{more}"
+    return Outcome("lint", tuple(findings), tuple(items), (sentence,))
+
+
+def _item(result: Linted, findings: Sequence[Finding], fail_on: str) -> Item:
+    from olp.reports.outcome import Item, Status
+
+    order = ("note", "warning", "error")
+    status, count = Status.HELD, len(findings)
+    says = f"{count} finding{'' if count == 1 else 's'}"
+    if result.unreadable:
+        status, says = Status.UNKNOWN, "cannot be read"
+    elif any(order.index(found.level) >= order.index(fail_on) for found in findings):
+        status = Status.FAILED
+    elif findings:
+        status = Status.WARNED
+    elif result.findings:
+        says = "only known findings"
+    details = "\n".join(f"{f.file}:{f.line}: {f.code} {f.message}" for f in findings)
+    return Item(result.path, result.path, status, says, group="lint", details=details)
+
+
+def _fix_of(rule: Rule) -> str:
+    return ", --fix" if rule.fixable else ", --fix --unsafe-fixes" if rule.suggests else ""
+
+
+def _rules() -> str:
+    from olp.checks.lint import all_rules
+
+    rows = [f"{rule.code}  {rule.level!s:8s} {rule.title}{_fix_of(rule)}" for rule in all_rules()]
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,109 @@
+"""`olp recording from-log`: the measured moves of a recording, out of a joint log and the program that ran."""
+
+from __future__ import annotations
+
+import os
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
+
+if TYPE_CHECKING:
+    from olp.identification.recording.from_log import FromLog
+    from olp.identification.recording.settings import Settings
+    from olp.timing.timing import Timing
+
+SUMMARY = "make moves.csv out of a joint log and the program that ran"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("log", metavar="LOG", help="log.csv, log.csv.gz or log.parquet")
+    parser.add_argument("job", metavar="JOB", help="the program that ran")
+    parser.add_argument(
+        "-o", "--output", required=True, metavar="DIR", help="the folder of the recording, made if need be"
+    )
+    parser.add_argument(
+        "--by",
+        choices=("auto", "points", "counter", "dwell"),
+        default="auto",
+        help="how moves are told apart: by the programmed points, by the log's column move, by the stops alone "
+        "(default: the column if there is one, else the points if the robot is known)",
+    )
+    parser.add_argument("--with-log", action="store_true", help="put the log into the folder too")
+    parser.add_argument("--force", action="store_true", help="replace a moves.csv that is there")
+    add_timing_arguments(parser)
+
+
+def run(args: Namespace) -> int:
+    from olp.core.diagnostic import OlpError, error
+    from olp.core.files import refuse_inputs
+    from olp.identification.recording.from_log import moves_from_log
+    from olp.identification.recording.log_reader import read_log
+    from olp.identification.recording.writer import write_recording
+    from olp.reports.batch import plan_and_time
+
+    target = Path(args.output) / "moves.csv"
+    if target.exists() and not args.force:
+        raise OlpError(
+            error(
+                "C009",
+                "this file exists and was left as it is",
+                file=str(target),
+                help="name another folder with -o, or say --force to replace it",
+            )
+        )
+    refuse_inputs(Path(args.output) / "log.csv" if args.with_log else target, [args.log, args.job])
+    log, told, _ = read_log(Path(args.log))
+    timing = plan_and_time(args.job, job_of(args, 1))
+    made = moves_from_log(log, timing, args.by)
+    settings = _settings(args, timing, log.period, made.tool)
+    comment = (
+        f"Made by olp recording from-log of {os.path.basename(args.log)} and {os.path.basename(args.job)}."
+    )
+    write_recording(args.output, made.moves, settings, log if args.with_log else None, comment)
+    print(_table(made, timing))
+    print_diagnostics([d.at(args.job) for d in (*timing.diagnostics, *told, *made.diagnostics)])
+    return 0
+
+
+def _settings(args: Namespace, timing: Timing, period: float, tool: tuple[float, ...] | None) -> Settings:
+    """recording.toml: instants are found between samples, so a sample is what they resolve at worst."""
+    from olp.identification.recording.settings import Settings
+    from olp.robots.robot import robot_names
+
+    robot = timing.plan.robot
+    name = ""
+    if robot is not None and robot.name in robot_names():
+        name = robot.name
+    elif args.robot and args.robot.lower().endswith(".toml"):
+        name = _seen_from(args.output, args.robot)
+    job = _seen_from(args.output, args.job)
+    return Settings(robot=name, time_resolution=float(f"{period:.3g}"), tool=tool, job=job)
+
+
+def _seen_from(folder: str, path: str) -> str:
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # another drive on Windows
+        return Path(path).resolve().as_posix()
+
+
+def _table(made: FromLog, timing: Timing) -> str:
+    """One line per move: what the plan gives it and what was measured."""
+    moves, kinds = made.moves, made.moves.kinds
+    rows = [
+        f"{'move':>5} {'line':>5}  {'type':<9}{'plan s':>9}{'measured s':>12}{'differs s':>11}  statement"
+    ]
+    text = {s.path.replace("\\", "/").rsplit("/", 1)[-1]: s for s in timing.plan.sources}
+    for i, planned in enumerate(made.planned.tolist()):
+        lasts = float(moves.duration[i])
+        says = text[moves.job[i]].line(int(moves.line[i])).strip() if moves.job[i] in text else ""
+        head = f"{moves.move[i]:>5} {moves.line[i]:>5}  {kinds[i]:<9}"
+        rows.append(f"{head}{planned:9.3f}{lasts:12.3f}{lasts - planned:+11.3f}  {says[:60]}")
+    total = float(moves.duration.sum())
+    rows += [
+        "",
+        f"{len(moves)} rows by {made.by}: measured {total:.3f} s, planned {made.planned.sum():.3f} s",
+    ]
+    return "\n".join(rows)

@@ -1,0 +1,73 @@
+"""`olp report`: programs and their times as one HTML page that people look at."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from olp.core.files import expand_paths, write_output
+
+if TYPE_CHECKING:
+    from olp.reports.batch import Job
+    from olp.reports.page.page import Entry
+
+SUMMARY = "write one HTML page: Gantt, speed, path in 3D, text with times"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    from olp.cli.time import add_timing_arguments
+
+    parser.add_argument("paths", nargs="+", metavar="PATH", help="programs, or folders of programs")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", required=True, help="the page; its last version gives the trend"
+    )
+    parser.add_argument(
+        "--title", default="", metavar="TEXT", help="stands on top (default: the program's name)"
+    )
+    parser.add_argument(
+        "--budgets", metavar="FILE", help="the olp.toml whose budgets are shown (default: the nearest)"
+    )
+    add_timing_arguments(parser)
+
+
+def run(args: Namespace) -> int:
+    from olp.cli.time import print_diagnostics, settings_of
+    from olp.core.diagnostic import OlpError, error
+    from olp.languages.vendor import vendor_suffixes
+    from olp.reports.page import report_page
+
+    paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
+    job = settings_of(args)
+    entries = [_entry(path, job, args.budgets) for path in paths]
+    if all(entry.timing is None for entry in entries):
+        told = [d for entry in entries for d in entry.diagnostics if d.is_error]
+        raise OlpError(*(told or [error("Y001", "none of these programs can be shown")]))
+    page = report_page(entries, args.title, _last(Path(args.output)))
+    write_output(args.output, page.encode("utf-8"), inputs=paths)
+    print_diagnostics([d for entry in entries for d in entry.diagnostics])
+    return 2 if any(entry.timing is None or entry.is_partial for entry in entries) else 0
+
+
+def _entry(path: str, job: Job, budgets: str | None) -> Entry:
+    from olp.checks.guard.judge import judge
+    from olp.checks.guard.run import tasks
+    from olp.core.diagnostic import OlpError
+    from olp.reports.batch import plan_and_time
+    from olp.reports.page.page import Entry
+
+    try:
+        timing = plan_and_time(path, job)
+    except OlpError as problem:
+        return Entry(path, None, tuple(d.at(path) for d in problem.diagnostics))
+    own = tasks([path], budgets)[0][0].budgets
+    items = judge(path, own, job).items if own else ()
+    return Entry(path, timing, tuple(d.at(path) for d in timing.diagnostics), items)
+
+
+def _last(path: Path) -> str:
+    """The page that is about to be replaced, "" where there is none."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""

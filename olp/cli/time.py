@@ -1,0 +1,222 @@
+"""`olp time`: how long every line takes, and why."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from typing import TYPE_CHECKING, TypeVar
+
+from olp.core.colour import RED, YELLOW, paint, wanted
+from olp.core.diagnostic import Severity
+from olp.core.files import expand_paths, write_output
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from olp.core.diagnostic import Diagnostic
+    from olp.reports.batch import Job
+
+Result = TypeVar("Result")
+SUMMARY = "say how long every line of a program takes, and why"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    from olp.reports.formats import report_names
+
+    parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
+    parser.add_argument(
+        "--format", default="text", metavar="F", help=f"one of {', '.join(report_names())} (default: text)"
+    )
+    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    add_timing_arguments(parser)
+    parser.add_argument(
+        "--segments", action="store_true", help="every line even when there are several programs"
+    )
+    parser.add_argument("--summary", action="store_true", help="only the totals")
+    parser.add_argument(
+        "--explain",
+        metavar="LINE",
+        help="the phases of one line and what limits each (JOB:LINE in another job); a picture with -o FILE.svg|.png",
+    )
+    parser.add_argument(
+        "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
+    )
+
+
+def add_timing_arguments(parser: ArgumentParser) -> None:
+    """What every command takes that has to time a program."""
+    parser.add_argument("--robot", metavar="R", help="the robot: a name of `olp robots`, or a robot file")
+    parser.add_argument(
+        "--model", metavar="M", help="the motion model: constant or linear (default: constant)"
+    )
+    parser.add_argument(
+        "--accel",
+        type=positive,
+        metavar="A",
+        help="acceleration of linear moves in mm/s² (default: the robot's)",
+    )
+    parser.add_argument(
+        "--accel-law",
+        metavar="L",
+        help="what an axis can do: constant, time_constant, by_pose or torque (default: constant)",
+    )
+    parser.add_argument(
+        "--override",
+        type=positive,
+        metavar="PCT",
+        help="speed override in percent, a factor on V= and VJ= (default: 100)",
+    )
+    parser.add_argument(
+        "--signature",
+        metavar="FILE",
+        help="the robot's timing signature, made by olp calibrate or olp diagnose",
+    )
+    parser.add_argument("--assumptions", metavar="FILE", help="an olp.toml (default: the nearest one)")
+    parser.add_argument("--encoding", metavar="E", help="of the program text (default: guessed)")
+    parser.add_argument(
+        "--max-steps",
+        type=positive_int,
+        default=2_000_000,
+        metavar="N",
+        help="stop after this many statements (default: 2000000)",
+    )
+    parser.add_argument(
+        "--cycles", type=positive_int, default=1, metavar="N", help="rounds of an endless main loop"
+    )
+
+
+def positive(text: str) -> float:
+    """A number above zero."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < float("inf"):
+        raise ArgumentTypeError(f"{text!r} is no number above zero")
+    return value
+
+
+def positive_int(text: str) -> int:
+    """A whole number above zero."""
+    if not text.isdecimal() or int(text) < 1:
+        raise ArgumentTypeError(f"{text!r} is no whole number above zero")
+    return int(text)
+
+
+def run(args: Namespace) -> int:
+    if args.explain is not None:
+        from olp.cli._explain import run_explain
+
+        return run_explain(args)
+    from olp.languages.vendor import vendor_suffixes
+    from olp.reports.batch import shown, time_files
+    from olp.reports.formats import load_report
+
+    report = load_report(args.format)
+    paths = [str(path) for path in expand_paths(args.jobs, vendor_suffixes())]
+    job = job_of(args, len(paths))
+    parts = with_progress(len(paths), lambda done: time_files(paths, job, args.workers, done))
+    write_output(args.output, encode(report.join(parts, job.options), args.output), inputs=paths)
+    print_diagnostics(shown(parts))
+    return 2 if any(part.failed for part in parts) else 0
+
+
+def job_of(args: Namespace, count: int) -> Job:
+    """The settings of one run over `count` files. Raises OlpError for a robot, model or olp.toml that is none."""
+    from dataclasses import replace
+
+    from olp.reports.formats import Options
+
+    report = getattr(args, "format", "text")
+    segments = not getattr(args, "summary", False) and (count == 1 or args.segments or report != "text")
+    wide = terminal(args) if report == "text" else (0, False)
+    return replace(
+        settings_of(args),
+        format=report,
+        options=Options(segments, *wide, interval=args.signature is not None),
+    )
+
+
+def settings_of(args: Namespace) -> Job:
+    """What `add_timing_arguments` took. Raises OlpError for a robot, model or olp.toml that is none."""
+    from olp.reports.batch import Job, check_job
+
+    job = Job(
+        robot=args.robot,
+        model=args.model,
+        acceleration=None if args.accel is None else args.accel * 1e-3,
+        encoding=args.encoding,
+        assumptions=args.assumptions,
+        max_steps=args.max_steps,
+        override=None if args.override is None else args.override * 1e-2,
+        cycles=args.cycles,
+        acceleration_law=args.accel_law,
+        signature=args.signature,
+    )
+    check_job(job)
+    return job
+
+
+def terminal(args: Namespace) -> tuple[int, bool]:
+    """Characters per line of the terminal (0: no limit, the output goes elsewhere), and whether it shows colour."""
+    import shutil
+    import sys
+
+    if args.output or not sys.stdout.isatty():
+        return 0, False
+    return shutil.get_terminal_size().columns, wanted(sys.stdout)
+
+
+def with_progress(count: int, work: Callable[[Callable[[int], None] | None], list[Result]]) -> list[Result]:
+    """Does the work, with a progress bar when it is long and somebody is watching."""
+    import sys
+
+    if count < 20 or not sys.stderr.isatty():
+        return work(None)
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("timing", total=count)
+        return work(lambda n: progress.update(task, advance=n))
+
+
+def encode(text: str, output: str | None) -> bytes:
+    """Reports are UTF-8, but a terminal gets what it can show."""
+    import sys
+
+    if output is None:
+        return text.encode(sys.stdout.encoding or "utf-8", "replace")
+    return text.encode("utf-8")
+
+
+def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
+    """To the error stream: errors and warnings whole, notes of one kind as one line."""
+    import sys
+
+    if not diagnostics:
+        return
+    colour = wanted(sys.stderr)
+    blocks = [_shown(d, colour) for d in diagnostics if d.severity is not Severity.INFO]
+    notes = _notes(diagnostics)
+    print("\n\n".join([*blocks, "\n".join(notes)] if notes else blocks), file=sys.stderr)
+
+
+def _notes(diagnostics: Sequence[Diagnostic]) -> list[str]:
+    """One line per sentence, with its first place and how often it was said."""
+    groups: dict[tuple[str, str], list[Diagnostic]] = {}
+    for diagnostic in diagnostics:
+        if diagnostic.severity is Severity.INFO:
+            groups.setdefault((diagnostic.code, diagnostic.message), []).append(diagnostic)
+    lines = []
+    for (code, message), group in groups.items():
+        place = f"{group[0].file}:{group[0].line}" if group[0].line else group[0].file
+        often = f", {len(group)} times" if len(group) > 1 else ""
+        lines.append(f"info[{code}]: {message} ({place}{often})")
+    return lines
+
+
+def _shown(diagnostic: Diagnostic, colour: bool) -> str:
+    head, *rest = diagnostic.render().split("\n")
+    if colour:
+        head = paint(head, RED if diagnostic.is_error else YELLOW)
+    return "\n".join([head, *rest])

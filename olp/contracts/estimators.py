@@ -1,0 +1,258 @@
+"""What every estimator of signatures promises: `check_estimator`."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.contracts.models import trapezoid
+from olp.contracts.promises import Difference, Promise, hold
+from olp.identification.recording import read_recording
+from olp.identification.signature import MoveSet, moves_of_recording
+from olp.identification.signature.estimator import (
+    Estimate,
+    Estimator,
+    Parameter,
+    Parameters,
+    duration_of,
+    estimator_names,
+    load_estimator,
+)
+from olp.robots.robot import Robot, load_robot
+
+Array = NDArray[np.float64]
+RECORDING: Final = Path(__file__).resolve().parents[2] / "samples" / "up20"
+ROBOT: Final = "yaskawa/up20"
+SLOWNESS: Final = 0.83  # [s²/m] of the planted recording: an acceleration of 1.2 m/s²
+_EXACT: Final = 0.012  # relative error of a duration that one acceleration made
+_FAIR: Final = 0.04  # median relative error on moves of the sample that were not learnt
+_SMALL: Final = 48  # moves, for methods that are for few
+
+
+@lru_cache(maxsize=2)
+def sample_moves(folder: Path = RECORDING) -> MoveSet:
+    """Every second straight move of a published recording: as much as the slowest estimator learns in a second."""
+    moves = moves_of_recording(read_recording(folder))[0]
+    return moves.take(np.arange(0, len(moves), 2))
+
+
+class EstimatorUnderTest:
+    """`moves`: of a recording, that the estimator learns from; as many as it takes."""
+
+    def __init__(self, estimator: Estimator, moves: MoveSet, robot: Robot) -> None:
+        self.estimator, self.robot = estimator, robot
+        self.why = estimator.needs(moves, robot)
+        if self.why:
+            few = moves.take(np.arange(0, len(moves), max(len(moves) // _SMALL, 1)))
+            moves = few if not estimator.needs(few, robot) else moves
+        self.moves = moves
+        self.learns = not estimator.needs(moves, robot)
+
+    @property
+    def planted(self) -> MoveSet:
+        """The same moves, as one acceleration makes them."""
+        a = np.full(len(self.moves), 1.0 / SLOWNESS)
+        return replace(self.moves, duration=trapezoid(self.moves.length, self.moves.speed, a, a))
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        return self.estimator.fit(self.moves, self.robot)
+
+    def estimate(self, moves: MoveSet, parameters: Parameters | None = None) -> Estimate:
+        return self.estimator.estimate(parameters or self.parameters, moves, self.robot)
+
+    @cached_property
+    def found(self) -> Estimate:
+        return self.estimate(self.moves)
+
+
+def check_estimator(
+    estimator: Estimator, *, moves: MoveSet | None = None, robot: Robot | None = None, first: bool = False
+) -> None:
+    """Raises ContractError with every promise of an estimator that `estimator` breaks.
+
+    `moves`, `robot`: what it learns from; None: the recording `samples/up20` of a checkout. An estimator that cannot
+    learn from them is only asked to say why.
+
+        from olp.contracts import check_estimator
+        check_estimator(MyEstimator())
+    """
+    arm = robot if robot is not None else load_robot(ROBOT)
+    it = EstimatorUnderTest(estimator, moves if moves is not None else sample_moves(), arm)
+    hold(f"estimator {type(estimator).__name__}", it, PROMISES if it.learns else PROMISES[:1], first=first)
+
+
+def says_what_it_is(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """An estimator says what it is, and in words what it lacks where it cannot learn"""
+    summary = it.estimator.summary
+    if not 10 < len(summary) < 160 or "\n" in summary or summary != summary.strip(" ."):
+        yield "summary", repr(summary)
+    if it.why and not (15 < len(it.why) < 250 and "\n" not in it.why):
+        yield "needs", repr(it.why)
+    if type(it.estimator).__module__.startswith("olp."):
+        name = it.estimator.name
+        if name not in estimator_names() or type(load_estimator(name)) is not type(it.estimator):
+            yield name, "the registry of estimators does not find it under the name of its file"
+    none = it.moves.take(np.zeros(len(it.moves), dtype=bool))
+    if it.learns and it.estimator.needs_robot and not it.estimator.needs(it.moves, None):
+        yield "no robot", "it needs one, and says that it can learn without"
+    told: object = it.estimator.needs(none, it.robot) if it.learns else ""
+    if not isinstance(told, str):
+        yield "no moves at all", f"needs says {told!r}"
+
+
+def learns_plain_numbers(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """What it learns are numbers and names with units, which a file keeps to the last digit"""
+    if not it.parameters:
+        yield "the sample", "nothing is learnt"
+    for name, one in it.parameters.items():
+        numbers = [x for x in _leaves(one.value) if isinstance(x, float)]
+        if not isinstance(one, Parameter) or not isinstance(one.unit, str) or (numbers and not one.unit):
+            yield name, f"{one!r:.80} has no unit"
+            continue
+        for what in (one.value, one.sd):
+            bad = [x for x in _leaves(what) if isinstance(x, float) and math.isinf(x)]
+            strange = [x for x in _leaves(what) if not isinstance(x, str | int | float | bool | None)]
+            if bad or strange:
+                yield name, f"{(bad or strange)[0]!r} is in it"
+        if any(isinstance(x, float) and x < 0 for x in _leaves(one.sd)):
+            yield name, "a standard deviation below zero"
+    back = {
+        name: Parameter(json.loads(json.dumps(one.value)), one.unit, json.loads(json.dumps(one.sd)))
+        for name, one in it.parameters.items()
+    }
+    if not _same(it.estimate(it.moves, back), it.found):
+        yield "parameters written as JSON and read again", "another estimate"
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    if isinstance(value, list | tuple):
+        for one in value:
+            yield from _leaves(one)
+    elif isinstance(value, dict):
+        for one in value.values():
+            yield from _leaves(one)
+    else:
+        yield value
+
+
+def _same(one: Estimate, other: Estimate, tolerance: float = 1e-9) -> bool:
+    pairs = ((one.slowness, other.slowness), (one.sd, other.sd), (one.inside * 1.0, other.inside * 1.0))
+    return all(np.allclose(a, b, rtol=tolerance, atol=1e-12, equal_nan=True) for a, b in pairs)
+
+
+def estimates_every_move(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """Every move that it is asked for has a slowness, a doubt and whether it was learnt nearby"""
+    n, found = len(it.moves), it.found
+    for name, column in (("slowness", found.slowness), ("sd", found.sd), ("inside", found.inside)):
+        if np.shape(column) != (n,):
+            yield name, f"{np.shape(column)} for {n} moves"
+    if found.seconds is not None and np.shape(found.seconds) != (n,):
+        yield "seconds", f"{np.shape(found.seconds)} for {n} moves"
+    if not np.isfinite(found.slowness).all() or not (found.slowness > 0).all():
+        yield "slowness", "not finite, or below zero"
+    if not np.isfinite(found.sd).all() or (found.sd < 0).any() or (found.sd > 5 * found.slowness).any():
+        yield "sd", "not finite, below zero, or many times the slowness"
+    if np.asarray(found.inside).dtype != np.bool_ or found.inside.mean() < 0.5:
+        yield "inside", "most moves that were learnt are said to be outside"
+
+
+def finds_one_acceleration(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """Of moves that one acceleration made it finds that acceleration again, for moves that it did not learn as well"""
+    planted = it.planted
+    even = np.arange(len(planted)) % 4 != 1
+    for name, learnt in (("all moves", np.ones(len(planted), dtype=bool)), ("three of four moves", even)):
+        parameters = it.estimator.fit(planted.take(learnt), it.robot)
+        found = it.estimate(planted, parameters)
+        error = np.abs(duration_of(found.slowness, planted) - planted.duration) / planted.duration
+        if not np.median(error) < 0.5 * _EXACT or not error.max() < 2.5 * _EXACT:
+            yield f"1.2 m/s² made them, {name} learnt", f"durations {error.max():.2%} off at most"
+        ratio = float(np.median(found.slowness)) / SLOWNESS
+        if not 0.97 < ratio < 1.03:
+            yield f"1.2 m/s² made them, {name} learnt", f"a slowness {ratio:.3f} times the right one"
+
+
+def learns_from_a_recording(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """Moves of a published recording that it did not learn are predicted to a few per cent, and no worse with more"""
+    out = np.arange(len(it.moves)) % 3 == 0
+    asked = it.moves.take(out)
+    parameters = it.estimator.fit(it.moves.take(~out), it.robot)
+    found = it.estimate(asked, parameters)
+    error = np.abs(duration_of(found.slowness, asked) - asked.duration) / asked.duration
+    if not np.median(error) < _FAIR:
+        yield "every third move of the recording", f"predicted {np.median(error):.2%} off"
+    whole = duration_of(it.found.slowness, it.moves)
+    seen = np.abs(whole - it.moves.duration) / it.moves.duration
+    if not np.median(seen) < _FAIR:
+        yield "the moves that were learnt", f"predicted {np.median(seen):.2%} off"
+
+
+def knows_no_unit_of_time(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """A robot that does everything in the time of twice its slowness is learnt as one with twice the slowness"""
+    slow = replace(it.planted, duration=it.planted.duration * 1.0)
+    a = np.full(len(slow), 0.5 / SLOWNESS)
+    half = replace(slow, duration=trapezoid(slow.length, slow.speed, a, a))
+    found = it.estimate(half, it.estimator.fit(half, it.robot))
+    ratio = float(np.median(found.slowness)) / SLOWNESS
+    if not 1.94 < ratio < 2.06:
+        yield "0.6 m/s² made the moves", f"a slowness {ratio:.3f} times that of 1.2 m/s²"
+
+
+def looks_at_no_answer(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """It does not look at the durations that it is asked for, and neither order nor neighbours change an answer"""
+    blind = replace(it.moves, duration=np.full(len(it.moves), np.nan))
+    if not _same(it.estimate(blind), it.found):
+        yield "moves without durations", "another estimate"
+    order = np.random.default_rng(1).permutation(len(it.moves))
+    mixed = it.estimate(it.moves.take(order))
+    if not np.allclose(mixed.slowness, it.found.slowness[order], rtol=1e-7):
+        yield "the moves in another order", "another estimate"
+    alone = it.estimate(it.moves.take(np.arange(5)))
+    if not np.allclose(alone.slowness, it.found.slowness[:5], rtol=1e-7):
+        yield "five moves alone", "another estimate than among all"
+    if not np.allclose(alone.sd, it.found.sd[:5], rtol=1e-6, atol=1e-12):
+        yield "five moves alone", "another doubt than among all"
+
+
+def learns_the_same_again(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """The same moves teach the same, and what was given stays as it was"""
+    before = it.moves.duration.copy(), it.moves.start.copy(), it.moves.speed.copy()
+    again = it.estimate(it.moves, it.estimator.fit(it.moves, it.robot))
+    if not _same(again, it.found):
+        yield "the same moves", "another estimate the second time"
+    after = it.moves.duration, it.moves.start, it.moves.speed
+    if not all(np.array_equal(a, b, equal_nan=True) for a, b in zip(before, after, strict=True)):
+        yield "the moves that it learnt from", "they are changed"
+
+
+def stands_moves_elsewhere(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """Moves far from all that it learnt have a positive, finite time, and no less doubt"""
+    far = replace(it.moves, start=it.moves.start * 1.15, end=it.moves.end * 1.15, speed=it.moves.speed * 1.6)
+    found = it.estimate(far)
+    known = np.isfinite(found.slowness)
+    time = duration_of(found.slowness[known], far.take(known))
+    if not known.all() or not (time > 0).all() or (time > 60).any():
+        yield "moves 15 % further out, 60 % faster", "no time, or an absurd one"
+    if np.median(found.sd) < 0.8 * np.median(it.found.sd):
+        yield "moves 15 % further out, 60 % faster", "less doubt than among those that were learnt"
+
+
+PROMISES: Final[tuple[Promise[EstimatorUnderTest], ...]] = (
+    says_what_it_is,
+    finds_one_acceleration,
+    learns_from_a_recording,
+    estimates_every_move,
+    learns_plain_numbers,
+    looks_at_no_answer,
+    knows_no_unit_of_time,
+    learns_the_same_again,
+    stands_moves_elsewhere,
+)

@@ -1,0 +1,64 @@
+"""A contract suite: promises that hold for every member of a kind, and what a broken one says."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
+from typing import Final, NamedTuple, TypeVar
+
+Subject = TypeVar("Subject")
+Difference = tuple[str, str]  # the input, and what differed
+Promise = Callable[[Subject], Iterator[Difference]]
+_MOST: Final = 5  # differences shown of one promise
+
+
+class BrokenPromise(NamedTuple):
+    """`promise`: the sentence that does not hold. `given`: the input that shows it. `differs`: what came out."""
+
+    promise: str
+    given: str
+    differs: str
+
+    def __str__(self) -> str:
+        return f"{self.promise}\n    given    {self.given}\n    differs  {self.differs}"
+
+
+class ContractError(AssertionError):
+    """Raised by every `check_…`: all promises that `member` breaks."""
+
+    def __init__(self, member: str, broken: Sequence[BrokenPromise]) -> None:
+        self.member, self.broken = member, tuple(broken)
+        super().__init__("\n".join([f"{member} breaks its contract:", *(f"- {one}" for one in broken)]))
+
+
+def sentence(promise: Callable[..., object]) -> str:
+    """What a promise says: the first line of its docstring."""
+    return (inspect.getdoc(promise) or promise.__name__).partition("\n")[0].rstrip(".")
+
+
+def hold(member: str, subject: Subject, promises: Sequence[Promise[Subject]], *, first: bool = False) -> None:
+    """Raises ContractError with every promise that `subject` breaks; with `first` at the first one.
+
+    A promise yields nothing where it holds. One that raises is broken: no member may raise on what a promise gives it.
+    """
+    broken: list[BrokenPromise] = []
+    for promise in promises:
+        try:
+            found = islice(promise(subject), 1 if first else _MOST)
+            broken += [BrokenPromise(sentence(promise), *one) for one in found]
+        except Exception as problem:
+            broken.append(BrokenPromise(sentence(promise), "the member itself", _raised(problem)))
+        if broken and first:
+            break
+    if broken:
+        raise ContractError(member, broken)
+
+
+def _raised(problem: Exception) -> str:
+    trace = problem.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    place = f" in {trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}" if trace is not None else ""
+    text = str(problem).strip()
+    return f"raised {type(problem).__name__}{place}: {text[:400]}"

@@ -1,0 +1,356 @@
+"""What every physics term promises: `check_term`."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.contracts.promises import Difference, Promise, hold
+from olp.core.units import deg, mm
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.result import PHASES
+from olp.identification.recording import read_recording
+from olp.reports.diagnosis.mathml import mathml
+from olp.robots.geometry import angles_from_rotation, rotation_from_angles
+from olp.robots.kinematics import inverse
+from olp.robots.robot import load_robot
+from olp.timing.physics import Form, LogTerm, MoveTerm, Stage, Term, load_term, term_names
+from olp.timing.physics._case import Case
+
+Array = NDArray[np.float64]
+ROBOT: Final = "yaskawa/gp25"
+CYCLE: Final = 0.012  # [s]
+_SPEEDS: Final = (0.05, 0.15, 0.4, 0.9)  # [m/s]
+_ACCELERATION: Final = 2.5  # [m/s²]
+_SEEN: Final = frozenset({"command", "speed", "torque", "current", "sim"})
+
+
+# --- a recording that tells everything ----------------------------------------------------------------------
+
+
+@lru_cache(maxsize=4)
+def rich_case(
+    moves: int = 60, joint_moves: int = 8, seed: int = 5, speeds: Sequence[float] = _SPEEDS
+) -> Case:
+    """A case in which every term has all its forms; nothing is planted in it but the cycle and 30 ms per move."""
+    rng = np.random.default_rng(seed)
+    rows = _programmed(rng, moves, joint_moves, speeds)
+    began = 0.0
+    for row in rows:
+        row["duration_s"] = f"{np.ceil((float(str(row['sim_s'])) + 0.03) / CYCLE) * CYCLE:.3f}"
+        row["t_start_s"] = f"{began:.3f}"
+        began += float(str(row["duration_s"])) + 0.2
+    with tempfile.TemporaryDirectory() as folder:
+        with (Path(folder) / "moves.csv").open("w", encoding="utf-8", newline="") as file:
+            names = list(dict.fromkeys(name for row in rows for name in row))
+            table = csv.DictWriter(file, names, restval="")
+            table.writeheader()
+            table.writerows(rows)
+        settings = f'robot = "{ROBOT}"\ntime_resolution_s = 0.001\ntool = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]\n'
+        (Path(folder) / "recording.toml").write_text(settings, encoding="utf-8")
+        return case_of(read_recording(folder)).case
+
+
+def _programmed(
+    rng: np.random.Generator, moves: int, joint_moves: int, speeds: Sequence[float]
+) -> list[dict[str, object]]:
+    """Straight moves, joint moves and two waits, each from where the last one ended, with what a simulation says."""
+    total, robot = moves + joint_moves, load_robot(ROBOT)
+    places, angles, joints = _points(rng, total + 1)
+    rows: list[dict[str, object]] = []
+    for k in range(total):
+        straight = k < moves
+        turned = np.abs(joints[k + 1] - joints[k])
+        lead = int(np.argmax(turned / robot.speeds))
+        share = float(rng.choice([0.2, 0.5, 1.0]))
+        way = float(np.linalg.norm(places[k + 1] - places[k])) if straight else float(turned[lead])
+        top = float(rng.choice(np.asarray(speeds))) if straight else share * float(robot.speeds[lead])
+        slow = _ACCELERATION if straight else float(robot.accelerations[lead])
+        load = float(rng.choice([0.0, 6.0, 12.0]))
+        row: dict[str, object] = {
+            "move": k + 1,
+            "type": "linear" if straight else "joint",
+            "sim_s": way / top + top / slow if way >= top**2 / slow else 2 * np.sqrt(way / slow),
+            "payload_kg": load,
+            "payload_inertia_kg_m2": 0.03 * load,
+        }
+        if straight:
+            row |= {"speed_mm_s": top / mm, "accel_mm_s2": slow / mm}
+            row["blend_mm"] = float(rng.choice([0.0, 0.0, 5.0, 10.0, 25.0])) if k < moves - 1 else 0.0
+        else:
+            row["speed_pct"] = 100 * share
+        for end, at in (("start", k), ("end", k + 1)):
+            row |= {f"{c}_{end}_mm": v / mm for c, v in zip("xyz", places[at], strict=True)}
+            row |= {f"r{c}_{end}_deg": v / deg for c, v in zip("xyz", angles[at], strict=True)}
+            row |= {f"q{c}_{end}_deg": v / deg for c, v in enumerate(joints[at], 1)}
+        rows.append(row)
+    return [*rows, *({"move": total + k, "type": "wait", "sim_s": 0.5} for k in (1, 2))]
+
+
+def _points(rng: np.random.Generator, count: int) -> tuple[Array, Array, Array]:
+    """Places (n, 3) [m] in front of the robot, orientations (n, 3) [rad] about tool down, and their joints [rad]."""
+    low, high = np.array([0.7, -0.5, 0.1]), np.array([1.25, 0.5, 0.8])
+    places = rng.uniform(low, high, (count, 3))
+    angles = np.array([180.0, 0.0, 0.0]) * deg + rng.uniform(-0.4, 0.4, (count, 3))
+    for k in range(1, count, 3):  # short ways
+        places[k] = places[k - 1] + rng.uniform(0.02, 0.08) * np.array([0.6, -0.5, 0.4])
+    angles[2::5] = angles[1::5][: len(angles[2::5])]  # some moves turn nothing
+    rotations = rotation_from_angles(angles)
+    joints, reached = inverse(load_robot(ROBOT), places, rotations)
+    assert reached.all()
+    return places, angles_from_rotation(rotations), joints
+
+
+# --- the suite ----------------------------------------------------------------------------------------------
+
+
+class TermUnderTest:
+    def __init__(self, term: Term) -> None:
+        self.term, self.case = term, rich_case()
+
+    @cached_property
+    def forms(self) -> list[tuple[MoveTerm, Form]]:
+        """The forms of a term of moves; none of a term of logs."""
+        term = self.term
+        return [(term, form) for form in term.forms(self.case)] if isinstance(term, MoveTerm) else []
+
+    def smooth(self, term: MoveTerm, form: Form, values: object, case: Case | None = None) -> Array:
+        """(n,) [s] with the form in it, without the jumps of rounding to a cycle."""
+        return Model((Part(term, form, np.asarray(values, dtype=float)),)).smooth(case or self.case)
+
+    @cached_property
+    def plain(self) -> Array:
+        return Model().smooth(self.case)
+
+    def strong(self, term: MoveTerm, form: Form) -> Array:
+        """The guess that does most."""
+        guesses = np.asarray(term.guesses(form, self.case), dtype=float)
+        size = [np.abs(self.smooth(term, form, v) - self.plain).sum() for v in guesses]
+        found: Array = guesses[int(np.argmax(size))]
+        return found
+
+
+def check_term(term: Term, *, first: bool = False) -> None:
+    """Raises ContractError with every promise of a physics term that `term` breaks, in a recording that tells all.
+
+    That a formula is the right one no suite can know; an oracle of its own belongs to each term
+    (`tests/test_physics_oracles.py`).
+
+        from olp.contracts import check_term
+        check_term(MyTerm())
+    """
+    hold(f"term {term.name}", TermUnderTest(term), PROMISES, first=first)
+
+
+def says_what_it_is(it: TermUnderTest) -> Iterator[Difference]:
+    """A term says what it means, which trace it leaves, its source, and what it may be taken for"""
+    for name in ("summary", "does", "source"):
+        words = getattr(it.term, name, "")
+        if not 10 < len(words) < 250 or "\n" in words or words != words.strip(" ."):
+            yield name, repr(words)
+    if not it.term.confusable or not set(it.term.confusable) <= set(term_names()) - {it.term.name}:
+        yield "confusable", f"{it.term.confusable}"
+    if not isinstance(it.term, MoveTerm | LogTerm):
+        yield it.term.name, "neither a term of moves nor of logs"
+    shipped = type(it.term).__module__.startswith("olp.")
+    if shipped and (it.term.name not in term_names() or type(load_term(it.term.name)) is not type(it.term)):
+        yield it.term.name, "the registry of terms does not find it under the name of its file"
+    if isinstance(it.term, MoveTerm) and (it.term.phase not in PHASES or it.term.stage not in set(Stage)):
+        yield "phase and stage", f"{it.term.phase}, {it.term.stage}"
+
+
+def is_seen_in_logs(it: TermUnderTest) -> Iterator[Difference]:
+    """A term of logs has parameters and columns that it is seen in, and none where there are no columns"""
+    if not isinstance(it.term, LogTerm):
+        return
+    if not getattr(it.term, "parameters", ()):
+        yield "parameters", "none"
+    if it.term.seen_in(frozenset()) or not it.term.seen_in(_SEEN):
+        yield "no columns, and all", f"seen in {it.term.seen_in(frozenset())} and {it.term.seen_in(_SEEN)}"
+
+
+def sets_its_equation(it: TermUnderTest) -> Iterator[Difference]:
+    """Every form and every term of logs has an equation that the report can set"""
+    equations = [form.equation for _, form in it.forms]
+    if isinstance(it.term, LogTerm):
+        equations.append(getattr(it.term, "equation", ""))
+    if it.forms and len({form.key + str(form.axis) for _, form in it.forms}) != len(it.forms):
+        yield "forms", "two of them have one key"
+    for one in equations:
+        if not one or not mathml(one).startswith("<math"):
+            yield "an equation", repr(one)
+
+
+def bounds_its_parameters(it: TermUnderTest) -> Iterator[Difference]:
+    """Parameters have a unit, a meaning, bounds and a null; guesses are within them and do something"""
+    for term, form in it.forms:
+        given = f"form {form.key!r}"
+        for p in form.parameters:
+            if not p.unit or not p.meaning or not p.name:
+                yield given, f"{p.name} has no unit or no meaning"
+            if not p.low < p.high or (p.log and p.low <= 0):
+                yield given, f"{p.name} is between {p.low:g} and {p.high:g}"
+            known = np.isnan(p.null) or np.isinf(p.null) or p.null == 0 or p.low <= p.null <= p.high
+            if not known:
+                yield given, f"the null of {p.name} is {p.null:g}"
+        guesses = np.asarray(term.guesses(form, it.case), dtype=float)
+        low, high = np.array([(p.low, p.high) for p in form.parameters]).T
+        if guesses.ndim != 2 or not len(guesses) or guesses.shape[1] != len(form.parameters):
+            yield given, f"guesses of the shape {guesses.shape}"
+            continue
+        if (guesses < low * (1 - 1e-12)).any() or (guesses > high * (1 + 1e-12)).any():
+            yield given, "a guess is outside the bounds"
+        whole = Model((Part(term, form, it.strong(term, form)),)).seconds(it.case)
+        if np.abs(whole - it.plain).max() <= 1e-3 and not _asks_for_load(it, form):
+            yield given, "its strongest guess changes nothing"
+
+
+def _asks_for_load(it: TermUnderTest, form: Form) -> bool:
+    return "load" in form.key
+
+
+def does_nothing_at_its_null(it: TermUnderTest) -> Iterator[Difference]:
+    """At its null a form changes nothing"""
+    for term, form in it.forms:
+        nulls = [0.0 if np.isnan(p.null) else 1e12 if np.isinf(p.null) else p.null for p in form.parameters]
+        case = it.case
+        if form.key == "limit" and case.rates is not None:
+            # The wrist's rated acceleration is a limit without any load, too.
+            case = replace(case, rates=replace(case.rates, rated_acceleration=np.full(6, 1e9)), derived={})
+        off = np.abs(it.smooth(term, form, nulls, case) - Model().smooth(case)).max()
+        if not off <= 1e-6:
+            yield f"form {form.key!r} at {nulls}", f"a duration changes by {off:.3g} s"
+
+
+def acts_on_moves(it: TermUnderTest) -> Iterator[Difference]:
+    """A form acts on moves and leaves waits alone, unless it is about clocks; durations stay finite and positive"""
+    for term, form in it.forms:
+        given = f"form {form.key!r}"
+        for values in np.asarray(term.guesses(form, it.case), dtype=float):
+            seconds = it.smooth(term, form, values)
+            if not np.isfinite(seconds).all() or not (seconds[it.case.moving] > 0).all():
+                yield given, f"a duration that is none, at {values.tolist()}"
+            changed = np.abs(seconds - it.plain) > 1e-9
+            if (
+                term.stage is not Stage.CLOCKS
+                and form.key != "waits too"
+                and (changed & ~it.case.moving).any()
+            ):
+                yield given, "a wait changes"
+            again = it.smooth(term, form, values)
+            if not np.array_equal(seconds, again):
+                yield given, "another duration the second time"
+
+
+def keeps_what_it_is_given(it: TermUnderTest) -> Iterator[Difference]:
+    """It changes neither the motion nor the case that it is given, and a part of a case is as in the whole"""
+    half = np.arange(0, len(it.case), 2)
+    columns = ("way", "speed", "accelerate", "decelerate", "jerk", "round_start", "round_end")
+    for term, form in it.forms:
+        values = it.strong(term, form)
+        before = {name: np.array(getattr(it.case.base, name)) for name in columns}
+        whole = term.act(it.case.base, form, values, it.case)
+        for name, column in before.items():
+            if not np.array_equal(getattr(it.case.base, name), column):
+                yield f"form {form.key!r}", f"the motion's {name} is changed in place"
+        if term.name in ("warm-up", "cycle-quantisation"):
+            continue  # of the recording as a whole
+        part = it.case.take(half)
+        motion = term.act(part.base, form, values, part)
+        same = motion.duration() * motion.rate - (whole.duration() * whole.rate)[half]
+        if not np.abs(same).max() < 1e-9:
+            yield f"form {form.key!r}, every second move alone", f"{np.abs(same).max():.3g} s of difference"
+
+
+def never_jumps(it: TermUnderTest) -> Iterator[Difference]:
+    """A duration never jumps as a value changes: halving where it changes most ends in no step"""
+    for term, form in it.forms:
+        for index, p in enumerate(form.parameters):
+            guess = np.array(term.guesses(form, it.case)[0], dtype=float)
+
+            def at(place: float, guess: Array = guess, index: int = index, log: bool = p.log) -> Array:
+                values = guess.copy()
+                values[index] = np.exp(place) if log else place
+                return it.smooth(term, form, values)  # noqa: B023
+
+            low, high = np.log([p.low, p.high]) if p.log else (p.low, p.high)
+            grid = np.linspace(low, high, 13)
+            durations = np.array([at(place) for place in grid])
+            if not np.isfinite(durations).all():
+                yield f"form {form.key!r}, {p.name} within its bounds", "a duration that is none"
+                continue
+            steps = np.abs(np.diff(durations, axis=0))
+            k, move = np.unravel_index(steps.argmax(), steps.shape)
+            a, b = float(grid[k]), float(grid[k + 1])
+            for _ in range(22):
+                middle = 0.5 * (a + b)
+                one, two, three = (at(x)[move] for x in (a, middle, b))
+                a, b = (a, middle) if abs(two - one) > abs(three - two) else (middle, b)
+            if not abs(at(b)[move] - at(a)[move]) < 1e-4:
+                yield f"form {form.key!r}", f"a duration jumps at {p.name} = {np.exp(a) if p.log else a:g}"
+
+
+def says_its_numbers(it: TermUnderTest) -> Iterator[Difference]:
+    """What it says of its values is one clause with numbers, and its doubt of them is none below zero"""
+    for term, form in it.forms:
+        for values in np.asarray(term.guesses(form, it.case), dtype=float):
+            says = term.says(form, values, it.case)
+            words = {"nan", "inf"} & set(says.replace("%", " ").split())
+            if not 10 < len(says) < 160 or says != says.strip(" .") or "\n" in says or words:
+                yield f"form {form.key!r} at {values.tolist()}", repr(says)
+            if not any(c.isdigit() for c in says) and "no time" not in says:
+                yield f"form {form.key!r} at {values.tolist()}", f"no number: {says!r}"
+            if not term.doubt(form, values) >= 0:
+                yield f"form {form.key!r} at {values.tolist()}", f"a doubt of {term.doubt(form, values):g}"
+
+
+def says_what_it_lacks(it: TermUnderTest) -> Iterator[Difference]:
+    """Where a recording cannot tell it, it has no forms; a term with forms lacks nothing"""
+    if not isinstance(it.term, MoveTerm):
+        return
+    if it.forms and it.term.lacks(it.case):
+        yield "a recording that tells everything", f"it lacks {it.term.lacks(it.case)!r}"
+    n = len(it.case)
+    unknown = np.full(n, np.nan)
+    silent = replace(
+        it.case,
+        start=np.full((n, 3), np.nan),
+        end=np.full((n, 3), np.nan),
+        turn=unknown,
+        payload=unknown,
+        payload_inertia=unknown,
+        t_start=unknown,
+        base=it.case.base.with_(
+            speed=np.ones(n), accelerate=np.ones(n), round_start=np.zeros(n), round_end=np.zeros(n)
+        ),
+        rates=None,
+        derived={},
+    )
+    lacks = it.term.lacks(silent)
+    if it.term.forms(silent) and lacks:
+        yield "a recording that tells little", f"it has forms and lacks {lacks!r}"
+    if lacks and not (5 < len(lacks) < 250 and "\n" not in lacks):
+        yield "a recording that tells little", repr(lacks)
+
+
+PROMISES: Final[tuple[Promise[TermUnderTest], ...]] = (
+    says_what_it_is,
+    is_seen_in_logs,
+    sets_its_equation,
+    bounds_its_parameters,
+    does_nothing_at_its_null,
+    acts_on_moves,
+    keeps_what_it_is_given,
+    says_its_numbers,
+    says_what_it_lacks,
+    never_jumps,
+)

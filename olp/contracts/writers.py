@@ -1,0 +1,350 @@
+"""What every language promises that olp writes: `check_writer`."""
+
+from __future__ import annotations
+
+import math
+import re
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from olp.contracts import handling
+from olp.contracts.events import Event, differences, events_of, robot_of, stopped_by_advance
+from olp.contracts.oracle import Spelling, is_written, numbers_of, spelling_of
+from olp.contracts.programs import BRANCHES, COMMENT, POINTS, Contract, contract_program, literal
+from olp.contracts.promises import Difference, Promise, hold
+from olp.core.diagnostic import OlpError
+from olp.core.source import load
+from olp.ir.expressions import Number, Signal, State
+from olp.ir.program import Comment, Declare, Opaque, Program, SetOutput
+from olp.languages.vendor import Vendor, find_vendor, vendor_names
+from olp.runtime.interpreter import run
+from olp.transpile import Context, Loss
+from olp.transpile.convert import Converted, convert
+from olp.transpile.export import writable
+from olp.transpile.link import link
+
+_DATE: Final = "2026/04/23 17:39"
+
+
+class Sample(NamedTuple):
+    """A language's handling program with the files that it calls, and the kind of speed that its joint moves have."""
+
+    program: Program
+    joint: str
+    blends: bool  # whether the blend of its joint move is a length
+
+
+@lru_cache(maxsize=32)
+def handling_sample(name: str) -> Sample | None:
+    """The handling program of a vendor in the checkout's `samples`; None where it has none."""
+    vendor = find_vendor(name)
+    main = handling.main_of(vendor, handling.samples_folder(vendor))
+    if main is None:
+        return None
+    program = link(vendor.read(load(main))).program
+    found = events_of(program, run(program, robot_of(), folder=main.parent), vendor)
+    length = any(e.kind == "joint" and e.blend > 0.0 for e in found)
+    return Sample(program, handling.joint_speeds_of(found), length)
+
+
+class WriterUnderTest:
+    """A vendor whose language is written, with what its suite makes once."""
+
+    def __init__(self, vendor: Vendor, samples: Path | None) -> None:
+        self.vendor = vendor
+        self.folder = handling.samples_folder(vendor, samples)
+
+    @cached_property
+    def main(self) -> Path:
+        found = handling.main_of(self.vendor, self.folder)
+        assert found is not None, f"{self.folder} has no handling program (handling{self.vendor.suffixes[0]})"
+        return found
+
+    @cached_property
+    def spelling(self) -> tuple[str, Spelling]:
+        """How the hand-written sample spells poses, found without any reader."""
+        found = spelling_of(handling.text_of(self.vendor, self.folder), handling.POINTS)
+        assert found is not None, (
+            f"no pose of the handling cell is found in {self.folder}, in whatever convention"
+        )
+        return found
+
+    @cached_property
+    def contracts(self) -> Mapping[int, tuple[Contract, Converted]]:
+        """The contract program for each start that takes another branch, and its files in this language."""
+        made = {n: contract_program(n) for n in BRANCHES}
+        return {n: (one, self.written(one.program)) for n, one in made.items()}
+
+    def written(self, program: Program) -> Converted:
+        return convert(program, self.vendor.name, Context(robot=robot_of()), date=_DATE)
+
+    def events(self, made: Converted) -> tuple[Program, list[Event]]:
+        return read_again(made, self.vendor)
+
+
+def read_again(made: Converted, vendor: Vendor, beside: Path | None = None) -> tuple[Program, list[Event]]:
+    """The files, read again and run beside each other, and the events. `beside`: a folder with data that they need."""
+    with tempfile.TemporaryDirectory() as folder:
+        for path in beside.iterdir() if beside is not None else ():
+            if path.is_file() and path.suffix.lower() not in vendor.suffixes:
+                Path(folder, path.name).write_bytes(path.read_bytes())
+        for name, data in made.files.items():
+            Path(folder, name).write_bytes(data)
+        program = vendor.read(load(Path(folder, made.main)))
+        errors = [found.render() for found in program.diagnostics if found.is_error]
+        if errors:
+            raise AssertionError(f"{vendor.name} does not read what was written: {errors[0]}")
+        linked = link(program).program
+        return linked, events_of(program, run(program, robot_of(), folder=folder, max_steps=5000), vendor)
+
+
+def check_writer(vendor: Vendor, *, samples: Path | None = None, first: bool = False) -> None:
+    """Raises ContractError with every promise of a writer that `vendor` breaks.
+
+    `samples`: the folder with its handling program; None: `samples/NAME` of a checkout. `first`: stops at the first.
+
+        from olp.contracts import check_writer
+        check_writer(VENDOR)
+    """
+    hold(f"writer {vendor.name}", WriterUnderTest(vendor, samples), PROMISES, first=first)
+
+
+# --- the text ----------------------------------------------------------------------------------------------
+
+
+def is_found(it: WriterUnderTest) -> Iterator[Difference]:
+    """A language with a writer and a template is one of those that can be written"""
+    if it.vendor.name not in writable():
+        yield it.vendor.name, f"olp writes {', '.join(writable())}"
+
+
+def spells_poses_as_the_sample(it: WriterUnderTest) -> Iterator[Difference]:
+    """Every point of a program is in the written text: in the units and angles of the hand-written sample"""
+    name, spelling = it.spelling
+    for n, (contract, made) in it.contracts.items():
+        numbers = numbers_of(_text(made))
+        for point, pose in contract.poses.items():
+            if not is_written(numbers, pose, spelling):
+                yield (
+                    f"the point {point} {POINTS[point]} of contract_program({n})",
+                    f"not in the text as {name}",
+                )
+
+
+def spells_speeds_as_the_sample(it: WriterUnderTest) -> Iterator[Difference]:
+    """Every speed of a straight move and every waiting time is in the written text, in the units of the sample"""
+    sample = numbers_of(handling.text_of(it.vendor, it.folder))
+    contract, made = it.contracts[BRANCHES[0]]
+    numbers = [*numbers_of(_text(made)), *_glued(_text(made))]
+    sample += _glued(handling.text_of(it.vendor, it.folder))
+    speeds = {e.speed for e in contract.events if e.kind in ("linear", "arc")}
+    waits = {e.seconds for e in contract.events if e.kind == "wait"}
+    for what, anchors, values in (("a speed", handling.SPEEDS, speeds), ("a wait", (0.35, 0.1), waits)):
+        unit = next((u for u in (1.0, 0.001) if all(_holds(sample, a / u) for a in anchors)), None)
+        if unit is None:
+            yield str(it.folder), f"{what} of the handling cell is in no unit in the sample"
+            continue
+        missing = [value for value in sorted(values) if not _holds(numbers, value / unit)]
+        if missing:
+            yield (
+                f"{what} of contract_program({BRANCHES[0]}) in units of {unit:g}",
+                f"not in the text: {missing}",
+            )
+
+
+def _glued(text: str) -> list[float]:
+    """Numbers that a unit or a letter touches (250mm/sec, V=250.0, v1500)."""
+    return [float(found) for found in re.findall(r"\d+\.\d+|\.\d+|\d+", text)]
+
+
+def _holds(numbers: list[float], value: float) -> bool:
+    return any(abs(one - value) <= 1e-6 * max(abs(value), 1.0) for one in numbers)
+
+
+def _text(made: Converted) -> str:
+    return "\n".join(data.decode("cp1252", "replace") for data in made.files.values())
+
+
+def keeps_words(it: WriterUnderTest) -> Iterator[Difference]:
+    """Comments and the names of routines are in the written text, which has the vendor's line ends"""
+    _, made = it.contracts[BRANCHES[0]]
+    text = _text(made)
+    for word in (COMMENT, "many", "MAINJOB", "SUBJOB"):
+        if word.lower() not in text.lower() and word.lower() not in " ".join(made.files).lower():
+            yield f"{word!r} of the contract program", "not in the text"
+    end = it.vendor.newline.encode()
+    for name, data in made.files.items():
+        if data.replace(end, b"").count(b"\n") or data.replace(end, b"").count(b"\r"):
+            yield name, f"it has other line ends than {it.vendor.newline!r}"
+        if not data.endswith(end):
+            yield name, "its last line has no end"
+
+
+def writes_the_same_again(it: WriterUnderTest) -> Iterator[Difference]:
+    """The same program is the same text, however often it is written"""
+    contract, made = it.contracts[BRANCHES[0]]
+    if it.written(contract.program).files != made.files:
+        yield f"contract_program({BRANCHES[0]})", "another text the second time"
+
+
+# --- what the text does ------------------------------------------------------------------------------------
+
+
+def has_a_true_reader(it: WriterUnderTest) -> Iterator[Difference]:
+    """The reader that reads written programs is right: it finds the handling cell in the hand-written sample"""
+    program = it.vendor.read(load(it.main))
+    for parts in (handling.PARTS, 1):
+        started = handling.with_parts(program, parts)
+        plan = run(started, robot_of(), folder=it.main.parent, max_steps=2000)
+        found = events_of(started, plan, it.vendor)
+        wanted = stopped_by_advance(handling.events(parts, handling.joint_speeds_of(found)), it.vendor)
+        yield from ((f"{it.main.name} with {parts} parts", d) for d in differences(wanted, found))
+
+
+def does_what_the_program_does(it: WriterUnderTest) -> Iterator[Difference]:
+    """The written contract program does what the neutral one does: every move, speed, blend, signal, wait and branch"""
+    for n, (contract, made) in it.contracts.items():
+        _, found = it.events(made)
+        wanted = loosened(stopped_by_advance(contract.events, it.vendor), made.translated.losses)
+        yield from ((f"contract_program({n})", d) for d in differences(wanted, found))
+
+
+def loosened(events: Any, losses: tuple[Loss, ...]) -> list[Event]:
+    """The events without what a receipt names of joint moves: their speed within `_LOOSE`, the size of their blend."""
+    parts = frozenset(loss.part for loss in losses if loss.part in ("speed", "blend"))
+    return [replace(e, loose=e.loose | parts) if parts and e.kind == "joint" else e for e in events]
+
+
+def loses_nothing_else(it: WriterUnderTest) -> Iterator[Difference]:
+    """The receipt of the contract program names nothing but speeds and blends of joint moves"""
+    for n, (_, made) in it.contracts.items():
+        for loss in made.translated.losses:
+            if loss.part not in ("speed", "blend") or not loss.statement.startswith("Move joint"):
+                yield (
+                    f"contract_program({n})",
+                    f"line {loss.line}, {loss.statement}: {loss.part}: {loss.says}",
+                )
+
+
+def writes_back_its_own(it: WriterUnderTest) -> Iterator[Difference]:
+    """A program that is exported in its own language and read again does the same, with the same comments"""
+    program = link(it.vendor.read(load(it.main))).program
+    for parts in (handling.PARTS, 1):
+        made = it.written(handling.with_parts(program, parts))
+        again, found = read_again(made, it.vendor, it.main.parent)
+        wanted = stopped_by_advance(handling.events(parts, handling.joint_speeds_of(found)), it.vendor)
+        yield from ((f"{it.main.name}, written, {parts} parts", d) for d in differences(wanted, found))
+        if _comments(again) != _comments(program):
+            gone = [text for text in _comments(program) if text not in _comments(again)]
+            yield it.main.name, f"comments are not the same, without {gone}"
+        twice = it.written(again).files
+        if twice != made.files:
+            changed = [name for name in made.files if twice.get(name) != made.files[name]]
+            yield it.main.name, f"written, read and written again other text: {changed}"
+
+
+def _comments(program: Program) -> list[str]:
+    found = [s.text if isinstance(s, Comment) else getattr(s, "comment", "") for s in program.statements()]
+    return [text.strip() for text in found if text.strip()]
+
+
+def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
+    """Every other language's handling program does the same in this one, and again when it is translated back"""
+    for name in vendor_names():
+        sample = handling_sample(name) if name != it.vendor.name else None
+        if sample is None:
+            continue
+        try:
+            there = it.written(sample.program)
+        except OlpError:
+            continue  # refused before a character was written: nothing is lost in silence
+        read, found = it.events(there)
+        wanted = stopped_by_advance(_wanted(sample, there), it.vendor, find_vendor(name))
+        yield from ((f"{name} to {it.vendor.name}", d) for d in differences(wanted, found))
+        if name in writable():
+            back = convert(read, name, Context(robot=robot_of(), on_loss="comment"), date=_DATE)
+            _, found = read_again(back, find_vendor(name))
+            twice = loosened(wanted, back.translated.losses)
+            kept = [replace(e, loose=e.loose | {"blend"}) if e.kind == "joint" else e for e in twice]
+            # How long the way to the first point is, nobody can say, so no speed of another kind comes back from it.
+            kept[0] = replace(kept[0], share=math.nan, axis=math.nan, speed=math.nan)
+            yield from ((f"{name} to {it.vendor.name} and back", d) for d in differences(kept, found))
+
+
+def _wanted(sample: Sample, made: Converted) -> list[Event]:
+    events = loosened(handling.events(joint=sample.joint), made.translated.losses)
+    if sample.blends:
+        return events
+    return [replace(e, loose=e.loose | {"blend"}) if e.kind == "joint" else e for e in events]
+
+
+# --- what cannot be said -----------------------------------------------------------------------------------
+
+
+def refuses_what_it_cannot_say(it: WriterUnderTest) -> Iterator[Difference]:
+    """What the language cannot say is refused with its line before a character is written, never left out"""
+    contract, _ = it.contracts[BRANCHES[0]]
+    main = contract.program.routines[0]
+    foreign = Opaque(main.body[3].line, "DoWhatNobodyKnows 17, \\Fast")
+    nowhere = replace(literal(POINTS["part"]), values=(math.nan, 0.1, 0.2, 0.3, 0.4, 0.5))
+    program = contract.program
+    bad = {
+        "a word of another language": replace(
+            program,
+            routines=(replace(main, body=(*main.body[:3], foreign, *main.body[3:])), *program.routines[1:]),
+        ),
+        "a point without x": replace(
+            program,
+            data=tuple(
+                replace(d, value=nowhere) if isinstance(d, Declare) and d.name == "over" else d
+                for d in program.data
+            ),
+        ),
+    }
+    for name, one in bad.items():
+        try:
+            made = it.written(one)
+        except OlpError as refused:
+            if not all(found.code and found.message for found in refused.diagnostics):
+                yield name, "refused without a reason"
+            continue
+        if name.startswith("a word") and not made.translated.losses:
+            yield name, "written without a word in the receipt"
+        if "nan" in _text(made).lower():
+            yield name, "the text has a number that is none"
+    yield from _refuses_an_unknown_signal(it)
+
+
+def _refuses_an_unknown_signal(it: WriterUnderTest) -> Iterator[Difference]:
+    """The passes do not look at a program of the language itself: its writer alone can refuse."""
+    program = link(it.vendor.read(load(it.main))).program
+    first = program.routines[0]
+    at = len(first.body) // 2
+    unknown = SetOutput(first.body[at].line, Signal("nobody-knows", Number(3)), State(True))
+    body = (*first.body[:at], unknown, *first.body[at:])
+    try:
+        it.written(replace(program, routines=(replace(first, body=body), *program.routines[1:])))
+    except OlpError as refused:
+        if not any(found.line == unknown.line for found in refused.diagnostics):
+            yield "an output of a kind that nobody knows", "refused without its line"
+        return
+    yield "an output of a kind that nobody knows", "written, or left out in silence"
+
+
+PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
+    is_found,
+    does_what_the_program_does,
+    spells_poses_as_the_sample,
+    spells_speeds_as_the_sample,
+    keeps_words,
+    loses_nothing_else,
+    has_a_true_reader,
+    writes_back_its_own,
+    writes_the_same_again,
+    refuses_what_it_cannot_say,
+    translates_there_and_back,
+)

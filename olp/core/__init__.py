@@ -1,0 +1,1 @@
+"""What everything rests on: diagnostics, sources, units, files, registries."""

@@ -1,0 +1,133 @@
+"""Files that a user names: found as inputs, written whole or not at all, never over an input unless asked.
+
+Codes: C003 no such file, C004 a folder without such files, C005 the operating system refused, C006 an input would be
+overwritten.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from olp.core.diagnostic import Diagnostic, OlpError, error
+
+
+def write_output(
+    path: str | Path | None, data: bytes, *, inputs: Iterable[str | Path] = (), in_place: bool = False
+) -> None:
+    """Writes `data` to `path`, whole or not at all; None or "-" is standard output.
+
+    The data are written beside the target and moved into place, so a full disk or a lost connection never
+    leaves half a program. A target that is one of `inputs` is refused with OlpError unless `in_place`.
+    Raises OSError.
+    """
+    if path is None or str(path) == "-":
+        sys.stdout.flush()
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+        return
+    if not in_place:
+        refuse_inputs(path, inputs)
+    # Replacing a link would leave the file it names as it was.
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        target.write_bytes(data)  # a device or a pipe cannot be replaced, a folder says so
+    else:
+        _replace(target, data)
+
+
+def refuse_inputs(path: str | Path, inputs: Iterable[str | Path]) -> None:
+    """Raises OlpError when `path` is one of `inputs` under whatever name (link, other case, relative)."""
+    for source in map(Path, inputs):
+        if os.path.exists(path) and source.exists() and os.path.samefile(path, source):
+            raise OlpError(
+                error(
+                    "C006",
+                    "this output would overwrite its input",
+                    file=str(path),
+                    help="name another file with -o, or say --in-place where the command has it",
+                )
+            )
+
+
+def _replace(target: Path, data: bytes) -> None:
+    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with open(beside, "xb") as file:
+            file.write(data)
+            if target.exists():
+                # What is about to be lost must not be replaced by data that are still on their way.
+                file.flush()
+                os.fsync(file.fileno())
+                os.chmod(beside, stat.S_IMODE(target.stat().st_mode))
+        os.replace(beside, target)
+    except FileNotFoundError as problem:
+        raise FileNotFoundError(problem.errno, problem.strerror, str(target.parent)) from None
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+_ADVICE: Mapping[type[OSError], str] = {
+    FileNotFoundError: "create the folder first, or name another one",
+    IsADirectoryError: "name a file in this folder",
+    PermissionError: "ask for the right to write there, or name another file with -o",
+}
+
+
+def from_os_error(problem: OSError) -> Diagnostic:
+    """What the operating system refused, as a diagnostic: which file, and why in its own words."""
+    file = problem.filename if problem.filename is not None else ""
+    says = problem.strerror or str(problem)
+    return error("C005", says, file=os.fsdecode(file), help=_ADVICE.get(type(problem), ""))
+
+
+def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[Path]:
+    """The files meant by `paths`: files as they are, folders searched for `suffixes`, patterns expanded.
+
+    Suffixes are lower case with their dot (".jbi") and match either case. Every file comes once, folders in
+    sorted order. Raises OlpError naming everything that is missing, unreadable or empty.
+    """
+    found: dict[str, Path] = {}
+    problems: list[Diagnostic] = []
+    for path in map(Path, paths):
+        for file in _expand_one(path, tuple(suffixes), problems):
+            found.setdefault(os.path.normcase(os.path.abspath(file)), file)
+    if problems:
+        raise OlpError(*problems)
+    return list(found.values())
+
+
+def _expand_one(path: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -> list[Path]:
+    if path.is_dir():
+        return _search(path, suffixes, problems)
+    if path.exists():
+        return [path]
+    # Shells on Windows hand patterns over as they are.
+    matches = _glob(path)
+    if not matches:
+        problems.append(error("C003", "no such file or folder", file=str(path)))
+    return [file for match in matches for file in _expand_one(match, suffixes, problems)]
+
+
+def _glob(path: Path) -> list[Path]:
+    from glob import glob, has_magic
+
+    return [Path(name) for name in sorted(glob(str(path)))] if has_magic(str(path)) else []
+
+
+def _search(root: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -> list[Path]:
+    refused: list[OSError] = []
+    found = [
+        Path(folder, name)
+        for folder, _, names in os.walk(root, onerror=refused.append)
+        for name in names
+        if name.lower().endswith(suffixes)
+    ]
+    problems.extend(map(from_os_error, refused))
+    if not found and not refused:
+        help = f"their names end in {' '.join(suffixes)}"
+        problems.append(error("C004", "no robot program in this folder", file=str(root), help=help))
+    return sorted(found)

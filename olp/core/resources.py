@@ -1,0 +1,31 @@
+"""Finds the files that are no Python: grammars, templates and robots.
+
+A wheel carries the top-level folders inside the package, a checkout (also an editable install) beside it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+
+def folder(kind: str) -> Traversable:
+    """The folder `kind` ("grammars", "templates", "robots"), wherever olp is installed, also in a zip."""
+    from importlib.resources import files
+
+    package = files("olp")
+    shipped = package / kind
+    return shipped if shipped.is_dir() else package / ".." / kind
+
+
+def names(kind: str, suffix: str) -> list[str]:
+    """File names in the folder `kind` that end in `suffix`, sorted, without the suffix."""
+    found = (entry.name for entry in folder(kind).iterdir())
+    return sorted(name.removesuffix(suffix) for name in found if name.endswith(suffix))
+
+
+def read_text(kind: str, name: str) -> str:
+    """The text of one file, UTF-8. Raises FileNotFoundError."""
+    return (folder(kind) / name).read_text(encoding="utf-8")

@@ -1,5 +1,0 @@
-"""A diagnosis as one self-contained HTML file."""
-
-from olp.diagnosis.html.page import diagnosis_page, html_report
-
-__all__ = ["diagnosis_page", "html_report"]

@@ -1,6 +1,0 @@
-"""Two versions of a program: which lines take longer or shorter now, and why. The parts add up to the whole."""
-
-from olp.difference.compare import compare
-from olp.difference.model import Change, Difference
-
-__all__ = ["Change", "Difference", "compare"]

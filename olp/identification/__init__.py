@@ -1,0 +1,1 @@
+"""Learns from the real robot: recordings, timing signatures, diagnosis, experiments."""

@@ -1,0 +1,314 @@
+"""How fast each axis turns along each move: `Rates` of a recording, from the robot's kinematics or from joint points.
+
+The arm's posture is the one of the joint points; without them in front, elbow up, wrist flipped or not, whichever keeps
+more of the points inside the soft limits.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.learned_joints import learned_joints
+from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
+from olp.timing.physics._case import Floats, Mask, Rates
+
+if TYPE_CHECKING:
+    from olp.identification.diagnosis.axis_ways import Ways
+    from olp.identification.recording import Recording
+    from olp.robots.robot import Robot
+
+Labels = NDArray[np.int64]
+
+_ELBOW, _WRIST = 2, 4  # joints of the chain, from 0
+PLACES = 21  # along each move
+# [m] Joint points and tool points that put the tool's point this near to one place on the flange tell the tool.
+_SAME_TOOL = 1e-3
+_TELLS = "joint-acceleration-limit, joint-speed-limit and torque-speed"
+
+
+def rates_of(recording: Recording, rows: Labels, way: Floats) -> tuple[Rates | None, tuple[str, ...]]:
+    """Signed axis rates of the moves at `rows` (n,) of the recording, and what has to be said of them.
+
+    `way` (n,) [m], or [rad] of the leading axis in joint moves: what the rates are per unit of. None when neither a
+    robot with known kinematics nor joint points are there. Raises OlpError (K…).
+    """
+    moves, robot = recording.moves, recording.robot
+    joint_points = _rows_of(moves.joints_start, rows), _rows_of(moves.joints_end, rows)
+    if robot is None or robot.geometry is None:
+        return _means(moves, rows, way, joint_points, "" if robot is None else robot.name)
+    task = _Task(recording, robot, rows, *joint_points)
+    path = np.zeros((len(rows), PLACES, len(robot.axes)))
+    _joint_moves(task, path)
+    _tool_moves(task, path)
+    known = np.asarray(task.open & np.isfinite(way) & (way > 0))
+    task.leave_out(task.open & ~known, "no way")
+    path[~known] = 0.0
+    path[known] /= way[known, None, None]
+    speeds, slopes = (v if np.isfinite(v).all() else None for v in (robot.speeds, robot.accelerations))
+    return Rates(path, known, True, robot.axis_names, speeds, slopes, task.bodies), task.told()
+
+
+@dataclass(slots=True, eq=False)
+class _Task:
+    """What is worked on. `open`: moves that can still be told, `why`: what left the others out."""
+
+    recording: Recording
+    robot: Robot
+    rows: Labels
+    joints_start: Floats  # (n, k) nan where not written
+    joints_end: Floats
+    open: Mask = field(init=False)
+    kind: NDArray[np.int8] = field(init=False)
+    why: dict[int, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    bodies: Floats | None = None  # (n, m, 2, 3) [m], see Rates
+
+    def __post_init__(self) -> None:
+        axes = len(self.robot.axes)
+        if self.joints_start.shape[1] != axes:  # no joint points at all: the reader refuses other numbers
+            self.joints_start = self.joints_end = np.full((len(self.rows), axes), np.nan)
+        self.kind = self.recording.moves.kind[self.rows]
+        self.open = np.asarray(self.kind != WAIT)
+
+    @property
+    def posed(self) -> Mask:
+        """(n,) moves with both joint points."""
+        return np.asarray(
+            np.isfinite(self.joints_start).all(axis=1) & np.isfinite(self.joints_end).all(axis=1)
+        )
+
+    def leave_out(self, which: Mask, why: str) -> None:
+        for row in np.nonzero(which & self.open)[0].tolist():
+            self.why[row] = why
+        self.open &= ~which
+
+    def told(self) -> tuple[str, ...]:
+        notes = list(dict.fromkeys(self.notes))
+        if self.why:
+            number = self.recording.moves.move[self.rows]
+            first = {why: int(number[row]) for row, why in sorted(self.why.items(), reverse=True)}
+            parts = [
+                f"{why} ({count}, the first is move {first[why]})"
+                for why, count in Counter(self.why.values()).most_common()
+            ]
+            moving = int((self.kind != WAIT).sum())
+            notes.append(
+                f"{len(self.why)} of {moving} moves are left out of what hangs on the axes: {', '.join(parts)}"
+            )
+        return tuple(notes)
+
+
+def _rows_of(points: Floats, rows: Labels) -> Floats:
+    return np.asarray(points[rows]) if points.ndim == 2 and len(points) else np.zeros((len(rows), 0))
+
+
+def _means(
+    moves: RecordedMoves, rows: Labels, way: Floats, points: tuple[Floats, Floats], name: str
+) -> tuple[Rates | None, tuple[str, ...]]:
+    """From joint points alone: each axis as if it turned evenly."""
+    what = f"the robot file of {name} has no [links] or [chain]" if name else "the recording names no robot"
+    turned = points[1] - points[0]
+    known = np.isfinite(turned).all(axis=1) & (moves.kind[rows] != WAIT) & np.isfinite(way) & (way > 0)
+    if not turned.shape[1] or not known.any():
+        says = "how fast each axis turns is not known, so they cannot be told"
+        return None, (f"{what} and there are no joint points: {says}: {_TELLS}",)
+    mean = np.zeros_like(turned)
+    mean[known] = turned[known] / way[known, None]
+    path = np.repeat(mean[:, None, :], PLACES, axis=1)
+    learned = learned_joints(moves, rows, points)
+    says = "each axis is taken to turn evenly over a move; a robot model would add its rates along lines and"
+    if learned is not None:
+        straight = known & (moves.kind[rows] == LINEAR) & np.isfinite(learned).all(axis=(1, 2))
+        along = np.gradient(learned, axis=1) * (PLACES - 1)
+        path[straight] = along[straight] / way[straight, None, None]
+        says = "how fast each axis turns along lines is read off the joint and tool points; a robot model would add"
+    names = tuple(f"axis {i + 1}" for i in range(turned.shape[1]))
+    return Rates(path, known, False, names), (f"{what}: {says} its rated speeds",)
+
+
+# --- joint moves ------------------------------------------------------------------------------------------------------
+
+
+def _joint_moves(task: _Task, path: Floats) -> None:
+    """All axes move in proportion: the same rate along the whole move."""
+    mine = task.open & (task.kind == JOINT)
+    told = mine & task.posed
+    path[told] = (task.joints_end - task.joints_start)[told, None, :]
+    rest = np.asarray(mine & ~told)
+    if not rest.any():
+        return
+    at = np.nonzero(rest)[0]
+    ways = _ways(task, rest)
+    at = at[task.open[at]]
+    if not len(at):
+        return
+    posture, seed = _posture(task, ways, at)
+    ends = _ends(task.robot, ways, posture, seed)
+    reached = np.isfinite(ends).all(axis=(0, 2))
+    path[at[reached]] = (ends[1] - ends[0])[reached, None, :]
+    task.leave_out(_mask(task, at[~reached]), "out of reach")
+    if reached.any():
+        task.notes.append(
+            "joint moves without joint points: the axes' turns are those between their tool points"
+        )
+
+
+def _ends(robot: Robot, ways: Ways, posture: Labels, seed: Floats) -> Floats:
+    """(2, n, k) Joints at start and end in one posture, each by itself; numeric arms end near where they start."""
+    from olp.identification.diagnosis.axis_ways import joints_along
+    from olp.robots.kinematics import inverse
+
+    first = joints_along(robot, ways, np.zeros(1), posture, seed)[:, 0]
+    place, rotation, _, _ = ways.at(np.ones(1))
+    near = np.where(np.isfinite(first), first, (robot.lower + robot.upper) / 2.0)
+    last, _ = inverse(robot, place[:, 0], rotation[:, 0], posture, near)
+    return np.stack([first, last])
+
+
+# --- lines and arcs ---------------------------------------------------------------------------------------------------
+
+
+def _tool_moves(task: _Task, path: Floats) -> None:
+    from olp.identification.diagnosis.axis_ways import joints_along, rates_along
+
+    wanted = np.asarray(task.open & (task.kind != JOINT))
+    if not wanted.any():
+        return
+    ways = _ways(task, wanted)
+    at = np.nonzero(wanted & task.open)[0]
+    if not len(at):
+        return
+    posture, seed = _posture(task, ways, at)
+    share = np.linspace(0.0, 1.0, PLACES)
+    joints = joints_along(task.robot, ways, share, posture, seed)
+    rates = rates_along(task.robot, ways, share, joints)
+    reached = np.isfinite(rates).all(axis=(1, 2))
+    path[at[reached]] = rates[reached]
+    task.bodies = _bodies(task, at[reached], joints[reached])
+    task.leave_out(_mask(task, at[~reached]), "out of reach")
+
+
+def _bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> Floats | None:
+    """(n, m, 2, 3) [m] where the elbow and the wrist centre are, of arms that have both."""
+    from olp.robots.kinematics.chain import geometry_of, sweep
+
+    geometry = geometry_of(task.robot)
+    if geometry.links is None:
+        return None
+    count, places, axes = joints.shape
+    origins = sweep(task.robot, geometry, joints.reshape(count * places, axes).T).origins
+    bodies = np.full((len(task.rows), PLACES, 2, 3), np.nan)
+    for which, joint in enumerate((_ELBOW, _WRIST)):
+        bodies[at, :, which] = origins[joint].T.reshape(count, places, 3)
+    return bodies
+
+
+def _ways(task: _Task, wanted: Mask) -> Ways:
+    """The flange's ways of those of the `wanted` moves that can be told; the others are left out, with the reason."""
+    from olp.identification.diagnosis.axis_ways import Ways
+    from olp.robots.geometry import rotation_from_angles
+    from olp.robots.kinematics import forward
+
+    moves, rows = task.recording.moves, task.rows
+    task.leave_out(wanted & ~task.posed & ~moves.has_points[rows], "no tool points")
+    start_angles, end_angles = moves.start_angles[rows], moves.end_angles[rows]
+    turned = np.isfinite(np.concatenate([start_angles, end_angles], axis=1)).all(axis=1)
+    task.leave_out(wanted & ~task.posed & ~turned, "no tool orientation")
+    bent = task.kind == CIRCULAR
+    task.leave_out(wanted & bent & ~np.isfinite(moves.via[rows]).all(axis=1), "no middle point")
+    at = np.nonzero(wanted & task.open)[0]
+    tool, known = _tool(task, at)
+    start, end = moves.start[rows[at]].copy(), moves.end[rows[at]].copy()
+    first, last = np.empty((len(at), 3, 3)), np.empty((len(at), 3, 3))
+    posed = task.posed[at]
+    off = np.eye(3) if task.recording.tool is None else task.recording.tool.rotation.T
+    free = ~posed
+    first[free] = rotation_from_angles(start_angles[at][free]) @ off
+    last[free] = rotation_from_angles(end_angles[at][free]) @ off
+    for place, rotation, joints in ((start, first, task.joints_start), (end, last, task.joints_end)):
+        flange, rotation[posed] = forward(task.robot, joints[at[posed]])
+        place[posed] = flange + rotation[posed] @ tool
+    via = np.where(bent[at, None], moves.via[rows[at]], np.nan)
+    if not known and free.any():
+        task.notes.append(
+            "the tool is not told: its points are taken as the flange's; tool = [x, y, z, rx, ry, rz] in "
+            "recording.toml would make the axes' rates right"
+        )
+    return Ways(start, end, via, first, last, np.broadcast_to(tool, (len(at), 3)).copy())
+
+
+def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
+    """(3,) [m] the tool's point on the flange, and whether anything tells it: recording.toml, or joint and tool points
+    together."""
+    from olp.robots.kinematics import forward
+
+    recording = task.recording
+    if recording.tool is not None:
+        return recording.tool.position, True
+    both = at[task.posed[at] & recording.moves.has_points[task.rows[at]]]
+    if not len(both):
+        return np.zeros(3), False
+    seen = []
+    for joints, place in ((task.joints_start, recording.moves.start), (task.joints_end, recording.moves.end)):
+        position, rotation = forward(task.robot, joints[both])
+        seen.append(np.einsum("nji,nj->ni", rotation, place[task.rows[both]] - position))
+    offsets = np.concatenate(seen)
+    tool = np.median(offsets, axis=0)
+    if np.percentile(np.abs(offsets - tool), 95) > _SAME_TOOL:
+        task.notes.append(
+            f"joint points and tool points do not put one tool on the flange of {task.robot.name}: the joint points "
+            "are believed"
+        )
+    return np.asarray(tool), True
+
+
+def _posture(task: _Task, ways: Ways, at: NDArray[np.intp]) -> tuple[Labels, Floats]:
+    """(n, 6) RCONF's first flags and (n, k) joints to begin near, nan where there are no joint points."""
+    from olp.robots.kinematics import configuration_of
+
+    seed = task.joints_start[at]
+    flags = np.zeros((len(at), 6), dtype=np.int64)
+    posed = np.isfinite(seed).all(axis=1)
+    assert task.robot.geometry is not None
+    if task.robot.geometry.links is None:
+        if not posed.all():
+            task.notes.append("the posture of the arm is not told: taken near the middle of the axes' ranges")
+        return flags, seed
+    if posed.any():
+        flags[posed] = configuration_of(task.robot, seed[posed])
+    if not posed.all():
+        flags[~posed] = _usual_posture(task, ways.take(np.nonzero(~posed)[0]))
+    return flags, seed
+
+
+def _usual_posture(task: _Task, ways: Ways) -> Labels:
+    """(6,) In front, elbow up; the wrist's sign that keeps more ends of ways inside the soft limits."""
+    from olp.identification.diagnosis.axis_ways import joints_along
+    from olp.identification.probe.reach import FLIPPED, PLAIN
+    from olp.robots.kinematics import within_limits
+
+    robot, count = task.robot, len(ways.start)
+    inside = []
+    for posture in (PLAIN, FLIPPED):
+        flags = np.broadcast_to(np.array(posture, dtype=np.int64), (count, 6))
+        nowhere = np.full((count, len(robot.axes)), np.nan)
+        joints = joints_along(robot, ways, np.linspace(0.0, 1.0, 2), flags, nowhere)
+        inside.append(int(within_limits(robot, joints.reshape(2 * count, -1)).all(axis=1).sum()))
+    chosen = FLIPPED if inside[1] > inside[0] else PLAIN
+    sign = "below zero" if chosen == FLIPPED else "zero or more"
+    task.notes.append(
+        f"the posture of the arm is not told: taken in front of axis {robot.axis_names[0]}, elbow up, axis "
+        f"{robot.axis_names[4]} {sign} from the straight wrist"
+    )
+    return np.array(chosen, dtype=np.int64)
+
+
+def _mask(task: _Task, at: NDArray[np.intp]) -> Mask:
+    mask = np.zeros(len(task.rows), dtype=bool)
+    mask[at] = True
+    return mask

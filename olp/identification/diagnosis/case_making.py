@@ -1,0 +1,376 @@
+"""From a recording to the case that the terms see: ways, speeds, the simulation's motion, each move's circumstances.
+
+Code: N010 nothing to judge.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import OlpError, error
+from olp.identification.diagnosis.accelerations import inferred, limited
+from olp.identification.diagnosis.axis_rates import rates_of
+from olp.identification.diagnosis.corner_laws import SOME_ROUNDING, cornered
+from olp.identification.diagnosis.tuned import tuned
+from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
+from olp.identification.signature.joint_moves import recorded_joint_moves
+from olp.robots.controller_effects import generations_in
+from olp.timing.arm_prior import arm_prior
+from olp.timing.physics._case import Case
+from olp.timing.physics._motion import Corners, Motion
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.int64]
+
+_STRAIGHT_ACCELERATION = 3.0  # [m/s²] where neither recording nor robot says one
+_JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
+_NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
+
+
+class Making(NamedTuple):
+    """A case, the rows of the recording's moves that are in it, and what was assumed or left out."""
+
+    case: Case
+    rows: Rows
+    notes: tuple[str, ...]
+
+
+class _Pace(NamedTuple):
+    """Way, speed and acceleration of moves; nan where they cannot be told."""
+
+    way: Floats
+    speed: Floats
+    acceleration: Floats
+
+
+def case_of(recording: Recording) -> Making:
+    """All measured moves whose simulated duration is known or can be predicted. Raises OlpError N010."""
+    moves, notes = recording.moves, list[str]()
+    pace = _pace(recording, notes)
+    simulated = _simulated(recording, pace, notes)
+    waiting = moves.kind == WAIT
+    known = np.isfinite(pace.way) & np.isfinite(pace.speed) & (pace.way > 0)
+    rows = np.nonzero(moves.measured & np.isfinite(simulated) & (known | waiting))[0].astype(np.int64)
+    if not len(rows):
+        raise OlpError(
+            error(
+                "N010",
+                "no move has a measured duration, a simulated one, and a way and speed to explain them by",
+                file=recording.path,
+                help="give duration_s and sim_s, and TCP points with speed_mm_s or joint points with speed_pct",
+            )
+        )
+    left = len(moves) - len(rows)
+    if left:
+        notes.append(f"{left} of {len(moves)} moves are not judged: no duration, simulation, way or speed")
+    return Making(_case(recording, rows, pace, simulated, notes), rows, tuple(notes))
+
+
+def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, notes: list[str]) -> Case:
+    moves = recording.moves
+    stop_start, stop_end, before = _ends(moves)
+    resolution = recording.settings.time_resolution
+    floor = recording.noise_floor()
+    blend = _blends(recording, notes)
+    blend_start = np.where(before >= 0, blend[before], 0.0)
+    stops, blends = (stop_start, stop_end), (blend_start, blend)
+    base = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution, notes)
+    rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
+    notes.extend(told)
+    return Case(
+        move=moves.move[rows],
+        measured=moves.duration[rows],
+        simulated=simulated[rows],
+        base=base,
+        moving=moves.kind[rows] != WAIT,
+        joint=moves.kind[rows] == JOINT,
+        start=moves.start[rows],
+        end=moves.end[rows],
+        turn=_turn(moves)[rows],
+        stop_start=stop_start[rows],
+        stop_end=stop_end[rows],
+        blend=blend[rows],
+        blend_start=blend_start[rows],
+        corner=_corner(moves)[rows],
+        payload=moves.payload[rows],
+        payload_inertia=moves.payload_inertia[rows],
+        t_start=moves.t_start[rows],
+        cycle=moves.cycle[rows],
+        job=tuple(moves.job[i] for i in rows.tolist()),
+        line=moves.line[rows],
+        rates=rates,
+        resolution=float(np.nan_to_num(resolution if resolution is not None else floor.resolution)),
+        covariates={name: values[rows] for name, values in moves.covariates.items()},
+        repeats=recording.repeats()[rows],
+        place=rows,
+        sim_payload=moves.sim_payload[rows],
+        sim_payload_inertia=moves.sim_payload_inertia[rows],
+        override=(_whole(moves.override) / _whole(moves.sim_override))[rows],
+        began=float(np.nanmin(moves.t_start[rows])) if np.isfinite(moves.t_start[rows]).any() else math.nan,
+    )
+
+
+# --- ways, speeds, accelerations --------------------------------------------------------------------------------------
+
+
+def _pace(recording: Recording, notes: list[str]) -> _Pace:
+    """Straight and curved moves by their points, joint moves by the axis that takes longest."""
+    moves = recording.moves
+    way = np.where(moves.kind == CIRCULAR, _arcs(moves), moves.chord)
+    speed = moves.speed.copy()
+    acceleration = moves.acceleration.copy()
+    robot = recording.robot
+    straight = robot.linear_acceleration if robot is not None else None
+    if straight is not None:
+        path = np.isin(moves.kind, (LINEAR, CIRCULAR))
+        acceleration = np.where(path & ~np.isfinite(acceleration), straight, acceleration)
+    joint = (moves.kind == JOINT) & moves.has_joints
+    if joint.any():
+        lead, axis = _leading(recording, joint)
+        way = np.where(joint, lead, way)
+        rated, ramp = _joint_pace(recording, joint, lead, axis, notes)
+        speed = np.where(joint, rated, speed)
+        acceleration = np.where(joint, ramp, acceleration)
+    way = np.where(moves.kind == WAIT, 0.0, way)
+    return _Pace(way, np.where(moves.kind == WAIT, 1.0, speed), acceleration)
+
+
+def _leading(recording: Recording, joint: Mask) -> tuple[Floats, NDArray[np.intp]]:
+    """(n,) [rad] of the axis that takes longest at rated speeds, and its number."""
+    moves, robot = recording.moves, recording.robot
+    turned = np.abs(moves.joints_end - moves.joints_start)
+    rated = np.ones(turned.shape[1])
+    if robot is not None and len(robot.axes) == turned.shape[1]:
+        rated = np.where(np.isfinite(robot.speeds), robot.speeds, 1.0)
+    axis = np.argmax(np.nan_to_num(turned / rated), axis=1)
+    return np.where(joint, turned[np.arange(len(turned)), axis], np.nan), axis
+
+
+def _joint_pace(
+    recording: Recording, joint: Mask, lead: Floats, axis: NDArray[np.intp], notes: list[str]
+) -> tuple[Floats, Floats]:
+    """Speed and acceleration of the leading axes: of the robot, or read off the simulated durations."""
+    moves, robot = recording.moves, recording.robot
+    share = np.where(np.isfinite(moves.speed_fraction), moves.speed_fraction, 1.0)
+    if robot is not None and len(robot.axes) == moves.joints_start.shape[1]:
+        ramp = robot.accelerations[axis] * np.where(
+            np.isfinite(moves.acceleration_fraction), moves.acceleration_fraction, 1.0
+        )
+        return share * robot.speeds[axis], ramp
+    speed, ramp = np.full(len(moves), np.nan), np.full(len(moves), np.nan)
+    for number in np.unique(axis[joint]).tolist():
+        here = joint & (axis == number)
+        speed[here], ramp[here] = _read_off(lead[here], share[here], moves.sim[here])
+    notes.append("no robot is named: rated axis speeds are read off the simulated times of joint moves")
+    return speed, ramp
+
+
+def _read_off(lead: Floats, share: Floats, sim: Floats) -> tuple[Floats, Floats]:
+    """Speed and acceleration from sim = lead/(p V) + p V/a; a plain guess where the moves are too few or alike."""
+    good = np.isfinite(sim) & (lead > 0)
+    columns = np.stack([lead / share, share], axis=1)[good]
+    if len(columns) >= 4 and np.linalg.cond(columns / np.linalg.norm(columns, axis=0)) < 50:
+        (slow, ramp), *_ = np.linalg.lstsq(columns, sim[good], rcond=None)
+        if slow > 0 and ramp > 0:
+            return share / slow, np.full(len(lead), 1.0 / (slow * ramp))
+    cruise = np.maximum((1.0 - _JOINT_RAMP) * sim, 1e-6)
+    speed = lead / cruise
+    return speed, speed / np.maximum(_JOINT_RAMP * sim, 1e-6)
+
+
+def _arcs(moves: RecordedMoves) -> Floats:
+    """(n,) [m] along the circle through start, via and end; nan without a middle point."""
+    one, two = moves.via - moves.start, moves.end - moves.start
+    a = np.linalg.norm(one, axis=1)
+    b = np.linalg.norm(moves.end - moves.via, axis=1)
+    chord = np.linalg.norm(two, axis=1)
+    area = np.linalg.norm(np.cross(one, two), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        radius = a * b * chord / (2.0 * area)
+        half = np.arcsin(np.clip(a / (2 * radius), -1, 1)) + np.arcsin(np.clip(b / (2 * radius), -1, 1))
+        past = chord**2 < np.maximum(a, b) ** 2 - np.minimum(a, b) ** 2
+    # Each leg is at most half a circle; the longer one is more than that when the chord closes behind it.
+    legs = np.where(past, 2 * np.pi * radius - (a + b), 2.0 * radius * half)
+    straight = ~np.isfinite(radius) | (radius > 1e4)
+    return np.asarray(np.where(straight, a + b, np.where(past, a + b, legs)))
+
+
+# --- the judged simulation --------------------------------------------------------------------------------------------
+
+
+def _simulated(recording: Recording, pace: _Pace, notes: list[str]) -> Floats:
+    """(n,) [s] of the judged simulation; where the recording holds none, constant acceleration at programmed speeds."""
+    moves = recording.moves
+    if np.isfinite(moves.sim).any():
+        return moves.sim
+    given = np.isfinite(pace.acceleration)
+    slow = np.where(given, pace.acceleration, _STRAIGHT_ACCELERATION)
+    if not given[moves.kind != WAIT].all():
+        notes.append(
+            f"no acceleration is known: {_STRAIGHT_ACCELERATION} m/s² is taken for olp's own prediction"
+        )
+    notes.append("no sim_s: olp's own prediction (exact stops; joint moves by the law of the arm) is judged")
+    waits = moves.covariates.get("wait_s", np.full(len(moves), np.nan))
+    ramp = pace.speed / slow
+    full = pace.way / pace.speed + ramp
+    short = pace.way < pace.speed * ramp
+    own = np.where(short, 2.0 * np.sqrt(np.maximum(pace.way, 0.0) / slow), full)
+    own = np.where(moves.kind == WAIT, waits, own)
+    if recording.robot is not None:
+        robot = recording.robot
+        controllers = generations_in(recording.settings.controller or "")
+        joints, rows = recorded_joint_moves(moves, robot, recording.tool, len(robot.axes))
+        own[rows] = arm_prior(robot, controllers).durations(joints.motions)
+    return np.asarray(own)
+
+
+def _base(
+    moves: RecordedMoves,
+    rows: Rows,
+    pace: _Pace,
+    simulated: Floats,
+    stops: tuple[Mask, Mask],
+    blends: tuple[Floats, Floats],
+    before: Rows,
+    resolution: float,
+    notes: list[str],
+) -> Motion:
+    """The motion behind the simulated durations.
+
+    A simulation that was tuned runs at a share of what is written.
+    Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
+    acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed as comes
+    nearest to the simulation.
+    """
+    way, speed, sim = pace.way[rows], pace.speed[rows], simulated[rows]
+    moving = moves.kind[rows] != WAIT
+    start, end = stops[0][rows], stops[1][rows]
+    slow = pace.acceleration[rows].copy()
+    slow[~moving] = 1.0
+    joint = moves.kind[rows] == JOINT
+    plain = start & end & moving & ~joint
+    faster, stronger = tuned(way, speed, slow, sim, plain)
+    if (faster, stronger) != (1.0, 1.0):
+        notes.append(
+            f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
+            "written accelerations: what is found is told against that"
+        )
+    speed = np.where(moving & ~joint, faster * speed, speed)
+    slow = np.where(moving & ~joint, stronger * slow, slow)
+    # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
+    missing = ~np.isfinite(slow) | joint
+    missing |= limited(way, speed, sim, slow, plain)
+    for kind in (joint, ~joint):
+        here = missing & kind
+        if here.any():
+            slow[here] = inferred(way[here], speed[here], sim[here], (start & end)[here], resolution)
+    whole = Motion(
+        way=np.where(moving, way, 0.0),
+        speed=speed,
+        accelerate=slow,
+        decelerate=slow,
+        jerk=np.full(len(rows), np.inf),
+        round_start=np.where(start | ~moving, 0.0, np.maximum(blends[0][rows], SOME_ROUNDING)),
+        round_end=np.where(end | ~moving, 0.0, np.maximum(blends[1][rows], SOME_ROUNDING)),
+        least=np.zeros(len(rows)),
+        added=np.zeros(len(rows)),
+        rate=np.ones(len(rows)),
+    )
+    corners = _corners(pace, rows, before, slow)
+    return cornered(whole.with_(corners=corners), sim)
+
+
+def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:
+    """What the corners of the rows hang on; a neighbour that is not judged brakes as the move itself does."""
+    everywhere = np.full(len(pace.way), np.nan)
+    everywhere[rows] = slow
+    last = before[rows]
+    has = (last >= 0) & np.isfinite(pace.way[last]) & np.isfinite(pace.speed[last]) & (pace.way[last] > 0)
+    way, speed = (np.where(has, values[last], values[rows]) for values in (pace.way, pace.speed))
+    ratio = everywhere[last] / slow
+    after = np.full(len(pace.way), np.inf)
+    follows = before >= 0
+    after[before[follows]] = np.where(np.isfinite(pace.way), pace.way, np.inf)[follows]
+    return Corners(
+        way,
+        speed,
+        np.where(has & np.isfinite(ratio), ratio, 1.0),
+        np.minimum(way, pace.way[rows]),
+        np.minimum(pace.way[rows], after[rows]),
+    )
+
+
+# --- circumstances ----------------------------------------------------------------------------------------------------
+
+
+def _ends(moves: RecordedMoves) -> tuple[Mask, Mask, Rows]:
+    """Which moves begin at, and end in, an exact stop; and the row each goes on from, -1 for none."""
+    stop_end = moves.stops.copy() | (moves.kind == WAIT)
+    before = np.full(len(moves), -1, dtype=np.int64)
+    same = np.array([False, *(a == b for a, b in zip(moves.job[:-1], moves.job[1:], strict=True))])
+    same &= np.concatenate([[False], (moves.cycle[1:] == moves.cycle[:-1])])
+    before[1:] = np.where(same[1:], np.arange(len(moves) - 1), -1)
+    stop_start = np.ones(len(moves), dtype=bool)
+    has = before >= 0
+    stop_start[has] = stop_end[before[has]]
+    gap = np.zeros(len(moves))
+    gap[1:] = np.nan_to_num(np.linalg.norm(moves.start[1:] - moves.end[:-1], axis=1))
+    stop_start |= gap > _NEAR * 10
+    # The last move before a jump or the file's end has nothing to round into.
+    follows = np.zeros(len(moves), dtype=bool)
+    follows[:-1] = has[1:] & (gap[1:] <= _NEAR * 10) & (moves.kind[1:] != WAIT)
+    return stop_start, stop_end | ~follows, np.where(stop_start, -1, before)
+
+
+def _blends(recording: Recording, notes: list[str]) -> Floats:
+    """(n,) [m] roundings; levels by the robot's zones, else by the usual ones of the maker."""
+    moves, robot = recording.moves, recording.robot
+    blend = np.nan_to_num(moves.blend)
+    tagged = (moves.level > 0) & ~np.isfinite(np.where(moves.blend == 0, np.nan, moves.blend))
+    if not tagged.any():
+        return blend
+    zones = robot.blend_zones if robot is not None else None
+    if zones is None:
+        from olp.robots.library import load_robot
+
+        zones = load_robot("yaskawa/ma2010").blend_zones or ()
+        notes.append("position levels without a robot: the zones of a Yaskawa MA2010 are taken")
+    table = np.array([0.0, *zones])
+    return np.where(tagged, table[np.clip(moves.level, 0, len(table) - 1)], blend)
+
+
+def _whole(override: Floats) -> Floats:
+    """(n,) [1] where nothing is written, nothing is reduced."""
+    return np.where(np.isfinite(override), override, 1.0)
+
+
+def _turn(moves: RecordedMoves) -> Floats:
+    """(n,) [rad] of the tool between start and end."""
+    from olp.robots.geometry import rotation_from_angles
+
+    angle = np.full(len(moves), np.nan)
+    known = np.isfinite(moves.start_angles).all(axis=1) & np.isfinite(moves.end_angles).all(axis=1)
+    if known.any():
+        one = rotation_from_angles(moves.start_angles[known])
+        two = rotation_from_angles(moves.end_angles[known])
+        trace = np.einsum("nij,nij->n", one, two)
+        angle[known] = np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))
+    return angle
+
+
+def _corner(moves: RecordedMoves) -> Floats:
+    """(n,) [rad] by which the direction changes at a move's end; nan where the next move's is not known."""
+    way = moves.end - moves.start
+    with np.errstate(divide="ignore", invalid="ignore"):
+        unit = way / np.linalg.norm(way, axis=1)[:, None]
+    angle = np.full(len(moves), np.nan)
+    angle[:-1] = np.arccos(np.clip(np.einsum("ni,ni->n", unit[:-1], unit[1:]), -1.0, 1.0))
+    return angle

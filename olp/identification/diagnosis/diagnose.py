@@ -1,0 +1,204 @@
+"""The whole diagnosis of a recording: locate, name, model, prove, tell apart, or say no."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis import evidence
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.errors import errors_of, rms
+from olp.identification.diagnosis.findings import Told, findings_of
+from olp.identification.diagnosis.fitting import Noise, fit
+from olp.identification.diagnosis.folds import Folds, folds_of
+from olp.identification.diagnosis.locate import mismatch_of
+from olp.identification.diagnosis.logs_alone import diagnosis_of_logs, in_seconds, no_case
+from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.naming import Named, name, without
+from olp.identification.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
+from olp.identification.diagnosis.scatter import digits_of
+from olp.identification.diagnosis.search import move_terms, price
+from olp.identification.diagnosis.verdict import floor_of, joined, verdict_of
+from olp.identification.diagnosis.ways import settled
+from olp.timing.physics._case import Case
+
+if TYPE_CHECKING:
+    from olp.identification.diagnosis.logs import LogDiagnosis
+    from olp.identification.recording import Recording
+    from olp.robots.robot import Robot
+
+Floats = NDArray[np.float64]
+
+_LEAST = 1e-5  # [s] no clock is finer than that
+
+
+class Outcome(NamedTuple):
+    """A diagnosis and what a report draws beside it."""
+
+    diagnosis: Diagnosis
+    case: Case
+    model: Model  # the findings as they act together; waits are not in it
+    predicted: Floats  # (n,) [s] with the findings, waits included
+    ladder: tuple[tuple[str, float, float], ...]  # name added, BIC, held-out RMSE [s]; the first is ""
+    log: LogDiagnosis | None = None
+    named: Named | None = None  # what the search came to, with its predictions of moves it did not see
+
+
+def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Outcome:
+    """Everything that a recording tells; `robot` stands for the recording's. Raises OlpError N010."""
+    if robot is not None:
+        recording = replace(recording, robot=robot)
+    log = _log_of(recording)
+    if log is not None and not len(recording.moves):
+        return _logs_alone(log)
+    making = case_of(recording)
+    case, notes = _on_time(making.case, log), making.notes
+    groups = {name: labels[making.rows] for name, labels in recording.groups().items()}
+    named = name(
+        case, Noise(max(digits_of(case), _LEAST)), folds_of(recording, making.rows, case.residual), groups
+    )
+    named = named._replace(fit=settled(named.fit, named.clean, named.noise))
+    return _answer(recording, case, named, log, notes)
+
+
+def _log_of(recording: Recording) -> LogDiagnosis | None:
+    if recording.log is None:
+        return None
+    from olp.identification.diagnosis.logs import diagnose_logs
+
+    return diagnose_logs(recording)
+
+
+def _logs_alone(log: LogDiagnosis) -> Outcome:
+    """Of a recording that has no moves."""
+    return Outcome(diagnosis_of_logs(log, _unpaired(log)), no_case(), Model(), np.zeros(0), (), log)
+
+
+def _on_time(case: Case, log: LogDiagnosis | None) -> Case:
+    """Durations by the simulation's clock, where the logs show that the recorder's runs at another rate."""
+    rates = [clock.rate for clock in log.clocks if clock.rate_significant] if log is not None else []
+    return replace(case, measured=case.measured / rates[0], derived={}) if rates else case
+
+
+def _answer(
+    recording: Recording,
+    case: Case,
+    named: Named,
+    log: LogDiagnosis | None,
+    notes: tuple[str, ...],
+) -> Outcome:
+    sigma, told_by = floor_of(named)
+    told = findings_of(named, case, sigma)
+    while idle := _idle(told):
+        named = without(named, idle)
+        sigma, told_by = floor_of(named)
+        told = findings_of(named, case, sigma)
+    verdict = verdict_of(named)
+    if verdict not in ("explained", "partly-explained"):
+        notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
+        told = Told([], [], [])
+    model = named.fit.model if told.findings else Model()
+    predicted = model.seconds(case)
+    if told.findings:
+        predicted = np.where(named.waiting, case.measured, predicted)
+    findings = _together(told.findings, log)
+    raw = named.clean.residual
+    held = named.clean.measured - named.selection.predicted if told.findings else raw
+    diagnosis = Diagnosis(
+        verdict=verdict if log is None else joined(verdict, log.verdict, bool(findings)),
+        moves=len(case),
+        held_out_by=named.folds.by,
+        noise_floor=sigma,
+        noise_from=told_by,
+        mismatch=mismatch_of(case, sigma, model, named.waiting),
+        findings=findings,
+        indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),
+        next_experiment=_experiment(told, case, sigma, recording),
+        remainder=Remainder(rms(case.measured - predicted), named.remains.correlates),
+        before=errors_of(case.residual, case.measured),
+        heldout_before=errors_of(raw, named.clean.measured),
+        heldout_after=errors_of(held, named.clean.measured),
+        placebo=evidence.placebo(named.fit, named.clean, named.noise, named.shelf),
+        notes=(*notes, *_untold(case), *(log.notes if log is not None else ())),
+        unpaired=_unpaired(log),
+        log=_log_json(log),
+    )
+    return Outcome(diagnosis, case, model, predicted, _ladder(named), log, named)
+
+
+def _idle(told: Told) -> str:
+    """The weakest name whose interval holds the value at which it does nothing, "" when none does. What cannot be told
+    from others has an interval that holds theirs."""
+    alike = {name for group in told.alike for name in group}
+    idle = [f for f in told.findings if f.holds_null and f.term not in alike]
+    return min(idle, key=lambda f: f.evidence.delta_bic).term if idle else ""
+
+
+def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Finding, ...]:
+    """Findings of durations and of logs; a log tells a term that both tell better, durations say in which moves."""
+    found = sorted(findings, key=lambda f: -f.evidence.delta_bic)
+    if log is None:
+        return tuple(found)
+    seen = {f.term: f for f in found}
+    logged = [
+        replace(f, moves=seen[f.term].moves, contribution=seen[f.term].contribution) if f.term in seen else f
+        for f in in_seconds(log)
+    ]
+    names = {f.term for f in logged}
+    return (*logged, *(f for f in found if f.term not in names))
+
+
+def _experiment(told: Told, case: Case, sigma: float, recording: Recording) -> NextExperiment:
+    """The moves that would tell the first group apart."""
+    if not told.rivals:
+        return NextExperiment()
+    from olp.identification.diagnosis.next_experiment import design_experiment
+
+    return design_experiment(case, told.rivals[0], sigma, recording)
+
+
+def _untold(case: Case) -> tuple[str, ...]:
+    """The terms that these columns cannot tell, and what would have to be recorded."""
+    missing = [(term.name, term.lacks(case)) for term in move_terms()]
+    told = "; ".join(f"{name} ({lacks})" for name, lacks in missing if lacks)
+    return (f"these columns cannot tell {told}",) if told else ()
+
+
+def _unpaired(log: LogDiagnosis | None) -> tuple[str, ...]:
+    if log is None:
+        return ()
+    stretches = tuple(f"log {a:.3f} to {b:.3f} s: nothing in the simulated log" for a, b in log.unpaired)
+    return (*stretches, f"{log.dropped} samples are missing") if log.dropped else stretches
+
+
+def _log_json(log: LogDiagnosis | None) -> dict[str, Any] | None:
+    return None if log is None else log.to_json()
+
+
+def _ladder(named: Named) -> tuple[tuple[str, float, float], ...]:
+    """The findings added one at a time, the most telling first."""
+    parts = list(named.fit.model.parts)
+    case, noise = named.clean, named.noise
+    steps = [("", fit(Model(), case, noise))]
+    while parts:
+        tried = [(p, fit(Model((*steps[-1][1].model.parts, p)), case, noise, 15)) for p in parts]
+        part, best = min(tried, key=lambda t: price(t[1]))
+        parts = [p for p in parts if p is not part]
+        steps.append((part.term.name, best))
+    return tuple((label, f.bic, _held_out(f.model, case, noise, named.folds)) for label, f in steps)
+
+
+def _held_out(model: Model, case: Case, noise: Noise, folds: Folds) -> float:
+    left = np.zeros(len(case))
+    for label in np.unique(folds.labels).tolist():
+        seen = np.nonzero(folds.labels != label)[0].astype(np.int64)
+        held = np.nonzero(folds.labels == label)[0].astype(np.int64)
+        test = case.take(held)
+        if not len(seen):
+            left[held] = test.residual
+            continue
+        left[held] = test.measured - fit(model, case.take(seen), noise, 6).model.seconds(test)
+    return rms(left)

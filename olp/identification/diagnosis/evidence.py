@@ -1,0 +1,190 @@
+"""What it takes to name a term: evidence on moves that were not fitted, with the false discovery rate under control.
+
+Of each name, all others fitted along: by how much groups of moves that the fit never saw are more likely with it than
+without it. The exponential of that is the split likelihood ratio, which without an effect is one on average, however
+the names were chosen (L. Wasserman, A. Ramdas, S. Balakrishnan, PNAS 117, 2020); a step-up rule over such ratios holds
+the share of false names at `FALSE_DISCOVERIES` (R. Wang, A. Ramdas, J. R. Statist. Soc. B 84, 2022). A name also has to
+matter: form for form a robot's law is never quite the term's, and what that leaves is no second name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.errors import rms
+from olp.identification.diagnosis.fitting import FREEDOM, Fit, Noise, fit, penalty, whiten
+from olp.identification.diagnosis.folds import Folds, interleaved
+from olp.identification.diagnosis.residuals import remains_of
+from olp.identification.diagnosis.search import NARROW, TELLING, Shelf, price, search
+from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+
+FALSE_DISCOVERIES = 0.05  # of the names
+SMALL = 0.01  # of the mean square that all names explain: what a name adds beyond what the others do is more
+_DEVIATIONS = 1.3  # standard errors that a gain is at least
+_TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
+_FEWEST = 3  # moves in which a term acts, in the training part of each fold
+_CLIP = 6.0  # times the scatter: what is farther off counts as that
+_HALF = 0.5  # of the square of what a part does, in one fold
+_ACTS = 0.5  # of the scatter
+
+
+class Gain(NamedTuple):
+    """What a term brings on moves that were not fitted."""
+
+    loglik: float  # summed difference of log-likelihoods, with it less without it
+    error: float  # its standard error
+    before: float  # [s] RMSE without it
+    after: float  # [s] RMSE with it
+
+
+class Selection(NamedTuple):
+    """The search repeated inside the folds. Predictions are of moves that it did not see."""
+
+    predicted: Floats  # (n,) [s]
+    sets: tuple[frozenset[str], ...] = ()  # the names that each fold chose
+
+
+def chosen(fits: Sequence[Fit], case: Case, noise: Noise, tries: int = _TRIES, steps: int = _STEPS) -> Fit:
+    """The set with the fewest names that does as well as the best of all that were fitted; `fits`: the best first.
+
+    Of each size the first `tries` sets are fitted in up to `steps` steps. A smaller set will do when each name more is
+    worth less than `TELLING` in BIC, or does not matter.
+    """
+    best = min((fit(f.model, case, noise, steps) for f in fits[:tries]), key=price)
+    for size in range(len(best.model.parts)):
+        more = len(best.model.parts) - size
+        will_do = []
+        for one in [f for f in fits if len(f.model.parts) == size][:tries]:
+            fitted = fit(one.model, case, noise, steps)
+            if worth(fitted, best) < TELLING * more or not matters(fitted, best, case, SMALL * more):
+                will_do.append(fitted)
+        if will_do:
+            return min(will_do, key=price)
+    return best
+
+
+def worth(fewer: Fit, more: Fit) -> float:
+    """By how much the larger set is better in BIC; values that physics does not expect count against a set."""
+    doubts = [sum(p.term.doubt(p.form, p.values) for p in fitted.model.parts) for fitted in (fewer, more)]
+    return fewer.bic + doubts[0] - more.bic - doubts[1]
+
+
+def matters(fewer: Fit, more: Fit, case: Case, small: float) -> bool:
+    """Whether the larger set differs from the smaller by a share `small` of all that it explains (in the mean square),
+    or leaves scatter where the smaller leaves a pattern."""
+    predicted, others = more.model.seconds(case), fewer.model.seconds(case)
+    if float(np.mean((predicted - others) ** 2)) >= small * float(np.mean((predicted - case.simulated) ** 2)):
+        return True
+    return (
+        not remains_of(case.measured - predicted, case, {}).structured
+        and remains_of(case.measured - others, case, {}).structured
+    )
+
+
+def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> Gain:
+    """Adding part `index` to the others, held out by the folds."""
+    labels = _labels_for(fitted, index, case, folds)
+    with_it, without = (np.full(len(case), np.nan) for _ in range(2))
+    difference = np.zeros(len(case))
+    for label in np.unique(labels).tolist():
+        seen, held = _parts(labels, label)
+        train, test = case.take(seen), case.take(held)
+        bare = fit(fitted.model.without(index), train, noise, 6)
+        with_it[held] = test.measured - fit(fitted.model, train, noise, 6).model.seconds(test)
+        without[held] = test.measured - bare.model.seconds(test)
+        losses = [_loss(whiten(left[held], noise, test), fitted.scale) for left in (without, with_it)]
+        difference[held] = losses[0] - losses[1]
+    error = float(difference.std() * np.sqrt(len(difference)))
+    return Gain(float(difference.sum()), error, rms(without), rms(with_it))
+
+
+def fallen(gains: Sequence[Gain], tried: int) -> list[int]:
+    """The names that unseen moves do not confirm; `tried`: names that there were to choose from."""
+    order = sorted(range(len(gains)), key=lambda k: -gains[k].loglik)
+    held = 0
+    for rank, k in enumerate(order, 1):
+        if gains[k].loglik >= math.log(tried / (FALSE_DISCOVERIES * rank)):
+            held = rank
+    sure = {k for k in order[:held] if _sure(gains[k])}
+    return [k for k in range(len(gains)) if k not in sure]
+
+
+def _sure(gain: Gain) -> bool:
+    """Whether the gain is not that of a few moves alone, and the error goes down too."""
+    return gain.loglik > _DEVIATIONS * gain.error and gain.after < gain.before
+
+
+def acts(fitted: Fit, index: int, case: Case) -> NDArray[np.bool_]:
+    """(n,) moves that a part changes by more than half of the scatter."""
+    whole = fitted.model.seconds(case)
+    return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > _ACTS * fitted.scale)
+
+
+def selection(case: Case, noise: Noise, folds: Folds, shelf: Shelf) -> Selection:
+    """Search and fit without each fold, predict it."""
+    predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
+    for label in np.unique(folds.labels).tolist():
+        seen, held = _parts(folds.labels, label)
+        train, test = case.take(seen), case.take(held)
+        if not len(seen):
+            predicted[held] = test.simulated
+            continue
+        best = found_in(train, noise, shelf.take(seen))
+        predicted[held] = best.model.seconds(test)
+        sets.append(frozenset(best.names))
+    return Selection(predicted, tuple(sets))
+
+
+def found_in(case: Case, noise: Noise, shelf: Shelf) -> Fit:
+    """What a narrow search comes to."""
+    from olp.identification.diagnosis.conditions import conditioned
+
+    best = chosen(search(case, noise, shelf, NARROW), case, noise, 1, 10)
+    return conditioned(best, case, noise, shelf, NARROW.additions)
+
+
+def placebo(fitted: Fit, case: Case, noise: Noise, shelf: Shelf, times: int = 200, seed: int = 1) -> float:
+    """Share of shuffles of what the model leaves among the moves in which some term would be worth its price, to first
+    order: the largest of all gains, so that looking at many terms is counted (P. Westfall, S. Young, 1993)."""
+    columns, left = shelf.columns, case.measured - fitted.model.seconds(case)
+    if not columns.shape[1]:
+        return 0.0
+    left = np.clip(left - np.median(left), -_CLIP * fitted.scale, _CLIP * fitted.scale)
+    rng = np.random.default_rng(seed)
+    shuffled = np.stack([rng.permutation(left) for _ in range(times)], axis=1)
+    size = (columns**2).sum(axis=0)
+    gain = (
+        (columns.T @ shuffled) ** 2 / np.maximum(size, 1e-12)[:, None] / max(float(np.mean(left**2)), 1e-18)
+    )
+    cost = np.array([penalty((part,), case) for part in shelf.parts]) + TELLING
+    return float((gain > np.where(size > 1e-12, cost, np.inf)[:, None]).any(axis=0).mean())
+
+
+def _labels_for(fitted: Fit, index: int, case: Case, folds: Folds) -> NDArray[np.int64]:
+    """The folds, unless one of them holds most of what the part does: nobody could know that from the others."""
+    where = acts(fitted, index, case)
+    done = (fitted.model.seconds(case) - fitted.model.without(index).seconds(case)) ** 2
+    for label in np.unique(folds.labels).tolist():
+        held = folds.labels == label
+        if where[~held].sum() < min(_FEWEST, where.sum()) or done[held].sum() > _HALF * done.sum():
+            labels = np.zeros(len(case), dtype=np.int64)
+            for some in (where, ~where):
+                labels[some] = interleaved(int(some.sum()))
+            return labels
+    return folds.labels
+
+
+def _parts(labels: NDArray[np.int64], label: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    return np.nonzero(labels != label)[0].astype(np.int64), np.nonzero(labels == label)[0].astype(np.int64)
+
+
+def _loss(residual: Floats, scale: float) -> Floats:
+    """(n,) minus log-likelihood of each."""
+    return np.asarray(0.5 * (FREEDOM + 1.0) * np.log1p((residual / scale) ** 2 / FREEDOM))

@@ -1,0 +1,231 @@
+"""Fitting the parameters of several terms together, so that a few odd moves do not decide.
+
+Residuals follow Student's t (K. Lange, R. Little, J. Taylor, "Robust statistical modeling using the t distribution",
+JASA 84, 1989): like least squares near the middle, and far away a logarithm. The scale is fitted along, never below
+what the recorder's resolution leaves. Steps are Levenberg and Marquardt's (D. Marquardt, SIAM J. Appl. Math. 11, 1963).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.model import FEATURES, Model, Part
+from olp.timing.physics import MoveTerm, Parameter
+from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+
+FREEDOM = 6.0  # of Student's t
+_STEP = 1e-5  # of a parameter's span, for differences
+_ROUNDS = 4  # of the scale's fixed point
+
+
+class Noise(NamedTuple):
+    """What is known of the scatter before anything is fitted."""
+
+    least: float  # [s] no fit may claim less
+    order: float = 0.0  # [1] correlation of one residual with the one before it, in order of execution
+
+
+class Fit(NamedTuple):
+    """A model with its best values. `loss`: minus the logarithm of the likelihood, less a constant."""
+
+    model: Model
+    loss: float
+    scale: float  # [s] of the scatter
+    bic: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the terms, sorted, each once."""
+        return tuple(sorted({part.term.name for part in self.model.parts}))
+
+    @property
+    def labels(self) -> frozenset[str]:
+        return frozenset(part.label for part in self.model.parts)
+
+
+def whiten(values: Floats, noise: Noise, case: Case) -> Floats:
+    """(n, …) with the same scatter, free of what the move before foretells of it.
+
+    Durations that are differences of shared time stamps lose what their neighbour wins: a moving average of order one,
+    whose correlation is between -1/2 and 0 (G. Box, G. Jenkins, Time Series Analysis, 1970, section 3.3). What is left
+    of a slow cause goes together: an autoregression of order one (D. Cochrane, G. Orcutt, JASA 44, 1949).
+    """
+    if noise.order == 0.0:
+        return values
+    whitener = case.once(f"whitener {noise.order}", lambda: _whitener(noise.order, case.follows).ravel())
+    return np.asarray(whitener.reshape(len(case), len(case)) @ values)
+
+
+def _whitener(order: float, follows: NDArray[np.bool_]) -> Floats:
+    """(n, n) whose product with residuals has variance one; `follows` (n,): right behind the row before."""
+    n = len(follows)
+    if order > 0:
+        result = np.eye(n)
+        at = np.nonzero(follows)[0]
+        result[at, at] /= np.sqrt(1.0 - order**2)
+        result[at, at - 1] = -order / np.sqrt(1.0 - order**2)
+        return result
+    result = np.zeros((n, n))
+    variance, before = 1.0, np.zeros(n)  # of the innovation of the row before, and its row
+    for row in range(n):
+        weight = order if follows[row] and row else 0.0
+        innovation = -(weight / np.sqrt(variance)) * before
+        innovation[row] = 1.0
+        variance = 1.0 - weight**2 / variance
+        before = innovation / np.sqrt(variance)
+        result[row] = before
+    return result
+
+
+def loss_of(residual: Floats, least: float, start: float = 0.0) -> tuple[float, float]:
+    """Loss and scale [s] of residuals (n,), the scale at its best."""
+    square = residual**2
+    scale = start if start > 0 else max(1.4826 * float(np.median(np.abs(residual))), least)
+    for _ in range(_ROUNDS):
+        weight = (FREEDOM + 1.0) / (FREEDOM + square / scale**2)
+        scale = max(float(np.sqrt((weight * square).mean())), least)
+    far = 0.5 * (FREEDOM + 1.0) * np.log1p(square / (FREEDOM * scale**2))
+    return float(far.sum() + len(residual) * np.log(scale)), scale
+
+
+def penalty(parts: Sequence[Part], case: Case) -> float:
+    """What the parts cost in BIC: log n per parameter and per bound of a condition, and the choice between a term's
+    forms and between the columns that conditions can be about."""
+    said = sum(len(part.condition.statements) for part in parts if part.condition is not None)
+    count = sum(len(part.form.parameters) for part in parts) + said
+    forms = sum(2.0 * np.log(_choices(part.term, case)) for part in parts)
+    return float(count * np.log(len(case)) + forms + 2.0 * said * np.log(len(FEATURES)))
+
+
+def _choices(term: MoveTerm, case: Case) -> float:
+    """[1] Forms of a term, at least one."""
+    count = case.once(
+        f"forms {term.name}", lambda: np.array([max(len(term.forms(case)), 1)], dtype=np.float64)
+    )
+    return float(count[0])
+
+
+def evaluate(model: Model, case: Case, noise: Noise) -> Fit:
+    """A model as it stands, nothing fitted but the scale."""
+    return _judged(model, case.measured - model.seconds(case), case, noise)
+
+
+def fit(model: Model, case: Case, noise: Noise, steps: int = 10, held: int = -1) -> Fit:
+    """The best values near those of `model`; the coordinate `held` stays where it is."""
+    if not model.parts:
+        return evaluate(model, case, noise)
+    place, damping = _pack(model), 1e-3
+    seconds, smooth = model.both(case)
+    best = _judged(model, case.measured - seconds, case, noise)
+    residual = whiten(case.measured - seconds, noise, case)
+    low, high = _bounds(model)
+    for _ in range(steps):
+        slopes = _slopes(model, place, (low, high), smooth, case, noise)
+        if held >= 0:
+            slopes[:, held] = 0.0
+        weight = (FREEDOM + 1.0) / (FREEDOM + (residual / best.scale) ** 2)
+        normal = slopes.T @ (weight[:, None] * slopes)
+        pull = slopes.T @ (weight * residual)
+        gained = 0.0
+        for _ in range(5):
+            grown = normal + damping * np.diag(np.maximum(np.diag(normal), 1e-12))
+            try:
+                tried = _bounded(grown, pull, place, low, high)
+            except np.linalg.LinAlgError:
+                break
+            candidate = _unpack(model, tried)
+            seconds, between = candidate.both(case)
+            left = whiten(case.measured - seconds, noise, case)
+            loss, scale = loss_of(left, noise.least, best.scale)
+            if loss < best.loss - 1e-9:
+                gained = best.loss - loss
+                place, residual, smooth, model = tried, left, between, candidate
+                best = Fit(model, loss, scale, best.bic + 2.0 * (loss - best.loss))
+                damping = max(damping / 10.0, 1e-9)
+                break
+            damping *= 10.0
+        if gained < 1e-4:
+            break
+    return best
+
+
+def _bounded(normal: Floats, pull: Floats, place: Floats, low: Floats, high: Floats) -> Floats:
+    """(p,) where a step leads; coordinates that it takes beyond a bound stay there, and the others make up for it."""
+    tried = place + np.linalg.solve(normal, pull)
+    out = (tried < low) | (tried > high)
+    if not out.any() or out.all():
+        return np.clip(tried, low, high)
+    fixed = np.clip(tried, low, high)[out] - place[out]
+    step = np.linalg.solve(normal[np.ix_(~out, ~out)], pull[~out] - normal[np.ix_(~out, out)] @ fixed)
+    tried[~out] = place[~out] + step
+    return np.clip(tried, low, high)
+
+
+def _judged(model: Model, residual: Floats, case: Case, noise: Noise) -> Fit:
+    loss, scale = loss_of(whiten(residual, noise, case), noise.least)
+    return Fit(model, loss, scale, 2.0 * loss + penalty(model.parts, case))
+
+
+def slopes_of(model: Model, case: Case, noise: Noise) -> Floats:
+    """(n, p) of the whitened prediction by the search's coordinates, at the model's values."""
+    return _slopes(model, _pack(model), _bounds(model), model.smooth(case), case, noise)
+
+
+def place_of(model: Model) -> tuple[Floats, Floats, Floats]:
+    """(p,) each: the values in the search's coordinates, and their bounds."""
+    return _pack(model), *_bounds(model)
+
+
+def moved(model: Model, index: int, coordinate: float) -> Model:
+    """The model with one of the search's coordinates somewhere else."""
+    place = _pack(model)
+    place[index] = coordinate
+    return _unpack(model, place)
+
+
+def parameters_of(model: Model) -> list[tuple[Part, Parameter, float]]:
+    """All parameters in the order of the search's coordinates."""
+    return [(p, q, float(v)) for p in model.parts for q, v in zip(p.form.parameters, p.values, strict=True)]
+
+
+def _slopes(
+    model: Model, place: Floats, bounds: tuple[Floats, Floats], here: Floats, case: Case, noise: Noise
+) -> Floats:
+    """(n, p) by differences; `here`: the smooth prediction at `place`."""
+    low, high = bounds
+    columns = []
+    for index in range(len(place)):
+        step = _STEP * (high[index] - low[index])
+        step = -step if place[index] + step > high[index] else step
+        moved = place.copy()
+        moved[index] += step
+        columns.append((_unpack(model, moved).smooth(case) - here) / step)
+    return whiten(np.stack(columns, axis=1), noise, case)
+
+
+def _pack(model: Model) -> Floats:
+    return np.array([np.log(value) if p.log else value for _, p, value in parameters_of(model)])
+
+
+def _bounds(model: Model) -> tuple[Floats, Floats]:
+    of = [p for _, p, _ in parameters_of(model)]
+    low = np.array([np.log(p.low) if p.log else p.low for p in of])
+    return low, np.array([np.log(p.high) if p.log else p.high for p in of])
+
+
+def _unpack(model: Model, place: Floats) -> Model:
+    parts, at = [], 0
+    for part in model.parts:
+        width = len(part.form.parameters)
+        log = np.array([p.log for p in part.form.parameters], dtype=bool)
+        coordinates = place[at : at + width]
+        values = np.where(log, np.exp(np.where(log, coordinates, 0.0)), coordinates)
+        parts.append(part._replace(values=values))
+        at += width
+    return Model(tuple(parts))

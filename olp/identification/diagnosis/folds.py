@@ -1,0 +1,82 @@
+"""Which moves are held out together: start points, jobs, cycles or speeds where the recording has them, else blocks.
+
+Groups are dealt so that the difference is spread over the folds, as in stratified k-fold validation by groups: a fold
+with nearly all moves in which something acts would ask for what nobody can know from the others.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+
+Labels = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+COUNT = 5  # folds
+_LARGEST = 0.6  # of the moves that one group may hold, and of the difference that one fold may
+_BEYOND = 3.0  # times the middle's scatter: what a move differs by beyond that counts as the difference
+_CAPPED = 0.9  # quantile of it that a single move counts at most: no single wait decides
+_ORDER = ("start", "job", "cycle", "speed")
+
+
+class Folds(NamedTuple):
+    by: str  # what the groups are
+    labels: Labels  # (n,) 0 … COUNT - 1
+
+
+def folds_of(recording: Recording, rows: Labels, residual: Floats | None = None) -> Folds:
+    """Groups dealt out into folds of about equal size. `residual` (n,) [s] measured less simulated of the `rows`."""
+    groups = {name: labels[rows] for name, labels in recording.groups().items()}
+    texts = sorted(name for name in groups if name not in (*_ORDER, "type"))
+    weight = _beyond(residual) if residual is not None else np.zeros(len(rows))
+    found = list[Folds]()
+    for name in (*_ORDER[:2], *texts, *_ORDER[2:]):
+        labels = groups.get(name)
+        if labels is not None and _serves(labels):
+            found.append(Folds(name, _dealt(labels, weight)))
+    found.append(Folds("block", blocks(len(rows))))
+    found.append(Folds("every fifth move", interleaved(len(rows))))
+    spread = [f for f in found if np.bincount(f.labels, weight).max() <= _LARGEST * float(weight.sum())]
+    return (spread or found)[0]
+
+
+def _beyond(residual: Floats) -> Floats:
+    """(n,) [s] by how much each move differs beyond the middle ones."""
+    off = np.abs(residual - np.median(residual))
+    beyond = np.maximum(off - _BEYOND * 1.4826 * float(np.median(off)), 0.0)
+    if not (beyond > 0).any():
+        return beyond
+    return np.asarray(np.minimum(beyond, np.quantile(beyond[beyond > 0], _CAPPED)))
+
+
+def blocks(count: int) -> Labels:
+    """Stretches of execution: two in each fold, so that a drift is not mistaken for a difference between folds."""
+    pieces = min(2 * COUNT, max(count // 3, 2))
+    return np.asarray((np.arange(count) * pieces // max(count, 1)) % COUNT, dtype=np.int64)
+
+
+def interleaved(count: int) -> Labels:
+    """Every fifth move; for effects that act in too few moves to spare a whole group."""
+    return np.asarray(np.arange(count) % COUNT, dtype=np.int64)
+
+
+def _serves(labels: Labels) -> bool:
+    _, count = np.unique(labels, return_counts=True)
+    return bool(len(count) >= 3 and count.max() <= _LARGEST * len(labels) and np.median(count) >= 2)
+
+
+def _dealt(labels: Labels, weight: Floats) -> Labels:
+    """The groups with most of the difference first, then the largest, each to the fold that has least of both."""
+    names, place, count = np.unique(labels, return_inverse=True, return_counts=True)
+    size = count / len(labels)
+    amount = np.bincount(place, weight) / max(float(weight.sum()), 1e-300)
+    load, fold_of = np.zeros(min(COUNT, len(names))), np.zeros(len(names), dtype=np.int64)
+    for at in np.lexsort((-count, -np.maximum(amount, size))).tolist():
+        fold_of[at] = int(np.argmin(load))
+        load[fold_of[at]] += size[at] + amount[at]
+    return np.asarray(fold_of[place])

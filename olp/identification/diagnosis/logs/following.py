@@ -1,0 +1,182 @@
+"""All axes together against their reference: is everything late by one clock, or each axis by its own physics?
+
+Three stories compete by BIC: no clock fault, a clock and no servo lag, both. In each, every axis takes the best set of
+its terms; the clock's one number is fitted over all axes at once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.logs.follow import (
+    BACKLASH,
+    COMPLIANCE,
+    LAG,
+    Follower,
+    Shape,
+    Whitened,
+    compared,
+    jacobian,
+    refine,
+    whitened,
+)
+from olp.identification.diagnosis.logs.guess import start
+from olp.identification.diagnosis.logs.select import criterion
+
+Floats = NDArray[np.float64]
+TERMS = (LAG, COMPLIANCE, BACKLASH)
+_COST = {LAG: 1, COMPLIANCE: 3, BACKLASH: 1}
+_LOOK_ELSEWHERE = 4.0  # ln of independent frequencies that the scan looked at
+_STEP = 0.02  # [s] of the lateness at a time
+_EARLY = 0.02  # [s]
+NONE, CLOCK, BOTH = "none", "clock", "both"
+
+
+@dataclass(frozen=True, slots=True)
+class AxisStory:
+    """What one axis does: its terms, their numbers, and the BIC of every set that was refitted."""
+
+    terms: tuple[str, ...]
+    shape: Shape
+    score: float
+    scores: tuple[tuple[tuple[str, ...], float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Story:
+    """One account of all axes. `late` [s]: what the measured axes' clock reads too much against the reference."""
+
+    name: str
+    late: float
+    late_error: float  # [s] standard error
+    axes: tuple[AxisStory, ...]
+    score: float
+
+
+def stories(followers: list[Follower], unfaulted: float | None) -> tuple[list[Story], list[Whitened]]:
+    """The accounts, best first. `unfaulted` [s]: the lateness at which no clock is wrong; None: there is none."""
+    first = 0.0 if unfaulted is None else unfaulted
+    fulls = [refine(f, start(f, first), first, None, 3) for f in followers]
+    noises = [noise_of(f, s, first) for f, s in zip(followers, fulls, strict=True)]
+    found = []
+    if unfaulted is not None:
+        axes = tuple(_axis(f, n, first, TERMS, s) for f, n, s in zip(followers, noises, fulls, strict=True))
+        found.append(Story(NONE, first, 0.0, axes, sum(a.score for a in axes)))
+    clock = _with_clock(followers, noises, first, (COMPLIANCE, BACKLASH), CLOCK, None)
+    # From too early a clock the lags begin too long and find their way; from too late a one they would begin at 0.
+    early = first if unfaulted is not None else clock.late - _EARLY
+    found += [clock, _with_clock(followers, noises, early, TERMS, BOTH, fulls)]
+    return sorted(found, key=lambda s: s.score), noises
+
+
+def noise_of(follower: Follower, full: Shape, late: float) -> Whitened:
+    """What no mixture of lateness, terms and derivatives explains is the noise that everything is whitened by."""
+    axis, reference = follower.axis, follower.reference
+    left = follower.residual - follower.effects(full, late)
+    smooth = reference.grid.step
+    columns = [np.ones(len(left))]
+    columns += [follower.seen(reference.derivative(order, axis, smooth)) for order in (1, 2, 3)]
+    library = np.stack(columns, axis=1)
+    use = follower.use
+    sizes = np.linalg.lstsq(library[use], left[use], rcond=1e-10)[0]
+    return whitened(follower, left - library @ sizes)
+
+
+def _axis(
+    follower: Follower, noise: Whitened, late: float, allowed: tuple[str, ...], guess: Shape | None
+) -> AxisStory:
+    """The best set of terms of one axis: all sets by their linear columns, the best three refitted."""
+    first = guess if guess is not None else start(follower, late)
+    full = refine(follower, first.only(allowed), late, noise, 3)
+    table = compared(follower, replace(full, lag=1e-4) if math.isnan(full.lag) else full, late, noise)
+    sets = [s for size in range(len(allowed) + 1) for s in combinations(allowed, size)]
+    rough = sorted(sets, key=lambda s: criterion(table, s))
+    tried = list(dict.fromkeys([(), *rough[:3]]))
+    results = []
+    for terms in tried:
+        shape = refine(follower, full.only(terms), late, noise, 3)
+        results.append((terms, shape, _score(follower, shape, late, noise, terms)))
+    terms, shape, score = min(results, key=lambda r: r[2])
+    return AxisStory(terms, shape, score, tuple((t, s) for t, _, s in results))
+
+
+def _with_lag(guess: Shape, lagging: Shape) -> Shape:
+    return replace(guess, lag=lagging.lag)
+
+
+def _score(follower: Follower, shape: Shape, late: float, noise: Whitened, terms: tuple[str, ...]) -> float:
+    left = noise.of(follower.residual - follower.effects(shape, late))
+    constant = noise.of(np.ones(len(follower.time)))
+    left = left - constant * float((constant * left).sum()) / max(float((constant**2).sum()), 1e-300)
+    cost = sum(
+        _COST[t] * math.log(len(left)) + (2 * _LOOK_ELSEWHERE if t == COMPLIANCE else 0) for t in terms
+    )
+    return len(left) * math.log(max(float((left**2).sum()), 1e-300) / len(left)) + cost
+
+
+def _with_clock(
+    followers: list[Follower],
+    noises: list[Whitened],
+    late: float,
+    allowed: tuple[str, ...],
+    name: str,
+    guesses: list[Shape] | None,
+) -> Story:
+    """Alternates between the common lateness, linear over all axes at once, and the axes' own terms."""
+    shapes = [Shape() for _ in followers]
+    error = math.nan
+    if guesses is not None:
+        shapes = [
+            refine(f, g.only((LAG,)), late, n, 2) for f, g, n in zip(followers, guesses, noises, strict=True)
+        ]
+    for _ in range(10):
+        step, error = lateness(followers, noises, shapes, late)
+        late += step
+        shapes = [refine(f, s, late, n, 2) for f, s, n in zip(followers, shapes, noises, strict=True)]
+        if abs(step) < 0.02 * error:
+            break
+    axes = tuple(
+        _axis(f, n, late, allowed, None if guesses is None else _with_lag(g, s))
+        for f, n, g, s in zip(followers, noises, guesses or shapes, shapes, strict=True)
+    )
+    for _ in range(3):
+        shapes = [a.shape for a in axes]
+        step, error = lateness(followers, noises, shapes, late)
+        late += step
+        axes = tuple(
+            replace(a, shape=(s := refine(f, a.shape, late, n, 2)), score=_score(f, s, late, n, a.terms))
+            for a, f, n in zip(axes, followers, noises, strict=True)
+        )
+        if abs(step) < 0.1 * error:
+            break
+    total = sum(a.score for a in axes) + math.log(sum(int(n.keep.sum()) for n in noises))
+    return Story(name, late, error, axes, total)
+
+
+def lateness(
+    followers: list[Follower], noises: list[Whitened], shapes: list[Shape], late: float
+) -> tuple[float, float]:
+    """Step [s] of the common lateness and its standard error, the axes' own numbers free beside it."""
+    power = product = 0.0
+    for follower, noise, shape in zip(followers, noises, shapes, strict=True):
+        _, effect, slope = jacobian(follower, shape, late)
+        width = 1e-5
+        moved = (follower.effects(shape, late + width) - effect) / width
+        own = noise.of(np.column_stack([slope, np.ones(len(effect))]))
+        both = noise.of(np.column_stack([moved, follower.residual - effect]))
+        basis = np.linalg.qr(own / np.maximum(np.linalg.norm(own, axis=0), 1e-300))[0]
+        both = both - basis @ (basis.T @ both)
+        # What is left by a wrong lateness is no noise: the fit of this axis alone tells how much is.
+        alone = both[:, 1] - both[:, 0] * float(both[:, 0] @ both[:, 1]) / max(
+            float(both[:, 0] @ both[:, 0]), 1e-300
+        )
+        variance = max(float(alone @ alone) / len(both), 1e-300)
+        power += float(both[:, 0] @ both[:, 0]) / variance
+        product += float(both[:, 0] @ both[:, 1]) / variance
+    step = float(np.clip(product / max(power, 1e-300), -_STEP, _STEP))
+    return step, 1 / math.sqrt(max(power, 1e-300))

@@ -1,0 +1,204 @@
+"""Terms with values, acting together: what the judged simulation would say with them in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.timing.physics import Form, MoveTerm
+from olp.timing.physics._case import Case
+from olp.timing.physics._motion import Motion
+
+Floats = NDArray[np.float64]
+
+
+class Statement(NamedTuple):
+    """Something plain that is true of some moves: a column of `FEATURES` above, below or equal to something."""
+
+    column: str
+    above: float = -math.inf
+    below: float = math.inf
+    word: str = ""
+
+    def mask(self, case: Case) -> NDArray[np.bool_]:
+        """(n,)"""
+        values = feature(case, self.column)
+        if isinstance(values, tuple):
+            return np.array([value == self.word for value in values], dtype=bool)
+        with np.errstate(invalid="ignore"):
+            return np.asarray((values > self.above) & (values < self.below))
+
+    def __str__(self) -> str:
+        if self.word:
+            return f"{self.column} {self.word}"
+        unit, factor = _UNITS.get(self.column, ("", 1.0))
+        sign, bound = (">", self.above) if math.isfinite(self.above) else ("<", self.below)
+        return f"{self.column} {sign} {bound * factor:.4g}{' ' + unit if unit else ''}"
+
+
+class Condition(NamedTuple):
+    """All of its statements hold."""
+
+    statements: tuple[Statement, ...]
+
+    def mask(self, case: Case) -> NDArray[np.bool_]:
+        """(n,)"""
+        held = np.ones(len(case), dtype=bool)
+        for statement in self.statements:
+            held &= statement.mask(case)
+        return held
+
+    def __str__(self) -> str:
+        return " and ".join(map(str, self.statements))
+
+
+_UNITS = {
+    **dict.fromkeys(("x", "y", "z", "start x", "start y", "start z", "length"), ("mm", 1000.0)),
+    **dict.fromkeys(("turn",), ("deg", 180.0 / math.pi)),
+    **{"speed": ("mm/s", 1000.0), "time": ("s", 1.0), "payload": ("kg", 1.0)},
+}
+
+
+FEATURES = (
+    *(
+        "x",
+        "y",
+        "z",
+        "start x",
+        "start y",
+        "start z",
+        "length",
+        "incline",
+        "speed",
+        "turn",
+        "payload",
+        "time",
+    ),
+    *("axis", "job", "line"),
+)
+
+
+def feature(case: Case, name: str) -> Floats | tuple[str, ...]:
+    """What a condition can be about, one of `FEATURES`: numbers (n,) in SI, nan where not known, or words, "" likewise.
+
+    x, y, z: of the end of a move; incline: the sine of its direction, up is positive; axis: the one that turns most.
+    """
+    if name in _NUMBERS:
+        return case.once(f"feature {name}", lambda: _NUMBERS[name](case))
+    if name == "axis":
+        return case.leading
+    if name == "job":
+        return case.job
+    return tuple(
+        f"{job}:{line}" if job and line else str(line) if line else ""
+        for job, line in zip(case.job, case.line.tolist(), strict=True)
+    )
+
+
+_NUMBERS: dict[str, Callable[[Case], Floats]] = {
+    **{axis: lambda case, k=k: case.end[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
+    **{f"start {axis}": lambda case, k=k: case.start[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
+    "length": lambda case: case.length,
+    "incline": lambda case: np.where(np.isfinite(case.length), case.rise, np.nan),
+    "speed": lambda case: np.where(case.moving & ~case.joint, case.base.speed, np.nan),
+    "turn": lambda case: case.turn,
+    "payload": lambda case: case.payload,
+    "time": lambda case: case.t_start - case.began,
+}
+
+
+class Part(NamedTuple):
+    """One term of a model, in one of its forms, in all moves or under a condition."""
+
+    term: MoveTerm
+    form: Form
+    values: Floats  # (p,) SI
+    condition: Condition | None = None
+
+    @property
+    def label(self) -> str:
+        """Told apart from all other parts of a model: one form per term, but one for each axis."""
+        return f"{self.term.name}/{self.form.axis}"
+
+    @property
+    def conditionable(self) -> bool:
+        """Whether the term changes moves one by one, not the way in which all of them are made."""
+        return self.term.name not in ("blending", "cycle-quantisation", "clock", "warm-up")
+
+    def act(self, motion: Motion, case: Case) -> Motion:
+        """The motion with the part in it."""
+        changed = self.term.act(motion, self.form, self.values, case)
+        if self.condition is None:
+            return changed
+        mask = case.once(f"where {self.condition!r}", lambda: self._mask(case)) > 0
+        return motion.where(mask, changed)
+
+    def _mask(self, case: Case) -> Floats:
+        assert self.condition is not None
+        return self.condition.mask(case).astype(np.float64)
+
+
+class Model(NamedTuple):
+    """Prediction of durations: the judged simulation's, plus what the parts change in its motion."""
+
+    parts: tuple[Part, ...] = ()
+
+    def seconds(self, case: Case) -> Floats:
+        """(n,) [s] predicted durations."""
+        return self.both(case)[0]
+
+    def smooth(self, case: Case) -> Floats:
+        """(n,) [s] the same, with the mean of rounding to a cycle in its place: it has derivatives."""
+        return self.both(case)[1]
+
+    def both(self, case: Case) -> tuple[Floats, Floats]:
+        """`seconds` and `smooth` at the price of one."""
+        smooth, motion = self._acted(case)
+        cycle = motion.cycle
+        if cycle <= 0:
+            return smooth, smooth
+        rounded = np.ceil(smooth / cycle - motion.early - 1e-6) * cycle
+        return np.asarray(rounded), smooth + (0.5 - motion.early) * cycle
+
+    def _acted(self, case: Case) -> tuple[Floats, Motion]:
+        base = case.once("base", case.base.duration)
+        motion = self.motion(case)
+        return np.asarray((case.simulated + motion.duration() - base) * motion.rate), motion
+
+    def motion(self, case: Case) -> Motion:
+        """The simulation's motion with all parts in it."""
+        motion = case.base
+        for part in sorted(self.parts, key=lambda p: p.term.stage):
+            motion = part.act(motion, case)
+        return motion
+
+    def without(self, index: int) -> Model:
+        return Model(self.parts[:index] + self.parts[index + 1 :])
+
+    def contributions(self, case: Case) -> tuple[Floats, ...]:
+        """Per part (n,) [s]: its share of the whole correction. The shares add up to it exactly.
+
+        A part's share is the mean of what it adds as the first and as the last of all parts, and what these leave
+        over (they act together) is split in proportion to their sizes.
+        """
+        whole = self.seconds(case) - case.simulated
+        shares = []
+        for index, part in enumerate(self.parts):
+            first = Model((part,)).seconds(case) - case.simulated
+            last = self.seconds(case) - self.without(index).seconds(case)
+            shares.append(0.5 * (first + last))
+        return _balanced(shares, whole)
+
+
+def _balanced(shares: Sequence[Floats], whole: Floats) -> tuple[Floats, ...]:
+    if not shares:
+        return ()
+    left = whole - np.sum(shares, axis=0)
+    sizes = np.abs(shares)
+    total = sizes.sum(axis=0)
+    parts = np.where(total > 0, sizes / np.where(total > 0, total, 1.0), 1.0 / len(shares))
+    return tuple(share + part * left for share, part in zip(shares, parts, strict=True))

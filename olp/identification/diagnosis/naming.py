@@ -1,0 +1,124 @@
+"""From a case to the terms that are named: search, waits set apart, evidence on moves that were not fitted."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.conditions import conditioned
+from olp.identification.diagnosis.evidence import (
+    SMALL,
+    Gain,
+    Selection,
+    chosen,
+    fallen,
+    gain_of,
+    matters,
+    selection,
+    worth,
+)
+from olp.identification.diagnosis.fitting import Fit, Noise, fit, whiten
+from olp.identification.diagnosis.folds import Folds
+from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.residuals import Remains, remains_of
+from olp.identification.diagnosis.search import TELLING, WIDE, Shelf, exchanged, move_terms, search, shelf_of
+from olp.identification.diagnosis.waits import late_moves, spread, waiting_moves
+from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Labels = NDArray[np.int64]
+
+_ROUNDS = 2  # of search and setting waits apart
+_LEAST_ORDER, _MOST_ORDER = -0.49, 0.95  # of the correlation of neighbours: shared stamps have -1/2
+
+
+class Named(NamedTuple):
+    """What the search came to."""
+
+    fit: Fit
+    late: Mask  # (n,) of the whole case: moves that are left out of the clean one
+    waiting: Mask  # (n,) those, and moves that wait for less
+    clean: Case  # the case without late moves
+    noise: Noise
+    shelf: Shelf
+    folds: Folds  # of the clean case
+    selection: Selection
+    gains: tuple[Gain, ...]
+    remains: Remains
+
+
+def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> Named:
+    """Search, set waits apart, search again, and drop what does not hold on moves that were not fitted."""
+    late = np.zeros(len(case), dtype=bool)
+    for last in (False,) * (_ROUNDS - 1) + (True,):
+        clean = case.take(np.nonzero(~late)[0].astype(np.int64))
+        shelf = shelf_of(clean, move_terms())
+        best = _found(clean, noise, shelf)
+        noise = noise._replace(order=_order(best, clean))
+        if noise.order:
+            best = _found(clean, noise, shelf)
+        again = late_moves(best, case, noise.least)
+        if last or np.array_equal(again, late):
+            break
+        late = again
+    clean_folds = Folds(folds.by, folds.labels[~late])
+    best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
+    seen = selection(clean, noise, clean_folds, shelf)
+    clean_groups = {name: labels[~late] for name, labels in groups.items()}
+    left = clean.measured - best.model.seconds(clean)
+    remains = remains_of(whiten(left, _stamped(noise), clean), clean, clean_groups)
+    residual = case.measured - best.model.seconds(case)
+    waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
+    return Named(best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains)
+
+
+def without(named: Named, term: str) -> Named:
+    """The others, fitted anew."""
+    kept = [k for k, part in enumerate(named.fit.model.parts) if part.term.name != term]
+    model = Model(tuple(named.fit.model.parts[k] for k in kept))
+    best = fit(model, named.clean, named.noise, 30)
+    left = named.clean.measured - best.model.seconds(named.clean)
+    remains = remains_of(whiten(left, _stamped(named.noise), named.clean), named.clean, {})
+    return named._replace(fit=best, gains=tuple(named.gains[k] for k in kept), remains=remains)
+
+
+def _stamped(noise: Noise) -> Noise:
+    """What shared time stamps do to neighbours is the recorder's; what goes together is left over."""
+    return noise if noise.order < 0 else noise._replace(order=0.0)
+
+
+def _found(clean: Case, noise: Noise, shelf: Shelf) -> Fit:
+    best = exchanged(chosen(search(clean, noise, shelf, WIDE), clean, noise), shelf, clean, noise)
+    return conditioned(best, clean, noise, shelf, WIDE.additions)
+
+
+def _order(best: Fit, clean: Case) -> float:
+    """Correlation between neighbours in what the best set leaves."""
+    left = clean.measured - best.model.seconds(clean)
+    order = remains_of(left, clean, {}).order
+    return float(np.clip(order, _LEAST_ORDER, _MOST_ORDER)) if abs(order) > 0.1 else 0.0
+
+
+def _confirmed(
+    best: Fit, case: Case, noise: Noise, folds: Folds, shelf: Shelf
+) -> tuple[Fit, tuple[Gain, ...]]:
+    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew."""
+    tried = len({part.label for part in shelf.parts})
+    while best.model.parts:
+        gains = [gain_of(best, k, case, noise, folds) for k in range(len(best.model.parts))]
+        weak = fallen(gains, tried)
+        weak += [k for k in range(len(gains)) if k not in weak and _dispensable(best, k, case, noise)]
+        if not weak:
+            return best, tuple(gains)
+        worst = min(weak, key=lambda k: gains[k].loglik)
+        best = fit(best.model.without(worst), case, noise, 30)
+    return best, ()
+
+
+def _dispensable(best: Fit, index: int, case: Case, noise: Noise) -> bool:
+    """Whether the others do as well without part `index`: by BIC, or because it does not matter."""
+    others = fit(best.model.without(index), case, noise, 15)
+    return worth(others, best) < TELLING or not matters(others, best, case, SMALL)

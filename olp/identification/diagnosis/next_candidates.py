@@ -1,0 +1,278 @@
+"""The runs that an experiment is chosen from: straight moves that are known to be possible, as a hypothetical case.
+
+Parts of recorded lines, both ways, at speeds that were recorded or that the axes can follow; where the robot is known
+also lines between points of the recorded box that `olp probe` proves. A run is one move from stop to stop, or a line in
+two halves with the point between them passed with and without rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, fields, replace
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.units import mm
+from olp.identification.diagnosis.axis_rates import PLACES
+from olp.identification.diagnosis.next_lines import SHORTEST, Lines, lines_of
+from olp.timing.physics._case import Case, Floats, Rates
+from olp.timing.physics._motion import Motion
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+
+Labels = NDArray[np.int64]
+
+_PARTS = (1.0, 0.5, 0.25, 0.1)  # of a line
+_STROKE = 2 * mm  # and one that is too short for any speed
+_SPEEDS = (
+    0.01,
+    0.1,
+    0.25,
+    0.5,
+    1.0,
+    1.5,
+)  # of the fastest recorded; above 1 only where the axes can be checked
+_LONGEST = 20.0  # [s] at the programmed speed
+_OF_RATED = 0.9
+_PACE = 0.1 * mm  # [m/s] speeds are written to this
+_MOST_LOADS = 3
+_USUAL_ROUNDING = 25 * mm
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """r rows of hypothetical moves; the rows of a run stand together."""
+
+    case: Case
+    run: Labels  # (r,) 0, 1, …
+    line: Labels  # (r,) which line
+
+    def __len__(self) -> int:
+        return int(self.run[-1]) + 1 if len(self.run) else 0
+
+    @property
+    def first(self) -> Labels:
+        """(runs,) the first row of each run."""
+        return np.asarray(np.searchsorted(self.run, np.arange(len(self))))
+
+    @property
+    def rounded(self) -> NDArray[np.bool_]:
+        """(runs,) runs in two moves with a rounded point between; the run before is the same with a stop there."""
+        return np.asarray(self.case.blend[self.first] > 0)
+
+
+class _Row(NamedTuple):
+    run: int
+    line: int
+    begin: float  # share of the line
+    end: float
+    speed: float
+    blend_start: float
+    blend: float
+    load: int
+    when: float
+
+
+def candidates(case: Case, recording: Recording, terms: Collection[str]) -> Candidates | None:
+    """Runs to choose from, None where the recording has no straight move with tool points. Raises OlpError (K…).
+
+    `terms`: names of what may be at work; loads and running time are varied only where one of them depends on it.
+    """
+    straight = np.nonzero(case.moving & ~case.joint & (np.nan_to_num(case.length) > SHORTEST))[0]
+    if not len(straight):
+        return None
+    lines = lines_of(case, recording, straight)
+    loads = _loads(case) if any(name.startswith("payload") for name in terms) else _loads(case)[:1]
+    times = _times(case, "warm-up" in terms)
+    rows = _rows(case, lines, len(loads), times, straight)
+    return _as_case(case, lines, rows, loads, straight) if rows else None
+
+
+# --- runs -------------------------------------------------------------------------------------------------------------
+
+
+def _loads(case: Case) -> list[tuple[float, float]]:
+    """[kg], [kg m²] that were recorded: the lightest, the heaviest, and one between."""
+    both = np.round(np.stack([case.payload, case.payload_inertia], axis=1), 6)[case.moving]
+    # Not a number is not equal to itself: what was not written is one load too.
+    _, first = np.unique(np.nan_to_num(both, nan=-1.0), axis=0, return_index=True)
+    both = both[first]
+    if len(both) > _MOST_LOADS:
+        both = both[np.linspace(0, len(both) - 1, _MOST_LOADS).round().astype(int)]
+    return [(float(mass), float(inertia)) for mass, inertia in both]
+
+
+def _times(case: Case, matters: bool) -> list[float]:
+    """[s] on the recorder's clock: its end, and where running time matters its begin."""
+    if not np.isfinite(case.t_start).all() or np.ptp(case.t_start) <= 0:
+        return [float("nan")]
+    last = float(case.t_start.max())
+    return [float(case.t_start.min()), last] if matters else [last]
+
+
+def _rows(case: Case, lines: Lines, loads: int, times: list[float], straight: Labels) -> list[_Row]:
+    top = float(case.base.speed[straight].max())
+    rounding = usual_rounding(case)
+    rows: list[_Row] = []
+    run = 0
+    for line, share in product(range(len(lines.start)), _SPEEDS):
+        whole, speed = float(lines.length[line]), round(round(share * top / _PACE) * _PACE, 7)
+        if speed <= 0 or not _possible(case, lines, line, speed, top):
+            continue
+        parts = [p for p in _PARTS if SHORTEST <= p * whole <= _LONGEST * speed] + [_STROKE / whole]
+        for load, when in product(range(loads), times):
+            for part, back in product(parts, (False, True)):
+                begin, end = (1.0, 1.0 - part) if back else (0.0, part)
+                rows.append(_Row(run, line, begin, end, speed, 0.0, 0.0, load, when))
+                run += 1
+            if 1.0 not in parts or whole < 4 * SHORTEST:
+                continue
+            for radius in (0.0, min(rounding, whole / 4)):
+                rows.append(_Row(run, line, 0.0, 0.5, speed, 0.0, radius, load, when))
+                rows.append(_Row(run, line, 0.5, 1.0, speed, radius, 0.0, load, when))
+                run += 1
+    return rows
+
+
+def usual_rounding(case: Case) -> float:
+    """[m] The middle of the recorded roundings."""
+    rounded = case.blend[np.nan_to_num(case.blend) > 0]
+    return float(np.median(rounded)) if len(rounded) else _USUAL_ROUNDING
+
+
+def _possible(case: Case, lines: Lines, line: int, speed: float, top: float) -> bool:
+    """Nothing faster than recorded, but where every axis stays below its rated speed all along."""
+    rated = None if case.rates is None else case.rates.rated
+    if lines.rates is None or not lines.checked[line] or rated is None:
+        return speed <= max(float(lines.fastest[line]), 0.0) * 1.001
+    return bool(np.all(np.abs(lines.rates[line]).max(axis=0) * speed <= _OF_RATED * rated))
+
+
+# --- the hypothetical case --------------------------------------------------------------------------------------------
+
+
+def _as_case(
+    case: Case, lines: Lines, rows: list[_Row], loads: list[tuple[float, float]], straight: Labels
+) -> Candidates:
+    table = np.array(rows)
+    line = table[:, 1].astype(np.int64)
+    way = (lines.end - lines.start)[line]
+    start, end = (lines.start[line] + table[:, [k]] * way for k in (2, 3))
+    blend_start, blend = table[:, 5], table[:, 6]
+    load = np.array(loads)[table[:, 7].astype(int)]
+    base = _motion(case, straight, np.linalg.norm(end - start, axis=1), table[:, 4], blend_start, blend)
+    count = len(rows)
+    no = np.zeros(count, dtype=bool)
+    none = np.full(count, -1, dtype=np.int64)
+    length = base.duration()
+    hypothetical = replace(
+        case,
+        move=int(case.move.max()) + 1 + np.arange(count),
+        measured=length,
+        simulated=length,
+        base=base,
+        moving=~no,
+        joint=no,
+        start=start,
+        end=end,
+        turn=np.zeros(count),
+        stop_start=blend_start == 0.0,
+        stop_end=blend == 0.0,
+        blend=blend,
+        blend_start=blend_start,
+        corner=np.zeros(count),
+        payload=load[:, 0],
+        payload_inertia=load[:, 1],
+        t_start=table[:, 8],
+        cycle=none,
+        job=("",) * count,
+        line=np.zeros(count, dtype=np.int64),
+        rates=_rates(case, lines, line, table[:, 2], table[:, 3]),
+        covariates={name: np.full(count, np.median(v)) for name, v in case.covariates.items()},
+        repeats=np.arange(count) + int(case.repeats.max(initial=-1)) + 1
+        if len(case.repeats)
+        else case.repeats,
+        derived={},
+    )
+    return Candidates(hypothetical, table[:, 0].astype(np.int64), line)
+
+
+def _motion(
+    case: Case, straight: Labels, way: Floats, speed: Floats, blend_start: Floats, blend: Floats
+) -> Motion:
+    """What the judged simulation would use: the middle of what it used for straight moves."""
+    base, count = case.base, len(way)
+    middle = {
+        name: np.full(count, np.median(getattr(base, name)[straight]))
+        for name in ("accelerate", "decelerate", "jerk", "rate")
+    }
+    return replace(
+        _passing(base),
+        way=way,
+        speed=speed,
+        round_start=blend_start,
+        round_end=blend,
+        least=np.zeros(count),
+        added=np.zeros(count),
+        corners=None,
+    ).with_(**middle)
+
+
+def _passing(base: Motion) -> Motion:
+    """Where no recorded corner is rounded, nothing tells how the simulation passes one: at full speed."""
+    return base if (base.round_end > 0).any() else base.with_(law="full", overlap=1.0, split=0.5)
+
+
+def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -> Rates | None:
+    """Rates along parts of lines; backwards the axes turn the other way."""
+    if case.rates is None or lines.rates is None:
+        return None
+    share = begin[:, None] + (end - begin)[:, None] * np.linspace(0.0, 1.0, PLACES)
+    at = np.clip(share * (PLACES - 1), 0.0, PLACES - 1)
+    low = np.minimum(at.astype(np.int64), PLACES - 2)
+    over = at - low
+
+    def between(values: Floats) -> Floats:
+        first, second = values[line[:, None], low], values[line[:, None], low + 1]
+        weight = over.reshape(*over.shape, *([1] * (values.ndim - 2)))
+        return np.asarray(first * (1.0 - weight) + second * weight)
+
+    path = between(lines.rates) * np.sign(end - begin)[:, None, None]
+    bodies = None if case.rates.bodies is None else between(lines.bodies)
+    return replace(case.rates, path=path, known=lines.checked[line], bodies=bodies)
+
+
+def joined(case: Case, more: Case) -> Case:
+    """The rows of both, so that what a term takes from the whole recording stays what it was."""
+    both: dict[str, object] = {}
+    for column in fields(Case):
+        first, second = getattr(case, column.name), getattr(more, column.name)
+        if isinstance(first, np.ndarray):
+            both[column.name] = np.concatenate([first, second])
+    base = {
+        column.name: np.concatenate([getattr(case.base, column.name), getattr(more.base, column.name)])
+        for column in fields(Motion)
+        if isinstance(getattr(case.base, column.name), np.ndarray)
+    }
+    rates = case.rates
+    if rates is not None and more.rates is not None:
+        path = np.concatenate([rates.path, more.rates.path])
+        bodies = rates.bodies
+        if bodies is not None and more.rates.bodies is not None:
+            bodies = np.concatenate([bodies, more.rates.bodies])
+        rates = replace(
+            rates, path=path, known=np.concatenate([rates.known, more.rates.known]), bodies=bodies
+        )
+    return replace(
+        case,
+        base=replace(_passing(case.base), corners=None, **base),  # type: ignore[arg-type]
+        job=case.job + more.job,
+        rates=rates,
+        covariates={name: np.concatenate([v, more.covariates[name]]) for name, v in case.covariates.items()},
+        derived={},
+        **both,  # type: ignore[arg-type]
+    )

@@ -1,0 +1,259 @@
+"""The experiment that tells rival explanations apart: the few moves on which they differ most, beyond all doubt.
+
+G. Buzzi-Ferraris and P. Forzatti, "A new sequential experimental design procedure for discriminating among rival
+models", Chemical Engineering Science 38 (1983): dᵀ V⁻¹ d, with d the difference of two models' predictions and V what
+scatter and the uncertainty of both models' parameters make of it. Beside them V holds an offset that all new moves may
+share (another day, another clock), so that moves on which rivals agree are chosen too, to compare with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.fitting import Noise, parameters_of, slopes_of
+from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.next_candidates import Candidates, candidates, joined
+from olp.identification.diagnosis.next_job import write_experiment_job
+from olp.identification.diagnosis.next_words import sentence
+from olp.identification.diagnosis.result import NextExperiment, NextMove
+from olp.timing.physics._case import Case, Floats
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+
+__all__ = ["design_experiment", "write_experiment_job"]
+
+Labels = NDArray[np.int64]
+
+FEWEST, MOST = 4, 12  # moves
+_TOLD_APART = 6.0  # standard deviations between two rivals, after all moves
+_HOPELESS = 2.0  # less than this with every move five times is nothing to propose
+_MOST_TIMES = 5
+_OFFSET = 5.0  # of the noise: what all new moves may be off by together
+_WEIGHED = 240  # candidates whose parameters' uncertainty is worked out
+_LEAST_NOISE = 1e-3  # [s] where nothing tells the noise
+_SAME_LINE = 1.1  # preference for a line that is run already: the moves then differ in one thing
+
+
+def design_experiment(
+    case: Case, rivals: Sequence[Model], noise: float, recording: Recording
+) -> NextExperiment:
+    """Moves that separate the fitted `rivals` most, and why. `noise` [s]: standard deviation of one measured duration.
+
+    Moves lie inside the recorded box, on lines that were run or that the robot is proved to reach; without moves when
+    no such move separates the rivals, or none can be proposed. Raises OlpError (K…).
+    """
+    models = [
+        Model(tuple(p for p in m.parts if p.form.parameters and p.term.name != "external-wait"))
+        for m in rivals
+    ]
+    if len(models) < 2:
+        return NextExperiment()
+    names = {part.term.name for model in models for part in model.parts}
+    found = candidates(case, recording, names)
+    if found is None:
+        says = "the recording has no straight move with tool points, so no further moves can be proposed"
+        return NextExperiment(f"{sentence(models, None, None, None)}: {says}")
+    scatter = (
+        noise if np.isfinite(noise) and noise > 0 else max(case.resolution / np.sqrt(12.0), _LEAST_NOISE)
+    )
+    apart = _differences([_predicted(model, case, found) for model in models])
+    few = _worth_weighing(found, apart)
+    parts = taken(found, few)
+    spread = _spreads(models, case, parts, scatter)
+    chosen, reached = _chosen(found, few, apart[:, few], spread, scatter)
+    if reached * _MOST_TIMES < _HOPELESS**2:
+        says = "no straight move inside the recorded box separates them beyond the noise of the recording"
+        return NextExperiment(f"{sentence(models, None, None, None)}: {says}")
+    times = int(np.clip(np.ceil(_TOLD_APART**2 / reached), 1, _MOST_TIMES))
+    runs = few[np.sort(np.array(chosen))]
+    hardest = int(np.argmin(np.sum(apart[:, runs] ** 2, axis=1)))
+    pair = list(combinations(range(len(models)), 2))[hardest]
+    why = sentence([models[i] for i in pair], found, apart[hardest] / scatter, runs)
+    return NextExperiment(why, _moves(found, runs, times))
+
+
+# --- predictions ------------------------------------------------------------------------------------------------------
+
+
+def taken(found: Candidates, runs: Labels) -> Candidates:
+    """Some of the runs, numbered anew."""
+    rows = np.nonzero(np.isin(found.run, runs))[0]
+    _, number = np.unique(found.run[rows], return_inverse=True)
+    return Candidates(found.case.take(rows), number.astype(np.int64), found.line[rows])
+
+
+def _blocks(case: Case, found: Candidates) -> list[Labels]:
+    """Few rows at a time beside the recorded ones: a term's medians then stay those of the recording."""
+    size = max(6, len(case) // 10)
+    edges = np.searchsorted(found.run, np.arange(len(found)), side="right")
+    blocks, first = [], 0
+    while first < len(found.run):
+        last = edges[np.searchsorted(edges, first + size)] if first + size < edges[-1] else edges[-1]
+        blocks.append(np.arange(first, last))
+        first = int(last)
+    return blocks
+
+
+def _predicted(model: Model, case: Case, found: Candidates) -> Floats:
+    """(runs,) [s] of each run, its rows together."""
+    rows = [model.smooth(joined(case, found.case.take(block)))[len(case) :] for block in _blocks(case, found)]
+    return _per_run(found, np.concatenate(rows))
+
+
+def _per_run(found: Candidates, rows: Floats) -> Floats:
+    return np.asarray(np.add.reduceat(rows, found.first, axis=0))
+
+
+def _differences(predicted: Sequence[Floats]) -> Floats:
+    """(pairs, runs) [s]"""
+    return np.stack([first - second for first, second in combinations(predicted, 2)])
+
+
+def _worth_weighing(found: Candidates, apart: Floats) -> Labels:
+    """Runs on which some pair differs most, and the others of the same lines for comparison."""
+    if len(found) <= _WEIGHED:
+        return np.arange(len(found))
+    share = _WEIGHED // (2 * len(apart)) + 1
+    most = np.unique(np.argsort(-np.abs(apart), axis=1, kind="stable")[:, :share])
+    rest = np.setdiff1d(np.arange(len(found)), most)
+    beside = rest[np.linspace(0, len(rest) - 1, _WEIGHED // 2).round().astype(int)]
+    twins = most[found.rounded[most]] - 1
+    return np.unique(np.concatenate([most, beside, twins]))
+
+
+def _spreads(models: Sequence[Model], case: Case, found: Candidates, scatter: float) -> list[Floats]:
+    """Per pair (runs, p) [s]: what one standard deviation of each parameter of the two models does to a run."""
+    noise = Noise(scatter)
+    each = []
+    for model in models:
+        if not model.parts:
+            each.append(np.zeros((len(found), 0)))
+            continue
+        known = slopes_of(model, case, noise)
+        rows = [
+            slopes_of(model, joined(case, found.case.take(block)), noise)[len(case) :]
+            for block in _blocks(case, found)
+        ]
+        slopes = _per_run(found, np.concatenate(rows))
+        span = np.array(
+            [np.log(q.high / q.low) if q.log else q.high - q.low for _, q, _ in parameters_of(model)]
+        )
+        told = known.T @ known / scatter**2 + np.diag(4.0 / np.maximum(span, 1e-9) ** 2)
+        # V = G C Gᵀ with C the inverse of what the recording tells: G times a root of C.
+        each.append(np.linalg.solve(np.linalg.cholesky(told), slopes.T).T)
+    return [np.concatenate([first, second], axis=1) for first, second in combinations(each, 2)]
+
+
+# --- the choice -------------------------------------------------------------------------------------------------------
+
+
+def _chosen(
+    found: Candidates, few: Labels, apart: Floats, spread: Sequence[Floats], scatter: float
+) -> tuple[list[int], float]:
+    """Positions in `few`, and the worst pair's dᵀ V⁻¹ d."""
+    rows = np.bincount(found.run)[few]
+    line = found.line[found.first][few]
+    stopped = (rows > 1) & ~found.rounded[few]
+    chosen: list[int] = []
+    while True:
+        now = [_separation(apart[p], spread[p], rows, scatter, chosen) for p in range(len(apart))]
+        count = int(rows[chosen].sum())
+        if count >= FEWEST and min(now) >= _TOLD_APART**2:
+            break
+        # Two halves with a stop between are only there to be compared with the same ones rounded.
+        twins = np.isin(few + 1, few[[c for c in chosen if found.rounded[few[c]]]])
+        free = (count + rows <= MOST) & ~np.isin(np.arange(len(few)), chosen) & (~stopped | twins)
+        if not free.any():
+            break
+        worst = int(np.argmin(now))
+        gain = _gains(apart[worst], spread[worst], rows, scatter, chosen) / np.where(twins, 1, rows)
+        gain = np.where(np.isin(line, line[chosen]), _SAME_LINE * gain, gain)
+        chosen.append(int(np.argmax(np.where(free, gain, -1.0))))
+    return chosen, min(now)
+
+
+def _covariance(
+    spread: Floats, rows: NDArray[np.int64], scatter: float, left: Labels, right: Labels
+) -> Floats:
+    """[s²] between runs: parameters and the common offset; scatter is added on the diagonal by the callers."""
+    shared = (_OFFSET * scatter) ** 2 * np.outer(rows[left], rows[right])
+    return np.asarray(spread[left] @ spread[right].T + shared)
+
+
+def _separation(
+    apart: Floats, spread: Floats, rows: NDArray[np.int64], scatter: float, chosen: list[int]
+) -> float:
+    """dᵀ V⁻¹ d of the chosen runs."""
+    if not chosen:
+        return 0.0
+    at = np.array(chosen)
+    covariance = _covariance(spread, rows, scatter, at, at) + np.diag(rows[at] * scatter**2)
+    return float(apart[at] @ np.linalg.solve(covariance, apart[at]))
+
+
+def _gains(
+    apart: Floats, spread: Floats, rows: NDArray[np.int64], scatter: float, chosen: list[int]
+) -> Floats:
+    """(runs,) by how much each run would raise dᵀ V⁻¹ d."""
+    every = np.arange(len(apart))
+    own = np.sum(spread**2, axis=1) + (_OFFSET * scatter * rows) ** 2 + rows * scatter**2
+    if not chosen:
+        # The offset is told by the moves to come: the first run is the one that differs most without it.
+        return np.asarray(apart**2 / (own - (_OFFSET * scatter * rows) ** 2))
+    at = np.array(chosen)
+    among = _covariance(spread, rows, scatter, at, at) + np.diag(rows[at] * scatter**2)
+    across = _covariance(spread, rows, scatter, every, at)
+    weights = np.linalg.solve(among, across.T)
+    news = apart - weights.T @ apart[at]
+    left = own - np.einsum("rc,cr->r", across, weights)
+    return np.asarray(news**2 / np.maximum(left, 1e-3 * scatter**2))
+
+
+# --- the answer -------------------------------------------------------------------------------------------------------
+
+
+def _moves(found: Candidates, runs: Labels, times: int) -> tuple[NextMove, ...]:
+    case = found.case
+    moves = []
+    timed = len(np.unique(case.t_start[np.isfinite(case.t_start)])) > 1
+    begin = float(case.t_start.min()) if timed else float("nan")
+    for run in runs.tolist():
+        rows = np.nonzero(found.run == run)[0]
+        for row in rows.tolist():
+            load = float(case.payload[row])
+            moves.append(
+                NextMove(
+                    start=_point(case.start[row]),
+                    end=_point(case.end[row]),
+                    speed=float(case.base.speed[row]),
+                    payload=load if np.isfinite(load) else None,
+                    blend=float(case.blend[row]),
+                    times=times,
+                    why=_remark(case, rows, row, begin),
+                )
+            )
+    return tuple(moves)
+
+
+def _remark(case: Case, rows: Labels, row: int, begin: float) -> str:
+    """What a move is for, as far as its numbers do not say it. `begin` [s]: of the day, nan where time is no matter."""
+    words = []
+    if len(rows) > 1:
+        half = "first" if row == rows[0] else "second"
+        passed = "rounded" if case.blend[rows[0]] > 0 else "an exact stop"
+        words.append(f"{half} half of a line, the point between {passed}")
+    if np.isfinite(begin):
+        cold = case.t_start[row] == begin
+        words.append("as the robot begins its day" if cold else "after hours of running")
+    return ", ".join(words)
+
+
+def _point(place: Floats) -> tuple[float, float, float]:
+    x, y, z = np.round(place, 6).tolist()
+    return x, y, z

@@ -1,0 +1,251 @@
+"""An experiment as a job for the robot, read again and looked at before it is given out.
+
+Codes: N040 the job cannot be written, N041 what has to be looked at before it runs.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, error, warning
+from olp.core.files import write_output
+from olp.core.source import decode
+from olp.core.units import deg, mm, percent
+from olp.identification.diagnosis.result import NextExperiment, NextMove
+from olp.ir.expressions import Number, Quantity, Store, Taught
+from olp.ir.points import PointBlock, PointKind, PointState, PointTable
+from olp.ir.program import (
+    Begin,
+    Blend,
+    BlendKind,
+    Comment,
+    ControlGroup,
+    Dwell,
+    End,
+    Move,
+    Path,
+    Pause,
+    Program,
+    Routine,
+    Speed,
+    SpeedUnit,
+    Statement,
+)
+from olp.languages.vendor import probe_language
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+    from olp.robots.robot import Robot
+
+Floats = NDArray[np.float64]
+
+NAME = "NEXT"
+_FIRST = 5.0  # [%] of the axes' speed to the first point, from wherever the arm stands
+_REST = 0.5  # [s] before and behind each run: the arm stands still, and a joint log can be cut there
+_BETWEEN = 0.1  # [m/s] at most on the ways between runs, which nobody has measured
+_FLAGS = 24
+_MOST_TEXT = 32  # characters of a comment
+
+
+def write_experiment_job(
+    experiment: NextExperiment, recording: Recording, path: str | FilePath, tool_number: int = 0
+) -> tuple[Diagnostic, ...]:
+    """Writes the experiment's moves as an INFORM job, and tells what to look at before it runs.
+
+    `tool_number`: what the controller calls the recorded tool. A run keeps the orientation of the recorded point
+    nearest to its begin; the posture is the commonest recorded one. Raises OlpError: N040, X…; OSError.
+    """
+    from olp.transpile.export import export
+
+    if not experiment.moves:
+        says = "there is no experiment to write: no moves are proposed"
+        raise OlpError(error("N040", says, file=str(path), help=experiment.why))
+    if tool_number == 0 and recording.tool is not None:
+        tool_number = 1
+    program = _program(experiment, recording, tool_number)
+    data = export(program, probe_language())
+    told = _looked_at(data, recording, tool_number)
+    write_output(FilePath(path), data)
+    return told
+
+
+# --- the program ------------------------------------------------------------------------------------------------------
+
+
+class _Writer:
+    """The body and the points of the job, in the order of running."""
+
+    def __init__(self, zones: tuple[float, ...]) -> None:
+        self.body: list[Statement] = [Begin(0)]
+        self.places: list[tuple[float, float, float]] = []
+        self.begins: list[
+            int
+        ] = []  # per place: that of the run's begin, whose orientation the whole run keeps
+        self.zones = zones
+        self.at: tuple[float, float, float] | None = None
+
+    def go(
+        self, place: tuple[float, float, float], speed: float, blend: float = 0.0, begin: bool = False
+    ) -> None:
+        pace = Speed(SpeedUnit.TRAVEL, Quantity(Number(round(speed / mm, 1)), mm))
+        path = Path.LINEAR
+        if self.at is None:
+            path, pace = Path.JOINT, Speed(SpeedUnit.FRACTION, Quantity(Number(_FIRST), percent))
+        level = Blend(BlendKind.LEVEL, Quantity(Number(self._level(blend)), 1.0))
+        self.body.append(Move(0, path, (Taught(Store.ROBOT, len(self.places)),), pace, level))
+        self.begins.append(len(self.places) if begin else self.begins[-1])
+        self.places.append(place)
+        self.at = place
+
+    def say(self, text: str) -> None:
+        self.body.append(Comment(0, text[:_MOST_TEXT]))
+
+    def rest(self) -> None:
+        self.body.append(Dwell(0, Quantity(Number(_REST), 1.0)))
+
+    def wait_for(self, what: str) -> None:
+        self.say(what)
+        self.body.append(Pause(0))
+
+    def _level(self, blend: float) -> int:
+        """The position level whose zone is nearest to a rounding [m]; 0 stops."""
+        if blend <= 0.0:
+            return 0
+        return 1 + int(np.argmin(np.abs(np.array(self.zones) - blend)))
+
+
+def _program(experiment: NextExperiment, recording: Recording, tool: int) -> Program:
+    writer = _Writer(_zones(recording.robot))
+    writer.say("what tells rivals apart")
+    setting: tuple[float | None, bool] | None = None
+    for number, chain, now, times in _in_order(experiment.moves):
+        if setting is not None and now != setting:
+            writer.wait_for("after hours of running" if now[1] else f"carry {now[0] or 0.0:g} kg")
+        elif setting is None and now[0] is not None:
+            writer.say(f"carry {now[0]:g} kg")
+        setting = now
+        for _ in range(times):
+            _run(writer, number, chain)
+    writer.body.append(End(0))
+    points = _points(writer, recording, tool)
+    group = (ControlGroup(("RB1",)),)
+    routine = Routine(NAME, 1, tuple(writer.body), points, group, comment="OLP DIAGNOSE")
+    return Program(probe_language(), decode(b""), (routine,))
+
+
+def _run(writer: _Writer, number: int, chain: list[NextMove]) -> None:
+    # Also where the arm is there already: the tool may have to turn.
+    writer.go(chain[0].start, _BETWEEN, begin=True)
+    writer.say(f"measured: from move {number}")
+    writer.rest()
+    for move in chain:
+        writer.go(move.end, move.speed, move.blend)
+    writer.rest()
+
+
+def _in_order(
+    moves: tuple[NextMove, ...],
+) -> list[tuple[int, list[NextMove], tuple[float | None, bool], int]]:
+    """Runs with the number of their first move, by load and by whether the robot is warm; repeats of one follow it."""
+    chains: list[tuple[int, list[NextMove]]] = []
+    for number, move in enumerate(moves, 1):
+        open_end = chains and chains[-1][1][-1]
+        if open_end and open_end.why.startswith("first half") and open_end.end == move.start:
+            chains[-1][1].append(move)
+        else:
+            chains.append((number, [move]))
+    runs = [(n, c, (c[0].payload, "after hours" in c[0].why), c[0].times) for n, c in chains]
+    return sorted(runs, key=lambda run: (run[2][1], run[2][0] or 0.0))
+
+
+def _zones(robot: Robot | None) -> tuple[float, ...]:
+    """[m] of PL = 1..8; those of a common arm where the robot's are not known."""
+    if robot is not None and robot.blend_zones is not None:
+        return robot.blend_zones
+    from olp.robots.robot import load_robot
+
+    return load_robot("yaskawa/ma2010").blend_zones or ()
+
+
+def _points(writer: _Writer, recording: Recording, tool: int) -> PointTable:
+    # Rounded as they are written, so that what is read again is the same number.
+    place = np.round(np.array(writer.places) / mm, 3) * mm
+    angles, flags = _nearest_angles(recording, place)[writer.begins], _posture(recording)
+    values = np.concatenate([place, np.round(angles / deg, 4) * deg], axis=1)
+    numbers = np.arange(len(place), dtype=np.int64)
+    nothing = np.zeros(len(place), dtype=np.int32)
+    state = PointState(PointKind.POSE, "robot", None, tool, flags + (0,) * (_FLAGS - len(flags)))
+    rows = {int(n): int(n) for n in numbers.tolist()}
+    block = PointBlock(Store.ROBOT, True, numbers, values, nothing, nothing, rows)
+    return PointTable((state,), {(Store.ROBOT, True): block})
+
+
+def _nearest_angles(recording: Recording, place: Floats) -> Floats:
+    """(n, 3) [rad] The tool's orientation at the nearest recorded point. Raises OlpError (N040)."""
+    moves = recording.moves
+    places = np.concatenate([moves.start, moves.end])
+    angles = np.concatenate([moves.start_angles, moves.end_angles])
+    known = np.isfinite(np.concatenate([places, angles], axis=1)).all(axis=1)
+    if not known.any():
+        says = "the recording does not tell the tool's orientation, so no job can be written"
+        raise OlpError(
+            error("N040", says, file=recording.path, help="give rx_deg, ry_deg, rz_deg in moves.csv")
+        )
+    apart = np.linalg.norm(place[:, None] - places[known][None], axis=2)
+    return np.asarray(angles[known][np.argmin(apart, axis=1)])
+
+
+def _posture(recording: Recording) -> tuple[int, ...]:
+    """RCONF's first six flags: those that most recorded joint points have; in front, elbow up without any."""
+    from olp.identification.probe.reach import PLAIN
+    from olp.robots.kinematics import configuration_of
+
+    moves, robot = recording.moves, recording.robot
+    posed = moves.has_joints
+    if robot is None or robot.geometry is None or robot.geometry.links is None or not posed.any():
+        return PLAIN
+    flags, count = np.unique(configuration_of(robot, moves.joints_start[posed]), axis=0, return_counts=True)
+    return tuple(flags[np.argmax(count)].tolist())
+
+
+# --- the look ---------------------------------------------------------------------------------------------------------
+
+
+def _looked_at(data: bytes, recording: Recording, tool_number: int) -> tuple[Diagnostic, ...]:
+    """The job's own bytes, read again and planned: errors are raised, the rest is told. Raises OlpError (N040)."""
+    from olp.identification.probe.job import tool_file
+    from olp.languages.read import read
+    from olp.runtime.interpreter import run
+    from olp.timing.retiming import along_path
+
+    told = []
+    if recording.tool is not None:
+        told.append(f"the job says TOOL {tool_number}: it has to be the recorded tool")
+    else:
+        told.append(
+            "the tool is not told: the job's points are those of TOOL 0, which has to be what was recorded"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        file = FilePath(folder) / f"{NAME}.JBI"
+        file.write_bytes(data)
+        if recording.tool is not None:
+            text = tool_file(tool_number, recording.tool)
+            (FilePath(folder) / "TOOL.CND").write_text(text, encoding="ascii")
+        program = read(str(file))
+        found = list(program.diagnostics)
+        if recording.robot is not None:
+            plan = run(program, recording.robot)
+            limits = along_path(plan)
+            found += plan.diagnostics
+            told += [f"line {d.line}: {d.message}" for d in limits.diagnostics]
+        else:
+            told.append("no robot is known: nothing proves that the moves can be run")
+    bad = [d.message for d in found if d.is_error]
+    if bad:
+        raise OlpError(*(error("N040", f"the job was not written: {text}") for text in bad))
+    return tuple(warning("N041", text, help="run the job slowly once, without measuring") for text in told)

@@ -1,0 +1,194 @@
+"""Whether what remains is scatter, or goes together with something: order, columns, repeats.
+
+Each look is a test with a p-value, and the p-values are corrected for the number of looks (S. Holm, Scand. J. Statist.
+6, 1979), so that one clean recording in a hundred is called structured.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.result import Correlate
+from olp.identification.diagnosis.scatter import neighbours
+from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+LEVEL = 0.01
+_FEWEST = 8
+_LAGS = 5
+_GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
+_MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
+
+
+class Remains(NamedTuple):
+    """What the tests said of residuals."""
+
+    correlates: tuple[Correlate, ...]  # the significant ones, the surest first
+    order: float  # [1] correlation of a residual with the one before it; 0 when it is not significant
+
+    @property
+    def structured(self) -> bool:
+        return bool(self.correlates)
+
+
+def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remains:
+    """Looks at residuals (n,) [s] from every side."""
+    clipped = np.clip(residual, *np.quantile(residual, [0.005, 0.995])) if len(residual) > 50 else residual
+    found = [
+        *_by_order(clipped),
+        *_by_columns(clipped, case),
+        *_by_neighbours(clipped, case),
+        *_by_groups(clipped, {**groups, "repeat": case.repeats}),
+    ]
+    looks = len(found)
+    kept = list[Correlate]()
+    for rank, look in enumerate(sorted(found, key=lambda c: c.p_value)):
+        if look.p_value * (looks - rank) > LEVEL:
+            break
+        kept.append(look)
+    order = next((c.statistic for c in kept if c.column == "previous move"), 0.0)
+    if any(c.column == "speed_mm_s" for c in kept):
+        kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
+    return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)))
+
+
+def _by_order(residual: Floats) -> list[Correlate]:
+    """Autocorrelation (G. Box, D. Pierce, JASA 65, 1970) and the strongest period (R. Fisher, 1929)."""
+    n = len(residual)
+    if n < _FEWEST:
+        return []
+    centred = residual - residual.mean()
+    shift = float(residual.mean() / max(float(residual.std(ddof=1)), 1e-12)) * math.sqrt(n)
+    mean = Correlate("mean", shift / math.sqrt(n + shift**2), _two_sided(shift))
+    power = float(centred @ centred)
+    if power <= 0 or n < 3 * _FEWEST:
+        return [mean]
+    lags = [float(centred[k:] @ centred[:-k]) / power for k in range(1, _LAGS + 1)]
+    first = Correlate("previous move", lags[0], _two_sided(lags[0] * math.sqrt(n)))
+    together = n * (n + 2) * sum(r**2 / (n - k) for k, r in enumerate(lags, 1))
+    box = Correlate("previous moves", math.sqrt(together / (n * _LAGS)), _chi_square(together, _LAGS))
+    spectrum = np.abs(np.fft.rfft(centred)[1:]) ** 2
+    peak = float(spectrum.max() / spectrum.sum())
+    fisher = min(1.0, len(spectrum) * (1.0 - peak) ** (len(spectrum) - 1))
+    return [mean, first, box, Correlate("a period in the order of moves", math.sqrt(peak), fisher)]
+
+
+def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
+    """Spearman's rank correlation with every number known of a move, by the name of its column in a recording."""
+    columns: dict[str, Floats] = {
+        "length_mm": case.length,
+        "speed_pct" if case.unit == "rad" else "speed_mm_s": case.base.speed,
+        "sim_s": case.simulated,
+        "incline": case.rise,
+        "t_start_s": case.t_start,
+        "move": np.arange(len(case), dtype=float),
+        "turn_deg": case.turn,
+        "payload_kg": case.payload,
+        "payload_inertia_kg_m2": case.payload_inertia,
+        "corner_deg": np.where(case.stop_end, np.nan, case.corner),
+        **{
+            f"{axis}_{end}_mm": points[:, k]
+            for end, points in (("start", case.start), ("end", case.end))
+            for k, axis in enumerate("xyz")
+        },
+        **case.covariates,
+    }
+    found = []
+    for name, values in columns.items():
+        known = np.isfinite(values)
+        if known.sum() < _FEWEST or np.ptp(values[known]) <= 0:
+            continue
+        rho = _spearman(residual[known], values[known])
+        found.append(Correlate(name, rho, _two_sided(rho * math.sqrt(known.sum() - 1))))
+    return found
+
+
+def _by_neighbours(residual: Floats, case: Case) -> list[Correlate]:
+    """Whether moves that are alike have residuals alike, whatever the curve: ranks against the most similar move's.
+
+    One look per programmed move, as repeats would count a neighbour many times. Two moves may be each other's nearest,
+    which makes chance coincidences less rare (P. Moran, Biometrika 37, 1950).
+    """
+    one, means = _programmed(residual, case)
+    found = []
+    for name, near in neighbours(case.take(one)).items():
+        known = near >= 0
+        if known.sum() < 3 * _FEWEST:
+            continue
+        r = _spearman(means[known], means[near[known]])
+        z = max(r, 0.0) * math.sqrt(known.sum()) / _MUTUAL  # a pattern makes neighbours alike, never opposite
+        found.append(Correlate(f"moves of like {name}", r, _two_sided(z)))
+    return found
+
+
+def _programmed(residual: Floats, case: Case) -> tuple[Labels, Floats]:
+    """The first row of each programmed move, and the means of the residuals of its repeats."""
+    if len(case.repeats) != len(case):
+        return np.arange(len(case)), residual
+    _, one, group, count = np.unique(case.repeats, return_index=True, return_inverse=True, return_counts=True)
+    order = np.argsort(one)
+    return one[order], (np.bincount(group, residual) / count)[order]
+
+
+def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
+    """Analysis of variance on ranks (W. Kruskal, W. Wallis, JASA 47, 1952)."""
+    found, seen = [], set[bytes]()
+    ranked = ranks(residual)
+    for name, labels in groups.items():
+        if len(labels) != len(residual):
+            continue
+        names, first, inverse, count = np.unique(
+            labels, return_index=True, return_inverse=True, return_counts=True
+        )
+        parted = first[inverse].tobytes()
+        if len(names) < 2 or len(names) > len(labels) // 2 or parted in seen:
+            continue
+        seen.add(parted)
+        means = np.bincount(inverse, ranked) / count
+        between = float((count * (means - ranked.mean()) ** 2).sum())
+        total = float(((ranked - ranked.mean()) ** 2).sum())
+        if total <= 0:
+            continue
+        k, n = len(names), len(labels)
+        ratio = (between / (k - 1)) / max((total - between) / (n - k), 1e-12 * total)
+        found.append(
+            Correlate(_GROUPS.get(name, name), math.sqrt(between / total), f_tail(ratio, k - 1, n - k))
+        )
+    return found
+
+
+def _spearman(a: Floats, b: Floats) -> float:
+    one, two = ranks(a), ranks(b)
+    one, two = one - one.mean(), two - two.mean()
+    size = math.sqrt(float(one @ one) * float(two @ two))
+    return float(one @ two) / size if size > 0 else 0.0
+
+
+def ranks(values: Floats) -> Floats:
+    """Ranks; equal values share the middle one."""
+    _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    return np.asarray((last - (count - 1) / 2.0)[inverse], dtype=float)
+
+
+def _two_sided(z: float) -> float:
+    return math.erfc(abs(z) / math.sqrt(2.0))
+
+
+def _chi_square(x: float, freedom: int) -> float:
+    """Tail of chi square (Wilson and Hilferty, PNAS 17, 1931)."""
+    k = 2.0 / (9.0 * freedom)
+    return 0.5 * math.erfc((((x / freedom) ** (1.0 / 3.0) - (1.0 - k)) / math.sqrt(k)) / math.sqrt(2.0))
+
+
+def f_tail(x: float, top: int, bottom: int) -> float:
+    """Tail of Fisher's F (E. Paulson, Annals of Mathematical Statistics 13, 1942: the cube root is nearly normal)."""
+    a, b, root = 2.0 / (9.0 * top), 2.0 / (9.0 * bottom), max(x, 0.0) ** (1.0 / 3.0)
+    z = ((1.0 - b) * root - (1.0 - a)) / math.sqrt(b * root**2 + a)
+    return 0.5 * math.erfc(z / math.sqrt(2.0))

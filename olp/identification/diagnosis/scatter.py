@@ -1,0 +1,126 @@
+"""How much durations scatter: from repeats, else from what remains, else from neighbours, never from a pattern.
+
+What remains of a model may still have a pattern: then moves that are alike, or come one after the other, differ by less
+than all do, and their differences tell the scatter (J. Rice, Annals of Statistics 12, 1984; J. von Neumann, Annals of
+Mathematical Statistics 12, 1941).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+REPEATS, REMAINS, NEIGHBOURS, DIGITS = "repeats", "what remains", "neighbours", "the clock's digits"
+_ENOUGH = 8  # degrees of freedom behind repeats
+_FEWEST = 12  # moves without repeats
+_ROUND = 1e-3  # of the resolution
+_PATTERN = 0.8  # times what remains: neighbours that differ by less show a pattern
+_FAR = 6.0  # standard deviations of the middle: what is farther is no scatter
+
+
+class Scatter(NamedTuple):
+    """[s], and what told it: one of `REPEATS`, `REMAINS`, `NEIGHBOURS`, `DIGITS`; "" where nothing is known."""
+
+    value: float
+    source: str = ""
+
+
+def scatter_of(left: Floats, case: Case, least: float, structured: bool) -> Scatter:
+    """Of what a model leaves, `left` (n,) [s] of the moves of `case`; `least` [s]: what the clock's digits leave;
+    `structured`: whether `left` goes together with anything."""
+    repeated = _of_repeats(left, case.repeats, structured) if len(case.repeats) == len(case) else None
+    if repeated is not None:
+        found = Scatter(repeated, REPEATS)
+    elif len(left) < _FEWEST:
+        found = Scatter(_middle(left - np.median(left)), REMAINS) if len(left) > 2 else Scatter(least, DIGITS)
+    else:
+        whole = Scatter(_middle(left - np.median(left)), REMAINS)
+        found = _of_neighbours(left, case, whole) if structured else whole
+    return found if found.value > least else Scatter(least, DIGITS)
+
+
+def digits_of(case: Case) -> float:
+    """[s] standard deviation that rounding to the clock's digits leaves in a difference of two durations, where the
+    simulated ones are rounded as well (a uniform distribution each)."""
+    if not case.resolution > 0:
+        return 0.0
+    off = np.abs(case.simulated / case.resolution - np.round(case.simulated / case.resolution))
+    return case.resolution * float(np.sqrt((2.0 if (off < _ROUND).all() else 1.0) / 12.0))
+
+
+def _of_repeats(left: Floats, labels: Labels, structured: bool) -> float | None:
+    """[s] between repeats of one move, without what drifts from one move to the next; None where too few repeat."""
+    _, group, count = np.unique(labels, return_inverse=True, return_counts=True)
+    freedom = int((count - 1).sum())
+    if freedom < _ENOUGH:
+        return None
+    mean = np.bincount(group, left) / count
+    many = count[group] > 1
+    # Each deviation from its group's mean is as large as one of free values would be.
+    off = ((left - mean[group]) * np.sqrt(count[group] / np.maximum(count[group] - 1, 1)))[many]
+    whole = _middle(off)
+    after = _middle(np.diff(off) / np.sqrt(2.0)) if structured and len(off) > _FEWEST else whole
+    return after if after < _PATTERN * whole else whole
+
+
+def _of_neighbours(left: Floats, case: Case, whole: Scatter) -> Scatter:
+    """The least that differences of moves which are alike in some way say, where that is clearly less than `whole`."""
+    others = [_robust(np.diff(left))]
+    for near in neighbours(case).values():
+        others.append(_robust((left - left[near])[near >= 0]))
+    least = min(others)
+    return Scatter(least, NEIGHBOURS) if least < _PATTERN * whole.value else whole
+
+
+def _middle(values: Floats) -> float:
+    """[s] root mean square of values (n,) around zero, without those that are far out."""
+    near = np.abs(values) <= _FAR * 1.4826 * np.median(np.abs(values))
+    return float(np.sqrt(np.mean(values[near] ** 2))) if near.any() else 0.0
+
+
+def _robust(differences: Floats) -> float:
+    """[s] of one value, from differences of two: their median, so that pairs across a step do not count."""
+    return 1.4826 * float(np.median(np.abs(differences))) / np.sqrt(2.0) if len(differences) else np.inf
+
+
+def neighbours(case: Case) -> dict[str, NDArray[np.intp]]:
+    """For each side from which moves can be alike, (n,) the row of the move most like each; -1 where that is not known.
+
+    Repeats of one move are no neighbours of it: only what was programmed otherwise tells of a pattern.
+    """
+    labels = case.repeats if len(case.repeats) == len(case) else np.arange(len(case))
+    way = case.end - case.start
+    length = np.linalg.norm(way, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        direction = way / length[:, None]
+        size = np.stack([np.log(case.base.way), np.log(case.base.speed)], axis=1)
+    sides = {
+        "direction": direction,
+        "length and speed": size,
+        "place": 0.5 * (case.start + case.end),
+    }
+    return {name: _nearest(columns, labels, case.moving) for name, columns in sides.items()}
+
+
+def _nearest(columns: Floats, labels: Labels, moving: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(n,) rows; of several that are as near, the one that was executed next to the move."""
+    result = np.full(len(columns), -1, dtype=np.intp)
+    good = np.nonzero(moving & np.isfinite(columns).all(axis=1))[0]
+    scale = columns[good].std(axis=0) if len(good) else np.zeros(0)
+    if not len(good) or not (scale > 0).any():
+        return result
+    places = columns[good][:, scale > 0] / scale[scale > 0]
+    away = ((places[:, None, :] - places[None, :, :]) ** 2).sum(axis=2)
+    away[labels[good][:, None] == labels[good][None, :]] = np.inf
+    away += 1e-9 * np.abs(good[:, None] - good[None, :])
+    near = np.argmin(away, axis=1)
+    known = np.isfinite(away[np.arange(len(good)), near])
+    result[good[known]] = good[near[known]]
+    return result

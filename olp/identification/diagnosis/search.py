@@ -1,0 +1,266 @@
+"""Which terms together explain a case best: small sets all at once, larger ones from the best smaller ones.
+
+Columns of what each term does at its guesses screen all pairs by weighted least squares, and the promising ones are
+fitted properly, as nonlinear models. Sets are compared by BIC (G. Schwarz, Annals of Statistics 6, 1978) with a price
+for each name beyond it, because many names are tried.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.fitting import FREEDOM, Fit, Noise, evaluate, fit, slopes_of, whiten
+from olp.identification.diagnosis.model import Model, Part
+from olp.timing.physics import MoveTerm, load_term, term_names
+from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+
+PRICE = 6.0  # of a name, in BIC
+TELLING = 10.0  # in BIC, of each name: "very strong" by R. Kass and A. Raftery, JASA 90, 1995
+MOST = 5  # names in one answer
+_MOVES_PER_NAME = 10  # fewer moves are no evidence
+_SETTLED = 20  # steps, for fits that are compared with one that had its time
+_OF_A_TERM = 4  # guesses that are fitted alone
+_EXCHANGES = 3
+_STARTS = 2  # of a term that is added
+_CLOSE = 5  # exchanged terms that are fitted to the end
+_SPARED = 2  # of ten moves a fold may keep two
+
+
+class Effort(NamedTuple):
+    """How wide a search goes."""
+
+    singles: int  # fitted of those that were screened
+    pairs: int  # fitted of those that were screened
+    leaders: int  # single terms that are fitted with others
+    beam: int  # sets of one size that are added to
+    additions: int  # to each
+    most: int = MOST
+    steps: int = 8  # of each fit
+
+
+WIDE = Effort(singles=36, pairs=16, leaders=3, beam=3, additions=12)
+NARROW = Effort(singles=12, pairs=5, leaders=1, beam=2, additions=5, most=4, steps=5)
+
+
+class Shelf(NamedTuple):
+    """All parts at all their guesses, and what each does alone."""
+
+    parts: tuple[Part, ...]
+    columns: Floats  # (n, m) [s]
+
+    def take(self, rows: NDArray[np.int64]) -> Shelf:
+        """Of some of the moves."""
+        return Shelf(self.parts, self.columns[rows])
+
+
+def move_terms() -> tuple[MoveTerm, ...]:
+    """All terms that durations of moves can tell."""
+    return tuple(term for term in map(load_term, term_names()) if isinstance(term, MoveTerm))
+
+
+def shelf_of(case: Case, terms: Iterable[MoveTerm]) -> Shelf:
+    """Every form of every term at every guess."""
+    parts = [
+        Part(term, form, values)
+        for term in terms
+        for form in term.forms(case)
+        for values in term.guesses(form, case)
+    ]
+    columns = [Model((part,)).seconds(case) - case.simulated for part in parts]
+    return Shelf(tuple(parts), np.stack(columns, axis=1) if columns else np.zeros((len(case), 0)))
+
+
+def price(fitted: Fit) -> float:
+    """BIC and the price of the names; what sets are ranked by."""
+    parts = fitted.model.parts
+    doubts = sum(part.term.doubt(part.form, part.values) for part in parts)
+    return fitted.bic + PRICE * len(parts) + doubts
+
+
+def most_names(case: Case) -> int:
+    """How many names the moves are evidence for."""
+    return (len(case) + _SPARED) // _MOVES_PER_NAME
+
+
+def search(case: Case, noise: Noise, shelf: Shelf, effort: Effort) -> list[Fit]:
+    """All sets that were fitted, the best first; the empty one is among them."""
+    found: dict[tuple[tuple[str, str], ...], Fit] = {}
+
+    def keep(model: Model) -> Fit:
+        key = tuple(sorted((part.label, part.form.key) for part in model.parts))
+        fitted = fit(model, case, noise, effort.steps)
+        if key not in found or price(fitted) < price(found[key]):
+            found[key] = fitted
+        return found[key]
+
+    empty = keep(Model())
+    most = min(effort.most, most_names(case))
+    if most == 0:
+        return [empty]
+    for part in _alone(shelf, empty, case, noise, effort.singles):
+        keep(Model((part,)))
+    singles = sorted((f for f in found.values() if f.model.parts), key=price)
+    if most > 1:
+        for one, two in _promising_pairs(shelf, empty, case, noise, effort.pairs):
+            keep(Model((shelf.parts[one], shelf.parts[two])))
+        for leader in _of_each_term(singles)[: effort.leaders]:
+            for part in additions(shelf, leader, case, noise, effort.additions):
+                keep(Model((leader.model.parts[0], part)))
+    for size in range(2, most):
+        best = sorted((f for f in found.values() if len(f.model.parts) == size), key=price)[: effort.beam]
+        for fitted in best:
+            for part in additions(shelf, fitted, case, noise, effort.additions):
+                keep(Model((*fitted.model.parts, part)))
+        if best and size > 2 and not _gained(found.values(), size):
+            break
+    return sorted(found.values(), key=price)
+
+
+def additions(shelf: Shelf, fitted: Fit, case: Case, noise: Noise, count: int) -> list[Part]:
+    """The parts that promise most beside a fit, up to `_STARTS` of each term."""
+    taken, result = Counter[str](), list[Part]()
+    names = {part.term.name for part in fitted.model.parts if part.form.axis < 0}
+    for part in _promising(shelf, fitted, case, noise):
+        if len(result) >= count:
+            break
+        if part.label not in fitted.labels and part.term.name not in names:
+            taken[part.label] += 1
+            if taken[part.label] <= _STARTS:
+                result.append(part)
+    return result
+
+
+def _promising(shelf: Shelf, fitted: Fit, case: Case, noise: Noise) -> list[Part]:
+    """Of each form its two likeliest guesses, the forms by what their columns explain of a fit's residual.
+
+    That is, to first order, what of a column goes with the residual; a limit's column also has to be of the right size.
+    """
+    residual = whiten(case.measured - fitted.model.seconds(case), noise, case)
+    weight = (FREEDOM + 1.0) / (FREEDOM + (residual / fitted.scale) ** 2)
+    root = np.sqrt(weight)[:, None]
+    columns = root * whiten(shelf.columns, noise, case)
+    if fitted.model.parts:
+        basis, _ = np.linalg.qr(root * slopes_of(fitted.model, case, noise))
+        columns = columns - basis @ (basis.T @ columns)
+    size = (columns**2).sum(axis=0)
+    pull = columns.T @ (root[:, 0] * residual)
+    gain = np.where(size > 1e-12, pull**2 / np.maximum(size, 1e-12), 0.0)
+    direct = 2.0 * pull - size
+    forms: dict[tuple[str, str], list[int]] = {}
+    for index, part in enumerate(shelf.parts):
+        forms.setdefault((part.label, part.form.key), []).append(index)
+    ranked = sorted(forms.values(), key=lambda of: -max(gain[k] for k in of))
+    return [
+        shelf.parts[k]
+        for of in ranked
+        for k in dict.fromkeys((max(of, key=lambda k: direct[k]), max(of, key=lambda k: gain[k])))
+        if gain[k] > 0
+    ]
+
+
+def _alone(shelf: Shelf, empty: Fit, case: Case, noise: Noise, count: int) -> list[Part]:
+    """What is fitted alone: of each term a few forms, of the likeliest terms more."""
+    seen, result = Counter[str](), list[Part]()
+    ranked = _promising(shelf, empty, case, noise)
+    for part in ranked:
+        seen[part.term.name] += 1
+        if seen[part.term.name] <= (_OF_A_TERM if len(result) < count // 2 else 1) and len(result) < count:
+            result.append(part)
+    return result
+
+
+def _of_each_term(fits: Sequence[Fit]) -> list[Fit]:
+    """The first of each label."""
+    best: dict[str, Fit] = {}
+    for fitted in fits:
+        best.setdefault(fitted.model.parts[0].label, fitted)
+    return list(best.values())
+
+
+def exchanged(best: Fit, shelf: Shelf, case: Case, noise: Noise) -> Fit:
+    """The fit, with other terms in the place of its parts, and one more, as long as that is better; what a screening to
+    first order overlooked is found here."""
+    for _ in range(_EXCHANGES):
+        tried = [swaps(best, k, shelf, case, noise) for k in range(len(best.model.parts))]
+        others = [fits[0] for fits in tried if fits]
+        if len(best.model.parts) < min(MOST, most_names(case)):
+            more = additions(shelf, best, case, noise, WIDE.additions)
+            others += [fit(Model((*best.model.parts, part)), case, noise, WIDE.steps) for part in more]
+        others = [
+            f
+            for f in others
+            if len(f.model.parts) == len(best.model.parts) or price(f) < price(best) - TELLING + PRICE
+        ]
+        first = min(others, key=price, default=best)
+        if price(first) >= price(best):
+            break
+        best = first
+    return best
+
+
+def swaps(fitted: Fit, index: int, shelf: Shelf, case: Case, noise: Noise) -> list[Fit]:
+    """The fits in which every other term stands in the place of part `index`, the best first, each term once."""
+    rest = fitted.model.without(index)
+    used = {part.term.name for part in fitted.model.parts}
+    condition = fitted.model.parts[index].condition
+    seen, best = Counter[str](), dict[str, Fit]()
+    for part in _promising(shelf, evaluate(rest, case, noise), case, noise):
+        name = part.term.name
+        seen[name] += 1
+        if name in used or seen[name] > _OF_A_TERM:
+            continue
+        placed = part._replace(condition=condition if part.conditionable else None)
+        tried = fit(Model((*rest.parts, placed)), case, noise, 6)
+        if name not in best or tried.bic < best[name].bic:
+            best[name] = tried
+    close = sorted(best.values(), key=lambda f: f.bic)
+    settled = [fit(f.model, case, noise, _SETTLED) for f in close[:_CLOSE]]
+    return sorted([*settled, *close[_CLOSE:]], key=lambda f: f.bic)
+
+
+def _gained(found: Iterable[Fit], size: int) -> bool:
+    """Whether the sets of one more name are any better than those of `size`."""
+    by = {
+        k: min((price(f) for f in found if len(f.model.parts) == k), default=np.inf) for k in (size, size + 1)
+    }
+    return by[size + 1] < by[size]
+
+
+def _promising_pairs(shelf: Shelf, empty: Fit, case: Case, noise: Noise, count: int) -> list[tuple[int, int]]:
+    """Pairs of columns of different terms by what they explain together, the best guesses of each two forms."""
+    m = shelf.columns.shape[1]
+    if m < 2:
+        return []
+    residual = whiten(case.residual, noise, case)
+    weight = (FREEDOM + 1.0) / (FREEDOM + (residual / empty.scale) ** 2)
+    columns = whiten(shelf.columns, noise, case)
+    size = np.sqrt((weight[:, None] * columns**2).sum(axis=0))
+    columns = columns / np.where(size > 1e-12, size, np.inf)
+    gram = columns.T @ (weight[:, None] * columns)
+    pull = columns.T @ (weight * residual)
+    one, two = np.triu_indices(m, 1)
+    free = 1.0 - gram[one, two] ** 2
+    gain = pull[one] ** 2 + pull[two] ** 2 - 2.0 * gram[one, two] * pull[one] * pull[two]
+    gain = np.where(free > 1e-4, gain / np.maximum(free, 1e-4), 0.0)
+    seen, result = set[tuple[str, ...]](), list[tuple[int, int]]()
+    for at in np.argsort(-gain).tolist():
+        a, b = shelf.parts[one[at]], shelf.parts[two[at]]
+        key = (a.label, a.form.key, b.label, b.form.key)
+        if len(result) >= count or gain[at] <= 0:
+            break
+        if not _rivals(a, b) and key not in seen:
+            seen.add(key)
+            result.append((int(one[at]), int(two[at])))
+    return result
+
+
+def _rivals(a: Part, b: Part) -> bool:
+    """Whether two parts cannot stand in one model: forms of one term, unless of different axes."""
+    return a.term.name == b.term.name and (a.form.axis < 0 or a.form.axis == b.form.axis)

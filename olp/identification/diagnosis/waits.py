@@ -1,0 +1,174 @@
+"""Waits that come from outside the arm: one-sided outliers beside what the terms explain."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis.errors import rms
+from olp.identification.diagnosis.fitting import Fit
+from olp.identification.diagnosis.residuals import ranks
+from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_LEVEL = 0.01  # that one clean recording in a hundred may have an outlier
+_MOST = 0.35  # of all moves; more is no exception but a rule
+_SURE = 25.0  # in BIC: fewer and smaller outliers are scatter
+_BESIDE = 0.6  # of what terms explain in the same moves: more is no flaw of theirs
+_MORE = 1.5  # times what terms explain elsewhere: waits do not choose such moves
+_PLACES = 2  # of a program that may wait in every cycle for the same time; more are moves that are just slow
+_SCATTERED = 1.5  # times the scatter's variance: so much at least do waits differ between repeats
+_DIFFER, _ALIKE = (
+    0.3,
+    0.05,
+)  # of a wait: so much it differs between repeats, and how seldom it looks as if it did not
+_FEWEST = 3  # late moves; one or two may have any reason
+_TICKS = 1.5  # of the recorder's clock that a wait lasts at least
+_KINDS, _BY_CHANCE = 4, 1e-3  # programmed moves that a kind needs, and how seldom chance makes one
+_ROUNDS, _LEAST = (
+    12,
+    2.0,
+)  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
+_LOWER = 1.1  # times what is left without them: waits that hardly lower the error are none
+_ONE_SIDED = 5  # times as many late moves as early ones
+
+
+def spread(residual: Floats, least: float) -> float:
+    """[s] standard deviation of the middle of the residuals."""
+    return max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), least)
+
+
+def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
+    """(n,) moves that are later than scatter explains; none when as many are early (a heavy-tailed scatter)."""
+    predicted = fitted.model.seconds(case)
+    residual = case.measured - predicted
+    sigma = spread(residual, least)
+    far = max(threshold(len(case)) * sigma, _TICKS * case.resolution)
+    late, early = residual > far, residual < -far
+    nothing = np.zeros(len(case), dtype=bool)
+    if late.sum() < _FEWEST or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
+        return nothing
+    excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
+    corrected = np.abs(predicted - case.simulated)
+    if (
+        excess < _SURE
+        or rms(residual) < _LOWER * rms(residual[~late])
+        or _chosen_by_the_motion(late, corrected, case)
+        or _where_terms_act(late, corrected, sigma)
+    ):
+        return nothing
+    where_most = bool(np.median(corrected[late]) > _MORE * np.median(corrected))
+    beside = bool(np.median(residual[late]) < _BESIDE * np.median(corrected[late]))
+    same = _the_same_moves(residual, late, case, sigma)
+    many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
+    if (beside and (where_most or same)) or (same and many):
+        return nothing  # what the terms explain there is not quite right
+    return np.asarray(late, dtype=bool)
+
+
+def waiting_moves(late: Mask, residual: Floats, sigma: float, resolution: float) -> Mask:
+    """(n,) the late moves, and where there are any, also those that more likely wait for less than scatter.
+
+    A mixture of scatter and of waits that are spread as an exponential, fitted by expectation and maximisation
+    (A. Dempster, N. Laird, D. Rubin, J. Royal Statistical Society B 39, 1977).
+    """
+    if not late.any():
+        return late
+    far = residual / sigma
+    scatter = np.exp(-0.5 * np.minimum(far, 30.0) ** 2) / math.sqrt(2.0 * math.pi)
+    likely = late.astype(np.float64)
+    for _ in range(_ROUNDS):
+        share, mean = float(likely.mean()), float((likely * far).sum() / likely.sum())
+        waits = share / mean * np.exp(-np.maximum(far, 0.0) / mean)
+        either = waits + (1.0 - share) * scatter
+        likely = np.where(late, 1.0, np.where(far > 0, waits / np.maximum(either, 1e-300), 0.0))
+        # What is below the middle of the scatter's reach tells nothing of waits.
+        likely = np.where(late | (far > _LEAST), likely, 0.0)
+    return np.asarray(late | ((likely > 0.5) & (residual > _TICKS * resolution)))
+
+
+def _chosen_by_the_motion(late: Mask, corrected: Floats, case: Case) -> bool:
+    """Whether late moves are those of one kind: steep, long, fast, far out. Waits do not choose.
+
+    One look per programmed move, by ranks (H. Mann, D. Whitney, Annals of Mathematical Statistics 18, 1947).
+    """
+    one = np.arange(len(case))
+    if len(case.repeats) == len(case):
+        one = np.unique(case.repeats, return_index=True)[1]
+        late = np.isin(case.repeats, case.repeats[late])
+    late = late[one]
+    few, many = int(late.sum()), int((~late).sum())
+    if few < _KINDS or many < _KINDS:
+        return False
+    reaches = [np.hypot(place[:, 0], place[:, 1]) for place in (case.start, case.end)]
+    turned = np.nan_to_num(case.turn) / np.maximum(case.base.way, 1e-6)
+    columns = (
+        case.rise,
+        case.base.way,
+        case.base.speed,
+        case.turn,
+        turned,
+        case.payload,
+        corrected,
+        *reaches,
+    )
+    for column in columns:
+        values = column[one]
+        if not np.isfinite(values).all() or np.ptp(values) <= 0:
+            continue
+        excess = float(ranks(values)[late].sum()) - few * (few + many + 1) / 2.0
+        z = abs(excess) / math.sqrt(few * many * (few + many + 1) / 12.0)
+        if math.erfc(z / math.sqrt(2.0)) * len(columns) < _BY_CHANCE:
+            return True
+    return False
+
+
+def _where_terms_act(late: Mask, corrected: Floats, sigma: float) -> bool:
+    """Whether late moves are among the few in which the terms act: these do not quite hold there.
+
+    All of them by chance: R. Fisher's exact test (1922).
+    """
+    acts = corrected > 2.0 * sigma
+    few, all_, count = int((late & acts).sum()), int(acts.sum()), len(late)
+    if few < int(late.sum()) or few == 0:
+        return False
+    chance = math.prod((all_ - k) / (count - k) for k in range(few))
+    return chance < _BY_CHANCE
+
+
+def _the_same_moves(residual: Floats, late: Mask, case: Case, sigma: float) -> bool:
+    """Whether the late moves are late in every repeat, and always by the same time: that is the move, not a wait."""
+    if len(case.repeats) != len(case):
+        return False
+    always, square, freedom, waits = 0, 0.0, 0, 0.0
+    for label in np.unique(case.repeats[late]).tolist():
+        alike = residual[case.repeats == label]
+        if len(alike) > 1 and alike.min() > 2.0 * sigma:
+            always += int((late & (case.repeats == label)).sum())
+            square += float(((alike - alike.mean()) ** 2).sum())
+            freedom += len(alike) - 1
+            waits += (len(alike) - 1) * float(alike.mean()) ** 2
+    if always <= 0.5 * int(late.sum()) or square >= _SCATTERED * freedom * sigma**2:
+        return False
+    differing = freedom * sigma**2 + _DIFFER**2 * waits
+    return _as_small_by_chance(square / differing * freedom, freedom) < _ALIKE
+
+
+def _as_small_by_chance(x: float, freedom: int) -> float:
+    """Probability of a chi square of no more than x (E. Wilson, M. Hilferty, PNAS 17, 1931)."""
+    k = 2.0 / (9.0 * freedom)
+    return 0.5 * math.erfc((1.0 - k - (x / freedom) ** (1.0 / 3.0)) / math.sqrt(2.0 * k))
+
+
+def threshold(count: int) -> float:
+    """[1] standard deviations that the largest of `count` normal values passes with probability `_LEVEL`."""
+    tail = _LEVEL / max(count, 1)
+    low, high = 1.0, 12.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if 0.5 * math.erfc(middle / math.sqrt(2.0)) > tail else (low, middle)
+    return high

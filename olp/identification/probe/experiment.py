@@ -1,0 +1,216 @@
+"""Designs an experiment: from a box to the moves that tell most, in an order that can be run.
+
+Codes: Q001 a wish that cannot be, Q002 the box is out of reach, Q003 the robot's axes are not known,
+Q004 lines that were left out, Q005 the recording does not tell what is needed, Q007 the robot's numbers are inferred.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
+from olp.core.units import mm
+from olp.identification.probe.candidates import Candidates, candidates
+from olp.identification.probe.design import most_telling, share_left
+from olp.identification.probe.reach import Posture
+from olp.identification.probe.route import Ways, order
+from olp.identification.signature.axis_paths import has_axes
+from olp.identification.signature.estimators.averaged_process import views_of
+from olp.identification.signature.mixture import Views, average_covariance, ruler_of
+from olp.identification.signature.moveset import MoveSet, moves_of_recording
+from olp.robots.geometry import angles_from_rotation, rotation_from_angles
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+    from olp.robots.geometry import Pose
+    from olp.robots.robot import Robot
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+MOST_MOVES = 200
+# [m/s²] Where a robot file tells none: only decides how short a move may be.
+_USUAL_ACCELERATION = 1.0
+
+
+class Wanted(NamedTuple):
+    """What is asked for. `box` (3, 2) [m] lower and upper end, `speed` [m/s], `angles` (3,) [rad] of the tool."""
+
+    robot: Robot
+    box: Floats
+    moves: int
+    speed: float
+    angles: tuple[float, float, float]
+    tool: Pose | None = None
+    tool_number: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Experiment:
+    """m moves in the order of running, from `points[starts]` to `points[ends]`.
+
+    `before`: per move the points passed to get to its start, the start last; [] where it is there already.
+    `rank` (m,): 0 the most telling. `left` [1]: standard deviation that is left, of the one before, by the model of
+    method averaged_process, averaged over the box.
+    """
+
+    wanted: Wanted
+    points: Floats  # (p, 3) [m]
+    starts: Labels
+    ends: Labels
+    before: tuple[tuple[int, ...], ...]
+    rank: Labels
+    left: float
+    posture: Posture
+    first: int = 1  # number of the first move
+    told: tuple[Diagnostic, ...] = ()
+
+
+def design_experiment(wanted: Wanted, measured: MoveSet | None = None, first: int = 1) -> Experiment:
+    """The moves that tell most beside the `measured` ones. Raises OlpError: Q001, Q002, Q003."""
+    _check(wanted)
+    rotation = rotation_from_angles(wanted.angles)
+    found = candidates(wanted.robot, wanted.box, rotation, wanted.tool, wanted.speed, _shortest(wanted))
+    if len(found.starts) < wanted.moves:
+        says = f"{len(found.starts)} lines of the box can be run, {wanted.moves} moves are asked for"
+        raise OlpError(
+            error(
+                "Q002",
+                f"{says}: {found.told}",
+                help="move or shrink the box, turn the tool or lower the speed",
+            )
+        )
+    lines = _moves(found, wanted, rotation)
+    covariance, known = _covariance(lines, measured, wanted.robot)
+    allowed = np.arange(len(covariance)) < len(lines)
+    chosen = most_telling(covariance, wanted.moves, known, allowed)
+    left = share_left(covariance, np.concatenate([np.nonzero(known)[0], chosen]))
+    return _routed(wanted, found, chosen, left, first)
+
+
+def further_experiment(recording: Recording, wanted: Wanted) -> Experiment:
+    """The moves that tell most beside those of a recording that have a duration. Raises OlpError."""
+    moves, _ = moves_of_recording(recording)
+    measured = moves.take(np.isfinite(moves.duration) & np.isfinite(moves.rotation).all(axis=(1, 2)))
+    if not len(measured):
+        says = "no straight move with a duration and a tool orientation"
+        raise OlpError(error("Q005", says, file=recording.path, help="fill duration_s in moves.csv first"))
+    return design_experiment(wanted, measured, int(recording.moves.move.max()) + 1)
+
+
+def wanted_of(
+    recording: Recording, robot: Robot | None, moves: int, tool_number: int = 0, box: Floats | None = None
+) -> Wanted:
+    """The wish that a recording itself tells: its robot, box, speed and tool orientation. Raises OlpError (Q005)."""
+    robot = robot or recording.robot
+    rows, _ = moves_of_recording(recording)
+    rows = rows.take(np.asarray(np.isfinite(rows.rotation).all(axis=(1, 2))))
+    if robot is None:
+        raise OlpError(error("Q005", "the recording names no robot", file=recording.path, help="--robot"))
+    if not len(rows):
+        says = "the recording holds no straight move with a tool orientation"
+        raise OlpError(error("Q005", says, file=recording.path))
+    if box is None:
+        ends = np.concatenate([rows.start, rows.end])
+        box = np.stack([ends.min(axis=0), ends.max(axis=0)], axis=1)
+    x, y, z = angles_from_rotation(rows.rotation[:1])[0].tolist()
+    speed = float(np.median(rows.speed))
+    return Wanted(robot, box, moves, speed, (x, y, z), recording.tool, tool_number)
+
+
+def _check(wanted: Wanted) -> None:
+    box, problems = wanted.box, []
+    if box.shape != (3, 2) or not np.isfinite(box).all() or np.any(box[:, 0] > box[:, 1]):
+        problems.append(error("Q001", "a box is X0,X1,Y0,Y1,Z0,Z1 in mm, each pair rising"))
+    elif not np.any(box[:, 1] - box[:, 0] >= 10 * mm):
+        problems.append(error("Q001", "the box is nowhere 10 mm wide"))
+    if not 1 <= wanted.moves <= MOST_MOVES:
+        problems.append(error("Q001", f"{wanted.moves} moves: 1 to {MOST_MOVES} can be designed"))
+    if not (np.isfinite(wanted.speed) and wanted.speed > 0):
+        problems.append(error("Q001", "the speed must be above zero"))
+    if not np.isfinite(wanted.angles).all():
+        problems.append(error("Q001", "the orientation is RX,RY,RZ in degrees"))
+    if (wanted.tool is None) != (wanted.tool_number == 0) or not 0 <= wanted.tool_number <= 63:
+        says = "a tool and its number on the controller (1 to 63) belong together, 0 is the flange"
+        problems.append(error("Q001", says, help="--tool X,Y,Z,RX,RY,RZ --tool-number N"))
+    if not has_axes(wanted.robot) or len(wanted.robot.axes) != 6:
+        says = f"the axes of {wanted.robot.name} are not known in closed form: nothing can be proved"
+        problems.append(error("Q003", says, help="give the robot file its [links]"))
+    if problems:
+        raise OlpError(*problems)
+
+
+def _shortest(wanted: Wanted) -> float:
+    """[m] The programmed speed is reached; in a small box half its diagonal."""
+    acceleration = wanted.robot.linear_acceleration or _USUAL_ACCELERATION
+    diagonal = float(np.linalg.norm(wanted.box[:, 1] - wanted.box[:, 0]))
+    return min(wanted.speed**2 / acceleration, 0.5 * diagonal)
+
+
+def _moves(found: Candidates, wanted: Wanted, rotation: Floats) -> MoveSet:
+    count = len(found.starts)
+    nothing = np.full(count, np.nan)
+    return MoveSet(
+        start=found.points[found.starts],
+        end=found.points[found.ends],
+        rotation=np.broadcast_to(rotation, (count, 3, 3)),
+        speed=np.full(count, wanted.speed),
+        nominal=nothing,
+        duration=nothing,
+        payload=nothing,
+        configuration=("",) * count,
+        program=("",) * count,
+        tool=wanted.tool,
+    )
+
+
+def _covariance(lines: MoveSet, measured: MoveSet | None, robot: Robot) -> tuple[Floats, NDArray[np.bool_]]:
+    """Of the lines and the measured moves behind them, and which are the measured ones."""
+    views = views_of(lines, robot)
+    count = len(lines)
+    if measured is not None:
+        more = views_of(measured, robot)
+        more = more.take(np.nonzero(np.isfinite(more.terms).all(axis=1))[0])
+        views = Views(*(np.concatenate(pair) for pair in zip(views, more, strict=True)))
+    known = np.arange(len(views.places)) >= count
+    return average_covariance(views, views, ruler_of(views)), known
+
+
+def _routed(wanted: Wanted, found: Candidates, chosen: Labels, left: float, first: int) -> Experiment:
+    starts, ends = found.starts[chosen], found.ends[chosen]
+    ways = Ways(found.points, found.possible)
+    turn = order(starts, ends, ways)
+    before: list[tuple[int, ...]] = []
+    at = int(starts[turn[0]])
+    for move in turn:
+        before.append(tuple(ways.between(at, int(starts[move]))))
+        at = int(ends[move])
+    rows = np.array(turn, dtype=np.int64)
+    return Experiment(
+        wanted,
+        found.points,
+        starts[rows],
+        ends[rows],
+        tuple(before),
+        rows,
+        left,
+        found.posture,
+        first,
+        _told(wanted, found),
+    )
+
+
+def _told(wanted: Wanted, found: Candidates) -> tuple[Diagnostic, ...]:
+    robot, told = wanted.robot, []
+    if found.told:
+        says = f"of {found.looked} lines between points of the box some cannot be run: {found.told}"
+        told.append(info("Q004", says))
+    doubtful = [name for name in ("limits", "links", "speed") if name in robot.inferred]
+    if doubtful:
+        says = f"{', '.join(doubtful)} of {robot.name} are inferred, not published: the proof is as good as they are"
+        told.append(warning("Q007", says, help="run the job slowly once, without measuring"))
+    return tuple(told)

@@ -1,0 +1,194 @@
+"""The experiment as a job for the robot, and the proof: the job's own bytes, read again, planned and looked at.
+
+Code: Q006 the job does not do what was designed.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path as FilePath
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import OlpError, error
+from olp.core.source import decode
+from olp.core.units import deg, mm, percent
+from olp.identification.probe.experiment import Experiment
+from olp.ir.expressions import Number, Quantity, Store, Taught
+from olp.ir.points import PointBlock, PointKind, PointState, PointTable
+from olp.ir.program import (
+    Begin,
+    Blend,
+    BlendKind,
+    Comment,
+    ControlGroup,
+    Dwell,
+    End,
+    Move,
+    Path,
+    Program,
+    Routine,
+    Speed,
+    SpeedUnit,
+    Statement,
+)
+from olp.languages.vendor import probe_language
+from olp.robots.geometry import Pose
+from olp.transpile.export import export
+
+Floats = NDArray[np.float64]
+
+NAME = "PROBE"
+# [%] of the axes' speed on the way to the first point, from wherever the arm stands.
+_FIRST = 5.0
+# [s] before and behind each measured move: the arm stands still, and a joint log can be cut there.
+REST = 0.5
+# [m] A controller's own points are written to a thousandth of a millimetre.
+_SAME = 0.02 * mm
+_FLAGS = 24
+_STOP = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))
+
+
+class Proved(NamedTuple):
+    """`lines`: of the measured moves, 1-based, in the order of running. `duration` [s] of the job as olp times it."""
+
+    data: bytes
+    lines: tuple[int, ...]
+    duration: float
+
+
+def proved_job(experiment: Experiment, date: str | None = None) -> Proved:
+    """The job's bytes, proved. `date`: YYYY/MM/DD HH:MM. Raises OlpError: Q006, X…"""
+    program = _program(experiment)
+    data = export(program, probe_language(), date=date)
+    return Proved(data, *_prove(experiment, data))
+
+
+def _program(experiment: Experiment) -> Program:
+    used = [int(experiment.starts[0])]
+    body: list[Statement] = [Begin(0)]
+    body.append(Comment(0, "to the first point from anywhere"))
+    body.append(_move(Path.JOINT, 0, Speed(SpeedUnit.FRACTION, Quantity(Number(_FIRST), percent))))
+    pace = Number(round(experiment.wanted.speed / mm, 1))
+    speed = Speed(SpeedUnit.TRAVEL, Quantity(pace, mm))
+    rest = Dwell(0, Quantity(Number(REST), 1.0))
+
+    def go(point: int) -> None:
+        body.append(_move(Path.LINEAR, len(used), speed))
+        used.append(point)
+
+    for number, (end, before) in enumerate(zip(experiment.ends.tolist(), experiment.before, strict=True)):
+        for point in before:
+            go(point)
+        body.append(Comment(0, f"measured: move {experiment.first + number}"))
+        body.append(rest)
+        go(end)
+        body.append(rest)
+    body.append(End(0))
+    points = _points(experiment, np.array(used, dtype=np.int64))
+    routine = Routine(NAME, 1, tuple(body), points, (ControlGroup(("RB1",)),), comment="SIGNATURE PROBE")
+    return Program(probe_language(), decode(b""), (routine,))
+
+
+def _move(path: Path, number: int, speed: Speed) -> Move:
+    return Move(0, path, (Taught(Store.ROBOT, number),), speed, _STOP)
+
+
+def _points(experiment: Experiment, used: NDArray[np.int64]) -> PointTable:
+    wanted, count = experiment.wanted, len(used)
+    # Rounded as they are written, so that what is read again is the same number.
+    places = np.round(experiment.points[used] / mm, 3) * mm
+    angles = np.round(np.array(wanted.angles) / deg, 4) * deg
+    values = np.concatenate([places, np.broadcast_to(angles, (count, 3))], axis=1)
+    numbers = np.arange(count, dtype=np.int64)
+    nothing = np.zeros(count, dtype=np.int32)
+    flags = experiment.posture + (0,) * (_FLAGS - len(experiment.posture))
+    state = PointState(PointKind.POSE, "robot", None, wanted.tool_number, flags)
+    block = PointBlock(
+        Store.ROBOT, True, numbers, values, nothing, nothing, {int(n): int(n) for n in numbers.tolist()}
+    )
+    return PointTable((state,), {(Store.ROBOT, True): block})
+
+
+# --- the proof ------------------------------------------------------------------------------------------------
+
+
+def _prove(experiment: Experiment, data: bytes) -> tuple[tuple[int, ...], float]:
+    from olp.languages.read import read
+    from olp.runtime.interpreter import run
+    from olp.timing.retiming import along_path
+    from olp.timing.timing import time_plan
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = FilePath(folder) / f"{NAME}.JBI"
+        file.write_bytes(data)
+        if experiment.wanted.tool is not None:
+            text = tool_file(experiment.wanted.tool_number, experiment.wanted.tool)
+            (FilePath(folder) / "TOOL.CND").write_text(text, encoding="ascii")
+        program = read(str(file))
+        plan = run(program, experiment.wanted.robot)
+        limits = along_path(plan)
+        found = [*program.diagnostics, *plan.diagnostics, *limits.diagnostics]
+        says = [d.message for d in found if d.is_error or d in limits.diagnostics]
+        lines = _measured(program)
+        says += _differences(experiment, plan, lines)
+        straight = np.asarray(plan.moves.length > 0) & np.isfinite(plan.moves.travel)
+        if not limits.known[straight].all() or np.any(limits.outside >= 0):
+            says.append("a line leaves the soft limits or cannot be followed")
+        duration = float(time_plan(plan).duration_s.sum())
+    if says:
+        raise OlpError(*(error("Q006", f"the job was not written: {text}") for text in says))
+    return lines, duration
+
+
+def _measured(program: Program) -> tuple[int, ...]:
+    """The line of the first straight move behind each comment that announces one."""
+    found, waiting = [], False
+    for statement in program.statements():
+        if isinstance(statement, Comment) and statement.text.startswith("measured"):
+            waiting = True
+        elif waiting and isinstance(statement, Move):
+            found.append(statement.line)
+            waiting = False
+    return tuple(found)
+
+
+def _differences(experiment: Experiment, plan: object, lines: tuple[int, ...]) -> list[str]:
+    from olp.runtime.plan import BlendCode, Plan, StepKind
+
+    assert isinstance(plan, Plan)
+    moves, positions = plan.moves, plan.positions.position
+    rows = {
+        int(line): int(row)
+        for line, row, kind in zip(plan.line, plan.row, plan.kind, strict=True)
+        if kind == StepKind.MOVE
+    }
+    if len(lines) != len(experiment.ends) or any(line not in rows for line in lines):
+        return ["it does not run the moves that were designed"]
+    row = np.array([rows[line] for line in lines])
+    box = experiment.wanted.box
+    says = []
+    start, end = positions[moves.start[row]], positions[moves.target[row]]
+    wanted = experiment.points[experiment.starts], experiment.points[experiment.ends]
+    if max(np.abs(start - wanted[0]).max(), np.abs(end - wanted[1]).max()) > _SAME:
+        says.append("its points are not those that were designed")
+    if np.any(positions < box[:, 0] - _SAME) or np.any(positions > box[:, 1] + _SAME):
+        says.append("a point lies outside the box")
+    if np.any(moves.blend_code != BlendCode.EXACT):
+        says.append("a move does not end in an exact stop")
+    if np.any(np.abs(moves.travel[row] - experiment.wanted.speed) > 0.06 * mm):
+        says.append("its speed is not the one that was asked for")
+    return says
+
+
+def tool_file(number: int, tool: Pose) -> str:
+    """TOOL.CND for the proof alone: on a controller it would replace the tools that are there."""
+    numbers = (tool.xyz_angles() / ([mm] * 3 + [deg] * 3)).tolist()
+    blank = ["0.000,0.000,0.000", "0.000", "0.000,0.000,0.000", "0.000,0,1"]
+    text = []
+    for tag, six in ((0, [0.0] * 6), (number, numbers)):
+        row = ",".join(f"{v:.{3 if i < 3 else 4}f}" for i, v in enumerate(six))
+        text += [f"//TOOL {tag}", "///NAME", row, *blank]
+    return "\r\n".join([*text, ""])

@@ -1,0 +1,278 @@
+"""A table of a recording before anything is made of it: names, cells, and where each cell stands in its file.
+
+CSV (UTF-8, comma, point as decimal mark), the same gzipped, or Parquet. Codes: D002 unreadable, D003 too large,
+D004 no library for Parquet, D011 a header that names a column twice or not at all, D013 a row of another width,
+D022 rows left out.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+MOST_BYTES = 2_000_000_000  # of a file, unpacked
+MOST_ROWS = 1_000_000  # of moves
+MOST_COLUMNS = 1_000
+SHOWN = 20  # findings of one kind that are told one by one
+SUFFIXES = (".csv", ".csv.gz", ".parquet", ".pq")
+
+
+class Column(NamedTuple):
+    """The cells of one column: `values` of a typed file, else their `text`; `missing` where nothing is written."""
+
+    missing: Flags
+    text: tuple[str, ...] | None = None
+    values: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """`line` (n,): where each row starts in the file, 0 when it has no lines. `text`: the file's lines."""
+
+    file: str
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+    line: NDArray[np.int64]
+    text: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+    left_out: int = 0
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    def place(self, row: int, column: int) -> tuple[Span | None, str]:
+        """Where the cell stands, and the text of its line; row -1 is the header."""
+        number = int(self.line[row]) if row >= 0 else 1
+        if not self.text or not number:
+            return None, ""
+        source = self.text[number - 1].rstrip("\r\n")
+        start, end = cell_extent(source, column)
+        return Span(number, start, end), source
+
+
+def cell_extent(line: str, column: int) -> tuple[int, int]:
+    """Columns, 1-based and half open, of cell `column` (from 0) of a CSV line; its end when it has fewer."""
+    start, quoted, index = 0, False, 0
+    for at, letter in enumerate(line):
+        if letter == '"':
+            quoted = not quoted
+        elif letter == "," and not quoted:
+            if index == column:
+                return start + 1, max(at, start + 1) + 1
+            index, start = index + 1, at + 1
+    return (start + 1, max(len(line), start + 1) + 1) if index == column else (len(line) + 1, len(line) + 2)
+
+
+def role_of(path: Path) -> str:
+    """The file's name without the suffixes a table may have, "" when it is no table."""
+    for suffix in sorted(SUFFIXES, key=len, reverse=True):
+        if path.name.lower().endswith(suffix):
+            return path.name[: -len(suffix)]
+    return ""
+
+
+def is_parquet(path: Path) -> bool:
+    return path.name.lower().endswith((".parquet", ".pq"))
+
+
+def read_bytes(path: Path) -> bytes:
+    """The file, unpacked. Raises OlpError (D002, D003)."""
+    file = str(path)
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise OlpError(_too_large(file))
+        if not path.name.lower().endswith(".gz"):
+            return path.read_bytes()
+        with gzip.open(path, "rb") as packed:
+            # A few kilobytes may unpack to any size: never ask for all of it.
+            raw = packed.read(MOST_BYTES + 1)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
+        raise OlpError(
+            error("D002", f"not a whole gzip file: {problem}", file=file, help="pack it again")
+        ) from None
+    except OSError as problem:
+        why = problem.strerror or str(problem)
+        raise OlpError(error("D002", f"cannot read the file: {why}", file=file)) from None
+    if len(raw) > MOST_BYTES:
+        raise OlpError(_too_large(file))
+    return raw
+
+
+def _too_large(file: str) -> Diagnostic:
+    return error(
+        "D003",
+        f"the file has more than {MOST_BYTES // 1_000_000_000} GB",
+        file=file,
+        help="cut the recording in pieces, or record more slowly",
+    )
+
+
+def decode(raw: bytes, file: str) -> str:
+    """UTF-8, with or without a byte order mark. Raises OlpError (D002)."""
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        line = raw.count(b"\n", 0, problem.start) + 1
+        raise OlpError(
+            error("D002", "not UTF-8 text", Span(line), file=file, help="save the table as CSV UTF-8")
+        ) from None
+
+
+def read_table(path: Path) -> Table:
+    """The table of moves in `path`. Raises OlpError with every row that has no place in it."""
+    if is_parquet(path):
+        return _read_parquet(path)
+    file = str(path)
+    text = decode(read_bytes(path), file)
+    lines = list(io.StringIO(text, newline=""))
+    reader = csv.reader(lines, strict=True)
+    rows: list[list[str]] = []
+    starts: list[int] = []
+    try:
+        while True:
+            start = reader.line_num + 1
+            row = next(reader, None)
+            if row is None:
+                break
+            rows.append([cell.strip() for cell in row])
+            starts.append(start)
+            if len(rows) > MOST_ROWS + 1:
+                raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=file))
+    except csv.Error as problem:
+        span = Span(reader.line_num)
+        raise OlpError(
+            error("D002", f"not CSV: {problem}", span, file=file, help="check the quotes")
+        ) from None
+    return _from_rows(file, tuple(lines), rows, starts)
+
+
+def _from_rows(file: str, lines: tuple[str, ...], rows: list[list[str]], starts: list[int]) -> Table:
+    names = check_header(rows[0] if rows else [], file, lines[0] if lines else "")
+    width = len(names)
+    blank = [not any(row) for row in rows]
+    wrong = [i for i in range(1, len(rows)) if not blank[i] and len(rows[i]) != width]
+    if wrong:
+        raise OlpError(*(_wrong_width(file, lines, starts[i], len(rows[i]), width) for i in wrong[:SHOWN]))
+    kept = [i for i in range(1, len(rows)) if not blank[i]]
+    empty = [starts[i] for i in range(1, len(rows)) if blank[i]]
+    cells = list(zip(*(rows[i] for i in kept), strict=True)) if kept else [()] * width
+    return Table(
+        file,
+        names,
+        tuple(Column(np.array([not cell for cell in column], dtype=bool), tuple(column)) for column in cells),
+        np.array([starts[i] for i in kept], dtype=np.int64),
+        lines,
+        left_out_rows(file, empty, "nothing is written in them"),
+        len(empty),
+    )
+
+
+def left_out_rows(file: str, lines: Sequence[int], why: str) -> tuple[Diagnostic, ...]:
+    """The warning (D022) that counts and lists rows left out, none when there is none."""
+    if not len(lines):
+        return ()
+    listed = ", ".join(str(line) for line in lines[:SHOWN]) + (" …" if len(lines) > SHOWN else "")
+    rows = "1 row was" if len(lines) == 1 else f"{len(lines):,} rows were"
+    says = f"{rows} left out, {why}: line{'s' if len(lines) > 1 else ''} {listed}"
+    return (warning("D022", says, Span(int(lines[0])), file=file),)
+
+
+def _wrong_width(file: str, lines: Sequence[str], line: int, found: int, width: int) -> Diagnostic:
+    source = lines[line - 1].rstrip("\r\n")
+    column = cell_extent(source, min(found, width))[0]
+    help = (
+        "a decimal comma? the decimal mark is a point" if found > width else "empty cells keep their commas"
+    )
+    return error(
+        "D013",
+        f"row has {found} cells, the header {width}",
+        Span(line, column, column + 1),
+        file=file,
+        source_line=source,
+        help=help,
+    )
+
+
+def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]:
+    """The names of the columns. Raises OlpError: D002 no table, D003 too wide, D011 no name or one name twice."""
+    names = tuple(name.strip() for name in header)
+    line = line.rstrip("\r\n")
+    if not any(names):
+        raise OlpError(error("D002", "no header row", file=file, help="the first line names the columns"))
+    if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
+        raise OlpError(
+            error("D002", "the columns are not separated by commas", Span(1), file=file, source_line=line)
+        )
+    if len(names) > MOST_COLUMNS:
+        raise OlpError(error("D003", f"more than {MOST_COLUMNS:,} columns", file=file))
+    problems = []
+    for index, name in enumerate(names):
+        if not name or name in names[:index]:
+            says = f"column {name!r} stands twice" if name else f"column {index + 1} has no name"
+            span = Span(1, *cell_extent(line, index)) if line else None
+            problems.append(
+                error("D011", says, span, file=file, source_line=line, help="name each column once")
+            )
+    if problems:
+        raise OlpError(*problems)
+    return names
+
+
+def _read_parquet(path: Path) -> Table:
+    frame = load_parquet(path)
+    names = check_header([str(name) for name in frame.column_names], str(path), "")
+    if frame.num_rows > MOST_ROWS:
+        raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=str(path)))
+    columns = tuple(parquet_column(frame.column(i)) for i in range(len(names)))
+    return Table(str(path), names, columns, np.zeros(frame.num_rows, dtype=np.int64))
+
+
+def load_parquet(path: Path):  # type: ignore[no-untyped-def]
+    """The file as a pyarrow.Table. Raises OlpError: D002 unreadable, D003 too large, D004 no library."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise OlpError(
+            error(
+                "D004",
+                "reading Parquet needs pyarrow",
+                file=str(path),
+                help='install it: pip install "olp[parquet]"; or save the table as CSV',
+            )
+        ) from None
+    try:
+        found = parquet.ParquetFile(path)
+        rows, width = found.metadata.num_rows, found.metadata.num_columns
+        if rows * width * 8 > MOST_BYTES:
+            raise OlpError(_too_large(str(path)))
+        return found.read()
+    except (pyarrow.ArrowException, OSError) as problem:
+        raise OlpError(error("D002", f"not a Parquet file: {problem}", file=str(path))) from None
+
+
+def parquet_column(chunks) -> Column:  # type: ignore[no-untyped-def]
+    """A null is missing; a NaN that was written as a number stays one."""
+    import pyarrow
+
+    missing = np.asarray(chunks.is_null().to_numpy(), dtype=bool)
+    kind = chunks.type
+    if pyarrow.types.is_integer(kind) or pyarrow.types.is_floating(kind):
+        values = np.asarray(chunks.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
+        return Column(missing, values=values)
+    text = tuple("" if cell is None else str(cell).strip() for cell in chunks.to_pylist())
+    return Column(np.array([not cell for cell in text], dtype=bool), text)

@@ -1,0 +1,309 @@
+"""From a recording to a signature with all that the recording tells: straight moves, and the parts beside them.
+
+Codes: H003 nothing to learn from, H021 what was learnt beside straight moves, H050 to H052 of joint moves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, info
+from olp.core.version import __version__
+from olp.identification.signature.calibrate import AUTO
+from olp.identification.signature.calibrate import calibrate as calibrate_straight
+from olp.identification.signature.coefficients import (
+    CIRCULAR,
+    CORNER,
+    FEWEST,
+    JOINT,
+    STOP,
+    Part,
+    learn_part,
+)
+from olp.identification.signature.document import Learnt, Signature
+from olp.identification.signature.domain import Domain
+from olp.identification.signature.errors import ErrorModel, Spread
+from olp.identification.signature.estimator import Parameter
+from olp.identification.signature.joint_moves import (
+    LearntArm,
+    contradiction_notes,
+    contradictions,
+    faster_than_rated,
+    learn_arm,
+    learnt_note,
+    recorded_joint_moves,
+    too_fast_notes,
+)
+from olp.identification.signature.moveset import moves_of_recording
+from olp.identification.signature.path_moves import LearntPaths, learn_paths, paths_note, pieces_of
+from olp.identification.signature.places import with_points
+from olp.identification.signature.recorded import Rows, rows_of
+from olp.identification.signature.stretches import plain_rows, stretches_of
+from olp.robots.controller_effects import generations_in
+from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
+from olp.timing.arm_prior import arm_prior
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+    from olp.robots.robot import Robot
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+USUAL_DOUBT = 0.25  # [s²/m] of 1/a of straight moves of an arm of which none is known
+NAMED = "named_terms"  # learnt from the whole recording by a diagnosis
+# Speeds this far apart tell what a stop costs at any speed from what grows with the speed.
+_RATIO = 1.5
+
+
+class _Stretches(NamedTuple):
+    """m stretches with corners, their sums [s] (m,)."""
+
+    measured: Floats
+    plain: Floats  # without corners
+    saving: Floats
+    corners: Floats
+    first: NDArray[np.intp]  # row of each
+    rows: Mask  # (n,) of the recording that are in one
+
+
+def calibrate(
+    recording: Recording, method: str = AUTO, robot: Robot | None = None
+) -> tuple[Signature, tuple[Diagnostic, ...]]:
+    """The signature of the robot that was recorded, and what there is to say about the recording.
+
+    `method`: a name of `estimator_names()`, or "auto": the one that predicts held-out moves and start points of this
+    recording best, of those that learn from moves alone. `robot`: instead of the recording's. Raises OlpError: H001,
+    H002, H003, of "named_terms" H040 and N010.
+    """
+    if robot is not None:
+        recording = replace(recording, robot=robot)
+    if method == NAMED:
+        from olp.identification.signature.from_diagnosis import signature_of_recording
+
+        return signature_of_recording(recording)
+    parts: dict[str, Part] = {}
+    straight = recording
+    stop = _learn_stop(recording)
+    if stop is not None:
+        parts[STOP] = stop
+        straight = _without_stops(recording, stop.value("fixed_time"))
+    arm, said = _learn_joints(recording)
+    try:
+        signature, told = calibrate_straight(straight, method, robot)
+    except OlpError as problem:
+        paths = _learn_paths(recording)
+        if (arm is None and paths is None) or problem.diagnostics[0].code != "H003":
+            raise
+        signature, told = _without_straight(recording, arm, paths), ()
+    told = (*told, *said)
+    signature = replace(signature, parts=parts, arm=arm)
+    if _beside(recording):
+        rows = rows_of(signature, recording, lambda says: None)
+        for kind, learn in ((CIRCULAR, _learn_curves), (CORNER, _learn_corners)):
+            part = learn(rows)
+            if part is not None:
+                parts[kind] = part
+                rows = rows.with_part(kind, part)
+    if signature.paths is None:
+        signature = _with_paths(signature, recording, rows if _beside(recording) else None)
+    if signature.paths is not None:
+        told = (*told, paths_note(signature.paths, recording.path))
+    return signature, (*told, *(_told(kind, part, recording.path) for kind, part in parts.items()))
+
+
+def _beside(recording: Recording) -> bool:
+    """Whether there is anything but straight moves from stop to stop."""
+    others = any(kind in (JOINT, CIRCULAR) for kind in recording.moves.kinds)
+    return others or bool(stretches_of(recording.moves).ends_rolling.any())
+
+
+def _told(kind: str, part: Part, file: str) -> Diagnostic:
+    what = {STOP: "straight moves at several speeds", CORNER: "stretches with corners"}.get(
+        kind, f"{kind} moves"
+    )
+    learnt = ", ".join(
+        f"{name} {p.value:.4g} ± {p.sd:.2g} {p.unit}"
+        for name, p in part.quantities.items()
+        if p.sd is not None
+    )
+    held = f"held out {part.unlearnt:.2f} % without, {part.learnt:.2f} % with it"
+    return info("H021", f"{part.rows} {what}: {learnt or 'as the model says'} ({held})", file=file)
+
+
+def _learn_stop(recording: Recording) -> Part | None:
+    """What a stop costs at any speed; None where the speeds do not tell or nothing is gained by it."""
+    moves, _ = moves_of_recording(recording)
+    moves = moves.take(np.isfinite(moves.duration) & (moves.duration > 0))
+    if len(moves) < FEWEST or moves.speed.max() < _RATIO * moves.speed.min():
+        return None
+    way, speed, measured = moves.length, moves.speed, moves.duration
+    start = np.array([0.0, max(float(np.median((measured - way / speed) / speed)), 1e-6)])
+
+    def model(q: Floats) -> Floats:
+        whole = speed * speed * q[1] <= way
+        return np.asarray(q[0] + np.where(whole, way / speed + speed * q[1], 2 * np.sqrt(way * q[1])))
+
+    part, found = learn_part(STOP, model, measured, _labels(moves.program), start)
+    return part if 0 in found.form and part.value("fixed_time") > 0 else None
+
+
+def _without_stops(recording: Recording, fixed: float) -> Recording:
+    """The recording with that much taken off its straight moves from stop to stop."""
+    _, rows = moves_of_recording(recording)
+    duration = recording.moves.duration.copy()
+    duration[rows] -= fixed
+    return replace(recording, moves=replace(recording.moves, duration=duration))
+
+
+def _learn_joints(recording: Recording) -> tuple[LearntArm | None, list[Diagnostic]]:
+    """The law of the arm's joint moves, from those that run from stop to stop, and what there is to say of them."""
+    moves, robot = recording.moves, recording.robot
+    axes = len(robot.axes) if robot is not None else moves.joints_start.shape[1]
+    joints, rows = recorded_joint_moves(moves, robot, recording.tool, axes)
+    stretches = stretches_of(moves)
+    use = (stretches.stops[rows] == 2) & ~stretches.open[rows] & (np.nan_to_num(moves.duration[rows]) > 0)
+    use &= joints.motions.turned.max(axis=1, initial=0.0) > 0
+    joints, rows = joints.take(use), rows[use]
+    measured, resolution = moves.duration[rows], float(np.nan_to_num(recording.noise_floor().resolution))
+    fast = faster_than_rated(robot, joints, measured, resolution)
+    told = too_fast_notes(rows[fast], moves.move, recording.path)
+    joints, rows, measured = joints.take(~fast), rows[~fast], measured[~fast]
+    if len(rows) < FEWEST:
+        return None, told
+    told += contradiction_notes(
+        contradictions(joints, measured, resolution), moves.move[rows], measured, recording.path
+    )
+    controller = recording.settings.controller
+    prior = arm_prior(robot, generations_in(controller or ""), [f"q{i + 1}" for i in range(axes)])
+    learnt = learn_arm(prior, joints, measured, _programs(recording, rows), resolution)
+    return learnt, [*told, learnt_note(learnt, recording.path)]
+
+
+def _programs(recording: Recording, rows: NDArray[np.intp]) -> Labels:
+    """(n,) which program each row belongs to, by the column `program`, else `job`."""
+    names = recording.moves.texts.get("program", recording.moves.job)
+    return _labels(tuple(names[i] for i in rows.tolist()))
+
+
+def _learn_paths(recording: Recording) -> LearntPaths | None:
+    """The law of lines and arcs from all measured ones; None of too few."""
+    moves = with_points(recording.moves, recording.robot, recording.tool)
+    stretches = stretches_of(moves)
+    pieces, rows = pieces_of(moves, recording.robot, stretches)
+    use = (np.nan_to_num(moves.duration[rows]) > 0) & ~stretches.open[rows]
+    pieces, rows = pieces.take(use), rows[use]
+    if len(rows) < FEWEST:
+        return None
+    written = bool((moves.acceleration[rows] > 0).all())
+    resolution = float(np.nan_to_num(recording.noise_floor().resolution))
+    return learn_paths(pieces, moves.duration[rows], _programs(recording, rows), written, resolution)
+
+
+def _with_paths(signature: Signature, recording: Recording, rows: Rows | None) -> Signature:
+    """With the law of paths, for speeds that no straight move was learnt at, and for arcs of which none was.
+
+    For corners too, if held-out pieces are nearer to it than all are to what was learnt of them otherwise.
+    """
+    moves = recording.moves if rows is None else rows.moves
+    stretches = stretches_of(moves)
+    along = np.array([kind in ("linear", "circular") for kind in moves.kinds], dtype=bool)
+    beside = along & ~plain_rows(moves, stretches) & ~stretches.open & (np.nan_to_num(moves.duration) > 0)
+    speeds = moves.speed[along & np.isfinite(moves.speed)]
+    if not beside.any() and (not len(speeds) or speeds.max() < _RATIO * speeds.min()):
+        return signature  # straight moves at one speed, which the method tells
+    paths = _learn_paths(recording)
+    if paths is None:
+        return signature
+    if rows is not None and beside.sum() >= FEWEST:
+        error = np.abs(rows.times.duration[beside] / moves.duration[beside] - 1.0)
+        known = 100.0 * float(np.mean(np.where(np.isfinite(error), error, 1.0)))
+        paths = replace(paths, corners=min(paths.held_out.values()) < known)
+    return replace(signature, paths=paths)
+
+
+def _without_straight(recording: Recording, arm: LearntArm | None, paths: LearntPaths | None) -> Signature:
+    """A signature without a method for straight moves: if no law of paths, what is usual of any arm."""
+    settings, robot = recording.settings, recording.robot
+    learnt = sum(part.rows for part in (arm, paths) if part is not None)
+    nothing = np.zeros((0, 6))
+    payload = recording.moves.payload[np.isfinite(recording.moves.payload)]
+    spread = Spread(USUAL_DOUBT, USUAL_DOUBT, USUAL_DOUBT, 2)
+    return Signature(
+        robot=robot.name if robot else "",
+        controller=settings.controller or "",
+        tool=None if recording.tool is None else tuple(float(v) for v in recording.tool.xyz_angles()),
+        payload=float(np.median(payload)) if len(payload) else None,
+        recording=Learnt(recording.path, recording.sha256, learnt, settings.time_resolution),
+        method="constant",
+        parameters={"slowness": Parameter(1.0 / DEFAULT_LINEAR_ACCELERATION, "s²/m", USUAL_DOUBT)},
+        errors=ErrorModel(spread, spread),
+        domain=Domain((0.0, 0.0), (0.0, 0.0), None, nothing, nothing[:, :3], 0.0, 0.0),
+        compared={},
+        olp=__version__,
+        paths=paths,
+    )
+
+
+def _learn_curves(rows: Rows) -> Part | None:
+    at = _stop_to_stop(rows, "circular")
+    if at.sum() < FEWEST:
+        return None
+    motions, measured = rows.motions.take(at), rows.moves.duration[at]
+    stop = rows.times.fixed[at]
+    part, _ = learn_part(
+        CIRCULAR, lambda q: motions.duration(q[0], 2) + stop + q[1], measured, _groups(rows, at)
+    )
+    return part
+
+
+def _learn_corners(rows: Rows) -> Part | None:
+    found = _stretches(rows)
+    if len(found.measured) < FEWEST:
+        return None
+
+    def model(q: Floats) -> Floats:
+        return np.asarray(found.plain - q[0] * found.saving + q[1] + q[2] * found.corners)
+
+    groups = _labels(tuple(rows.moves.job[i] for i in found.first.tolist()))
+    part, _ = learn_part(CORNER, model, found.measured, groups, law=rows.law)
+    # The sum of a stretch is what was fitted; where its rows part is the recorder's convention, and scatters more.
+    times = rows.with_part(CORNER, part).times
+    off = np.sort(np.abs(rows.moves.duration - times.duration)[found.rows])
+    within = float(off[min(int(np.ceil(0.95 * (len(off) + 1))), len(off)) - 1])
+    return part._replace(row_half=max(within, part.spread.half / 2))
+
+
+def _stretches(rows: Rows) -> _Stretches:
+    """The stretches with corners of which every row was measured and can be predicted."""
+    label, times, moves = rows.stretches.label, rows.times, rows.moves
+    rolls = rows.stretches.ends_rolling
+    corners = np.bincount(label, rolls)
+    plain = times.floor + times.over + times.fixed
+    whole = (
+        np.isfinite(plain) & np.isfinite(moves.duration) & np.isfinite(times.saving) & ~rows.stretches.open
+    )
+    good = (corners > 0) & (np.bincount(label, ~whole) == 0)
+    first = np.unique(label, return_index=True)[1]
+    sums = [np.bincount(label, np.nan_to_num(v))[good] for v in (moves.duration, plain, times.saving)]
+    return _Stretches(sums[0], sums[1], sums[2], corners[good].astype(np.float64), first[good], good[label])
+
+
+def _stop_to_stop(rows: Rows, kind: str) -> Mask:
+    at = np.array([name == kind for name in rows.moves.kinds], dtype=bool)
+    at &= (rows.stretches.stops == 2) & ~rows.stretches.open
+    return np.asarray(at & np.isfinite(rows.times.duration) & np.isfinite(rows.moves.duration))
+
+
+def _groups(rows: Rows, at: Mask) -> Labels:
+    return _labels(tuple(rows.moves.job[i] for i in np.nonzero(at)[0].tolist()))
+
+
+def _labels(names: tuple[str, ...]) -> Labels:
+    order: dict[str, int] = {}
+    return np.array([order.setdefault(name, len(order)) for name in names], dtype=np.int64)

@@ -1,0 +1,210 @@
+"""Predictions for every row of a moves.csv, measured or not.
+
+Codes: H010 moves outside what was learnt, H012 rows of which nothing can be said, H020 rows that olp's own model times.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, info, warning
+from olp.identification.signature import intervals
+from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, TERMS
+from olp.identification.signature.document import Signature
+from olp.identification.signature.predict import robot_of
+from olp.identification.signature.recorded import Rows as Known
+from olp.identification.signature.recorded import rows_of
+from olp.identification.signature.stretches import plain_rows
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+    from olp.identification.recording.moves import RecordedMoves
+    from olp.identification.signature.path_moves import LearntPaths
+    from olp.identification.signature.term_durations import Told
+
+Floats = NDArray[np.float64]
+
+_WAIT_COLUMN = "wait_s"
+_SLACK = 0.01  # of a speed: nearer to learnt ones it is one of them
+
+
+class Rows(NamedTuple):
+    """One entry per row of the recording; nan where nothing can be said. Times in s."""
+
+    move: NDArray[np.int64]
+    predicted: Floats
+    low: Floats
+    high: Floats
+
+    def csv(self) -> str:
+        """The columns of `olp predict`; cells of rows that cannot be predicted are empty."""
+        lines = ["move,predicted_s,low_s,high_s"]
+        numbers = zip(self.predicted.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
+        for move, row in zip(self.move.tolist(), numbers, strict=True):
+            lines.append(",".join([str(move), *("" if np.isnan(v) else f"{v:.6f}" for v in row)]))
+        return "\n".join(lines) + "\n"
+
+
+def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows, tuple[Diagnostic, ...]]:
+    """Predicts each row and tells of those it cannot, or only with a wider interval. Raises OlpError (see predict)."""
+    assumed: list[str] = []
+    known = rows_of(signature, recording, assumed.append)
+    moves = known.moves
+    kinds = np.array(moves.kinds, dtype=object)
+    predicted = np.where(kinds == "wait", _waits(moves), known.times.duration)
+    turning = known.motions.turning((kinds == "linear") | (kinds == "circular"))
+    low, high = _ends(known, kinds, turning)
+    resting = (kinds == "wait") | (known.times.floor == 0)  # or goes nowhere
+    low[resting] = high[resting] = predicted[resting]
+    told = _by_terms(signature, recording)
+    by_terms = np.zeros(len(moves), dtype=bool)
+    if told is not None:
+        by_terms[told.rows] = True
+        if by_terms[kinds == "joint"].all():
+            assumed.clear()  # of axes that the terms have told
+        predicted[told.rows] = told.duration
+        low[told.rows] = np.maximum(told.duration - told.half, 0.0)
+        high[told.rows] = told.duration + told.half
+    if signature.paths is not None:
+        _by_paths(signature, signature.paths, known, turning | by_terms, (predicted, low, high))
+    nothing = ~np.isfinite(predicted)
+    for values in (predicted, low, high):
+        values[nothing] = np.nan
+    turning &= ~by_terms
+    if turning.any():
+        says = f"{int(turning.sum())} paths turn the tool for longer than they travel, their intervals are guessed"
+        assumed.append(says)
+    found = [
+        *_outside(known, told, recording.path),
+        *_own(known, ~by_terms, ~nothing & ~by_terms & (kinds != "wait"), assumed, recording.path),
+    ]
+    if nothing.any():
+        found.append(_nothing(moves, nothing, recording.path))
+    return Rows(moves.move, predicted, low, high), tuple(found)
+
+
+def _by_paths(
+    signature: Signature,
+    paths: LearntPaths,
+    known: Known,
+    others: NDArray[np.bool_],
+    columns: tuple[Floats, Floats, Floats],
+) -> None:
+    """Puts what the law of paths says into the columns, but for straight moves that have a method of their own."""
+    said = paths.of_rows(known.moves, robot_of(signature, known.robot), known.stretches)
+    use = ~others[said.rows] & _for_paths(signature, paths, known)[said.rows]
+    for column, values in zip(columns, (said.duration, said.low, said.high), strict=True):
+        column[said.rows[use]] = values[use]
+
+
+def _for_paths(signature: Signature, paths: LearntPaths, known: Known) -> NDArray[np.bool_]:
+    """(n,) rows that the law of paths is to tell: those that nothing else in the signature was learnt for."""
+    plain = plain_rows(known.moves, known.stretches)
+    if signature.domain.empty:
+        return np.ones(len(plain), dtype=bool)
+    low, high = signature.domain.speed
+    slack = 1.0 + _SLACK
+    beyond = (known.moves.speed < low / slack) | (known.moves.speed > high * slack)
+    arcs = np.array([kind == "circular" for kind in known.moves.kinds], dtype=bool)
+    arcs &= (known.stretches.stops == 2) & ~known.stretches.open & (CIRCULAR not in signature.parts)
+    return np.asarray(np.where(plain, beyond, paths.corners | arcs))
+
+
+def _by_terms(signature: Signature, recording: Recording) -> Told | None:
+    """What the terms of a diagnosis say, where the signature holds some."""
+    if TERMS not in signature.parts:
+        return None
+    from olp.identification.signature.term_durations import told_rows
+
+    return told_rows(signature, replace(recording, robot=robot_of(signature, recording.robot)))
+
+
+def _ends(known: Known, kinds: NDArray[Any], turning: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Low and high (n,) [s] of the moves."""
+    stretches, times = known.stretches, known.times
+    corner = stretches.begins_rolling | stretches.ends_rolling
+    low, high = intervals.ends_of(
+        known.parts,
+        known.moves.kind,
+        times,
+        stretches.stops,
+        corner,
+        known.half,
+        known.strain,
+        known.law,
+        known.joints,
+    )
+    # A corner that leads to nowhere in this recording may save any part of what the stop costs.
+    low = np.where(stretches.open, np.maximum(low - times.full - times.fixed, 0.0), low)
+    # Of what the wrist can do nothing was learnt: it speeds up between at once and in three times the time.
+    low = np.where(turning, times.floor, low)
+    high = np.where(turning, times.duration + 2 * times.full + times.fixed, high)
+    plain = (kinds == "linear") & ~corner & ~stretches.open & ~turning
+    if known.said is not None:
+        at = plain[known.told]
+        low[known.told[at]], high[known.told[at]] = known.said.low[at], known.said.high[at]
+    return low, high
+
+
+def _waits(moves: RecordedMoves) -> Floats:
+    """(n,) [s] as programmed: the column wait_s, else what the simulation says."""
+    written = moves.covariates.get(_WAIT_COLUMN, np.full(len(moves), np.nan))
+    return np.asarray(np.where(np.isfinite(written), written, moves.sim))
+
+
+def _own(
+    known: Known, own: NDArray[np.bool_], said: NDArray[np.bool_], assumed: list[str], file: str
+) -> list[Diagnostic]:
+    """Rows of which the signature has learnt nothing: timed by olp's own model, their intervals are guesses."""
+    found = []
+    kinds = np.array(known.moves.kinds, dtype=object)
+    for kind, name in ((JOINT, "joint"), (CIRCULAR, "circular")):
+        own_law = np.zeros(len(kinds), dtype=bool)
+        if known.joints is not None:
+            own_law[known.joints.rows] = True
+        count = int(np.sum(said & (kinds == name) & ~own_law))
+        if count and kind not in known.parts:
+            says = (
+                f"{count} {name} moves: none were learnt, olp's own model times them, with a guessed interval"
+            )
+            found.append(info("H020", says, file=file))
+    corners = int(np.sum(known.stretches.ends_rolling & own))
+    if corners and (CORNER not in known.parts or known.parts[CORNER].law != known.law):
+        says = f"{corners} corners: the signature learnt none of this law ({known.law}), their intervals are guessed"
+        found.append(info("H020", says, file=file))
+    open_ends = int(np.sum(known.stretches.open & own))
+    if open_ends:
+        says = f"{open_ends} moves end in a corner and no row goes on: timed as stops, intervals wider"
+        found.append(info("H020", says, file=file))
+    return [*found, *(info("H020", f"assumed: {says}", file=file) for says in dict.fromkeys(assumed))]
+
+
+def _nothing(moves: RecordedMoves, nothing: NDArray[np.bool_], file: str) -> Diagnostic:
+    first = int(np.argmax(nothing))
+    says = (
+        f"{int(nothing.sum())} of {len(moves)} rows are not predicted, the first is move {moves.move[first]} "
+        f"({moves.kinds[first]})"
+    )
+    help = "a path needs points and speed_mm_s, a joint move joints (or points with angles), speed_pct and a robot"
+    return warning("H012", says, file=file, help=f"{help}; a wait its programmed time in sim_s or wait_s")
+
+
+def _outside(known: Known, told: Told | None, file: str) -> list[Diagnostic]:
+    """One note for all moves that are outside, with the commonest reason's first example."""
+    rows, reasons = (known.told, known.said.reasons if known.said else ())
+    if told is not None:
+        rows, reasons = told.rows, told.reasons
+    numbers = known.moves.move[rows].tolist() if reasons else []
+    far = [(number, reason) for number, reason in zip(numbers, reasons, strict=True) if reason]
+    if not far:
+        return []
+    kinds = Counter(reason.split(" ")[0] for _, reason in far)
+    number, reason = next(p for p in far if p[1].startswith(kinds.most_common(1)[0][0]))
+    often = f"{len(far)} of {len(numbers)} moves are outside what was learnt, their intervals are wider"
+    says = f"{often}: move {number}, {reason}"
+    return [info("H010", says, file=file)]

@@ -1,0 +1,107 @@
+"""Reads, plans and times one program with everything that a user may set: robot, model, law, signature."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from olp.core.diagnostic import OlpError
+
+if TYPE_CHECKING:
+    from olp.identification.signature import Signature
+    from olp.ir.program import Program
+    from olp.runtime.assumptions import Assumptions
+    from olp.runtime.plan import Plan
+    from olp.timing.timing import Timing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimingJob:
+    """How files are timed; everything a worker process needs. `acceleration` [m/s²], speed `override` [1]."""
+
+    robot: str | None = None
+    model: str | None = None
+    acceleration: float | None = None
+    encoding: str | None = None
+    assumptions: str | None = None  # path of an olp.toml, else the nearest one
+    max_steps: int = 2_000_000
+    cycles: int = 1
+    override: float | None = None
+    acceleration_law: str | None = None
+    signature: str | None = None  # path of a signature file
+
+
+def plan_and_time(path: str, job: TimingJob) -> Timing:
+    """Reads, plans and times one file. Raises OlpError when it cannot be read or planned at all."""
+    from olp.languages.read import read
+
+    return time_program(read(path, encoding=job.encoding), job)
+
+
+def time_program(program: Program, job: TimingJob, folder: str | os.PathLike[str] | None = None) -> Timing:
+    """Plans and times a program. `folder`: where what it calls stands, if not beside it.
+
+    Raises OlpError when it cannot be planned at all.
+    """
+    from olp.runtime.interpreter import run
+
+    plan = run(
+        program,
+        robot=job.robot,
+        folder=folder,
+        assumptions=_assumptions(job),
+        cycles=job.cycles,
+        max_steps=job.max_steps,
+    )
+    return time_plan_of(plan, job)
+
+
+def time_plan_of(plan: Plan, job: TimingJob) -> Timing:
+    """Times a plan as `job` says. Raises OlpError like `time_plan`."""
+    from olp.timing.timing import time_plan
+
+    signature = _signature(job.signature)
+    return time_plan(plan, job.model, job.acceleration, job.override, job.acceleration_law, signature)
+
+
+def check_job(job: TimingJob) -> None:
+    """Raises OlpError for a setting that would fail with every file: told once, before the first is read."""
+    if job.robot is not None:
+        from olp.robots.robot import load_robot
+
+        load_robot(job.robot)
+    if job.model is not None:
+        from olp.timing.motion import load_model
+
+        load_model(job.model)
+    _signature(job.signature)
+    if job.acceleration_law is not None:
+        from olp.timing.acceleration import load_law
+
+        load_law(job.acceleration_law)
+    if job.encoding is not None:
+        from olp.languages.read import check_encoding
+
+        check_encoding(job.encoding)
+    assumptions = _assumptions(job)
+    if assumptions is not None and not os.path.exists(assumptions.path):
+        raise OlpError(*assumptions.diagnostics)
+
+
+@lru_cache(maxsize=4)
+def _signature(path: str | None) -> Signature | None:
+    if path is None:
+        return None
+    from olp.identification.signature import read_signature
+
+    return read_signature(path)
+
+
+def _assumptions(job: TimingJob) -> Assumptions | None:
+    if job.assumptions is None:
+        return None
+    from olp.runtime.assumptions import load_assumptions
+
+    return load_assumptions(job.assumptions)

@@ -1,0 +1,1 @@
+"""The vendor-neutral program: expressions, statements, moves, points."""

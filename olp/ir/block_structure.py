@@ -1,0 +1,175 @@
+"""Pairs the block markers of a routine: where each IF, WHILE, FOR and SWITCH goes, and which labels exist."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from olp.core.diagnostic import Diagnostic, Span, error, warning
+from olp.ir.program import (
+    Break,
+    Case,
+    Continue,
+    Default,
+    Else,
+    ElseIf,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    If,
+    Jump,
+    Label,
+    Next,
+    Repeat,
+    Statement,
+    Switch,
+    Until,
+    While,
+)
+
+_OPENERS = {If: "IFTHEN", While: "WHILE", For: "FOR", Switch: "SWITCH", Repeat: "REPEAT"}
+_CLOSERS = {EndIf: If, EndWhile: While, Next: For, EndSwitch: Switch, Until: Repeat}
+_LOOPS = (While, For, Repeat)
+_BRANCHES = {ElseIf: If, Else: If, Case: Switch, Default: Switch}
+_CLOSER_WORD = {If: "ENDIF", While: "ENDWHILE", For: "NEXT", Switch: "ENDSWITCH", Repeat: "UNTIL"}
+
+
+@dataclass(slots=True)
+class ControlFlow:
+    """`after[i]`: for a marker at i the next marker of its block; for a closer its opener. `end[i]`: its closer.
+
+    `loop[i]`: for a Break or Continue at i the opener of its loop.
+    `labels`: name -> index in the body. `problems`: unpaired markers, unknown and repeated labels.
+    """
+
+    after: dict[int, int] = field(default_factory=dict)
+    end: dict[int, int] = field(default_factory=dict)
+    opener: dict[int, int] = field(default_factory=dict)
+    loop: dict[int, int] = field(default_factory=dict)
+    labels: dict[str, int] = field(default_factory=dict)
+    problems: list[Diagnostic] = field(default_factory=list)
+
+
+def pair(body: Sequence[Statement]) -> ControlFlow:
+    """The control flow of `body`. Never raises: what does not pair is a diagnostic in `problems`."""
+    flow = ControlFlow()
+    open_blocks: list[list[int]] = []  # indices of each open block's markers
+    jumps: list[Jump] = []
+    for index, statement in enumerate(body):
+        kind = type(statement)
+        if kind is Label:
+            _add_label(flow, body, index)
+        elif kind is Jump and isinstance(statement, Jump) and isinstance(statement.target, str):
+            jumps.append(statement)
+        elif kind in _OPENERS:
+            open_blocks.append([index])
+        elif kind is Break or kind is Continue:
+            _add_exit(flow, body, index, open_blocks)
+        elif kind in _BRANCHES or kind in _CLOSERS:
+            _continue_block(flow, body, index, open_blocks)
+    for markers in open_blocks:
+        opener = body[markers[0]]
+        _close(flow, markers, len(body))
+        word = _OPENERS[type(opener)]
+        flow.problems.append(
+            error(
+                "P110",
+                f"{word} is never closed",
+                Span(opener.line),
+                help=f"add {_CLOSER_WORD[type(opener)]} after its last statement",
+            )
+        )
+    flow.problems.extend(_missing_labels(jumps, flow))
+    return flow
+
+
+def _add_label(flow: ControlFlow, body: Sequence[Statement], index: int) -> None:
+    label = body[index]
+    assert isinstance(label, Label)
+    if label.name in flow.labels:
+        first = body[flow.labels[label.name]].line
+        flow.problems.append(
+            warning(
+                "P112",
+                f"label *{label.name} stands twice",
+                Span(label.line),
+                help=f"jumps go to the first one, in line {first}",
+            )
+        )
+        return
+    flow.labels[label.name] = index
+
+
+def _add_exit(flow: ControlFlow, body: Sequence[Statement], index: int, open_blocks: list[list[int]]) -> None:
+    loops = [markers[0] for markers in open_blocks if type(body[markers[0]]) in _LOOPS]
+    if loops:
+        flow.loop[index] = loops[-1]
+        return
+    word = type(body[index]).__name__.upper()
+    flow.problems.append(
+        error("P114", f"{word} outside of a loop", Span(body[index].line), help="remove it, or open a loop")
+    )
+
+
+def _continue_block(
+    flow: ControlFlow, body: Sequence[Statement], index: int, open_blocks: list[list[int]]
+) -> None:
+    kind = type(body[index])
+    closes = kind in _CLOSERS
+    wanted = _CLOSERS[kind] if closes else _BRANCHES[kind]
+    # A marker of an outer block means that the inner ones were never closed: those are reported at the end.
+    depth = next(
+        (d for d in range(len(open_blocks) - 1, -1, -1) if _opens(body, open_blocks[d], wanted)), None
+    )
+    if depth is None:
+        word = kind.__name__.upper()
+        flow.problems.append(
+            error(
+                "P111",
+                f"{word} without {_OPENERS[wanted]}",
+                Span(body[index].line),
+                help="remove it, or open the block",
+            )
+        )
+        return
+    for markers in open_blocks[depth + 1 :]:
+        opener = body[markers[0]]
+        word = _OPENERS[type(opener)]
+        flow.problems.append(
+            error(
+                "P110", f"{word} is never closed", Span(opener.line), help=f"add {_CLOSER_WORD[type(opener)]}"
+            )
+        )
+        _close(flow, markers, index)
+    del open_blocks[depth + 1 :]
+    markers = open_blocks[depth]
+    markers.append(index)
+    if closes:
+        open_blocks.pop()
+        _close(flow, markers, index)
+
+
+def _opens(body: Sequence[Statement], markers: list[int], wanted: type) -> bool:
+    return type(body[markers[0]]) is wanted
+
+
+def _close(flow: ControlFlow, markers: list[int], end: int) -> None:
+    for marker, following in zip(markers, [*markers[1:], end], strict=True):
+        flow.after[marker] = following
+        flow.end[marker] = end
+        flow.opener[marker] = markers[0]
+
+
+def _missing_labels(jumps: list[Jump], flow: ControlFlow) -> list[Diagnostic]:
+    known = ", ".join(f"*{name}" for name in list(flow.labels)[:8]) or "none"
+    return [
+        error(
+            "P113",
+            f"label *{jump.target} does not exist",
+            Span(jump.line),
+            help=f"labels of this job: {known}",
+        )
+        for jump in jumps
+        if jump.target not in flow.labels
+    ]

@@ -1,0 +1,266 @@
+"""What is computed: variables, signals, arithmetic and conditions, without any vendor's words.
+
+Nodes are frozen values; two programs that compute the same have equal nodes. Evaluation lives in the
+interpreter, spelling in the vendors' templates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import NamedTuple
+
+from olp.core.fast_dataclass import fast_init
+
+
+class Store(StrEnum):
+    """The kind of a variable: what it can hold."""
+
+    BYTE = "byte"  # 0..255
+    INTEGER = "integer"  # 16 bit, signed
+    DOUBLE = "double"  # 32 bit integer, signed
+    REAL = "real"  # floating point
+    STRING = "string"
+    ROBOT = "robot"  # position of a robot
+    BASE = "base"  # position of the track that carries a robot
+    STATION = "station"  # position of a positioner
+    SYSTEM = "system"  # robot, base and station together
+
+
+POSITION_STORES = frozenset({Store.ROBOT, Store.BASE, Store.STATION, Store.SYSTEM})
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A literal. `value` keeps int and float apart, because integer arithmetic differs."""
+
+    value: int | float
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A string literal, without its quotes."""
+
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A signal's literal state, on or off."""
+
+    on: bool
+
+
+@fast_init
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable by kind and index. `name` is the alias it was written with; it does not take part in equality."""
+
+    store: Store
+    index: Expression
+    local: bool = False
+    name: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Taught:
+    """A position taught inside the routine (INFORM C, BC, EC): `store` says of what, `number` which."""
+
+    store: Store
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """One element of a position variable: 1..3 x y z, 4..6 rx ry rz, 7 the extra axis; or an axis of pulses."""
+
+    variable: Position
+    index: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """An input, output, group or register: `bus` is the vendor-neutral name (`in`, `out`, `in-group` ...)."""
+
+    bus: str
+    index: Expression  # a number, or a Text where the language names its signals
+    part: str = ""  # "low" or "high" half of a register
+
+
+@dataclass(frozen=True, slots=True)
+class SystemValue:
+    """A value that only the controller knows: current position, the last returned value, an alarm number."""
+
+    name: str
+    index: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """The n-th argument (from 1) that the caller passed."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRef:
+    """A coordinate system: kind is base, robot, user, tool, master-tool or own; user frames and tools have a number.
+
+    "own": that of the value itself, pulses for a pulse position (a relative move that names no frame).
+    """
+
+    kind: str
+    number: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    operator: str  # "-" or "not"
+    operand: Expression
+
+
+@fast_init
+@dataclass(frozen=True, slots=True)
+class Binary:
+    operator: str  # + - * / and or xor mod
+    left: Expression
+    right: Expression
+
+
+@fast_init
+@dataclass(frozen=True, slots=True)
+class Compare:
+    operator: str  # = <> < > <= >=
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Logic:
+    """`first op second op third …`, evaluated strictly from left to right as controllers do (no precedence)."""
+
+    first: Expression
+    rest: tuple[tuple[str, Expression], ...]  # ("and" | "or", condition)
+
+
+@fast_init
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A built-in: sqrt, pose-product, pose-inverse, convert, tool-data, step-position, parameter …"""
+
+    name: str
+    arguments: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """A name that nothing defines, kept as written."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A variable by its name, in the spelling of its declaration: languages without cases fold it while reading."""
+
+    name: str
+
+
+@fast_init
+@dataclass(frozen=True, slots=True)
+class Item:
+    """An element of an array or of joint values; indices count from 1, whatever the language counts from."""
+
+    base: Expression
+    indices: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A component of a record. Of a position: x y z [mm], rx ry rz [deg], R = Rz(rz) Ry(ry) Rx(rx), e1 .. e6."""
+
+    base: Expression
+    name: str
+
+
+@fast_init
+@dataclass(frozen=True, slots=True)
+class PositionLiteral:
+    """A position written out where it is used, or as the value of a declaration.
+
+    `kind` "pose": `values` x y z [m], rx ry rz [rad] as `PointKind.POSE`; "joint": axis values [rad], slides [m]. nan:
+    not written, that component stays as it is. `external`: further axes as written [mm or deg], nan: not connected.
+    `configuration`, `sectors`: arm flags as in `PointState`. `native`: what else was written, for the same language.
+    """
+
+    kind: str
+    values: tuple[float, ...]
+    external: tuple[float, ...] = ()
+    configuration: tuple[int, ...] = ()
+    native: tuple[tuple[str, str], ...] = field(default=(), compare=False)
+    sectors: tuple[tuple[int, float, float], ...] = ()
+
+
+@fast_init
+@dataclass(frozen=True, slots=True)
+class RecordLiteral:
+    """A structure's value: (member, value) in order of writing; an array has members without names."""
+
+    type: str
+    members: tuple[tuple[str, Expression], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CallValue:
+    """What a routine of the program returns."""
+
+    routine: str
+    arguments: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class NamedArgument:
+    """An argument passed by its name; `value` None: a switch that is given."""
+
+    name: str
+    value: Expression | None = None
+
+
+class Quantity(NamedTuple):
+    """A number with a unit: SI value = value of `written` times `scale` (SI per written unit)."""
+
+    written: Expression
+    scale: float
+
+    @property
+    def literal(self) -> float | None:
+        """The SI value when it is written out, None when a variable decides."""
+        return self.written.value * self.scale if type(self.written) is Number else None
+
+
+Position = Taught | Variable | Unknown  # what INFORM moves to; other languages move to any expression
+Expression = (
+    Number
+    | Text
+    | State
+    | Variable
+    | Taught
+    | Element
+    | Signal
+    | SystemValue
+    | Argument
+    | FrameRef
+    | Unary
+    | Binary
+    | Compare
+    | Logic
+    | Function
+    | Unknown
+    | Named
+    | Item
+    | Member
+    | PositionLiteral
+    | RecordLiteral
+    | CallValue
+    | NamedArgument
+)

@@ -1,0 +1,259 @@
+"""Rewrites expressions wherever they stand: in statements, quantities, speeds, blends, literals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any, Final, TypeVar, cast, get_args
+
+from olp.core.fast_dataclass import changer
+from olp.ir.expressions import (
+    Expression,
+    FrameRef,
+    Function,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    State,
+    SystemValue,
+    Taught,
+    Text,
+)
+from olp.ir.moves import Acceleration, Blend, Move, SetBlend, SetSpeed, Speed
+from olp.ir.program import Declare
+
+T = TypeVar("T")
+_changed_move: Final = changer(Move)
+_changed_declare: Final = changer(Declare)
+Change = Callable[[Expression], Expression]
+
+EXPRESSIONS: Final = frozenset(get_args(Expression))
+_LEAVES: Final = frozenset({Number, State, Taught, Text, Named, PositionLiteral, SystemValue})
+_MEASURED: Final = frozenset({Speed, Blend, Acceleration})
+# Of statements and expressions that hold further ones: the names of the fields that may.
+_FIELDS: dict[type, tuple[str, ...]] = {}
+_PLAIN: Final = frozenset(
+    {"line", "comment", "spelling", "path", "operator", "name", "store", "native", "other"}
+)
+
+
+def mapped(node: T, change: Change) -> T:
+    """`node` with `change` done to every expression in it, inner ones first. The same object where nothing changes.
+
+    Numbers that are written out as a quantity (a speed, a time) are left alone.
+    """
+    return cast(T, _mapped(node, change))
+
+
+def _mapped(node: Any, change: Change) -> Any:
+    kind = type(node)
+    if kind in _LEAVES:
+        return change(node)
+    if kind is Move and is_usual(node):
+        return _mapped_move(node, change)
+    if kind is Declare and type(node.value) in _LEAVES and not node.sizes:
+        value = change(node.value)
+        return node if value is node.value else _changed_declare(node, {"value": value})
+    if kind is Function:
+        arguments = _sequence(node.arguments, change)
+        return change(node if arguments is node.arguments else Function(node.name, arguments))
+    if kind is FrameRef and (node.number is None or type(node.number) is Number):
+        return change(node)
+    if (kind is SetSpeed or kind is SetBlend) and sets_numbers(node):
+        return node  # of those, too
+    if kind is tuple:
+        return _sequence(node, change)
+    if kind in _MEASURED and (node.value is None or type(node.value.written) is Number):
+        return node  # a speed or blend that is written out: there are as many as moves
+    if kind is Quantity and type(node.written) is Number:
+        return node
+    names = _FIELDS.get(kind)
+    if names is None:
+        names = _FIELDS[kind] = _field_names(kind)
+    if not names:
+        return change(node) if kind in EXPRESSIONS else node
+    changed: dict[str, Any] | None = None
+    for name in names:
+        old = getattr(node, name)
+        if old is None:
+            continue
+        new = _mapped(old, change)
+        if new is not old:
+            changed = changed or {}
+            changed[name] = new
+    if changed is not None:
+        node = replaced(node, changed)
+    return change(node) if kind in EXPRESSIONS else node
+
+
+def _mapped_move(s: Move, change: Change) -> Move:
+    """A move without anything rare, as nearly all are."""
+    changes: dict[str, Any] = {}
+    targets = s.targets
+    if len(targets) == 1 and type(targets[0]) in _LEAVES:
+        if (target := change(targets[0])) is not targets[0]:
+            changes["targets"] = (target,)
+    elif (new := _sequence(targets, change)) is not targets:
+        changes["targets"] = new
+    if (tool := s.tool) is not None:
+        seen: Any = change(tool) if type(tool) is Named else _mapped(tool, change)
+        if seen is not tool:
+            changes["tool"] = seen
+    if (frame := s.frame) is not None:
+        seen = change(frame) if type(frame) is Named else _mapped(frame, change)
+        if seen is not frame:
+            changes["frame"] = seen
+    if (
+        (speed := s.speed) is not None
+        and type(speed.value.written) is not Number
+        and (new := _mapped(speed, change)) is not speed
+    ):
+        changes["speed"] = new
+    if (
+        (blend := s.blend) is not None
+        and blend.value is not None
+        and type(blend.value.written) is not Number
+        and (new := _mapped(blend, change)) is not blend
+    ):
+        changes["blend"] = new
+    return _changed_move(s, changes) if changes else s
+
+
+def edited(s: Move, changes: dict[str, Any]) -> Move:
+    """A move with some fields replaced, several times as fast as `dataclasses.replace`: there are as many as moves."""
+    return _changed_move(s, changes)
+
+
+def is_usual(s: Move) -> bool:
+    """Whether a move has nothing beside targets, speed, blend, tool, frame and numbers that are written out."""
+    if (
+        s.parts
+        or s.other
+        or s.via is not None
+        or s.deceleration is not None
+        or s.relative is not None
+        or s.search is not None
+        or s.until is not None
+        or s.arc is not None
+        or s.offset is not None
+        or s.tool_offset is not None
+    ):
+        return False
+    turn, rate, share = s.turn, s.rate, s.acceleration
+    return (
+        (turn is None or type(turn.written) is Number)
+        and (rate is None or type(rate.value.written) is Number)
+        and (share is None or type(share.written) is Number)
+    )
+
+
+def is_written_out(s: Move) -> bool:
+    """Whether a move goes to one place, a name at most, and all else of it is numbers that are written out."""
+    tool, frame, speed, blend = s.tool, s.frame, s.speed, s.blend
+    return (
+        len(s.targets) == 1
+        and type(s.targets[0]) in _LEAVES
+        and (speed is None or type(speed.value.written) is Number)
+        and (blend is None or blend.value is None or type(blend.value.written) is Number)
+        and (
+            tool is None or (type(tool) is FrameRef and (tool.number is None or type(tool.number) is Number))
+        )
+        and (
+            frame is None
+            or (type(frame) is FrameRef and (frame.number is None or type(frame.number) is Number))
+        )
+        and is_usual(s)
+    )
+
+
+def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
+    for at, item in enumerate(node):
+        new = change(item) if type(item) in _LEAVES else _mapped(item, change)
+        if new is not item:
+            return (*node[:at], new, *[_mapped(later, change) for later in node[at + 1 :]])
+    return node
+
+
+def replaced(node: Any, changed: dict[str, Any]) -> Any:
+    """A dataclass or named tuple with some fields replaced."""
+    if type(node) is Move:
+        return edited(node, changed)
+    if type(node) is Declare:
+        return _changed_declare(node, changed)
+    if hasattr(node, "_replace"):
+        return node._replace(**changed)
+    values = {name: changed.get(name, getattr(node, name)) for name in type(node).__slots__}
+    return type(node)(**values)
+
+
+def _field_names(kind: type) -> tuple[str, ...]:
+    if hasattr(kind, "_fields"):
+        return tuple(kind._fields)
+    if not hasattr(kind, "__dataclass_fields__"):
+        return ()
+    return tuple(
+        f.name for f in fields(kind) if f.name == "other" or (f.name not in _PLAIN and f.type not in _ATOMS)
+    )
+
+
+_ATOMS: Final = frozenset(
+    {"str", "int", "float", "bool", "tuple[float, ...]", "tuple[int, ...]", "tuple[tuple[str, str], ...]"}
+)
+
+
+def expressions_of(node: object) -> list[Expression]:
+    """Every expression in a statement or expression, inner ones first."""
+    found: list[Expression] = []
+
+    def note(expression: Expression) -> Expression:
+        found.append(expression)
+        return expression
+
+    _mapped(node, note)
+    return found
+
+
+def note_names(node: Any, found: set[str]) -> None:
+    """Adds every variable that a statement or expression names."""
+    kind = type(node)
+    if kind is Named:
+        found.add(node.name)
+    elif kind is Move and is_usual(node):
+        for e in (*node.targets, node.tool, node.frame):
+            if type(e) is Named:
+                found.add(e.name)
+            elif e is not None and not (
+                type(e) is FrameRef and (e.number is None or type(e.number) is Number)
+            ):
+                note_names(e, found)
+        speed, blend = node.speed, node.blend
+        if speed is not None and type(speed.value.written) is not Number:
+            note_names(speed.value.written, found)
+        if blend is not None and blend.value is not None and type(blend.value.written) is not Number:
+            note_names(blend.value.written, found)
+    elif kind is Function:
+        for e in node.arguments:
+            note_names(e, found)
+    elif kind is Declare and type(node.value) in _LEAVES and not node.sizes:
+        if type(node.value) is Named:
+            found.add(node.value.name)
+    elif kind not in _LEAVES and not sets_numbers(node):
+        found.update([e.name for e in expressions_of(node) if type(e) is Named])
+
+
+def sets_numbers(s: object) -> bool:
+    """Whether a statement sets modal speeds or blends to numbers that are written out, and does nothing else."""
+    parts: tuple[Speed | Blend, ...]
+    if type(s) is SetSpeed and s.turn is None:
+        parts = s.speeds
+    elif type(s) is SetBlend:
+        parts = s.blends
+    else:
+        return False
+    return not [p for p in parts if p.value is not None and type(p.value.written) is not Number]
+
+
+def calls_nothing(s: object) -> bool:
+    """Whether a statement is a move to a plain target, so that no call and no computation is in it."""
+    return type(s) is Move and type(s.targets[0]) in _LEAVES and is_usual(s)

@@ -1,9 +1,0 @@
-"""INFORM: the controller writes the lines; only blanks at their ends go."""
-
-from __future__ import annotations
-
-from olp.language.layout.layout import Layout
-
-
-class Inform(Layout):
-    """Indentation is the controller's: a blank and a tab per step."""

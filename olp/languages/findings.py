@@ -1,0 +1,78 @@
+"""Collects what is to be told about a file; findings that repeat are counted instead of listed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from olp.core.diagnostic import Diagnostic, Severity, Span
+from olp.core.source import Source
+from olp.ir.program import LineKind
+
+
+class Findings:
+    """`kinds`: one LineKind per line of the source, filled by all readers."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.kinds = bytearray(len(source.lines))
+        self._found: list[Diagnostic] = []
+        self._repeated: dict[tuple[str, str], tuple[int, int]] = {}
+
+    def add(self, severity: Severity, code: str, message: str, span: Span, help: str = "") -> None:
+        """One finding; an error marks its line."""
+        if severity is Severity.ERROR and 0 < span.line <= len(self.kinds):
+            self.kinds[span.line - 1] = LineKind.ERROR
+        self._found.append(
+            Diagnostic(
+                code,
+                message,
+                severity,
+                self.source.path,
+                span.line,
+                span.column,
+                span.end_column,
+                help,
+                self.source.line(span.line),
+            )
+        )
+
+    def error(self, code: str, message: str, span: Span, help: str = "") -> None:
+        self.add(Severity.ERROR, code, message, span, help)
+
+    def warning(self, code: str, message: str, span: Span, help: str = "") -> None:
+        self.add(Severity.WARNING, code, message, span, help)
+
+    def info(self, code: str, message: str, span: Span, help: str = "") -> None:
+        self.add(Severity.INFO, code, message, span, help)
+
+    def once(self, severity: Severity, code: str, key: str, message: str, span: Span, help: str = "") -> None:
+        """A finding told at its first place only, with the number of its places."""
+        known = self._repeated.get((code, key))
+        if known is not None:
+            if severity is Severity.ERROR:
+                self.kinds[span.line - 1] = LineKind.ERROR
+            self._repeated[code, key] = (known[0], known[1] + 1)
+            return
+        self._repeated[code, key] = (len(self._found), 1)
+        self.add(severity, code, message, span, help)
+
+    def extend(self, diagnostics: list[Diagnostic]) -> None:
+        """Findings of others about whole lines: file and text are filled in."""
+        for one in diagnostics:
+            self.add(one.severity, one.code, one.message, self.whole_line(one.line), one.help)
+
+    def whole_line(self, number: int) -> Span:
+        """The text of a line, without the blanks around it."""
+        text = self.source.line(number)
+        start = len(text) - len(text.lstrip()) + 1
+        return Span(number, start, max(len(text.rstrip()), start) + 1)
+
+    def result(self) -> tuple[Diagnostic, ...]:
+        """All findings in the order of the text."""
+        found = list(self._found)
+        for place, count in self._repeated.values():
+            if count > 1:
+                first = found[place]
+                lines = "once more" if count == 2 else f"in {count - 1} more lines"
+                found[place] = replace(first, message=f"{first.message} (and {lines})")
+        return tuple(sorted(found, key=lambda one: one.line))

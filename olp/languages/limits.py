@@ -1,0 +1,194 @@
+"""What a language can say and how long its words may be, one value per language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from math import inf
+from typing import Final
+
+from olp.core.diagnostic import OlpError, error
+from olp.ir.expressions import Store
+from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
+
+Range = tuple[float, float]
+_SAME: Final = 1e-6  # relative: so far outside, a number is still within
+
+
+def within(value: float, bounds: Range) -> float:
+    """The nearest number that `bounds` hold; `value` itself where they hold it."""
+    low, high = bounds
+    if low * (1.0 - _SAME) <= value <= high * (1.0 + _SAME):
+        return value
+    return low if value < low else high
+
+
+def range_text(bounds: Range, scale: float, unit: str) -> str:
+    """What bounds say, in `unit` (SI per unit: `scale`): the reason of a number that is not the source's."""
+    low, high = (float(f"{bound / scale:.6g}") for bound in bounds)
+    return f"only {low:g} to {high:g} {unit} can be said"
+
+
+@dataclass(frozen=True, slots=True)
+class Registers:
+    """Variables and points that have numbers and no names.
+
+    `stores`: the kind of variable that holds a type; `letters`: what the kinds are called. `variable`, `point`: how
+    a variable (of its letter and number) and a taught point are spelt in the receipt. `first_point`: the number of a
+    file's first taught point.
+    `steps`: positions are computed by statements, element by element, from variables whose beginning the file holds;
+    else within expressions, from registers. `comments`: comments say which name is which variable; else points have
+    names. `joint_elements`: the loss where one joint value is asked for, "" where it can be had. `real_index`: a
+    fraction may number a variable. `elements`: the elements of a position are numbered integers in 0.001 mm and
+    0.0001 deg. `framed`: a routine begins and ends with words of its own, and states its control group.
+    """
+
+    stores: Mapping[str, Store]
+    letters: Mapping[Store, str]
+    variable: str
+    point: str
+    first_point: int
+    steps: bool = False
+    comments: bool = False
+    joint_elements: str = ""
+    real_index: bool = True
+    elements: bool = False
+    framed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ValueTypes:
+    """A language that takes no value of another type.
+
+    `signals_are_states`: a signal in an expression is a state, else a number. `persistent_systems`: tools and frames
+    are data of a module.
+    """
+
+    signals_are_states: bool
+    persistent_systems: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """One language, as its manual bounds it. Lengths in characters, 0: no bound.
+
+    `numbered`: how many variables of a kind there are where they have numbers and no names ({}: variables have
+    names). `points`: how many taught points a file holds. `joint_speeds`, `path_speeds`, `blends`,
+    `accelerations`: kinds that a single move can name. `modal_speed`: moves name no speed, a variable holds it.
+    `tool_and_frame`: "move" (named by each), "modal" (a statement or variable before), "point" (taught with it),
+    "tool" (a statement before for the tool; targets are in the base).
+    """
+
+    routine_name: int
+    variable_name: int
+    label_name: int
+    line: int
+    comment: int
+    points: int
+    statements: int
+    joint_speeds: frozenset[SpeedUnit]
+    path_speeds: frozenset[SpeedUnit]
+    blends: frozenset[BlendKind]
+    accelerations: frozenset[AccelerationUnit]
+    modal_speed: bool
+    tool_and_frame: str
+    names: str = r"[A-Za-z_][A-Za-z0-9_]*"  # pattern of routine and variable names
+    case_sensitive: bool = False
+    numbered: Mapping[Store, int] = field(default_factory=dict)
+    has_goto: bool = True
+    has_if: bool = True
+    has_while: bool = True
+    has_repeat: bool = True
+    has_for: bool = True
+    has_break: bool = True
+    has_continue: bool = False
+    has_switch: bool = True
+    has_functions: bool = True  # routines that return a value within an expression
+    has_parameters: bool = True
+    nested_expressions: bool = True  # more than one operator in an expression
+    one_routine_per_file: bool = False
+    has_data_files: bool = False  # files of data alone, which programs beside them use
+    reserved: frozenset[str] = frozenset()  # words that no name may be, upper case
+    external_axes: int = 6
+    joint_blends: frozenset[BlendKind] | None = None  # of joint moves, where they differ
+    has_override: bool = True  # a statement that scales all speeds
+    has_elseif: bool = True
+    has_endless: bool = True  # a WHILE whose condition always holds
+    has_relative: bool = True  # a move by an offset from where the arm stands
+    nested_logic: bool = True  # AND and OR in parentheses
+    for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
+    has_configuration: bool = True  # a pose can say how the arm stands
+    speed_steps: Mapping[SpeedUnit, float] = field(default_factory=dict)  # the finest that is written, SI
+    speed_ranges: Mapping[SpeedUnit, Range] = field(default_factory=dict)  # what is taken, SI
+    largest_turning: float = inf  # that a move can bound its turning to [rad/s]
+    acceleration_range: Range = (0.0, inf)  # of a share of the rated acceleration
+    largest_rates: Mapping[AccelerationUnit, float] = field(default_factory=dict)  # [m/s², rad/s²]
+    blend_ranges: Mapping[BlendKind, Range] = field(
+        default_factory=dict
+    )  # of those that are no exact stop, SI
+    acceleration_step: float = 0.0  # of a share of the rated acceleration; 0: any
+    unprogrammed_acceleration: str = ""  # the note where the language's own default is not the rated one
+    radius_step: float = 0.0  # of a blend [m]; 0: any
+    bounds_turning: bool = False  # a move can bound how fast the tool turns
+    pulse: float = 0.0  # [s] of a pulse that names no time; 0: each names one
+    longest_pulse: float = 0.0  # [s]; 0: no bound
+    blends_may_overlap: bool = True  # the controller cuts two that meet; else it leaves a point out
+    comment_swaps: Mapping[str, str] = field(
+        default_factory=dict
+    )  # what no comment or message holds -> what does
+    registers: Registers | None = None  # of a language with numbered variables
+    # Moves
+    separate_deceleration: bool = False  # a move can brake otherwise than it speeds up
+    chained_arcs: bool = False  # an arc is a chain of moves, each to one of its points
+    native_offsets: frozenset[str] = (
+        frozenset()
+    )  # "relative" (to where the arm stands), "offset" (to the target)
+    has_shift: bool = False  # a statement that shifts all following targets
+    computed_turns: bool = True  # an offset may turn by a computed angle
+    near_joints: bool = False  # a pose can be given with joint values near which it is reached
+    watches_flags: bool = False  # a statement says whether joint moves obey the arm flags
+    no_external_axes: str = ""  # why positions have no external axes, "" where they have
+    joint_values_note: str = ""  # to joint values of another maker's robot that does not couple axes 2 and 3
+    # Tools, frames, signals
+    named_frames: bool = True  # variables hold tools and frames
+    frame_numbers: Mapping[str, int] = field(
+        default_factory=dict
+    )  # the largest of "tool" and "user"; {}: none
+    frame_functions: bool = False  # tools and frames are set by functions of their number
+    first_signal: int = 0
+    position_read_in: str = (
+        "named"  # a reading of the position names tool and frame; "base", "move": what counts else
+    )
+    # Values and routines
+    array_literals: bool = False  # [1, 2, 3] is a value
+    pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
+    value_types: ValueTypes | None = None  # None: types need not fit
+    has_integers: bool = False  # numbers that are whole by their type
+    integer_type: str = (
+        ""  # the only type that loops count and index with, to which an assignment rounds; "": any
+    )
+    register_arguments: bool = False  # functions take variables only, and no sign stands before one
+    variable_scales: Mapping[float, float] = field(
+        default_factory=dict
+    )  # SI per unit of a literal -> of a variable
+    ordered_arguments: bool = False  # arguments have their place and nothing else: all must be there
+    reference_parameters: bool = False  # a routine may change what it is handed
+    returned_parameters: bool = False  # what a routine changes can come back as its value
+    conditional_statements: bool = False  # jumps and calls may have a condition of their own
+    tasks: int = 0  # how many parallel tasks there are where they have fixed names; 0: any name
+    task_name: str = ""  # of such a task, of its number
+    wait_poll: float = (
+        0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
+    )
+    data_beside: bool = False  # data go into a file beside the program: the writer takes `pair`
+
+
+def limits_of(vendor: str) -> Limits:
+    """The limits of a language. Raises OlpError (X010) for one that cannot be written."""
+    try:
+        limits = import_module(f"olp.languages.vendors.{vendor}.limits").LIMITS
+    except ModuleNotFoundError:
+        raise OlpError(error("X010", f"olp cannot write '{vendor}'")) from None
+    assert isinstance(limits, Limits)
+    return limits

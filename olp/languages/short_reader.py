@@ -1,0 +1,267 @@
+"""What the short readers share: one line at a time through a grammar, what it refuses kept, everything told."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from lark import Token, Transformer
+
+from olp.core.diagnostic import Severity, Span
+from olp.core.source import Source
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
+    Binary,
+    Expression,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+)
+from olp.ir.program import LineKind, Opaque, Program, Statement
+from olp.languages.findings import Findings
+from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, expected, give_up
+
+if TYPE_CHECKING:
+    from lark.exceptions import UnexpectedInput
+
+_MOST_CHARACTERS: Final = 4096
+_MOST_OPERATORS: Final = 100  # of one line: what is nested deeper is no program
+_OPERATORS: Final = "+-*/([{:"
+_LONG_NUMBER = re.compile(r"\d{19,}")
+_WORD = re.compile(r"[^\s(,;:=]+")
+
+
+class Codes(NamedTuple):
+    """The codes of one language."""
+
+    broken: str  # a line of a known kind that cannot be understood
+    opaque: str  # kept, not modelled
+    long: str  # longer than any controller takes
+    block: str  # blocks and labels that do not pair
+    unreadable: str  # no text of this language
+    move: str  # a move that is kept and not modelled
+
+
+class NotModelledError(Exception):
+    """A line that is understood and has no place in the neutral program."""
+
+
+@lru_cache(maxsize=16)
+def parser(language: str) -> Grammar:
+    """The language's parser, built once per process from grammars/<language>.lark."""
+    return Grammar(language)
+
+
+class LineParser:
+    """Understands the lines of one program. `known`: first words, upper case, that the grammar takes.
+
+    `moves`: first words of moves, a line of which is never left out without a warning.
+    """
+
+    def __init__(
+        self,
+        findings: Findings,
+        language: str,
+        rules: Transformer[Token, Any],
+        codes: Codes,
+        known: frozenset[str],
+        moves: frozenset[str] = frozenset(),
+    ) -> None:
+        self.findings, self.codes, self.broken = findings, codes, 0
+        self._language, self._rules, self._known, self._moves = language, rules, known, moves
+
+    def parse(self, text: str, number: int) -> list[Any]:
+        """What the instruction in line `number` stands for; empty where it is broken. Never raises."""
+        from lark.exceptions import UnexpectedInput, VisitError
+
+        self.findings.kinds[number - 1] = LineKind.STATEMENT
+        if self._too_much(text, number):
+            return []
+        try:
+            found = self._rules.transform(parser(self._language).parse(text))
+        except UnexpectedInput as refused:
+            return self._refused(text, number, refused)
+        except VisitError as problem:
+            if isinstance(problem.orig_exc, BrokenLineError):
+                self._tell(text, number, problem.orig_exc.message, 1, problem.orig_exc.wanted)
+                return []
+            if isinstance(problem.orig_exc, NotModelledError):
+                return [self.opaque(text, number)]
+            raise
+        return [placed(one, number) for one in (found if isinstance(found, list) else [found])]
+
+    def opaque(self, text: str, number: int) -> Opaque:
+        """The line word for word, which is told once per instruction."""
+        word = _first_word(text)
+        self.findings.kinds[number - 1] = LineKind.OPAQUE
+        span = self.findings.whole_line(number)
+        if word in self._moves:
+            message = f"the move {word} is kept but not modelled: it is left out of the plan"
+            help = "write it with a target, or add its time as a wait"
+            self.findings.once(Severity.WARNING, self.codes.move, word, message, span, help)
+        else:
+            message, help = f"{word[:40]} is kept but not modelled", "its effect on the time is unknown"
+            self.findings.once(Severity.INFO, self.codes.opaque, word, message, span, help)
+        return Opaque(number, text)
+
+    def _refused(self, text: str, number: int, refused: UnexpectedInput) -> list[Any]:
+        if _first_word(text) not in self._known:
+            return [self.opaque(text, number)]
+        column = refused.column if 0 < (refused.column or 0) <= len(text) else len(text) + 1
+        match = _WORD.match(text, column - 1)
+        word = match[0] if match else text[column - 1 : column]
+        said = f"'{word[:40]}' is not expected here" if word else "the line ends too early"
+        self._tell(text, number, said, column, wanted_by(refused))
+        return []
+
+    def _too_much(self, text: str, number: int) -> bool:
+        span = self.findings.whole_line(number)
+        if self.broken >= MOST_BROKEN:
+            give_up(self.findings, self.codes.long, span)
+            return True
+        operators = sum(map(text.count, _OPERATORS)) if len(text) > _MOST_OPERATORS else 0
+        if len(text) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS and not _LONG_NUMBER.search(text):
+            return False
+        self.broken += 1
+        help = f"at most {_MOST_CHARACTERS} characters, {_MOST_OPERATORS} operators and 18 digits are read"
+        self.findings.error(self.codes.long, "this is longer than any controller takes", span, help)
+        return True
+
+    def _tell(self, text: str, number: int, message: str, column: int, wanted: str) -> None:
+        self.broken += 1
+        start = self.findings.source.line(number).find(text)
+        match = _WORD.match(text, column - 1)
+        end = start + column + (len(match[0]) if match else 1)
+        # A statement of several lines is joined: only its first line can be shown.
+        span = Span(number, start + column, end) if start >= 0 else self.findings.whole_line(number)
+        help = f"expected {wanted}" if wanted else ""
+        self.findings.error(self.codes.broken, message, span, help)
+
+
+def words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+def with_comment(statement: Any, comment: str) -> Any:
+    """The statement with what stands behind it; one that holds its whole text keeps that."""
+    return replace(statement, comment=comment) if hasattr(statement, "comment") else statement
+
+
+def placed(one: Any, number: int) -> Any:
+    """A statement with its line; anything else as it is."""
+    return replace(one, line=number) if hasattr(one, "line") else one
+
+
+def wanted_by(refused: UnexpectedInput) -> str:
+    """What the grammar would have taken, in words."""
+    names = expected(refused)
+    words = sorted(name.lower().replace("_", " ").strip() for name in names if not name.startswith("$"))
+    return ", ".join(words[:6]) + (" …" if len(words) > 6 else "")
+
+
+def _first_word(text: str) -> str:
+    match = _WORD.match(text)
+    return match[0].upper() if match else text[:1]
+
+
+def is_readable(findings: Findings, codes: Codes, mark: re.Pattern[str], what: str) -> bool:
+    """Whether the file is text of this language; if not, one error says so."""
+    source = findings.source
+    if source.encoding.startswith("utf-16") or b"\0" in source.raw:
+        message = "this is no program text but binary or UTF-16"
+    elif not source.raw.strip():
+        message = "the file is empty"
+    elif not any(mark.search(line) for line in source.lines):
+        message = f"this is no {what} program"
+    else:
+        return True
+    findings.error(codes.unreadable, message, Span(0), "save the program as plain text")
+    for number, line in enumerate(source.lines):
+        findings.kinds[number] = LineKind.ERROR if line.strip() else LineKind.BLANK
+    return False
+
+
+def unreadable(vendor: str, source: Source, findings: Findings) -> Program:
+    return Program(vendor, source, (), findings.result(), bytes(findings.kinds))
+
+
+def check_blocks(findings: Findings, body: Sequence[Statement], code: str) -> None:
+    """Tells blocks and labels that do not pair, in the words of `olp.ir.block_structure`."""
+    from olp.ir.block_structure import pair
+
+    for problem in pair(body).problems:
+        span = findings.whole_line(problem.line) if problem.line else Span(0)
+        tell = findings.error if problem.is_error else findings.warning
+        tell(code, problem.message.replace("*", ""), span, problem.help.replace("*", ""))
+
+
+def zyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) -> PositionLiteral:
+    """A pose from x y z [mm] and R = Rz(a) Ry(e) Rz(r) [deg]."""
+    a, e, r = (v * deg for v in values[3:6])
+    ca, sa, ce, se, cr, sr = math.cos(a), math.sin(a), math.cos(e), math.sin(e), math.cos(r), math.sin(r)
+    matrix = (
+        (ca * ce * cr - sa * sr, -ca * ce * sr - sa * cr, ca * se),
+        (sa * ce * cr + ca * sr, -sa * ce * sr + ca * cr, sa * se),
+        (-se * cr, se * sr, ce),
+    )
+    return _pose(values, matrix, native)
+
+
+def xyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) -> PositionLiteral:
+    """A pose from x y z [mm] and R = Rx(rx) Ry(ry) Rz(rz) [deg]."""
+    a, b, c = (v * deg for v in values[3:6])
+    ca, sa, cb, sb, cc, sc = math.cos(a), math.sin(a), math.cos(b), math.sin(b), math.cos(c), math.sin(c)
+    matrix = (
+        (cb * cc, -cb * sc, sb),
+        (sa * sb * cc + ca * sc, -sa * sb * sc + ca * cc, -sa * cb),
+        (-ca * sb * cc + sa * sc, ca * sb * sc + sa * cc, ca * cb),
+    )
+    return _pose(values, matrix, native)
+
+
+def _pose(
+    values: Sequence[float], r: tuple[tuple[float, ...], ...], native: tuple[tuple[str, str], ...]
+) -> PositionLiteral:
+    """Rx, Ry, Rz as `olp.robots.geometry.angles_from_rotation`, one pose at a time."""
+    cosine = math.hypot(r[0][0], r[1][0])
+    locked = cosine < 1e-12
+    rx = math.atan2(-r[1][2], r[1][1]) if locked else math.atan2(r[2][1], r[2][2])
+    rz = 0.0 if locked else math.atan2(r[1][0], r[0][0])
+    place = tuple(v * mm for v in values[:3])
+    return PositionLiteral("pose", (*place, rx, math.atan2(-r[2][0], cosine), rz), native=native)
+
+
+def joints(values: Iterable[float]) -> PositionLiteral:
+    """Axis values [deg]."""
+    return PositionLiteral("joint", tuple(v * deg for v in values))
+
+
+def constants(values: Iterable[Expression]) -> list[float] | None:
+    """The numbers, None where one is computed."""
+    found = [one.value for one in values if isinstance(one, Number)]
+    return [float(v) for v in found] if len(found) == len(list(values)) else None
+
+
+def from_zero(index: Expression) -> Expression:
+    """An index that counts from 0 as one from 1."""
+    return Number(index.value + 1) if isinstance(index, Number) else Binary("+", index, Number(1))
+
+
+def array(type_: str, elements: Mapping[tuple[int, ...], Expression], missing: Expression) -> RecordLiteral:
+    """The elements of an array, by their indices from 0, with `missing` in the gaps."""
+    size = max(index[0] for index in elements) + 1
+    rows: dict[int, dict[tuple[int, ...], Expression]] = {}
+    for index, value in elements.items():
+        rows.setdefault(index[0], {})[index[1:]] = value
+    members: list[tuple[str, Expression]] = []
+    for place in range(size):
+        row = rows.get(place)
+        if row is None or () in row:
+            members.append(("", missing if row is None else row[()]))
+        else:
+            members.append(("", array(type_, row, missing)))
+    return RecordLiteral(type_, tuple(members))

@@ -1,0 +1,169 @@
+"""Rules that the short readers share: values, conditions and blocks, one short method per rule of their grammars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from lark import Token, Transformer
+
+from olp.ir.expressions import (
+    Binary,
+    Compare,
+    Expression,
+    Function,
+    Item,
+    Logic,
+    Named,
+    Number,
+    State,
+    Text,
+    Unary,
+)
+from olp.ir.program import (
+    Else,
+    ElseIf,
+    EndIf,
+    EndWhile,
+    If,
+    Next,
+    Pause,
+    Repeat,
+    Return,
+    Until,
+    Wait,
+    While,
+)
+from olp.languages.short_reader import constants, joints
+
+_COMPARE: Final = {
+    "==": "=",
+    "=": "=",
+    "<>": "<>",
+    "!=": "<>",
+    "=<": "<=",
+    "=>": ">=",
+    "<=": "<=",
+    ">=": ">=",
+}
+
+
+class ValueRules(Transformer[Token, Any]):
+    """Numbers, texts, arithmetic and conditions: one short method per rule of the grammars.
+
+    `spellings`: each name as it was written first, for languages without cases.
+    """
+
+    def __init__(self, fold: bool = True) -> None:
+        super().__init__()
+        self.spellings: dict[str, str] = {}
+        self._fold = fold
+
+    def spelled(self, name: str) -> str:
+        return self.spellings.setdefault(name.casefold(), name) if self._fold else name
+
+    def name(self, children: list[Any]) -> Expression:
+        return Named(self.spelled(str(children[0])))
+
+    def item(self, children: list[Any]) -> Expression:
+        return Item(Named(self.spelled(str(children[0]))), tuple(children[1]))
+
+    def indices(self, children: list[Any]) -> list[Any]:
+        return children
+
+    arguments = indices
+
+    def number(self, children: list[Token]) -> Number:
+        text = str(children[0])
+        if text[:2].lower() == "0x":
+            return Number(int(text, 16))
+        return Number(int(text) if text.isdigit() else float(text))
+
+    def text(self, children: list[Token]) -> Text:
+        return Text(str(children[0])[1:-1])
+
+    def on(self, _: list[Any]) -> State:
+        return State(True)
+
+    def off(self, _: list[Any]) -> State:
+        return State(False)
+
+    def negative(self, children: list[Any]) -> Expression:
+        value = children[0]
+        return Number(-value.value) if isinstance(value, Number) else Unary("-", value)
+
+    def not_(self, children: list[Any]) -> Unary:
+        return Unary("not", children[0])
+
+    def sum(self, children: list[Any]) -> Expression:
+        return self._chain(children, lambda word: str(word))
+
+    def product(self, children: list[Any]) -> Expression:
+        return self._chain(children, lambda word: {"%": "mod"}.get(str(word), str(word).lower()))
+
+    def _chain(self, children: list[Any], operator: Callable[[Any], str]) -> Expression:
+        value: Expression = children[0]
+        for word, right in zip(children[1::2], children[2::2], strict=True):
+            value = Binary(operator(word), value, right)
+        return value
+
+    def compare(self, children: list[Any]) -> Compare:
+        left, word, right = children
+        return Compare(_COMPARE.get(str(word), str(word)), left, right)
+
+    def conjunction(self, children: list[Any]) -> Expression:
+        first, *rest = children
+        pairs = zip(rest[::2], rest[1::2], strict=True)
+        return Logic(first, tuple((str(word).lower(), right) for word, right in pairs))
+
+    disjunction = conjunction
+
+
+class BlockRules(ValueRules):
+    """Statements that open, part and close blocks; a language takes those that its grammar names."""
+
+    def instruction(self, children: list[Any]) -> Any:
+        return children[0]
+
+    def joints(self, children: list[Expression]) -> Expression:
+        numbers = constants(children)
+        return joints(numbers) if numbers is not None else Function("joints", tuple(children))
+
+    def power(self, children: list[Expression]) -> Function:
+        return Function("power", tuple(children))
+
+    def wait(self, children: list[Any]) -> Wait:
+        return Wait(0, children[0])
+
+    def if_(self, children: list[Any]) -> If:
+        return If(0, children[0])
+
+    def else_if(self, children: list[Any]) -> ElseIf:
+        return ElseIf(0, children[0])
+
+    def else_(self, _: list[Any]) -> Else:
+        return Else(0)
+
+    def end_if(self, _: list[Any]) -> EndIf:
+        return EndIf(0)
+
+    def while_(self, children: list[Any]) -> While:
+        return While(0, children[0])
+
+    def end_while(self, _: list[Any]) -> EndWhile:
+        return EndWhile(0)
+
+    def end_for(self, _: list[Any]) -> Next:
+        return Next(0, None)
+
+    def do(self, _: list[Any]) -> Repeat:
+        return Repeat(0)
+
+    def until(self, children: list[Any]) -> Until:
+        return Until(0, children[0])
+
+    def pause(self, _: list[Any]) -> Pause:
+        return Pause(0)
+
+    def return_(self, _: list[Any]) -> Return:
+        return Return(0)

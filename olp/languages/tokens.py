@@ -1,0 +1,121 @@
+"""Names in the lines of a text: what is a point, a label, a job, a variable, a frame, and which of them stand where."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC
+from collections.abc import Iterator
+from enum import StrEnum
+from functools import cached_property
+from typing import ClassVar, NamedTuple
+
+from olp.languages.vocabulary import grammar_words
+
+
+class Kind(StrEnum):
+    """What a name stands for."""
+
+    POINT = "point"
+    LABEL = "label"
+    ROUTINE = "routine"
+    VARIABLE = "variable"
+    FRAME = "frame"
+    TOOL = "tool"
+    SIGNAL = "signal"
+
+
+class Pattern(NamedTuple):
+    """`text`: a regular expression with one group, the name. `local`: it is known within its routine only.
+
+    `key`: what tells names apart, with {} for the name's number; empty: the name as it is spelt.
+    """
+
+    kind: Kind
+    text: str
+    defines: bool = False
+    local: bool = False
+    key: str = ""
+
+
+class Word(NamedTuple):
+    """A name in a line. `kind` None: any name, whose declaration says what it is. `plain`: no pattern says it."""
+
+    kind: Kind | None
+    key: str
+    column: int
+    end_column: int
+    defines: bool = False
+    local: bool = False
+    plain: bool = False
+
+
+class Words(ABC):
+    """One language. `patterns`: names that show by their spelling what they are, the first that fits counts.
+
+    `passed_over`: comments and texts, within which nothing is a name. `identifier`: any other name, empty for none.
+    `keywords`: identifiers that are words of the language, in capitals where case does not count. `one_scope`: routines
+    see each other's names. `first_counts`: a name comes into being where it is assigned first, and only there.
+    """
+
+    patterns: ClassVar[tuple[Pattern, ...]]
+    passed_over: ClassVar[str]
+    identifier: ClassVar[str] = ""
+    keywords: ClassVar[frozenset[str]] = frozenset()
+    case_sensitive: ClassVar[bool] = False
+    one_scope: ClassVar[bool] = False
+    first_counts: ClassVar[bool] = False
+
+    @cached_property
+    def _pattern(self) -> re.Pattern[str]:
+        pieces = [f"({self.passed_over})", *(pattern.text for pattern in self.patterns)]
+        if self.identifier:
+            pieces.append(self.identifier)
+        return re.compile("|".join(pieces), re.NOFLAG if self.case_sensitive else re.IGNORECASE)
+
+    def words(self, line: str) -> Iterator[Word]:
+        """The names of a line, from left to right."""
+        declared = dict(self.declared(line))
+        for match in self._pattern.finditer(line):
+            group = match.lastindex or 0
+            if group < 2:
+                continue
+            start, stop = match.span(group)
+            if group == len(self.patterns) + 2:
+                if self.folded(match[group]) in self.keywords:
+                    continue
+                kind = declared.get(start)
+                yield Word(
+                    kind, self.folded(match[group]), start + 1, stop + 1, start in declared, plain=True
+                )
+            else:
+                pattern = self.patterns[group - 2]
+                key = self._key(pattern, match[group])
+                yield Word(pattern.kind, key, start + 1, stop + 1, pattern.defines, pattern.local)
+
+    def declared(self, line: str) -> Iterator[tuple[int, Kind]]:
+        """Where in a line identifiers come into being (offset), and as what."""
+        return iter(())
+
+    def vocabulary(self) -> frozenset[str]:
+        """The words that somebody who writes may want: keywords, instructions, tags."""
+        return grammar_words(type(self).__module__.split(".")[-2])
+
+    def folded(self, name: str) -> str:
+        """The name as it is compared."""
+        return name if self.case_sensitive else name.upper()
+
+    def _key(self, pattern: Pattern, name: str) -> str:
+        number = _NUMBER.search(name)
+        if pattern.key and number is not None:
+            return pattern.key.format(int(number[0]))
+        bare = _REMARK.sub("", name)
+        return self.folded(_NUMBER.sub(lambda m: str(int(m[0])), bare))
+
+
+def listed(words: str) -> frozenset[str]:
+    """Words with blanks between them."""
+    return frozenset(words.split())
+
+
+_NUMBER = re.compile(r"\d+")
+_REMARK = re.compile(r"[,:][^\]]*(?=\])|\s")  # in the brackets of a register: its element, what it is called

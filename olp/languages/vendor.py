@@ -1,0 +1,246 @@
+"""What a vendor's language is to the rest of olp, and how the vendors are found."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import lru_cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, ClassVar, Final, NamedTuple
+
+from olp.core.diagnostic import OlpError, error
+from olp.core.registry import file_names
+from olp.core.source import Source
+from olp.ir.program import Program
+
+_VENDORS: Final = "olp.languages.vendors"
+_USUAL: Final = (
+    "Move_joint Move_linear Move_circular Assign SetOutput Dwell Wait Call Return If Else EndIf Message "
+    "Comment"
+)
+
+
+def statements(more: str) -> frozenset[str]:
+    """Kinds of statements: those that every language so far has, and `more`, names with blanks between them.
+
+    >>> "Move spline" in statements("Move_spline While EndWhile")
+    True
+    """
+    return frozenset(name.replace("_", " ") for name in f"{_USUAL} {more}".split())
+
+
+class ArmFlags(Enum):
+    """How a language says, beside a pose, in which of its postures the arm reaches it."""
+
+    NONE = "not at all"
+    FLAGS = "flags for wrist, elbow and front; of each wrist axis whether it is beyond half a turn"
+    COUNTED = "the same three flags; the wrist's turns counted with their sign"
+    SIGNS = "bits for wrist, elbow and front; bits for the signs of all axes"
+    QUARTERS = "the quarter turn in which axes 1, 4 and 6 stand"
+
+
+@dataclass(frozen=True, slots=True)
+class Conventions:
+    """What programs of one language mean, where languages differ: the translation reads nothing else of a vendor.
+
+    The defaults are what most languages do. What a language can be written with is in its `Limits`.
+    """
+
+    arm_flags: ArmFlags = ArmFlags.NONE
+    frame_spelling: Mapping[str, str] = field(
+        default_factory=dict
+    )  # of numbered tools ("tool") and frames ("user")
+    first_variable: int = 1  # number of the first one, where variables have numbers
+    # Moves
+    taught_frames: bool = False  # a point was taught with a tool and a frame, and moves name neither
+    speed_persists: bool = False  # a move that names no speed takes that of the last one that does
+    blend_levels: bool = False  # zones are levels; how large they are, the robot's file says
+    partial_targets: bool = False  # a target may leave components out: they stay as they are
+    actions_at_ends: bool = False  # a move may set an output or call a routine at its end
+    joint_target_word: str = (
+        ""  # the instruction, lower case, whose targets are joint values; the others' are poses
+    )
+    wrist_target_axes: bool = False  # joint values beyond six are external axes
+    # Values
+    pose_lists: bool = False  # a pose is a list of numbers, whose elements can be read and set
+    text_arrays: bool = False  # a text is declared and named as an array of characters: NAME[]
+    has_records: bool = True  # values may be records, tools and frames among them
+    records_in_statements: bool = True  # not in declarations alone
+    frame_records: bool = False  # a frame of several parts is a record of them
+    numbered_frame_values: bool = (
+        False  # a file beside the program gives the numbered tools and frames their values
+    )
+    saved_variables: bool = False  # a backup beside the program holds the values of its variables
+    controller_names: bool = (
+        False  # the controller holds tools, frames and signals by names that no file declares
+    )
+    numeric_booleans: bool = False  # digital signals are numbers, 0 and 1
+    names_read_frames: bool = (
+        False  # reading the position may name a tool and a frame; else those that hold count
+    )
+    waits_before_reading: bool = False  # the controller ends all motion before it reads the position
+    # Control flow
+    surplus_arguments: bool = False  # a call may hand over more than the routine takes
+    returns_by_register: bool = False  # what a routine returns is in a variable that it names itself
+    for_declares: bool = False  # FOR declares its variable, which ends with the loop
+    rounds_to_decimals: bool = False  # functions that round take a number of decimals
+    folds: bool = False  # comments fold lines, and some of them hold what an editor's forms generate
+    idle_processes: Mapping[str, str] = field(
+        default_factory=dict
+    )  # process -> display name, where it does nothing
+    wait_limit_prefix: str = ""  # of system variables that only bound waits
+    known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
+    share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths
+    local_declarations: bool = False  # what a routine declares is seen in it alone, whatever it says
+    # Pulses of outputs
+    off_pulse: str = ""  # how a pulse is spelt that switches off
+    on_pulse: str = ""  # how one is spelt that switches on, where any other inverts
+    inverting_pulse: str = ""  # what the other does
+    pulse_setting: str = ""  # the loss where a pulse names no time and a setting of the controller holds it
+
+
+class CornerSpelling(NamedTuple):
+    """How corners are written in a line of a program, so that one can be rounded or made smaller.
+
+    `comment`: pattern of where one begins. `exact`: of an exact stop, and what rounds it least. `zone`: of a zone, its
+    size the group 1. `sizes`: the usual sizes, smallest first; empty: any, so that it is halved. `exact_is_zone`: a
+    stop is a zone as well, which may be changed; else a word of its own.
+    """
+
+    comment: str
+    exact: tuple[str, str]
+    zone: str
+    sizes: tuple[float, ...] = ()
+    exact_is_zone: bool = False
+
+
+class Vendor(ABC):
+    """One language. A package or module `olp.languages.vendors.<name>` holds one instance, called `VENDOR`.
+
+    `reads`: kinds of statements that its reader makes, moves by their path ("Move spline"), for `olp vendors`.
+    `data_suffixes`: those of `suffixes` whose files hold data of the programs beside them and nothing that runs.
+    `list_suffixes`: of files beside the programs that hold data and are known by their text alone. `folders_beside`:
+    seen from a program's folder, where the files stand that the controller loads with it.
+    `comment_prefix`: what opens a comment on a line of its own. `trailing_comment_prefix`: what opens one after an
+    instruction, blanks included. `comment_length`: characters that the controller keeps, without the prefix.
+    `shares_names`: whether a file sees the variables and routines of all others beside it. `blending`: the law in
+    `olp/blending` that the maker's blends follow. `written_suffix`: of new files, where it is not the first of
+    `suffixes`. `conventions`: what its programs mean. `corners`: how corners are written.
+    `advance_stops`: what sets outputs or reads inputs waits for the arm, so that the move before ends exactly, unless a
+    CONTINUE stands before it.
+
+    For editors: `editor_names`: what editors call the language besides its name. `numbered_lines`: every line has a
+    number, so that nobody can add one. `indented_comments`: comments may be indented. `call_mark`: what stands before
+    the name of a called program, where `call_words` (a pattern) end what is before it; such languages know programs
+    by the name within the file.
+    `writes_probes`: olp writes the jobs that measure a robot in this language.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    suffixes: ClassVar[tuple[str, ...]]
+    reads: ClassVar[frozenset[str]]
+    data_suffixes: ClassVar[tuple[str, ...]] = ()
+    list_suffixes: ClassVar[tuple[str, ...]] = ()
+    folders_beside: ClassVar[tuple[str, ...]] = ()
+    comment_prefix: ClassVar[str]
+    trailing_comment_prefix: ClassVar[str]
+    comment_length: ClassVar[int]
+    comment_suffix: ClassVar[str] = ""  # what closes a comment on a line of its own
+    newline: ClassVar[str] = "\r\n"
+    shares_names: ClassVar[bool] = True
+    case_sensitive: ClassVar[bool] = False
+    blending: ClassVar[str] = "radius"
+    advance_stops: ClassVar[bool] = False
+    written_suffix: ClassVar[str] = ""
+    conventions: ClassVar[Conventions] = Conventions()
+    corners: ClassVar[CornerSpelling | None] = None
+    editor_names: ClassVar[tuple[str, ...]] = ()
+    numbered_lines: ClassVar[bool] = False
+    indented_comments: ClassVar[bool] = True
+    call_mark: ClassVar[str] = ""
+    call_words: ClassVar[str] = ""
+    writes_probes: ClassVar[bool] = False
+
+    def comment_of(self, line: bytes) -> bytes | None:
+        """What a comment on a line of its own says, without what opens and closes it; None for any other line."""
+        prefix, suffix = self.comment_prefix.encode("ascii"), self.comment_suffix.encode("ascii")
+        if not line.startswith(prefix):
+            return None
+        return line[len(prefix) :].rstrip(b" \t\r\n").removesuffix(suffix)
+
+    @abstractmethod
+    def sniff(self, source: Source) -> bool:
+        """Whether the text looks like this language, whatever its file is called."""
+
+    @abstractmethod
+    def read(self, source: Source) -> Program:
+        """The program. Never raises on bad text: what is wrong stands in `Program.diagnostics`."""
+
+
+def vendor_names() -> tuple[str, ...]:
+    """The names of all vendors, sorted."""
+    return file_names(Vendor, "vendors")
+
+
+def vendor_suffixes() -> tuple[str, ...]:
+    """The suffixes of program files of all vendors, lower case, sorted: what folders are searched for."""
+    vendors = [find_vendor(name) for name in vendor_names()]
+    return tuple(sorted({s for one in vendors for s in one.suffixes if s not in one.data_suffixes}))
+
+
+def find_vendor(name: str) -> Vendor:
+    """The vendor called `name`. Raises OlpError (P003) that lists the known ones."""
+    if name not in vendor_names():
+        known = ", ".join(vendor_names())
+        raise OlpError(error("P003", f"unknown vendor '{name}'", help=f"known vendors: {known}"))
+    vendor = import_module(f"{_VENDORS}.{name}").VENDOR
+    assert isinstance(vendor, Vendor)
+    return vendor
+
+
+@lru_cache(maxsize=64)
+def conventions_of(vendor: str) -> Conventions:
+    """What programs of a language mean; of one that was made, and is in no language, what most do."""
+    return find_vendor(vendor).conventions if vendor in vendor_names() else Conventions()
+
+
+def part_of(vendor: str, part: str) -> Any:
+    """What the module `part` of a vendor's folder calls by the same name in capitals; None where there is none."""
+    if vendor not in vendor_names() or find_spec(f"{_VENDORS}.{vendor}.{part}") is None:
+        return None
+    return getattr(import_module(f"{_VENDORS}.{vendor}.{part}"), part.upper())
+
+
+def recognise(source: Source) -> Vendor | None:
+    """The vendor whose language `source` is: by the file's suffix, else by its text; None when no one knows it."""
+    vendors = [find_vendor(name) for name in vendor_names()]
+    path = source.path.lower()
+    by_suffix = [vendor for vendor in vendors if path.endswith(vendor.suffixes)]
+    if len(by_suffix) == 1:
+        return by_suffix[0]
+    return next((vendor for vendor in by_suffix or vendors if vendor.sniff(source)), None)
+
+
+def probe_language() -> str:
+    """The vendor in whose language olp writes the jobs that measure a robot."""
+    return next(name for name in vendor_names() if find_vendor(name).writes_probes)
+
+
+def blending_of(maker: str) -> str:
+    """The law that a robot maker's blends follow, "" for a maker whose language nobody reads."""
+    vendors = (find_vendor(name) for name in vendor_names() if maker_of(name).casefold() == maker.casefold())
+    return next((vendor.blending for vendor in vendors), "")
+
+
+def maker_of(vendor: str) -> str:
+    """How people call a vendor: Yaskawa, FANUC."""
+    return find_vendor(vendor).title.rsplit(" ", 1)[0]
+
+
+def language_of(vendor: str) -> str:
+    """How people call a vendor's language: INFORM, TP."""
+    return find_vendor(vendor).title.split()[-1]

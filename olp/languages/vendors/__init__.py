@@ -1,0 +1,1 @@
+"""Robot makers' languages: one package each. The folder listing is the registry, see `olp.languages.vendor`."""

@@ -1,0 +1,357 @@
+"""Lowers one AS instruction: one short method per rule of grammars/as.lark."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+from lark import Token
+
+from olp.core.units import deg, minute, mm, percent
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    FrameRef,
+    Function,
+    Item,
+    Logic,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    Signal,
+    SystemValue,
+    Text,
+    Unary,
+)
+from olp.ir.program import (
+    Acceleration,
+    AccelerationUnit,
+    Assign,
+    Blend,
+    BlendKind,
+    Call,
+    Dwell,
+    For,
+    Jump,
+    Message,
+    Move,
+    Path,
+    PulseOutput,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOutput,
+    SetSpeed,
+    SetTool,
+    Speed,
+    SpeedUnit,
+    Switch,
+    Wait,
+)
+from olp.ir.program import Case as CaseOf
+from olp.ir.program import Default as DefaultOf
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.short_reader import NotModelledError, constants, from_zero, zyz_pose
+from olp.languages.statement_rules import BlockRules
+
+FULL_SPEED: Final = 1.0  # [m/s] that 100 % of a path stand for: no program says it
+MODAL: Final = Blend(BlendKind.RADIUS)
+_PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "H": Path.LINEAR, "X": Path.LINEAR, "C": Path.CIRCULAR}
+_UNITS: Final = {"MM/S": mm, "MM/SEC": mm, "CM/MIN": 0.01 / minute, "MM/MIN": mm / minute}
+_FUNCTIONS: Final = {
+    "SQRT": "sqrt", "ABS": "abs", "SIN": "sin", "COS": "cos", "TAN": "tan", "ATAN2": "atan2", "INT": "trunc",
+    "MIN": "min", "MAX": "max", "$ENCODE": "text-of-value", "LEN": "length-of-text", "VAL": "value-of-text",
+    "DISTANCE": "pose-distance",
+}  # fmt: skip
+_HERE: Final = SystemValue("current-pose")
+
+
+class End(NamedTuple):
+    """END: closes whatever block is open."""
+
+
+class NextMove(NamedTuple):
+    """The fields that the next move takes, from SPEED, ACCURACY and ACCEL without ALWAYS."""
+
+    fields: tuple[tuple[str, Any], ...]
+
+
+class Arc(NamedTuple):
+    """C1MOVE (`end` False) or C2MOVE, whose pair makes one arc."""
+
+    target: Expression
+    end: bool
+
+
+class PercentOfPath(NamedTuple):
+    """Told once: what a percentage means on a path."""
+
+
+class AsRules(BlockRules):
+    """All of AS. Indices count from 0 there, from 1 here."""
+
+    def item(self, children: list[Any]) -> Expression:
+        return Item(Named(self.spelled(str(children[0]))), tuple(map(from_zero, children[1])))
+
+    def name(self, children: list[Any]) -> Expression:
+        return Named(self.spelled(str(children[0]).replace("&", "")))
+
+    # --- positions --------------------------------------------------------------------------------------
+
+    def slot(self, children: list[Any]) -> Expression:
+        return Number(0) if children[0] is None else children[0]
+
+    def trans(self, children: list[Expression]) -> Expression:
+        if len(children) > 6:
+            raise BrokenLineError(f"a transformation with {len(children)} values", wanted="x, y, z, o, a, t")
+        values = children + [Number(0)] * (6 - len(children))
+        numbers = constants(values)
+        if numbers is not None:
+            return zyz_pose(numbers)
+        x, y, z, o, a, t = values
+        zero = Number(0)
+        tilted = Function("pose-angles", (x, y, z, zero, a, o))  # Rz(o) Ry(a)
+        return Function("pose-product", (tilted, Function("pose-angles", (zero,) * 5 + (t,))))
+
+    def ppoint(self, children: list[Any]) -> Expression:
+        return self.joints(children[0])
+
+    def frame(self, children: list[Expression]) -> Expression:
+        raise NotModelledError(children)
+
+    def shift(self, children: list[Expression]) -> Expression:
+        return Function("pose-offset", (children[0], *_padded(children[1:], 3)))
+
+    def here(self, _: list[Any]) -> Expression:
+        return _HERE
+
+    def here_joints(self, _: list[Any]) -> Expression:
+        return SystemValue("current-joints")
+
+    def null(self, _: list[Any]) -> Expression:
+        return zyz_pose((0.0,) * 6)
+
+    def inverse(self, children: list[Any]) -> Expression:
+        return Function("pose-inverse", (children[1],))
+
+    def compound(self, children: list[Any]) -> Expression:
+        sign, *rest = children
+        value = rest[0] if sign is None else Function("pose-inverse", (rest[0],))
+        for word, right in zip(rest[1::2], rest[2::2], strict=True):
+            right = Function("pose-inverse", (right,)) if word == "-" else right
+            value = Function("pose-product", (value, right))
+        return value
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def based(self, children: list[Token]) -> Number:
+        text = str(children[0])
+        try:
+            return Number(int(text[2:], 16 if text[1] in "Hh" else 2))
+        except ValueError:
+            raise BrokenLineError(
+                f"{text} is no number", wanted="^H with hexadecimal digits, ^B with 0 and 1"
+            ) from None
+
+    def function(self, children: list[Any]) -> Expression:
+        name, arguments = str(children[0]), tuple(children[1] or ())
+        word = name.upper()
+        if word in ("SIG", "BITS") and arguments:
+            return _all_on(arguments)
+        if word == "TIMER" and len(arguments) == 1 and isinstance(arguments[0], Number):
+            return SystemValue("timer", int(arguments[0].value))
+        if word in _FUNCTIONS:
+            return Function(_FUNCTIONS[word], arguments)
+        return CallValue(self.spelled(name), arguments)
+
+    # --- moves ------------------------------------------------------------------------------------------
+
+    def move(self, children: list[Any]) -> Any:
+        word, target, clamp = str(children[0]).upper(), children[1], children[2]
+        if word[0] == "C":
+            return Arc(target, word[1] == "2")
+        other = () if clamp is None else (("clamp", clamp),)
+        return Move(0, _PATHS[word[0]], (target,), blend=MODAL, other=other)
+
+    def move_till(self, children: list[Any]) -> Move:
+        return Move(0, Path.LINEAR, (children[1],), blend=MODAL, until=children[2])
+
+    def approach(self, children: list[Any]) -> Move:
+        word, target, distance, _ = children
+        return self._away(str(word), target, distance)
+
+    def depart(self, children: list[Any]) -> Move:
+        return self._away(str(children[0]), _HERE, children[1])
+
+    def _away(self, word: str, start: Expression, distance: Expression) -> Move:
+        """`distance` [mm] back along the tool's z from `start`."""
+        back = Number(-distance.value) if isinstance(distance, Number) else Unary("-", distance)
+        zero = Number(0)
+        if isinstance(start, PositionLiteral) and start.kind == "joint":
+            start = Function("forward", (start,))
+        target = Function("pose-relative-tool", (start, zero, zero, back, zero, zero, zero))
+        return Move(0, _PATHS[word[0].upper()], (target,), blend=MODAL)
+
+    def draw(self, children: list[Any]) -> Move:
+        *values, speed = _padded(children[1:], 7)
+        turned = any(value != Number(0) for value in values[3:])
+        if speed != Number(0) or (turned and str(children[0]).upper() == "DRAW"):
+            raise NotModelledError(children)  # a turn about the axes of the base, or a speed of its own
+        if str(children[0]).upper() == "DRAW":
+            return Move(0, Path.LINEAR, (Function("pose-offset", (_HERE, *values[:3])),), blend=MODAL)
+        return Move(0, Path.LINEAR, (Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL)
+
+    def home(self, children: list[Any]) -> Move:
+        number = children[0]
+        second = isinstance(number, Number) and number.value == 2
+        return Move(0, Path.JOINT, (Named("#HOME2" if second else "#HOME"),), blend=MODAL)
+
+    def block_step(self, children: list[Any]) -> Move:
+        """A step taught in block form: its speed and accuracy are classes that the controller holds."""
+        words = str(children[0]).split()
+        tool = next((int(w[4:]) for w in words if w[:4].upper() == "TOOL" and w[4:].isdigit()), 0)
+        path = Path.JOINT if words[0].upper() == "JOINT" else Path.LINEAR
+        other = tuple((word, Text("")) for word in words[1:])
+        return Move(0, path, (children[1],), blend=MODAL, tool=FrameRef("tool", Number(tool)), other=other)
+
+    # --- what holds for the next move, or from here on ----------------------------------------------------
+
+    def speed(self, children: list[Any]) -> Any:
+        value, unit, turn, _, always = children
+        word = "%" if unit is None else str(unit).upper()
+        limit = None if turn is None else Quantity(turn, deg)
+        if word == "%":
+            speeds: tuple[Speed, ...] = (
+                Speed(SpeedUnit.FRACTION, Quantity(value, percent)),
+                Speed(SpeedUnit.TRAVEL, Quantity(value, percent * FULL_SPEED), "%"),
+            )
+        elif word == "S":
+            speeds = (Speed(SpeedUnit.TIME, Quantity(value, 1.0)),)
+        else:
+            scale = _UNITS[word]
+            speeds = (
+                Speed(SpeedUnit.TRAVEL, Quantity(value, scale)),
+                Speed(SpeedUnit.FRACTION, Quantity(value, scale / FULL_SPEED), word),
+            )
+        if always:
+            return [SetSpeed(0, speeds, turn=limit), *([PercentOfPath()] if word != "S" else [])]
+        return NextMove((("speeds", speeds), ("turn", limit)))
+
+    def accuracy(self, children: list[Any]) -> Any:
+        blend = Blend(BlendKind.RADIUS, Quantity(children[0], mm))
+        return SetBlend(0, (blend,)) if children[1] else NextMove((("blend", blend),))
+
+    def rate(self, children: list[Any]) -> Any:
+        word, value, _, always = children
+        share = Quantity(value, percent)
+        if always and str(word).upper() == "ACCEL":
+            return SetAcceleration(0, (Acceleration(AccelerationUnit.FRACTION, share),))
+        return NextMove((("acceleration" if str(word).upper() == "ACCEL" else "deceleration", share),))
+
+    def rates(self, children: list[Any]) -> Any:
+        return self.rate([children[0], self.number([children[1]]), None, None])
+
+    def continuous(self, children: list[Any]) -> Any:
+        on = str(children[0]).upper() == "ON"
+        return SetBlend(0, (Blend(BlendKind.RADIUS, Quantity(Number(1 if on else 0), mm)),))
+
+    def tool(self, children: list[Any]) -> SetTool:
+        return SetTool(0, children[0])
+
+    def base(self, children: list[Any]) -> SetFrame:
+        return SetFrame(0, children[0])
+
+    # --- everything else ----------------------------------------------------------------------------------
+
+    def break_(self, _: list[Any]) -> Dwell:
+        return Dwell(0, Quantity(Number(0), 1.0))
+
+    def dwell(self, children: list[Any]) -> Dwell:
+        return Dwell(0, Quantity(children[1], 1.0))
+
+    def point(self, children: list[Any]) -> Assign:
+        return Assign(0, children[0], children[1])
+
+    assign = point
+
+    def signed_numbers(self, children: list[Any]) -> list[Any]:
+        return children
+
+    def signal(self, children: list[Any]) -> list[Any]:
+        pairs = map(_signal, children[0])
+        return [SetOutput(0, signal, Number(int(on))) for signal, on in pairs]
+
+    def pulse(self, children: list[Any]) -> PulseOutput:
+        time = Number(0.2) if children[1] is None else children[1]
+        return PulseOutput(0, _signal(children[0])[0], Quantity(time, 1.0))
+
+    def wait_signals(self, children: list[Any]) -> Wait:
+        return Wait(0, _all_on(children[0]), spelling="SWAIT")
+
+    def name_only(self, children: list[Any]) -> str:
+        return self.spelled(str(children[0]))
+
+    def call(self, children: list[Any]) -> Call:
+        return Call(0, children[0], tuple(children[1] or ()))
+
+    def label(self, children: list[Any]) -> str:
+        return str(children[0]).casefold()
+
+    def goto(self, children: list[Any]) -> Jump:
+        return Jump(0, children[0], children[1])
+
+    def goto_if(self, children: list[Any]) -> Jump:
+        return Jump(0, children[1], children[0])
+
+    def for_(self, children: list[Any]) -> For:
+        variable, start, stop, step = children
+        if not isinstance(variable, Named):
+            raise BrokenLineError("a loop that counts in an array", wanted="a variable, as in FOR i = 1 TO 3")
+        return For(0, variable, start, stop, step)
+
+    def case(self, children: list[Any]) -> Switch:
+        return Switch(0, children[0])
+
+    def value(self, children: list[Any]) -> CaseOf:
+        return CaseOf(0, tuple(children[0]))
+
+    def any(self, _: list[Any]) -> DefaultOf:
+        return DefaultOf(0)
+
+    def end(self, _: list[Any]) -> End:
+        return End()
+
+    def printed(self, children: list[Any]) -> Expression:
+        return children[0] if len(children) == 1 else Function("joined-text", tuple(children))
+
+    def message(self, children: list[Any]) -> Message:
+        return Message(0, Text("") if children[1] is None else children[1])
+
+
+def _padded(values: list[Expression], count: int) -> tuple[Expression, ...]:
+    if len(values) > count:
+        raise BrokenLineError(f"{len(values)} values", wanted=f"at most {count}")
+    return (*values, *[Number(0)] * (count - len(values)))
+
+
+def _signal(number: Expression) -> tuple[Signal, bool]:
+    """The signal, and whether it is wanted on: 1 .. outputs, 1001 .. inputs, 2001 .. internal; -n means off."""
+    on = True
+    if isinstance(number, Unary) and number.operator == "-":
+        number, on = number.operand, False
+    elif isinstance(number, Number) and number.value < 0:
+        number, on = Number(-number.value), False
+    if isinstance(number, Number) and 1000 < number.value < 2000:
+        return Signal("in", Number(number.value - 1000)), on
+    if isinstance(number, Number) and number.value > 2000:
+        return Signal("flag", Number(number.value - 2000)), on
+    return Signal("out", number), on
+
+
+def _all_on(numbers: Any) -> Expression:
+    conditions: list[Expression] = [
+        signal if on else Unary("not", signal) for signal, on in map(_signal, numbers)
+    ]
+    if len(conditions) == 1:
+        return conditions[0]
+    return Logic(conditions[0], tuple(("and", one) for one in conditions[1:]))

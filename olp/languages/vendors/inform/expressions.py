@@ -1,0 +1,155 @@
+"""Lowers the grammar's values, conditions and EXPRESS arithmetic: one short method per rule."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from lark import Token, Transformer
+
+from olp.ir.expressions import (
+    Binary,
+    Compare,
+    Expression,
+    FrameRef,
+    Logic,
+    Number,
+    Quantity,
+    Signal,
+    State,
+    Taught,
+    Text,
+    Unary,
+    Unknown,
+    Variable,
+)
+from olp.ir.program import Speed
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendors.inform import values
+from olp.languages.vendors.inform.names import unmangle
+
+_BUSES = {
+    "IN": "in",
+    "OT": "out",
+    "IG": "in-group",
+    "OG": "out-group",
+    "IGH": "in-half-group",
+    "OGH": "out-half-group",
+    "SIN": "system-in",
+    "SOUT": "system-out",
+    "RIN": "direct-in",
+    "AI": "analog-in",
+    "AO": "analog-out",
+    "MREG": "register",
+}
+_FRAMES = {"BF": "base", "RF": "robot", "TF": "tool", "MTF": "master-tool"}
+_JOINTS = {"ANDIF": "and", "ANDEXP": "and", "ORIF": "or", "OREXP": "or"}
+
+
+class Remark(NamedTuple):
+    """Something to tell about a line that was understood. `text`: the word that it is about."""
+
+    code: str
+    text: str
+    column: int
+
+
+class ExpressionRules(Transformer[Token, Any]):
+    """`aliases` holds while a routine is read; `remarks` and `named_any` tell about the last line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.aliases: Mapping[str, Variable] = {}
+        self.remarks: list[Remark] = []
+        self.named_any = False
+
+    def number(self, children: list[Token]) -> Number:
+        return values.number(children[0])
+
+    def text(self, children: list[Token]) -> Text:
+        return Text(children[0][1:-1])
+
+    def state(self, children: list[Token]) -> State:
+        return State(children[0] == "ON")
+
+    def taught(self, children: list[Token]) -> Taught:
+        return values.taught(children[0])
+
+    def variable(self, children: list[Token]) -> Variable:
+        return values.variable(children[0])
+
+    def subscripted(self, children: list[Any]) -> Variable:
+        word, index = children
+        local = word[0] == "L"
+        return Variable(values.STORES[str(word[1:] if local else word)], index, local)
+
+    def named(self, children: list[Token]) -> Variable | Unknown:
+        self.named_any = True
+        name = unmangle(str(children[0]))
+        found = self.aliases.get(name)
+        if found is not None:
+            return found
+        self.remarks.append(Remark("P041", name, children[0].column or 1))
+        return Unknown(name)
+
+    def index(self, children: list[Expression]) -> Expression:
+        return children[0]
+
+    def signal(self, children: list[Any]) -> Signal:
+        return Signal(_BUSES[children[0][:-1]], children[1])
+
+    def time(self, children: list[Any]) -> Quantity:
+        return checked(values.quantity(children[1], values.TIME), children[0], "a time", least=0.0)
+
+    def speed(self, children: list[Any]) -> Speed:
+        spoken = values.speed(children[0][:-1], children[1])
+        checked(spoken.value, children[0], "a speed", least=0.0)  # 0 occurs in second parts, which follow
+        return spoken
+
+    def tool(self, children: list[Any]) -> FrameRef:
+        return FrameRef("tool", children[1])
+
+    def user(self, children: list[Any]) -> FrameRef:
+        return FrameRef("user", children[1])
+
+    def frame(self, children: list[Token]) -> FrameRef:
+        return FrameRef(_FRAMES[children[0]])
+
+    def condition(self, children: list[Any]) -> Expression:
+        if len(children) == 1:
+            first: Expression = children[0]
+            return first
+        rest = tuple((_JOINTS[children[i]], children[i + 1]) for i in range(1, len(children), 2))
+        return Logic(children[0], rest)
+
+    def comparison(self, children: list[Any]) -> Compare:
+        return Compare(str(children[1]), children[0], children[2])
+
+    def binary(self, children: list[Any]) -> Binary:
+        return Binary(str(children[1]), children[0], children[2])
+
+    def glued(self, children: list[Any]) -> Binary:
+        """`LI000 -1`: a sign without a blank behind it."""
+        if children[1][0] not in "+-":
+            raise BrokenLineError(
+                "two values without an operator between them", word=str(children[1]), wanted="+, -, * or /"
+            )
+        operator, number = children[1][0], children[1][1:]
+        return Binary(operator, children[0], values.number(number))
+
+    def negative(self, children: list[Any]) -> Unary | Number:
+        operand = children[1]
+        if type(operand) is Number:
+            return Number(-operand.value)
+        return Unary("-", operand)
+
+
+def checked(quantity: Quantity, tag: str, what: str, least: float | None = None) -> Quantity:
+    """The quantity, whose literal must be above zero, or not below `least`. Raises BrokenLineError."""
+    value = quantity.literal
+    if value is None or value > 0 or (least is not None and value >= least):
+        return quantity
+    written = quantity.written
+    shown = written.value if isinstance(written, Number) else ""
+    wanted = "one above 0" if least is None else "one of 0 or more"
+    raise BrokenLineError(f"{what} of {shown}", word=str(tag), wanted=wanted)

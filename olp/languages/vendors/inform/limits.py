@@ -1,0 +1,101 @@
+"""What INFORM can say: DX200 and later (survey of published jobs; controller manuals)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.core.units import deg, mm, percent
+from olp.ir.expressions import Store
+from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.languages.limits import Limits, Registers
+
+LIMITS: Final = Limits(
+    routine_name=32,
+    variable_name=16,
+    label_name=8,
+    line=0,
+    comment=32,
+    points=9999,
+    statements=9999,
+    joint_speeds=frozenset({SpeedUnit.FRACTION}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN}),
+    blends=frozenset({BlendKind.LEVEL, BlendKind.RADIUS}),
+    joint_blends=frozenset({BlendKind.LEVEL}),
+    accelerations=frozenset({AccelerationUnit.FRACTION}),
+    modal_speed=False,
+    tool_and_frame="point",
+    names=r"[A-Za-z0-9_\-]+",
+    case_sensitive=True,
+    numbered={
+        Store.BYTE: 100,
+        Store.INTEGER: 100,
+        Store.DOUBLE: 100,
+        Store.REAL: 100,
+        Store.STRING: 100,
+        Store.ROBOT: 128,
+    },
+    has_repeat=False,
+    has_break=False,
+    has_functions=False,
+    has_parameters=False,
+    one_routine_per_file=True,
+    external_axes=6,
+    has_override=False,
+    speed_steps={SpeedUnit.FRACTION: 0.01 * percent, SpeedUnit.TRAVEL: 0.1 * mm, SpeedUnit.TURN: 0.1 * deg},
+    speed_ranges={
+        SpeedUnit.FRACTION: (0.01 * percent, 1.0),
+        SpeedUnit.TRAVEL: (0.1 * mm, 1500.0 * mm),
+        SpeedUnit.TURN: (0.1 * deg, 180.0 * deg),
+    },
+    acceleration_range=(0.2, 1.0),
+    acceleration_step=percent,
+    blend_ranges={BlendKind.RADIUS: (1.0 * mm, 6553.5 * mm)},
+    radius_step=0.1 * mm,
+    has_endless=False,
+    nested_logic=False,
+    pulse=0.3,
+    registers=Registers(
+        stores={
+            "integer": Store.DOUBLE,
+            "real": Store.REAL,
+            "boolean": Store.BYTE,
+            "string": Store.STRING,
+            "position": Store.ROBOT,
+            "joints": Store.ROBOT,
+        },
+        letters={
+            Store.DOUBLE: "D",
+            Store.REAL: "R",
+            Store.BYTE: "B",
+            Store.STRING: "S",
+            Store.ROBOT: "P",
+            Store.INTEGER: "I",
+        },
+        variable="{letter}{number:03d}",
+        point="C{number:05d}",
+        first_point=0,
+        steps=True,
+        comments=True,
+        joint_elements="one axis of joint values: INFORM counts it in pulses",
+        real_index=False,
+        elements=True,
+        framed=True,
+    ),
+    separate_deceleration=True,
+    chained_arcs=True,
+    native_offsets=frozenset({"relative"}),
+    has_shift=True,
+    computed_turns=False,
+    no_external_axes="external axes: in INFORM a track or a station has points of its own",
+    named_frames=False,
+    frame_numbers={"tool": 63, "user": 63},
+    frame_functions=True,
+    first_signal=1,
+    position_read_in="base",
+    # A variable counts in finer units than a literal: 0.1 mm/s, 0.01 %, 0.1 deg/s, 0.01 s.
+    variable_scales={0.001: 0.0001, 0.01: 0.0001, round(deg, 12): 0.1 * deg, 1.0: 0.01},
+    conditional_statements=True,
+    has_integers=True,
+    tasks=15,  # of the larger controllers; smaller ones have five
+    task_name="SUB{}",
+)

@@ -1,0 +1,345 @@
+"""Writes programs as INFORM jobs: what `templates/inform.j2` puts together.
+
+Codes: X002 what INFORM cannot say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from olp.core.diagnostic import Diagnostic
+from olp.ir import expressions as ex
+from olp.ir import program as st
+from olp.ir import terminology
+from olp.languages.generator import CannotSayError, Joined, Lines, as_text
+from olp.languages.vendors.inform.statements import FUNCTIONS
+from olp.languages.vendors.inform.write_moves import InformMoves
+from olp.languages.vendors.inform.write_positions import InformPositionWriter
+from olp.languages.vendors.inform.write_values import COUNTED, LETTERS, decimal, is_simple
+
+_NUMBERED = tuple(store for store in LETTERS if store is not ex.Store.SYSTEM)
+_COMMENT_ROWS = 8
+_FUNCTION_WORDS: Final = {name: word for word, name in FUNCTIONS.items()}
+_UPDATES: Final = {
+    "+": "ADD",
+    "-": "SUB",
+    "*": "MUL",
+    "/": "DIV",
+    "and": "AND",
+    "or": "OR",
+    "xor": "XOR",
+    "not": "NOT",
+}
+_STEPS = {"+": "INC", "-": "DEC"}
+
+
+@dataclass(frozen=True, slots=True)
+class InformJob:
+    """One job as the template sees it. Texts of several lines end with a line end."""
+
+    name: str
+    folder: str
+    counts: str  # ///NPOS
+    positions: str
+    global_counts: str  # of the named variables, like local_counts; empty: none is named
+    global_names: str
+    local_counts: str
+    local_names: str
+    argument_types: str
+    argument_comments: str | None  # None: no ///COMMENT
+    has_arguments: bool
+    date: str
+    comment: str
+    attributes: str
+    frame: str
+    frame_record: str
+    groups: tuple[str, ...]
+    locals: str  # ///LVARS: the allocated ones; empty: none
+    instructions: str
+
+
+def write(program: st.Program, date: str) -> tuple[dict[str, object], list[Diagnostic]]:
+    """The values for the template, and everything that INFORM cannot say.
+
+    `date`: YYYY/MM/DD HH:MM, for jobs that have none.
+    """
+    return InformWriter(program, date).written()
+
+
+class InformWriter(InformMoves):
+    """Writes statements and jobs."""
+
+    fields: ClassVar = {"*": "single"}
+    templates: ClassVar = {
+        st.Begin: "NOP",
+        st.End: "END",
+        st.ReadInput: "DIN {target} {signal}",
+        st.PulseOutput: "PULSE {signal}{duration: T={}}",
+        st.Dwell: "TIMER T={duration}",
+        st.Label: "*{name}",
+        st.Return: "RET{value: {}}",
+        st.Else: "ELSE",
+        st.EndIf: "ENDIF",
+        st.EndWhile: "ENDWHILE",
+        st.For: "FOR {variable} START= {start} TO {stop}{step: STEP= {}}",
+        st.Next: "NEXT{variable: {}}",
+        st.Case: "CASE {values}",
+        st.Default: "DEFAULT",
+        st.EndSwitch: "ENDSWITCH",
+        st.Pause: "PAUSE",
+        st.WaitTask: "PWAIT {task}",
+        st.Synchronise: "TSYNC {number}{tasks: SNUM={}}",
+        st.Message: "MSG {text}",
+        st.Comment: "'{text}",
+        st.Disabled: "COMM {text}",
+    }
+    _foreign = "a word of {self.source_language} that means nothing in INFORM"
+    own_only: ClassVar = {st.Process: _foreign, st.Disabled: _foreign, st.Opaque: _foreign}
+    comment_form = "  //{}"
+    joins = frozenset({st.Switch})
+
+    def __init__(self, program: st.Program, date: str) -> None:
+        super().__init__(program)
+        self.date = date
+
+    def under(self, condition: ex.Expression, lines: list[str], s: st.Statement) -> list[str]:
+        """` IF …` or ` IFEXPRESS …` behind the line."""
+        spelling = getattr(s, "spelling", "")
+        express = spelling == "IFEXPRESS" or (not spelling and not is_simple(condition))
+        return [f"{lines[0]} {'IFEXPRESS' if express else 'IF'} {self.joined(condition, express)}"]
+
+    def _block(self, word: str, s: st.If | st.ElseIf | st.While) -> str:
+        """IFTHEN, ELSEIF and WHILE, each with a form for expressions."""
+        express = s.spelling.endswith("EXP") or (not s.spelling and not is_simple(s.condition))
+        return f"{word}{'EXP' if express else ''} {self.joined(s.condition, express)}"
+
+    def write_if(self, s: st.If) -> Lines:
+        return self._block("IFTHEN", s)
+
+    def write_else_if(self, s: st.ElseIf) -> Lines:
+        return self._block("ELSEIF", s)
+
+    def write_while(self, s: st.While) -> Lines:
+        return self._block("WHILE", s)
+
+    def write_switch(self, s: st.Switch) -> Lines:
+        return f"SWITCH {self.value(s.value)}"
+
+    # --- values -------------------------------------------------------------------------------------
+
+    def write_assign(self, s: st.Assign) -> Lines:
+        if type(s.target) is ex.Element:
+            element = f"{self.single(s.target.variable)} ({self.single(s.target.index)})"
+            return f"SETE {element} {self.single(s.value)}"
+        if type(s.target) is ex.Function:
+            return f"SETTOOL TL#({self.single(_only(s.target, 'tool-data'))}) {self.single(s.value)}"
+        target = self.single(s.target)
+        match s.value:
+            case ex.Element(variable, index):
+                return f"GETE {target} {self.single(variable)} ({self.single(index)})"
+            case ex.SystemValue():
+                return f"GETS {target} {self.system(s.value)}"
+            case ex.Argument(number):
+                return f"GETARG {target} IARG#({number})"
+            case ex.Signal() if s.value.bus == "register":
+                return f"GETREG {target} {self._register(s.value)}"
+            case ex.Function():
+                return self._function(target, s.value)
+            case ex.Binary() | ex.Unary() | ex.Signal():
+                return f"SET {target}  EXPRESS {self.value(s.value)}"
+            case _:
+                return f"SET {target} {self.single(s.value)}"
+
+    def _function(self, target: str, function: ex.Function) -> str:
+        name, arguments = function.name, function.arguments
+        if name == "tool-data":
+            return f"GETTOOL {target} TL#({self.single(_only(function, name))})"
+        if name == "step-position":
+            return f"GETPOS {target} STEP#({self.single(_only(function, name))})"
+        if name == "parameter" and len(arguments) == 2:
+            return f"GETPRM {target} KIND={self.single(arguments[0])} PRMNO={self.single(arguments[1])}"
+        if name not in _FUNCTION_WORDS:
+            raise CannotSayError(terminology.function(name))
+        return " ".join([_FUNCTION_WORDS[name], target, *map(self.single, arguments)])
+
+    def _register(self, signal: ex.Signal) -> str:
+        return f"{self.signal(signal)}{f' {signal.part.upper()}' if signal.part else ''}"
+
+    def write_update(self, s: st.Update) -> Lines:
+        target = self.single(s.target)
+        if s.operator in _STEPS and s.operand == ex.Number(1) and _is_counter(s.target):
+            return f"{_STEPS[s.operator]} {target}"
+        if s.operator not in _UPDATES or s.operand is None:
+            raise CannotSayError(terminology.operation(s.operator))
+        return f"{_UPDATES[s.operator]} {target} {self.single(s.operand)}"
+
+    def write_clear(self, s: st.Clear) -> Lines:
+        if s.target is None:
+            return "CLEAR STACK"
+        return f"CLEAR {self.single(s.target)} {'ALL' if s.count is None else self.single(s.count)}"
+
+    # --- frames -------------------------------------------------------------------------------------
+
+    def write_define_frame(self, s: st.DefineFrame) -> Lines:
+        points = map(self.single, s.points)
+        return " ".join(["MFRAME", self.value(s.frame), *points, *(["MTOOL"] if s.master_tool else [])])
+
+    def write_shift_on(self, s: st.ShiftOn) -> Lines:
+        frame = "" if s.frame is None else f" {self.value(s.frame)}"
+        return f"{'S' if s.coordinated else ''}SFTON {self.single(s.offset)}{frame}"
+
+    def write_shift_off(self, s: st.ShiftOff) -> Lines:
+        return "SSFTOF" if s.coordinated else "SFTOF"
+
+    def write_external_tool(self, s: st.ExternalTool) -> Lines:
+        return "TCPOF" if s.tool is None else f"TCPON TL#({self.single(s.tool)})"
+
+    # --- signals and time ---------------------------------------------------------------------------
+
+    def write_set_output(self, s: st.SetOutput) -> Lines:
+        if s.signal.bus == "register":
+            return f"SETREG {self._register(s.signal)} {self.single(s.value)}"
+        word = "AOUT" if s.signal.bus == "analog-out" else "DOUT"
+        return f"{word} {self.signal(s.signal)} {self.single(s.value)}"
+
+    def write_wait(self, s: st.Wait) -> Lines:
+        express = s.spelling == "FOREXPRESS" or (not s.spelling and type(s.condition) is ex.Logic)
+        time = "" if s.timeout is None else f" T={self.seconds(s.timeout)}"
+        return f"WAIT {'FOREXPRESS ' if express else ''}{self.joined(s.condition, express)}{time}"
+
+    # --- control flow -------------------------------------------------------------------------------
+
+    def write_jump(self, s: st.Jump) -> Lines:
+        target = f"*{s.target}" if isinstance(s.target, str) else f"LABEL: {self.single(s.target)}"
+        return f"JUMP {target}"
+
+    def write_call(self, s: st.Call) -> Lines:
+        if s.macro is not None:
+            text = f"MACRO1 MJ#({self.single(s.macro)})"
+        else:
+            text = f"{'JUMP' if s.jump else 'CALL'} JOB:{s.routine}"
+        arguments = "".join(f" ARGF{self.single(argument)}" for argument in s.arguments)
+        return f"{text}{arguments}"
+
+    # --- operator, tasks, process -------------------------------------------------------------------
+
+    def write_start_task(self, s: st.StartTask) -> Lines:
+        if not s.task:
+            raise CannotSayError("a parallel task without a number", "INFORM has the tasks SUB1 and further")
+        sync = " SYNC" if s.synchronised else ""
+        return f"PSTART JOB:{s.routine} {s.task}{sync}"
+
+    def write_process(self, s: st.Process) -> Lines:
+        return " ".join([s.name, *(self._argument(tag, value) for tag, value in s.arguments)])
+
+    def _argument(self, tag: str, value: ex.Expression) -> str:
+        if tag.endswith("#"):
+            return f"{tag}({self.single(value)})"
+        if tag == "T" and type(value) is ex.Number:
+            return f"T={decimal(float(value.value), 2)}"
+        return f"{tag}={self.single(value)}" if tag else self.single(value)
+
+    def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
+        """SWITCH and its first CASE may share a line."""
+        one, case = body[place], body[place + 1] if place + 1 < len(body) else None
+        if not isinstance(one, st.Switch) or not isinstance(case, st.Case):
+            return None
+        if case.line != one.line or one.comment:
+            return None
+        return Joined([f"{self.lines(one)[0]} {self.lines(case)[0]}"], 2, case.comment)
+
+    # --- jobs -------------------------------------------------------------------------------------------
+
+    def template_values(self) -> dict[str, object]:
+        return {"jobs": tuple(map(self._job, self.program.routines))}
+
+    def _job(self, routine: st.Routine) -> InformJob:
+        details = routine.details if self.own else {}
+        attributes = details.get("ATTR", "")
+        old = attributes[:1].isdigit()  # ERC writes flags, all later generations words
+        self.aliases = routine.aliases
+        self.point_digits, self.station_letter = (3, "E") if old else (5, "EC")
+        positions = InformPositionWriter(routine.points, exact=self.own, old=old)
+        counts = rows = ""
+        try:
+            counts, rows = positions.counts(), as_text(positions.lines())
+        except CannotSayError as problem:
+            self.lose(problem, routine.line)
+        types = details.get("ARGTYPE") or _types(routine)
+        remarks = details.get("COMMENT")
+        global_counts, global_names = _names(routine, local=False)
+        local_counts, local_names = _names(routine, local=True)
+        frame = self._frame(routine.relative_to, old)
+        self.begin()
+        self.body(routine.body)
+        return InformJob(
+            name=routine.name,
+            folder=details.get("FOLDERNAME", ""),
+            counts=counts,
+            positions=rows,
+            global_counts=global_counts,
+            global_names=global_names,
+            local_counts=local_counts,
+            local_names=local_names,
+            argument_types=types,
+            argument_comments=None if remarks is None else as_text(remarks.split("\n")),
+            has_arguments=bool(types) or remarks is not None,
+            date=details.get("DATE") or self.date,
+            comment=routine.comment,
+            attributes=attributes or ("SC,RW,RJ" if routine.relative_to else "SC,RW"),
+            frame=frame,
+            frame_record="///FRAME" if old else "////FRAME",
+            groups=tuple(",".join(group.mechanisms) for group in routine.groups),
+            locals=_counts(routine.locals) if routine.locals else "",
+            instructions=as_text(self.rows),
+        )
+
+    def _frame(self, frame: ex.FrameRef | None, old: bool) -> str:
+        if frame is None:
+            return ""
+        if frame.number is None:
+            return frame.kind.upper()
+        number = self.single(frame.number)
+        return number if old else f"USER {number}"
+
+
+def _names(routine: st.Routine, local: bool) -> tuple[str, str]:
+    """The counts and rows of //ALIAS for the named local or global variables."""
+    found = [(name, it) for name, it in routine.aliases.items() if it.local == local]
+    order: list[ex.Store] = list(_NUMBERED)
+    found.sort(key=lambda pair: (order.index(pair[1].store), _index(pair[1])))
+    sizes = {store: sum(it.store is store for _, it in found) for store in order}
+    letter = "L" if local else ""
+    rows = as_text(f"{letter}{LETTERS[it.store]}{_index(it):03d} {name}" for name, it in found)
+    return (_counts(sizes) if found else ""), rows
+
+
+def _index(variable: ex.Variable) -> int:
+    value = getattr(variable.index, "value", None)
+    assert isinstance(value, int)  # a name stands for one variable, never for a computed one
+    return value
+
+
+def _counts(sizes: object) -> str:
+    assert isinstance(sizes, dict)
+    return ",".join(str(sizes.get(store, 0)) for store in _NUMBERED)
+
+
+def _types(routine: st.Routine) -> str:
+    """///ARGTYPE: eight letters or nothings with commas."""
+    if not routine.arguments:
+        return ""
+    letters = ["" if store is None else LETTERS[store] for store in routine.arguments]
+    return ",".join([*letters, *[""] * (_COMMENT_ROWS - len(letters))])
+
+
+def _only(function: ex.Function, name: str) -> ex.Expression:
+    if function.name != name or len(function.arguments) != 1:
+        raise CannotSayError(f"{terminology.function(function.name)} in this place")
+    return function.arguments[0]
+
+
+def _is_counter(target: ex.Expression) -> bool:
+    return type(target) is ex.Variable and target.store in COUNTED

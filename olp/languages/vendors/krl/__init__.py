@@ -1,0 +1,63 @@
+"""KRL, the language of KUKA robots: `.src` and `.sub` programs with the `.dat` lists beside them."""
+
+from __future__ import annotations
+
+import re
+
+from olp.core.source import Source
+from olp.ir.program import Program
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+
+_SIGNS = re.compile(
+    r"\s*(?:&ACCESS|&REL\s|&PARAM\s|(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s+[\w$](?!.*:\s*$)|;FOLD\s)", re.IGNORECASE
+)
+_LOOKED_AT = 60  # lines
+
+
+class Krl(Vendor):
+    """KUKA KRL. Lengths mm, angles deg, path speeds m/s, joint speeds %; all converted while reading.
+
+    A `.dat` is known by its text, because other makers use that suffix for other things.
+    """
+
+    name = "krl"
+    title = "KUKA KRL"
+    suffixes = (".src", ".sub")
+    reads = statements(
+        "Move_spline SetSpeed PulseOutput Label Jump ElseIf While EndWhile For Next Switch Case Default "
+        "EndSwitch Pause Repeat Until Break Declare SetAcceleration SetBlend SetTool SetFrame "
+        "SetOverride ExternalTool Process Opaque"
+    )
+    list_suffixes = (".dat",)
+    comment_prefix = ";"
+    trailing_comment_prefix = " ;"
+    comment_length = 200
+    blending = "kuka"
+    advance_stops = True
+    conventions = Conventions(
+        arm_flags=ArmFlags.SIGNS,
+        frame_spelling={"tool": "TOOL_DATA[{}]", "user": "BASE_DATA[{}]"},
+        partial_targets=True,
+        text_arrays=True,
+        records_in_statements=False,
+        frame_records=True,
+        numbered_frame_values=True,
+        waits_before_reading=True,
+        folds=True,
+        # The advance run goes on past the next statement, and every program of KUKA's editor declares a stop handler.
+        idle_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
+        off_pulse="FALSE",
+    )
+    corners = CornerSpelling(r";", (r"\b(LIN|CIRC)(?:_REL)?\b.*\S(?=\s*$)", r"\g<0> C_DIS"), r"(?!)")
+    editor_names = ("kuka",)
+
+    def sniff(self, source: Source) -> bool:
+        return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])
+
+    def read(self, source: Source) -> Program:
+        from olp.languages.vendors.krl.reader import read_program
+
+        return read_program(source)
+
+
+VENDOR = Krl()

@@ -1,0 +1,244 @@
+"""The lines between DEF and END: the fast path first, then lines seen before, then the grammar."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final
+
+from olp.core.diagnostic import Severity
+from olp.ir.expressions import Named, Text
+from olp.ir.moves import Move
+from olp.ir.program import (
+    Assign,
+    Call,
+    Case,
+    Comment,
+    Declare,
+    Default,
+    Else,
+    ElseIf,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    If,
+    Label,
+    LineKind,
+    Next,
+    Opaque,
+    Process,
+    Repeat,
+    Statement,
+    Switch,
+    Until,
+    While,
+)
+from olp.languages.findings import Findings
+from olp.languages.lark_host import values_of
+from olp.languages.vendors.krl import lines
+from olp.languages.vendors.krl.declarations import Head, Tail
+from olp.languages.vendors.krl.fast import ACTUAL, MoveLines
+from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
+from olp.languages.vendors.krl.parsing import KrlLineReader
+from olp.languages.vendors.krl.scope import Scope
+from olp.languages.vendors.krl.system import Modal
+
+FORGETS = (Label, Else, ElseIf, EndIf, While, EndWhile, Repeat, Until, For, Next, Case, Default, EndSwitch)
+# Blocks that a broken line opens or closes all the same, for the check of blocks.
+_MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
+    "IF": lambda line: If(line, Text("")),
+    "ENDIF": EndIf,
+    "WHILE": lambda line: While(line, Text("")),
+    "LOOP": lambda line: While(line, Text("")),
+    "ENDWHILE": EndWhile,
+    "ENDLOOP": EndWhile,
+    "FOR": lambda line: For(line, Named(""), Text(""), Text("")),
+    "ENDFOR": lambda line: Next(line, None),
+    "REPEAT": Repeat,
+    "UNTIL": lambda line: Until(line, Text("")),
+    "SWITCH": lambda line: Switch(line, Text("")),
+    "ENDSWITCH": EndSwitch,
+}
+_MODAL = (Assign, Call)
+_WORD = re.compile(r"\w+")
+_MOST_CACHED = 50_000
+
+# Class and all values but the line; whether the lines before decide what it means; whether it changes nothing of that
+# and is added as it is.
+_Template = tuple[Callable[..., Statement], tuple[Any, ...], bool, bool]
+
+
+class BodyReader:
+    """Reads the lines of one routine into `body`. `markers`: stand for broken lines that open or close a block."""
+
+    def __init__(self, findings: Findings, scope: Scope, reader: KrlLineReader) -> None:
+        self._findings = findings
+        self._kinds = findings.kinds
+        self._reader = reader
+        self._scope = scope
+        self._moves = MoveLines(scope)
+        self._modal = Modal(scope)
+        self._seen: dict[str, _Template] = {}
+        self._block: SplineBlock | None = None
+        self.body: list[Statement] = []
+        self.markers: list[Statement] = []
+        self.declared: dict[str, int] = {}
+
+    def comment(self, text: str, number: int) -> None:
+        self._kinds[number - 1] = LineKind.COMMENT
+        self.body.append(Comment(number, text))
+
+    def read(self, code: str, comment: str, number: int) -> Head | Tail | None:
+        """One line without its comment. Heads and tails are given back."""
+        template = self._seen.get(code)
+        if template is None and self._block is None:
+            move = self._moves.read(code, number, comment)
+            if move is not None:
+                self._kinds[number - 1] = LineKind.STATEMENT
+                self.body.append(move)
+                return None
+            actual = ACTUAL.fullmatch(code)
+            if actual is not None and not comment:
+                self._actual(actual[1], actual[2], number)
+                return None
+        if template is None:
+            return self._parse(code, comment, number)
+        kind, values, modal, plain = template
+        if plain and not comment:
+            self._kinds[number - 1] = LineKind.STATEMENT
+            self.body.append(kind(number, *values))
+        else:
+            self._add(kind(number, *values), comment, number, modal)
+        return None
+
+    def _actual(self, word: str, name: str, number: int) -> None:
+        """`FDAT_ACT=FP1`: the motion data that BAS takes."""
+        value = Named(self._scope.spell(name))
+        self._modal.data.assign(word.upper(), value)
+        self._kinds[number - 1] = LineKind.STATEMENT
+        self.body.append(Assign(number, Named(self._scope.spell(word)), value))
+
+    def _parse(self, code: str, comment: str, number: int) -> Head | Tail | None:
+        kept = lines.kept(code)
+        result = self._reader.parse(code, number) if kept is None else kept
+        if result is None:
+            word = _WORD.match(code)
+            if word is not None and word[0].upper() in _MARKERS:
+                self.markers.append(_MARKERS[word[0].upper()](number))
+            return None
+        if isinstance(result, (Head, Tail)):
+            return result
+        if isinstance(result, tuple):
+            self._structure(result, comment, number)
+            return None
+        result = self._modal.fixed(result) or result
+        modal = isinstance(result, _MODAL)
+        if len(self._seen) < _MOST_CACHED:
+            plain = not modal and not isinstance(result, (*FORGETS, Opaque, Move))
+            self._seen[code] = (type(result), values_of(result), modal, plain)
+        self._add(lines.placed(result, number), comment, number, modal)
+        return None
+
+    def _add(self, it: Statement, comment: str, number: int, modal: bool) -> None:
+        """One statement, or those that it stands for."""
+        kinds, body = self._kinds, self.body
+        if isinstance(it, Opaque):
+            kinds[number - 1] = LineKind.OPAQUE
+            body.append(it)
+            return
+        kinds[number - 1] = LineKind.STATEMENT
+        if modal:
+            self._add_modal(it, comment, number)
+            return
+        if self._block is not None and isinstance(it, Move):
+            it = self._within(it)
+        if isinstance(it, FORGETS):
+            self._modal.forget()
+            if isinstance(it, ElseIf):
+                self._warn("P418", "KRL has no ELSEIF", number, "write it as ELSE and IF … ENDIF")
+        body.append(lines.commented(it, comment) if comment else it)
+
+    def _add_modal(self, it: Statement, comment: str, number: int) -> None:
+        found = self._modal.lower(it)
+        if not found and comment:
+            self.body.append(Comment(number, comment))
+        last = len(found) - 1
+        for place, one in enumerate(found):
+            placed = one if one is it else lines.placed(one, number)
+            self.body.append(lines.commented(placed, comment) if comment and place == last else placed)
+        if self._modal.data.missing or self._modal.odd:
+            self._tell(number)
+
+    def _tell(self, number: int) -> None:
+        span = self._findings.whole_line(number)
+        for name in self._modal.data.missing:
+            message = f"the motion data {name} have no value here: the move's speed and frames are computed from them"
+            help = "put the .dat (and $config.dat) beside the program"
+            self._findings.once(Severity.WARNING, "P413", name, message, span, help)
+        for name in self._modal.odd:
+            message = f"{name} differs from axis to axis: the first axis speaks for all"
+            self._findings.once(Severity.WARNING, "P416", name, message, span, "give all axes one value")
+        self._modal.data.missing.clear()
+        self._modal.odd.clear()
+
+    # --- declarations and spline blocks -----------------------------------------------------------------
+
+    def _structure(self, result: Any, comment: str, number: int) -> None:
+        kinds = self._kinds
+        kinds[number - 1] = LineKind.STATEMENT
+        if isinstance(result, SplineBlock):
+            if self._block is not None:
+                self._refuse(
+                    "P405", "a spline block within a spline block", number, "close the first: ENDSPLINE"
+                )
+            self._block = result
+            self.body.append(Process(number, result.word, (), comment))
+            return
+        if isinstance(result, SplineEnd):
+            self._end_spline(result, comment, number)
+            return
+        for place, one in enumerate(result):
+            assert isinstance(one, Declare)
+            key = one.name.upper()
+            if key in self.declared:
+                span = self._findings.whole_line(number)
+                message = f"{one.name} is declared twice, first in line {self.declared[key]}"
+                self._findings.warning("P415", message, span, "remove one")
+            self.declared.setdefault(key, number)
+            said = comment if place == len(result) - 1 else ""
+            self.body.append(replace(one, line=number, comment=said))
+
+    def _within(self, it: Move) -> Move:
+        """A move of a spline block: it passes its point, and what the block says holds for it."""
+        assert self._block is not None
+        fields = {name: value for name, value in self._block.fields.items() if name not in ("sizes", "other")}
+        missing = {name: value for name, value in fields.items() if getattr(it, name) is None}
+        other = (*it.other, *self._block.fields.get("other", ()))
+        return replace(it, blend=SPLINE_PASS, other=other, **missing)
+
+    def _end_spline(self, end: SplineEnd, comment: str, number: int) -> None:
+        if self._block is None:
+            self._refuse("P405", "ENDSPLINE without SPLINE", number, "remove it")
+            return
+        self._block = None
+        for place in range(len(self.body) - 1, -1, -1):
+            one = self.body[place]
+            if isinstance(one, Move):
+                self.body[place] = replace(one, blend=end.blend)
+                break
+            if isinstance(one, Process) and one.name in ("SPLINE", "PTP_SPLINE"):
+                break
+        self.body.append(Process(number, "ENDSPLINE", (), comment))
+
+    def _refuse(self, code: str, message: str, number: int, help: str) -> None:
+        self._findings.error(code, message, self._findings.whole_line(number), help)
+
+    def _warn(self, code: str, message: str, number: int, help: str) -> None:
+        self._findings.once(Severity.WARNING, code, "", message, self._findings.whole_line(number), help)
+
+    def finish(self, number: int) -> None:
+        """The routine ends in line `number`."""
+        if self._block is not None:
+            self._refuse("P405", "SPLINE without ENDSPLINE", number, "close it: ENDSPLINE")

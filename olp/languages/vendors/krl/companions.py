@@ -1,0 +1,58 @@
+"""Finds the files that belong to a program: the list of the same name, and the controller's $config.dat."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from olp.core.source import Source, load
+
+_SYSTEM_FOLDERS = ("", "System", "R1/System", "KRC/R1/System")
+_TREES = ("R1", "KRC")
+_CONFIG = "$config.dat"
+_LARGEST = 8 * 1024 * 1024  # bytes
+
+
+def find(path: str) -> tuple[Source | None, Source | None]:
+    """The .dat beside `path` and the $config.dat near it, in any case of letters; None where there is none."""
+    if not path:
+        return None, None
+    file = Path(path)
+    try:
+        if not file.is_file():
+            return None, None
+        beside = None if file.suffix.lower() == ".dat" else _in_folder(file.parent, file.stem + ".dat")
+        config = None if file.name.lower() == _CONFIG else _config(file.parent)
+        return _load(beside), _load(config)
+    except OSError:
+        return None, None
+
+
+def _in_folder(folder: Path, name: str) -> Path | None:
+    wanted = name.lower()
+    exact = folder / name
+    if exact.is_file():
+        return exact
+    with os.scandir(folder) as entries:
+        return next(
+            (folder / one.name for one in entries if one.name.lower() == wanted and one.is_file()), None
+        )
+
+
+def _config(folder: Path) -> Path | None:
+    """In the folder itself, in System beside or above it, or in that of the robot's tree it stands in."""
+    here = folder.resolve()
+    trees = [one for one in here.parents if one.name.upper() in _TREES]
+    for place in (here, here.parent, *trees):
+        for system in _SYSTEM_FOLDERS:
+            if (place / system).is_dir():
+                found = _in_folder(place / system, _CONFIG)
+                if found is not None:
+                    return found
+    return None
+
+
+def _load(path: Path | None) -> Source | None:
+    if path is None or path.stat().st_size > _LARGEST:
+        return None
+    return load(path)

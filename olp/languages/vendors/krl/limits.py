@@ -1,0 +1,69 @@
+"""What KRL can say, and how long its words may be (KUKA System Software 5 to 8, system integrator's manuals)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.core.units import deg, percent
+from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.languages.limits import Limits, ValueTypes
+
+_WORDS: Final = """
+    AND ANIN ANOUT AXIS B_AND B_EXOR B_NOT B_OR BAS BOOL BRAKE C_DIS C_ORI C_PTP C_SPL C_VEL CA CASE CAST_FROM
+    CAST_TO CCLOSE CHANNEL CHAR CIOCTL CIRC CIRC_REL CONFIRM CONST CONTINUE COPEN CREAD CWRITE DECL DEF DEFAULT DEFDAT
+    DEFFCT DELAY DIGIN DISTANCE DO E6AXIS E6POS ELSE END ENDDAT ENDFCT ENDFOR ENDIF ENDLOOP ENDSPLINE ENDSWITCH
+    ENDWHILE ENUM EXIT EXOR EXT EXTFCT FALSE FOR FRAME GLOBAL GOTO HALT IF IMPORT INT INTERRUPT IS LIN LIN_REL LOOP
+    MAXIMUM MINIMUM NOT OFF ON ON_ERROR_PROCEED OR PATH POS PRIO PTP PTP_REL PTP_SPLINE PUBLIC PULSE REAL REPEAT RESUME
+    RETURN SCIRC SEC SIGNAL SLIN SPL SPLINE SPTP SREAD STEP STRUC SWITCH SWRITE THEN TIME_BLOCK TO TRIGGER TRUE UNTIL
+    WAIT WHEN WHILE WITH X Y Z A B C S T E1 E2 E3 E4 E5 E6 A1 A2 A3 A4 A5 A6
+"""
+RESERVED: Final = frozenset(_WORDS.split())
+
+LIMITS: Final = Limits(
+    routine_name=24,
+    variable_name=24,
+    label_name=24,
+    line=471,
+    comment=0,
+    points=0,
+    statements=0,
+    joint_speeds=frozenset({SpeedUnit.FRACTION}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN}),
+    blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE, BlendKind.SPEED, BlendKind.TURN}),
+    accelerations=frozenset({AccelerationUnit.FRACTION, AccelerationUnit.TRAVEL}),
+    modal_speed=True,
+    tool_and_frame="modal",
+    has_continue=False,
+    has_data_files=True,
+    bounds_turning=True,
+    speed_steps={SpeedUnit.FRACTION: percent},
+    # $VEL_MA and $ACC_MA of the machine data, as arms with KR C4 are delivered.
+    speed_ranges={
+        SpeedUnit.FRACTION: (percent, 1.0),
+        SpeedUnit.TRAVEL: (0.0, 3.0),
+        SpeedUnit.TURN: (0.0, 400.0 * deg),
+    },
+    largest_turning=400.0 * deg,
+    acceleration_range=(percent, 1.0),
+    largest_rates={AccelerationUnit.TRAVEL: 10.0},
+    blend_ranges={BlendKind.SHARE: (percent, 1.0), BlendKind.SPEED: (percent, 1.0)},
+    acceleration_step=percent,
+    unprogrammed_acceleration=(
+        "paths accelerate and turn as INITMOV sets it where nothing is programmed: as delivered 2.3 m/s², 200 deg/s"
+    ),
+    has_elseif=False,
+    joint_blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE}),
+    longest_pulse=3.0,  # PULSE, as its inline form, takes 0.1 to 3 s
+    reserved=RESERVED,
+    native_offsets=frozenset({"relative"}),
+    frame_numbers={"tool": 16, "user": 32},
+    first_signal=1,
+    position_read_in="move",
+    integer_type="INT",
+    has_integers=True,
+    value_types=ValueTypes(signals_are_states=True),
+    ordered_arguments=True,
+    reference_parameters=True,  # arrays are handed over in no other way
+    wait_poll=0.012,
+    data_beside=True,
+)

@@ -1,0 +1,312 @@
+"""Lowers motion lines: PTP, LIN, CIRC, their relative and spline forms, WITH lists and spline blocks."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+from lark import Token
+
+from olp.core.units import deg, mm, percent
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    FrameRef,
+    Member,
+    Number,
+    PositionLiteral,
+    Quantity,
+    RecordLiteral,
+    Unknown,
+)
+from olp.ir.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
+from olp.ir.program import Process
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendors.krl import values
+from olp.languages.vendors.krl.expressions import ExpressionRules
+from olp.languages.vendors.krl.motion_data import MotionData
+from olp.languages.vendors.krl.scope import Reference
+
+PATHS: Final = {"P": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR}
+BLENDS: Final = {
+    "C_DIS": BlendKind.RADIUS,
+    "C_SPL": BlendKind.RADIUS,
+    "C_PTP": BlendKind.SHARE,
+    "C_VEL": BlendKind.SPEED,
+    "C_ORI": BlendKind.TURN,
+}
+SPLINE_STOP: Final = values.STOP._replace(native="S")  # an exact stop of an S move
+SPLINE_PASS: Final = Blend(BlendKind.CONTINUOUS, None, "SPL")  # within a spline block
+_APPROXIMATION: Final = {
+    "CDIS": (BlendKind.RADIUS, mm),
+    "CPTP": (BlendKind.SHARE, percent),
+    "CVEL": (BlendKind.SPEED, percent),
+    "CORI": (BlendKind.TURN, deg),
+}
+_MOST_BLENDS = 2
+
+
+class Setting(NamedTuple):
+    """One `$NAME=value` of a WITH list."""
+
+    target: Reference
+    value: Expression
+
+
+class SplineBlock(NamedTuple):
+    """SPLINE or PTP_SPLINE; `settings` hold for the block's moves that say nothing else."""
+
+    word: str
+    fields: dict[str, Any]
+
+
+class SplineEnd(NamedTuple):
+    """ENDSPLINE with its blend words."""
+
+    blend: Blend
+
+
+class _Frame(NamedTuple):
+    word: str
+
+
+class _Words(NamedTuple):
+    """The blend words of a move, capitals."""
+
+    words: tuple[str, ...]
+
+
+class MoveRules(ExpressionRules):
+    def blend(self, children: list[Token]) -> _Words:
+        return _Words((str(children[0].upper()),))
+
+    def relative_frame(self, children: list[Token]) -> _Frame:
+        word = children[0][1:].strip().upper()
+        if word not in ("BASE", "TOOL"):
+            raise BrokenLineError(
+                f"a relative move has no frame '{children[0]}'",
+                word=str(children[0]),
+                wanted="#BASE or #TOOL",
+            )
+        return _Frame(word)
+
+    def setting(self, children: list[Any]) -> Setting:
+        return Setting(children[0], self.plain(children[1]))
+
+    def with_list(self, children: list[Setting]) -> list[Setting]:
+        return children
+
+    def move(self, children: list[Any]) -> Move:
+        word, target, *details = children
+        return self._move(word.upper(), self.plain(target), None, None, details)
+
+    def arc(self, children: list[Any]) -> Move:
+        word, via, target, angle, *details = children
+        return self._move(word.upper(), self.plain(target), self.plain(via), angle, details)
+
+    def relative_move(self, children: list[Any]) -> Move:
+        word, target, *details = children
+        return self._move(word.upper(), _whole(self.plain(target)), None, None, details)
+
+    def relative_arc(self, children: list[Any]) -> Move:
+        word, via, target, angle, *details = children
+        return self._move(word.upper(), _whole(self.plain(target)), _whole(self.plain(via)), angle, details)
+
+    def _move(
+        self,
+        word: str,
+        target: Expression,
+        via: Expression | None,
+        angle: Expression | None,
+        details: list[Any],
+    ) -> Move:
+        plain, _, relative = word.partition("_")
+        spline = plain[0] == "S"
+        path = Path.SPLINE if plain == "SPL" else PATHS[plain[1 if spline else 0]]
+        words = [one for detail in details if type(detail) is _Words for one in detail.words]
+        fields = self.fields_of([one for detail in details if type(detail) is list for one in detail])
+        sizes: list[Blend] = fields.pop("sizes", [])
+        fields["blend"] = _blend(words, spline, sizes)
+        frames = [one.word for one in details if type(one) is _Frame]
+        if relative:
+            fields["relative"] = FrameRef("tool") if frames[:1] == ["TOOL"] else FrameRef("own")
+        elif frames:
+            raise BrokenLineError(
+                f"#{frames[0]} belongs to relative moves", word="#" + frames[0], wanted="no frame"
+            )
+        if angle is not None:
+            fields["arc"] = Quantity(self.plain(angle), deg)
+        return Move(0, path, (target,), via=via, **fields)
+
+    # --- WITH -------------------------------------------------------------------------------------------
+
+    def fields_of(self, settings: list[Setting]) -> dict[str, Any]:
+        """The fields of Move that a WITH list sets; `sizes`: blends with their sizes."""
+        fields: dict[str, Any] = {}
+        other: list[tuple[str, Expression]] = []
+        data = MotionData(self.scope)
+        for target, value in settings:
+            found = _setting(data, target, value)
+            if found is None:
+                other.append((reference_text(target), value))
+            elif "sizes" in found:
+                fields.setdefault("sizes", []).extend(found["sizes"])
+            else:
+                fields.update(found)
+        if other:
+            fields["other"] = tuple(other)
+        return fields
+
+    def spline_block(self, children: list[Any]) -> SplineBlock:
+        word, *lists = children
+        return SplineBlock(str(word.upper()), self.fields_of([one for each in lists for one in each]))
+
+    def end_spline(self, children: list[Token]) -> SplineEnd:
+        words = [str(one.upper()) for one in children]
+        return SplineEnd(_blend(words, True, []))
+
+    def time_block(self, children: list[Any]) -> Process:
+        word, value = children
+        arguments = (("", Unknown(str(word.upper()))),)
+        return Process(
+            0, "TIME_BLOCK", arguments if value is None else (*arguments, ("=", self.plain(value)))
+        )
+
+
+def _blend(words: list[str], spline: bool, sizes: list[Blend]) -> Blend:
+    if not words:
+        return SPLINE_STOP if spline else values.STOP
+    if len(words) > _MOST_BLENDS:
+        raise BrokenLineError(
+            "more than two ways to pass a point", word=words[-1], wanted="one, or C_PTP and another"
+        )
+    kind = BLENDS[words[0]]
+    native = " ".join(words) if len(words) > 1 or words[0] == "C_SPL" else ""
+    if spline and words[0] != "C_SPL":
+        native = "S " + " ".join(words)
+    size = next((one.value for one in sizes if one.kind is kind), None)
+    if size is None and words[0] == "C_SPL" and sizes:
+        kind, size, _ = sizes[0]  # an SPTP form gives its size as a share
+    return Blend(kind, size, native)
+
+
+def _whole(it: Expression) -> Expression:
+    """Of a relative target: what is not written is 0."""
+    if not isinstance(it, PositionLiteral):
+        return it
+    numbers = tuple(0.0 if value != value else value for value in it.values)
+    return PositionLiteral(it.kind, numbers, it.external, it.configuration, it.native, it.sectors)
+
+
+def reference_text(it: Reference) -> str:
+    """The name as it stands in a text; indices are plain numbers there."""
+    text = it.key
+    for name, indices in it.parts:
+        shown = ",".join(str(one.value) if type(one) is Number else "" for one in indices)
+        text += f".{name.upper()}" if name else f"[{shown}]"
+    return text
+
+
+def _setting(data: MotionData, target: Reference, value: Expression) -> dict[str, Any] | None:
+    key, member = target.key, target.parts[0][0].upper() if target.parts else ""
+    call = value if isinstance(value, CallValue) else CallValue("")
+    routine, arguments = call.routine.upper(), call.arguments
+    if key == "$VEL_AXIS":
+        written = arguments[0] if routine == "SVEL_JOINT" and arguments else value
+        return None if type(written) is CallValue else {"speed": _speed(SpeedUnit.FRACTION, written, percent)}
+    if key == "$VEL":
+        return _path_speed(data, member, value, routine, arguments)
+    if key == "$ACC_AXIS":
+        return _joint_acceleration(data, value, routine, arguments)
+    if key == "$ACC":
+        return _path_acceleration(data, member, value, routine, arguments)
+    if key == "$TOOL" and not member:
+        return {"tool": _by_form(data, value, routine, arguments, "TOOL_NO", ("STOOL", "STOOL2"))}
+    if key == "$BASE" and not member:
+        return {"frame": _by_form(data, value, routine, arguments, "BASE_NO", ("SBASE",))}
+    if key == "$APO":
+        return _sizes(data, member, value, routine, arguments)
+    return None
+
+
+def _speed(unit: SpeedUnit, value: Expression, scale: float) -> Speed:
+    return Speed(unit, Quantity(value, scale))
+
+
+def _name(it: Expression) -> str:
+    return getattr(it, "name", "")
+
+
+def _path_speed(
+    data: MotionData, member: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+) -> dict[str, Any] | None:
+    if member == "CP":
+        return {"speed": _speed(SpeedUnit.TRAVEL, value, 1.0)}
+    if member in ("ORI1", "ORI2"):
+        return {"turn": Quantity(value, deg)}
+    if routine == "SVEL_CP" and arguments:
+        given = arguments[0]
+        if type(given) is Unknown and len(arguments) > 2:
+            given = data.member(_name(arguments[2]), "VEL")
+        return {"speed": _speed(SpeedUnit.TRAVEL, given, 1.0)}
+    if isinstance(value, RecordLiteral) and value.members[0][0].upper() == "CP":
+        return (
+            {"speed": _speed(SpeedUnit.TRAVEL, value.members[0][1], 1.0)} if len(value.members) == 1 else None
+        )
+    return None
+
+
+def _joint_acceleration(
+    data: MotionData, value: Expression, routine: str, arguments: tuple[Expression, ...]
+) -> dict[str, Any] | None:
+    if routine == "SACC_JOINT" and arguments:
+        found = data.constant(_name(arguments[0]), "ACC")
+        return None if found is None else {"acceleration": Quantity(found, values.ACC_SPTP)}
+    return None if type(value) is CallValue else {"acceleration": Quantity(value, percent)}
+
+
+def _path_acceleration(
+    data: MotionData, member: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+) -> dict[str, Any] | None:
+    if member == "CP":
+        return {"rate": Acceleration(AccelerationUnit.TRAVEL, Quantity(value, 1.0))}
+    if routine == "SACC_CP" and arguments:
+        found = data.constant(_name(arguments[0]), "ACC")
+        if type(found) is Number:
+            rate = Number(float(f"{found.value * values.ACC_CP:.12g}"))
+            return {"rate": Acceleration(AccelerationUnit.TRAVEL, Quantity(rate, 1.0))}
+    return None
+
+
+def _by_form(
+    data: MotionData,
+    value: Expression,
+    routine: str,
+    arguments: tuple[Expression, ...],
+    member: str,
+    words: tuple[str, ...],
+) -> Expression:
+    """STOOL2(FP1), SBASE(FP1.BASE_NO), or a value."""
+    by_number = data.numbered_tool if member == "TOOL_NO" else data.numbered_frame
+    if routine not in words or not arguments:
+        return data.tool(value) if member == "TOOL_NO" else data.frame(value)
+    it = arguments[0]
+    if isinstance(it, Member):
+        return by_number(data.constant(_name(it.base), it.name.upper()) or it)
+    if routine == "STOOL2":
+        return by_number(data.member(_name(it), member) if _name(it) else it)
+    return by_number(it)
+
+
+def _sizes(
+    data: MotionData, member: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+) -> dict[str, Any] | None:
+    if member in _APPROXIMATION:
+        kind, scale = _APPROXIMATION[member]
+        return {"sizes": [Blend(kind, Quantity(value, scale))]}
+    if routine == "SAPO" and arguments:
+        distance = data.constant(_name(arguments[0]), "APO_DIST")
+        return None if distance is None else {"sizes": [Blend(BlendKind.RADIUS, Quantity(distance, mm))]}
+    if routine == "SAPO_PTP" and arguments:
+        known = data.constant(_name(arguments[0]), "APO_DIST") is not None
+        return {"sizes": list(data.joint_blends(_name(arguments[0])))} if known else None
+    return None

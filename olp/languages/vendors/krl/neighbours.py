@@ -1,0 +1,157 @@
+"""Reads the lists that belong to a program: the .dat of its name, and what it needs of $config.dat."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Set
+from dataclasses import replace
+from pathlib import PurePath, PureWindowsPath
+from typing import Final, NamedTuple
+
+from olp.core.diagnostic import Diagnostic, Span
+from olp.core.source import Source
+from olp.ir.expressions import Number, RecordLiteral, Text
+from olp.ir.program import Declare
+from olp.languages.findings import Findings
+from olp.languages.vendors.krl import checks, companions, lines
+from olp.languages.vendors.krl.lists import ListReader
+from olp.languages.vendors.krl.parsing import KrlLineReader
+from olp.languages.vendors.krl.scope import Scope
+
+CONFIG_MARK: Final = (
+    " of $config.dat"  # at the end of `Declare.native`: it stands in the controller's own list
+)
+HEAD: Final = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
+TAIL: Final = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
+NAME: Final = re.compile(r"[$A-Za-z_][\w$]*")
+_BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
+
+# The public copies of $config.dat agree in these.
+_PUBLIC: Final[dict[str, tuple[str, tuple[tuple[str, float | str], ...]]]] = {
+    "PDEFAULT": ("PDAT", (("VEL", 100.0), ("ACC", 100.0), ("APO_DIST", 100.0))),
+    "LDEFAULT": ("LDAT", (("VEL", 2.0), ("ACC", 100.0), ("APO_DIST", 100.0))),
+    "FHOME": ("FDAT", (("TOOL_NO", 1), ("BASE_NO", 0), ("IPO_FRAME", "#BASE"))),
+}
+
+
+class Neighbours(NamedTuple):
+    """`data`: rows of the .dat; `config`: rows of $config.dat that the program names.
+
+    `details`: the other lines of the .dat, for KRL's own writer.
+    """
+
+    files: tuple[Source, ...]
+    data: tuple[Declare, ...]
+    config: tuple[Declare, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    details: dict[str, str]
+
+
+def stem(path: str) -> str:
+    """A file's name without its folder and suffix, in capitals."""
+    return PurePath(PureWindowsPath(path).name).stem.upper()
+
+
+def read_neighbours(
+    source: Source, scope: Scope, findings: Findings, given: tuple[Source, ...] | None
+) -> Neighbours:
+    """The lists of `given`, else those on the disk, with what is wrong with them."""
+    beside, config = companions.find(source.path) if given is None else _sorted(given)
+    files = tuple(one for one in (beside, config) if one is not None)
+    used = _used(source, beside, _PUBLIC.keys() | {"DEFDAT"} if config is None else None)
+    rows = () if config is None else _config(config, scope, findings, used)
+    data: tuple[Declare, ...] = ()
+    told: tuple[Diagnostic, ...] = ()
+    details: dict[str, str] = {}
+    if beside is not None:
+        found = Findings(beside)
+        if checks.check_readable(found):
+            data = _list(found, scope, None)
+            details = _details(beside)
+        told = found.result()
+    if "DEFDAT" not in used:
+        rows = (*rows, *_defaults(scope, findings, used))
+    return Neighbours(files, data, rows, told, details)
+
+
+def _sorted(given: tuple[Source, ...]) -> tuple[Source | None, Source | None]:
+    config = next((one for one in given if "CONFIG" in stem(one.path)), None)
+    return next((one for one in given if one is not config), None), config
+
+
+def _used(source: Source, beside: Source | None, asked: Set[str] | None) -> frozenset[str]:
+    """The names in the code of both files, in capitals; `asked`: only these are asked for."""
+    used: set[str] = set()
+    for one in (source, beside):
+        text = "\n".join(one.lines).upper() if one is not None else ""
+        if asked is not None and not any(name in text for name in asked):
+            continue
+        if ";" in text:
+            text = "\n".join([lines.split(line)[0] for line in text.split("\n")])
+        used.update(NAME.findall(text))
+    return frozenset(used | {"TOOL_DATA", "BASE_DATA"} if used & _BY_NUMBER else used)
+
+
+def _config(config: Source, scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:
+    told = Findings(config)
+    if not checks.check_readable(told):
+        return ()
+    rows = _list(told, scope, used)
+    broken = [one for one in told.result() if one.is_error]
+    if broken:
+        message = (
+            f"{len(broken)} lines of {config.path} were not understood, the first is line {broken[0].line}"
+        )
+        findings.warning("P419", message, Span(1, 1, 2), "olp takes what it needs from the others")
+    return tuple(replace(one, native=one.native + CONFIG_MARK, comment="") for one in rows)
+
+
+def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:
+    """Motion data that every controller has, where no list gives them."""
+    rows = []
+    for name, (kind, values) in _PUBLIC.items():
+        if name not in used or scope.known(name):
+            continue
+        members = tuple(
+            (scope.spell(key), Text(one) if isinstance(one, str) else Number(one)) for key, one in values
+        )
+        value = RecordLiteral(kind, members)
+        scope.declare(name, kind)
+        scope.values[name] = value
+        rows.append(Declare(0, scope.spell(name), kind, value, native=kind + CONFIG_MARK))
+    if rows:
+        names = ", ".join(one.name for one in rows)
+        message = f"{names}: taken as in the public $config.dat, which is not beside the program"
+        findings.info("P420", message, Span(1, 1, 2), "put the controller's $config.dat beside it")
+    return tuple(rows)
+
+
+def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
+    reader = ListReader(findings, scope, KrlLineReader(findings, scope), only, placed=False)
+    for number, line in enumerate(findings.source.lines, 1):
+        code, comment = lines.split(line)
+        plain = code.startswith("DECL ")
+        if plain or (code and code[0] != "&" and not HEAD.match(code) and not TAIL.fullmatch(code)):
+            reader.row(code, number, comment or "")
+    return reader.finish()
+
+
+def _details(source: Source) -> dict[str, str]:
+    """The lines above DEFDAT, that line itself, and comments and kept lines below it."""
+    above: list[str] = []
+    rows: list[str] = []
+    head = ""
+    for line in source.lines:
+        if line.startswith("DECL "):
+            continue
+        code, comment = lines.split(line)
+        if code.startswith("DECL "):
+            continue
+        if HEAD.match(code):
+            head = code
+        elif (not code and comment is not None) or (
+            code and (code[0] == "&" or lines.kept(code) is not None)
+        ):
+            (rows if head else above).append(code or f";{comment}")
+    found = {"data above": "\n".join(above), "data head": head, "data rows": "\n".join(rows)}
+    return {key: text for key, text in found.items() if text}

@@ -1,0 +1,132 @@
+"""Gives lines to the grammar, within bounds, and tells what is wrong with those that it refuses."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+from olp.core.diagnostic import Severity, Span
+from olp.core.memory_limit import remembered
+from olp.languages.findings import Findings
+from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, either, expected, give_up
+from olp.languages.vendors.krl.scope import Scope
+
+_OPERATORS = re.compile(r"[-+*/:({\[<>=]|\bNOT\b", re.IGNORECASE)
+_MOST_OPERATORS = (
+    200  # a nesting that no controller takes, and that would exhaust the stack of an interpreter
+)
+_MOST_CHARACTERS = 4096
+_LONG_NUMBER = re.compile(r"(?<![\w$.])\d{19,}|'[BHDbhd]?[0-9A-Fa-f]{65,}'|[0-9.][eE][+-]?\d{3,}")
+_STRING = re.compile(r'"[^"]*"')
+_MOST_WORDS = 8
+
+# What the grammar calls its terminals, in a reader's words.
+_NAMES: Final = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "STRING": "a text",
+    "BITS": "'B0110'",
+    "ENUM": "#CONSTANT",
+    "STATE": "TRUE or FALSE",
+    "SIGN": "+ or -",
+    "TIMES": "* or /",
+    "COMPARE": "==",
+    "NOT": "NOT",
+    "EQUAL": "=",
+    "COMMA": ",",
+    "COLON": ":",
+    "DOT": ".",
+    "LPAR": "(",
+    "RPAR": ")",
+    "LSQB": "[",
+    "RSQB": "]",
+    "LBRACE": "{",
+    "RBRACE": "}",
+    "BLEND": "C_DIS",
+    "DIRECTION": ":IN or :OUT",
+    "$END": "the end of the line",
+}
+
+
+class KrlLineReader:
+    """Parses the lines of one file. `broken`: how many were refused."""
+
+    def __init__(self, findings: Findings, scope: Scope) -> None:
+        self._findings = findings
+        self._scope = scope
+        self.broken = 0
+        self.mixed = False
+
+    def parse(self, code: str, number: int) -> Any:
+        """What the grammar makes of a line without its comment; None when it is refused, which is told."""
+        if self._too_much(code, number):
+            return None
+        from lark.exceptions import UnexpectedInput
+
+        from olp.languages.vendors.krl.grammar import line_parser
+
+        if self.broken >= MOST_BROKEN:
+            give_up(self._findings, "P410", Span(number, 1, 2))
+            return None
+        try:
+            parsed = remembered("krl lines", code, self._scope, lambda s: line_parser().parse_line(code, s))
+        except UnexpectedInput as refused:
+            self._report(number, code, *_explain(refused, code))
+            return None
+        except BrokenLineError as broken:
+            column = max(code.upper().rfind(broken.word.upper()), 0)
+            self._report(number, code, broken.message, broken.wanted, column, column + len(broken.word))
+            return None
+        self.mixed = parsed.mixed
+        if parsed.mixed:
+            self._tell_mixed(number)
+        return parsed.result
+
+    def _tell_mixed(self, number: int) -> None:
+        message = "a comparison beside AND or OR without parentheses: the controller compares last"
+        span = self._findings.whole_line(number)
+        self._findings.once(Severity.WARNING, "P414", "", message, span, "put the comparison in parentheses")
+
+    def _too_much(self, code: str, number: int) -> bool:
+        """Whether a line is beyond what any controller takes, which is told: it could only exhaust olp."""
+        text = _STRING.sub('""', code) if '"' in code else code
+        digits = _LONG_NUMBER.search(text) if len(text) > 19 else None
+        if digits is not None:
+            message = f"a number of {len(digits[0])} characters"
+            self._findings.error("P409", message, self._findings.whole_line(number), "at most 18 digits")
+            return True
+        operators = len(_OPERATORS.findall(text)) if len(text) > _MOST_OPERATORS else 0
+        if len(code) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS:
+            return False
+        message = f"a line of {len(code)} characters is longer than any controller takes"
+        help = f"at most {_MOST_CHARACTERS} characters and {_MOST_OPERATORS} operators are read"
+        self._findings.error("P409", message, self._findings.whole_line(number), help)
+        return True
+
+    def _report(self, number: int, code: str, message: str, wanted: str, start: int, stop: int) -> None:
+        self.broken += 1
+        text = self._findings.source.line(number)
+        offset = max(text.find(code), 0) + 1
+        help = f"expected {wanted}" if wanted else ""
+        self._findings.error(
+            "P404", message, Span(number, offset + start, offset + max(stop, start + 1)), help
+        )
+
+
+def _explain(refused: Any, code: str) -> tuple[str, str, int, int]:
+    """(message, what was expected, start, stop) of a refused line."""
+    column = getattr(refused, "column", -1) or -1
+    token = getattr(refused, "token", None)
+    at_end = token is not None and token.type == "$END"
+    start = len(code) if at_end or column < 1 else column - 1
+    word = "" if at_end else str(token) if token is not None else code[start : start + 1]
+    wanted = _wanted(expected(refused))
+    message = "the line ends too soon" if not word else f"'{word[:40]}' makes no sense here"
+    return message, wanted, start, start + len(word)
+
+
+def _wanted(names: set[str]) -> str:
+    words = sorted({_NAMES.get(name) or name.lstrip("_") for name in names if not str(name).startswith("__")})
+    if not words or len(words) > _MOST_WORDS:
+        return ""
+    return either(words)

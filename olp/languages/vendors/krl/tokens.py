@@ -1,0 +1,69 @@
+"""KRL: names that are declared, in the program or in its .dat."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from olp.languages.tokens import Kind, Pattern, Words, listed
+
+_KINDS = {
+    **dict.fromkeys(("POS", "E6POS", "AXIS", "E6AXIS"), Kind.POINT),
+    "FRAME": Kind.FRAME,
+    "SIGNAL": Kind.SIGNAL,
+}
+_LINE = re.compile(
+    r"\s*(?:(?:DECL|GLOBAL|CONST|SIGNAL(?=\s+\w+\s+\$))\s+)*([A-Z_]\w*)\s+([A-Z_]\w*)\s*(?:[=,\[]|$|;)",
+    re.IGNORECASE,
+)
+_SIGNAL = re.compile(r"\s*(?:(?:DECL|GLOBAL)\s+)*SIGNAL\s+([A-Z_]\w*)", re.IGNORECASE)
+_NEXT = re.compile(r"\s*,\s*([A-Z_]\w*)", re.IGNORECASE)
+_ITEM = re.compile(r"(?:\[[^\]]*\])?\s*(?:=\s*(?:\{[^}]*\}|\"[^\"]*\"|[^,;]*))?")
+# Words that open an instruction: behind one of them no name comes into being.
+_OPENERS = listed(
+    "IF ELSE ENDIF WHILE ENDWHILE FOR ENDFOR LOOP ENDLOOP REPEAT UNTIL SWITCH CASE DEFAULT ENDSWITCH GOTO RETURN HALT "
+    "EXIT WAIT PTP LIN CIRC SPTP SLIN SCIRC SPL PTP_REL LIN_REL CIRC_REL DEF DEFFCT DEFDAT END ENDFCT ENDDAT TRIGGER "
+    "INTERRUPT ENUM STRUC EXT EXTFCT IMPORT CONTINUE BRAKE RESUME PULSE GLOBAL DECL CONST SIGNAL"
+)
+
+
+class KrlTokens(Words):
+    passed_over = r""";.*|^\s*&.*|"[^"]*\""""
+    identifier = r"(?<![\w$#.])([A-Z_$][\w$]*)"
+    keywords = _OPENERS | listed("TO STEP THEN DO IN OUT SEC AND OR NOT EXOR B_AND B_OR TRUE FALSE PUBLIC")
+    patterns = (
+        Pattern(
+            Kind.ROUTINE,
+            r"^\s*(?:GLOBAL\s+)?DEF(?:FCT\s+\w+(?:\[[^\]]*\])?)?\s+([A-Z_]\w*)(?=\s*\()",
+            defines=True,
+        ),
+        Pattern(Kind.LABEL, r"^\s*([A-Z_]\w*)(?=\s*:\s*(?:;|$))", defines=True, local=True),
+        Pattern(Kind.LABEL, r"\bGOTO\s+([A-Z_]\w*)", local=True),
+        Pattern(Kind.SIGNAL, r"(\$(?:IN|OUT|ANIN|ANOUT)\[\d+\])"),
+        Pattern(Kind.FRAME, r"\b(BASE_DATA\[\d+\])(?=\s*=)", defines=True),
+        Pattern(Kind.TOOL, r"\b(TOOL_DATA\[\d+\])(?=\s*=)", defines=True),
+        Pattern(Kind.FRAME, r"\b(BASE_DATA\[\d+\])"),
+        Pattern(Kind.TOOL, r"\b(TOOL_DATA\[\d+\])"),
+    )
+
+    def declared(self, line: str) -> Iterator[tuple[int, Kind]]:
+        signal = _SIGNAL.match(line)
+        if signal is not None:
+            yield signal.start(1), Kind.SIGNAL
+            return
+        match = _LINE.match(line)
+        if match is None or match[1].upper() in _OPENERS:
+            return
+        kind = _KINDS.get(match[1].upper(), Kind.VARIABLE)
+        yield match.start(2), kind
+        place = match.end(2)
+        while True:
+            item = _ITEM.match(line, place)
+            following = _NEXT.match(line, item.end() if item else place)
+            if following is None:
+                return
+            yield following.start(1), kind
+            place = following.end(1)
+
+
+TOKENS = KrlTokens()

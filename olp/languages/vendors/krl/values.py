@@ -1,0 +1,139 @@
+"""KRL's words for numbers, units and positions, as neutral expressions."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from math import inf, isinf
+from typing import Final, NamedTuple
+
+from olp.core.units import deg, mm
+from olp.ir.expressions import Expression, Function, Number, PositionLiteral, Quantity, RecordLiteral
+from olp.ir.moves import Blend, BlendKind
+from olp.ir.points import Sector
+from olp.languages.vendors.krl.scope import AXES, AXIS_NUMBERS, COMPONENTS, POSES, Scope
+
+NOTHING: Final = math.nan
+POSE_ORDER: Final = ("X", "Y", "Z", "C", "B", "A")  # as x y z rx ry rz
+POSE_SCALES: Final = (mm, mm, mm, deg, deg, deg)
+EXTERNALS: Final = ("E1", "E2", "E3", "E4", "E5", "E6")
+STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
+NULL_FRAME: Final = PositionLiteral("pose", (0.0,) * 6, native=(("name", "$NULLFRAME"),))
+
+# Fractions and rates of the public bas.src and $config.dat.
+ACC_PTP: Final = 0.005  # DEF_ACC_PTP is 50 %, so ACC 100 is half of the rated one
+ACC_SPTP: Final = 0.01  # DEF_ACC_SPTP is 100 %
+ACC_CP: Final = 0.023  # DEF_ACC_CP is 2.3 m/s²: [m/s²] per percent
+
+
+class Component(NamedTuple):
+    """`key`: the member in capitals, with [] where that was written."""
+
+    key: str
+    name: str
+    value: Expression | Aggregate
+
+
+class Aggregate(NamedTuple):
+    """`{X 1, Y 2}` before it is known of what; `tag`: the type where it is written inside."""
+
+    tag: str
+    components: tuple[Component, ...]
+
+
+@lru_cache(maxsize=20_000)
+def number(text: str) -> Number:
+    """`12` is an integer; `12.`, `.5` and `1E3` are reals."""
+    return Number(int(text) if text.isdecimal() else float(text))
+
+
+def bits(text: str) -> Number:
+    """`'B0110'`, `'H1F'`, `'D12'`. Raises ValueError."""
+    word = text[1:-1].replace(" ", "").upper()
+    base = {"B": 2, "H": 16, "D": 10}.get(word[:1])
+    return Number(int(word[1:], base) if base and len(word) > 1 else int(word, 16))
+
+
+def settle(it: Expression | Aggregate, scope: Scope, type: str = "") -> Expression:
+    """An aggregate as a value of `type` (in capitals), or of that which its components are of."""
+    if not isinstance(it, Aggregate):
+        return it
+    kind = it.tag or type
+    keys = {component.key for component in it.components}
+    if kind in POSES or (kind not in AXES and kind not in scope.structures and keys <= COMPONENTS.keys()):
+        return _pose(it, scope, kind)
+    if kind in AXES or (kind not in scope.structures and keys <= AXIS_NUMBERS.keys() | set(EXTERNALS)):
+        return _axes(it, scope, kind)
+    return _record(it, scope, kind)
+
+
+def _record(it: Aggregate, scope: Scope, kind: str) -> RecordLiteral:
+    types = scope.structures.get(kind, {})
+    members = tuple(
+        (scope.spell(one.name), settle(one.value, scope, types.get(one.key.partition("[")[0], "")))
+        for one in it.components
+    )
+    return RecordLiteral(scope.spell(kind) if kind else "", members)
+
+
+def _pose(it: Aggregate, scope: Scope, kind: str) -> Expression:
+    given = {component.key: component.value for component in it.components}
+    if not given.keys() <= COMPONENTS.keys():
+        return _record(it, scope, kind)
+    if not all(type(value) is Number for value in given.values()):
+        if given.keys() <= set(POSE_ORDER):
+            arguments = (given.get(key, Number(NOTHING)) for key in POSE_ORDER)
+            return Function("pose-angles", tuple(settle(one, scope) for one in arguments))
+        return _record(it, scope, kind)
+    numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, Number)}
+    values = tuple(
+        numbers[key] * scale if key in numbers else NOTHING
+        for key, scale in zip(POSE_ORDER, POSE_SCALES, strict=True)
+    )
+    native = tuple((key, str(int(numbers[key]))) for key in ("S", "T") if key in numbers)
+    configuration = flags(int(numbers["S"])) if "S" in numbers else ()
+    sectors = signs(int(numbers["T"])) if "S" in numbers and "T" in numbers else ()
+    return PositionLiteral("pose", values, _external(numbers), configuration, native, sectors)
+
+
+def _axes(it: Aggregate, scope: Scope, kind: str) -> Expression:
+    given = {component.key: component.value for component in it.components}
+    if not given.keys() <= AXIS_NUMBERS.keys() | set(EXTERNALS):
+        return _record(it, scope, kind)
+    if not all(type(value) is Number for value in given.values()):
+        if given.keys() == AXIS_NUMBERS.keys():
+            return Function("joints", tuple(settle(given[key], scope) for key in AXIS_NUMBERS))
+        return _record(it, scope, kind)
+    numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, Number)}
+    values = tuple(numbers[key] * deg if key in numbers else NOTHING for key in AXIS_NUMBERS)
+    return PositionLiteral("joint", values, _external(numbers))
+
+
+def _external(numbers: dict[str, float]) -> tuple[float, ...]:
+    last = max((place for place, key in enumerate(EXTERNALS, 1) if key in numbers), default=0)
+    return tuple(numbers.get(key, NOTHING) for key in EXTERNALS[:last])
+
+
+def flags(status: int) -> tuple[int, ...]:
+    """Arm flags of a status S (inferred: KUKA's A5 turns against Yaskawa's B, and A3 counts from the stretched arm).
+
+    Bit 0: overhead area; bit 1: A3 bent as usual; bit 2: A5 negative. The turn T has no counterpart.
+    """
+    return (int(not status & 4), int(not status & 2), status & 1, 0, 0, 0)
+
+
+def signs(turn: int) -> tuple[Sector, ...]:
+    """Where the axes stand by a turn T: bit n of axis n+1, set where its angle is negative."""
+    return tuple(Sector(n, -inf, 0.0) if turn >> n & 1 else Sector(n, 0.0, inf) for n in range(6))
+
+
+def turn(sectors: tuple[tuple[int, float, float], ...]) -> int | None:
+    """The way back of `signs`, None where the signs are not known."""
+    negative = {axis: high == 0.0 for axis, low, high in sectors if isinf(low) != isinf(high)}
+    return sum(1 << axis for axis, below in negative.items() if below) if len(negative) == 6 else None
+
+
+def status(configuration: tuple[int, ...]) -> int:
+    """The way back of `flags`."""
+    noflip, lower, back = configuration[:3]
+    return (0 if noflip else 4) | (0 if lower else 2) | (1 if back else 0)

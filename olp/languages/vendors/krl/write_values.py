@@ -1,0 +1,446 @@
+"""Spells values, names, arithmetic, conditions and declarations in KRL: the way back of `expressions` and `values`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from decimal import Decimal
+from functools import lru_cache
+from typing import ClassVar, Final
+
+from olp.core.units import deg, mm
+from olp.ir import expressions as ex
+from olp.ir import program as st
+from olp.ir import terminology
+from olp.languages.decimals import all_trimmed, trimmed
+from olp.languages.generator import CannotSayError, Generator, Spelled
+from olp.languages.vendors.krl import values
+from olp.languages.vendors.krl.expressions import BUSES, FUNCTIONS, SYSTEM_VALUES
+from olp.languages.vendors.krl.neighbours import CONFIG_MARK
+from olp.languages.vendors.krl.scope import AXES, COMPONENTS, Scope
+
+_SYSTEM: Final = {name: word for word, name in SYSTEM_VALUES.items()}
+_MEMBERS: Final = {name: word for word, name in COMPONENTS.items()}
+POSE: Final = tuple(zip(("X", "Y", "Z", "A", "B", "C"), (0, 1, 2, 5, 4, 3), strict=True))
+AXIS_WORDS: Final = ("A1", "A2", "A3", "A4", "A5", "A6")
+_BITS: Final = {"and": ("B_AND", 7), "xor": ("B_EXOR", 6), "or": ("B_OR", 5)}
+_CONDITIONS: Final = (ex.Logic, ex.Compare, ex.State)
+_UNARY, _PRODUCT, _ATOM = 12, 13, 14
+_DIGITS = 12
+_DECIMALS = 9
+_NINE_DECIMALS = 1000.0  # up to here nine decimals are not more than twelve digits
+_PARTS_OF_POSE = 6
+_TYPES: Final = {
+    "integer": "INT",
+    "real": "REAL",
+    "boolean": "BOOL",
+    "string": "CHAR",
+    "position": "E6POS",
+    "joints": "E6AXIS",
+    "frame": "FRAME",
+    "tool": "FRAME",
+    "": "REAL",
+}
+_TEXT_LENGTH = 80
+_STRUCTURES: Final = ("ENUM", "STRUC", "SIGNAL")
+
+
+@lru_cache(maxsize=50_000)
+def decimal(value: float) -> str:
+    """`value` with twelve digits, without an exponent and never "-0"."""
+    if not math.isfinite(value):
+        raise CannotSayError(f"{value} is no number that a program can hold")
+    text = f"{value:.{_DIGITS}g}"
+    if "e" in text:
+        text = format(Decimal(text), "f")
+    return "0" if text in ("-0", "") else text
+
+
+@lru_cache(maxsize=10_000)
+def _in_units(value: float, has: float, scale: float) -> str:
+    return decimal(float(f"{value * has / scale:.10g}"))
+
+
+def _foreign(value: float) -> str:
+    """Without the noise of another language's units: a millionth of a millimetre, a billionth of a degree."""
+    text = trimmed(value, _DECIMALS) if abs(value) < _NINE_DECIMALS else None
+    return decimal(round(value, _DECIMALS)) if text is None else text.rstrip(".")
+
+
+def pose_text(it: ex.PositionLiteral, own: bool = True) -> str:
+    """`{X 1,Y 2,…}` of a position; components that are not written stay out. `own`: with all digits."""
+    found: list[str] = []
+    if not own:
+        return _foreign_pose(it)
+    if it.kind == "pose":
+        for word, place in POSE:
+            value = it.values[place]
+            if value == value:
+                found.append(f"{word} {decimal(value / values.POSE_SCALES[place])}")
+        found += _status(it)
+    else:
+        for word, value in zip(AXIS_WORDS, it.values, strict=False):
+            if value == value:
+                found.append(f"{word} {decimal(value / deg)}")
+    found += [f"E{n} {decimal(value)}" for n, value in enumerate(it.external, 1) if value == value]
+    if not found:
+        raise CannotSayError("a position without a number")
+    return f"{{{','.join(found)}}}"
+
+
+def _foreign_pose(it: ex.PositionLiteral) -> str:
+    return _plain_pose(it) or _any_foreign(it)
+
+
+def _plain_pose(it: ex.PositionLiteral) -> str:
+    """A pose with all six numbers and no further axes, as nearly all are; empty for others."""
+    if it.kind != "pose" or it.external or len(it.values) != _PARTS_OF_POSE:
+        return ""
+    x, y, z, rx, ry, rz = it.values
+    written = (x / mm, y / mm, z / mm, rz / deg, ry / deg, rx / deg)
+    if not (min(written) > -_NINE_DECIMALS and max(written) < _NINE_DECIMALS):
+        return ""
+    texts = all_trimmed(written, _DECIMALS)
+    if texts is None:
+        return ""
+    given = _pattern(it.native, it.configuration, it.sectors)
+    return given % tuple([one.rstrip(".") for one in texts])
+
+
+@lru_cache(maxsize=1000)
+def _pattern(
+    native: tuple[tuple[str, str], ...], flags: tuple[int, ...], sectors: tuple[tuple[int, float, float], ...]
+) -> str:
+    status = _status(ex.PositionLiteral("pose", (), (), flags, native, sectors))
+    texts = [*(f"{word} %s" for word, _ in POSE), *(one.replace("%", "%%") for one in status)]
+    return f"{{{','.join(texts)}}}"
+
+
+def _any_foreign(it: ex.PositionLiteral) -> str:
+    if it.kind == "pose":
+        pairs = [(word, it.values[place] / values.POSE_SCALES[place]) for word, place in POSE]
+    else:
+        pairs = [(word, value / deg) for word, value in zip(AXIS_WORDS, it.values, strict=False)]
+    pairs += [(f"E{n}", value) for n, value in enumerate(it.external, 1)]
+    found = [f"{word} {_foreign(value)}" for word, value in pairs if value == value]
+    if not found:
+        raise CannotSayError("a position without a number")
+    place = 6 if it.kind == "pose" and len(found) >= 6 else len(found)
+    return f"{{{','.join([*found[:place], *_status(it), *found[place:]])}}}"
+
+
+def _status(it: ex.PositionLiteral) -> list[str]:
+    native = dict(it.native)
+    if "S" in native or "T" in native:
+        return [f"{word} {native[word]}" for word in ("S", "T") if word in native]
+    if len(it.configuration) < 3:
+        return []
+    turn = values.turn(it.sectors)
+    return [f"S {values.status(it.configuration)}", *([] if turn is None else [f"T {turn}"])]
+
+
+class KrlValues(Generator):
+    """Spells expressions and declarations. `strings`: names whose values are texts in another language."""
+
+    language = "KRL"
+    binary: ClassVar = {"+": ("+", 10), "-": ("-", 10), "*": ("*", 11)}
+    unary: ClassVar = {"-": ("-{}", _UNARY, _UNARY), "not": ("NOT {}", _UNARY, _PRODUCT)}
+    logic: ClassVar = {"and": (" AND ", 4), "or": (" OR ", 2)}
+    comparisons: ClassVar = {"=": "=="}
+    compared = (1, 8)
+    operator_help = "KRL has + - * / and B_AND, B_OR, B_EXOR"
+    functions: ClassVar = {name: word for word, name in FUNCTIONS.items()}
+    signals: ClassVar = {bus: word for word, bus in BUSES.items()}
+    no_value = "a value of a kind that KRL does not have"
+
+    def __init__(self, program: st.Program, scope: Scope, strings: frozenset[str]) -> None:
+        super().__init__(program, program.vendor == "krl")
+        self.scope = scope
+        self.strings = frozenset() if self.own else strings
+
+    # --- names ------------------------------------------------------------------------------------------
+
+    def target(self, e: ex.Expression) -> str:
+        """What can stand left of an equals sign."""
+        if isinstance(e, (ex.Named, ex.Item, ex.Member, ex.SystemValue, ex.Signal)):
+            return self.value(e)
+        raise CannotSayError("an assignment to this", "assign to a variable")
+
+    def spell_named(self, e: ex.Named) -> str:
+        return f"{e.name}[]" if e.name in self.strings else e.name
+
+    def spell_item(self, e: ex.Item) -> str:
+        base, first = e.base, e.indices[0] if e.indices else None
+        if self.scope.type_of(base) in AXES and len(e.indices) == 1 and type(first) is ex.Number:
+            place = int(first.value)
+            if not (isinstance(base, ex.Named) and base.name.upper() in self.scope.arrays):
+                external = place - len(AXIS_WORDS)
+                return f"{self.target(base)}.{f'E{external}' if external > 0 else f'A{place}'}"
+        if base == ex.SystemValue("current-joints") and type(first) is ex.Number:
+            return f"$AXIS_ACT.A{first.value}"
+        if isinstance(base, ex.Named) and base.name in self.strings:
+            raise CannotSayError("an array of texts")
+        indices = ",".join("" if type(one) is ex.Unknown else self.value(one) for one in e.indices)
+        return f"{self.target(base)}[{indices}]"
+
+    def spell_member(self, e: ex.Member) -> str:
+        own = self.scope.type_of(e.base) in self.scope.structures and e.name in _MEMBERS
+        return f"{self.target(e.base)}.{e.name if own else _MEMBERS.get(e.name, e.name)}"
+
+    def signal(self, e: ex.Signal) -> str:
+        return e.index.value if isinstance(e.index, ex.Text) else super().signal(e)
+
+    def spell_system_value(self, e: ex.SystemValue) -> str:
+        if e.name == "timer":
+            return f"$TIMER[{e.index}]"
+        if e.name == "timed-out":
+            return "TIMED_OUT"
+        if e.name not in _SYSTEM:
+            raise CannotSayError(terminology.value(e.name))
+        return _SYSTEM[e.name]
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def number(self, e: ex.Number) -> str:
+        value = e.value
+        if isinstance(value, float):
+            text = repr(value)
+            text = text if "e" not in text and "n" not in text else decimal(value)
+            return text if "." in text else f"{text}.0"
+        return str(value)
+
+    def spell_number(self, e: ex.Number) -> Spelled:
+        text = self.number(e)
+        return (text, _UNARY) if text[0] == "-" else text
+
+    def spell_position_literal(self, e: ex.PositionLiteral) -> str:
+        if e.native and dict(e.native).get("name") and not any(e.values):
+            return "$NULLFRAME"
+        return pose_text(e, self.own)
+
+    def spell_text(self, e: ex.Text) -> str:
+        if e.value[:1] == "#" and e.value[1:].isidentifier():
+            return e.value
+        if '"' in e.value or not e.value.isprintable():
+            raise CannotSayError('a text that holds " or a control character')
+        return f'"{e.value}"'
+
+    def spell_unknown(self, e: ex.Unknown) -> Spelled:
+        return e.text if self.own or not e.text else self.spell_other(e)
+
+    def spell_record_literal(self, e: ex.RecordLiteral) -> str:
+        if not self.own and any(not name for name, _ in e.members):
+            raise CannotSayError("an array as a whole in this place")
+        types = self.scope.structures.get(e.type.upper(), {})
+        parts = []
+        for name, value in e.members:
+            word = name if name.upper().partition("[")[0] in types else _MEMBERS.get(name, name)
+            parts.append(f"{word} {self.value(value)}")
+        return f"{{{','.join(parts)}}}"
+
+    def spell_frame_ref(self, e: ex.FrameRef) -> str:
+        """A tool or frame by its number."""
+        if e.kind == "robot" and e.number is None:
+            return "$ROBROOT"
+        if e.kind == "base" and e.number is None:
+            return "$NULLFRAME"
+        if type(e.number) is ex.Number and e.number.value == 0:
+            return "$NULLFRAME"
+        if e.number is None or e.kind not in ("tool", "user"):
+            raise CannotSayError(terminology.SYSTEMS.get(e.kind, e.kind))
+        return f"{'TOOL_DATA' if e.kind == 'tool' else 'BASE_DATA'}[{self.value(e.number)}]"
+
+    # --- operations -------------------------------------------------------------------------------------
+
+    def spell_binary(self, e: ex.Binary) -> Spelled:
+        left, right = e.left, e.right
+        if e.operator in ("/", "div"):
+            return self._quotient(e, 11)
+        if e.operator in _BITS:
+            word, own = _BITS[e.operator]
+            if e.operator == "xor" and self._is_condition(left) and self._is_condition(right):
+                return f"{self.value(left, 4)} EXOR {self.value(right, 4)}", 3
+            return f"{self.value(left, own)} {word} {self.value(right, own + 1)}", own
+        if e.operator == "mod" and self._is_integer(left) and self._is_integer(right):
+            a, b = self.value(left, 11), self.value(right, 12)
+            return f"{a}-{a}/{b}*{b}", 10
+        return super().spell_binary(e)
+
+    def _quotient(self, e: ex.Binary, own: int) -> Spelled:
+        """A quotient of two INT is cut: that is `div`; of others it is not."""
+        whole = self._is_integer(e.left) and self._is_integer(e.right)
+        right = self.value(e.right, own + 1)
+        if whole == (e.operator == "div") or (e.operator == "/" and not whole):
+            return f"{self.value(e.left, own)}/{right}", own
+        if e.operator == "div":
+            raise CannotSayError("a whole quotient of numbers that are not INT")
+        if type(e.left) is ex.Number:
+            return f"{self.number(ex.Number(float(e.left.value)))}/{right}", own
+        return f"1.0*{self.value(e.left, own + 1)}/{right}", own
+
+    def _is_integer(self, e: ex.Expression) -> bool:
+        if isinstance(e, ex.Binary):
+            return e.operator != "/" and self._is_integer(e.left) and self._is_integer(e.right)
+        if isinstance(e, ex.Unary):
+            return self._is_integer(e.operand)
+        return self.scope.type_of(e) == "INT"
+
+    def _is_condition(self, e: ex.Expression) -> bool:
+        if isinstance(e, ex.Unary):
+            return e.operator == "not"
+        digital = isinstance(e, ex.Signal) and e.bus in ("in", "out", "flag", "cyclic-flag", "timer-flag")
+        return digital or type(e) in _CONDITIONS or self.scope.type_of(e) == "BOOL"
+
+    # --- functions --------------------------------------------------------------------------------------
+
+    def function_pose_product(self, given: tuple[ex.Expression, ...]) -> Spelled:
+        if len(given) != 2:
+            raise CannotSayError(terminology.function("pose-product"))
+        return f"{self.value(given[0], _PRODUCT)}:{self.value(given[1], _ATOM)}", _PRODUCT
+
+    def function_joined_text(self, given: tuple[ex.Expression, ...]) -> str:
+        if len(given) == 1 and isinstance(given[0], ex.Text):
+            return f'"{given[0].value}"'
+        raise CannotSayError(terminology.function("joined-text"))
+
+    def function_bit_not(self, given: tuple[ex.Expression, ...]) -> str:
+        return f"B_NOT {self.value(given[0], _PRODUCT)}"
+
+    def function_pose_angles(self, given: tuple[ex.Expression, ...]) -> str:
+        if len(given) != _PARTS_OF_POSE:
+            raise CannotSayError(terminology.function("pose-angles"))
+        return self._aggregate([(word, given[place]) for word, place in POSE])
+
+    def function_joints(self, given: tuple[ex.Expression, ...]) -> str:
+        return self._aggregate(list(zip(AXIS_WORDS, given, strict=False)))
+
+    def _aggregate(self, parts: list[tuple[str, ex.Expression]]) -> str:
+        """Numbers only, but in KRL's own programs; `computed` puts other ones into a variable first."""
+        given = [
+            (word, one) for word, one in parts if not (type(one) is ex.Number and one.value != one.value)
+        ]
+        if not self.own and not all(type(one) is ex.Number for _, one in given):
+            raise CannotSayError("a computed position in this place", "compute it into a variable first")
+        return f"{{{','.join(f'{word} {self.value(one)}' for word, one in given)}}}"
+
+    # --- numbers with units -----------------------------------------------------------------------------
+
+    def quantity(self, it: ex.Quantity, unit: float) -> str:
+        written = it.written
+        if math.isclose(it.scale, unit, rel_tol=1e-12):
+            return self.value(written)
+        if type(written) is ex.Number:
+            return _in_units(written.value, it.scale, unit)
+        return f"{self.value(written, 11)}*{decimal(float(f'{it.scale / unit:.12g}'))}"
+
+    # --- declarations -------------------------------------------------------------------------------------
+
+    def type_word(self, type: str, native: str) -> str:
+        """The KRL type of a neutral one, or of KRL's own program the one that was written."""
+        if self.own:
+            return native if type in _TYPES and native else type
+        if type in _TYPES:
+            return _TYPES[type]
+        raise CannotSayError(f"data of the type '{type}'")
+
+    def declared(self, it: st.Declare, with_value: bool, public: bool = False) -> str:
+        """`DECL E6POS XP1={…}`: one declaration, with its value where the place takes one.
+
+        `public`: other programs use what is shared, as those of KRL itself say on their own.
+        """
+        shared = "GLOBAL " if it.shared and (self.own or public) else ""
+        if it.native in _STRUCTURES and isinstance(it.value, (ex.RecordLiteral, ex.Signal)):
+            return f"{shared}{self._structure(it)}"
+        constant = "CONST " if it.storage == "constant" and self.own else ""
+        word = self.type_word(it.type, it.native)
+        value = ""
+        if with_value and it.value is not None and not self._is_array(it):
+            value = f"={self.value(it.value)}"
+        return f"DECL {shared}{constant}{word} {it.name}{self._sizes(it)}{value}"
+
+    def _sizes(self, it: st.Declare) -> str:
+        if it.sizes:
+            shown = (("" if type(one) is ex.Unknown else self.value(one)) for one in it.sizes)
+            return f"[{','.join(shown)}]"
+        return f"[{_TEXT_LENGTH}]" if it.type == "string" and not self.own else ""
+
+    def _is_array(self, it: st.Declare) -> bool:
+        """Values of arrays and texts stand on lines of their own."""
+        return bool(it.sizes) or it.type == "string"
+
+    def _structure(self, it: st.Declare) -> str:
+        value = it.value
+        if isinstance(value, ex.Signal):
+            return f"SIGNAL {it.name} {self.signal(value)}"
+        assert isinstance(value, ex.RecordLiteral)
+        if it.native == "SIGNAL":
+            first, last = (self.value(one) for _, one in value.members)
+            return f"SIGNAL {it.name} {first} TO {last}"
+        if it.native == "ENUM":
+            names = ",".join(one.value[1:] for _, one in value.members if isinstance(one, ex.Text))
+            return f"ENUM {it.name} {names}"
+        return f"STRUC {it.name} {','.join(self._member(name, one) for name, one in value.members)}"
+
+    def _member(self, name: str, it: ex.Expression) -> str:
+        assert isinstance(it, ex.RecordLiteral)
+        sizes = ",".join("" if type(one) is ex.Unknown else self.value(one) for _, one in it.members)
+        return f"{it.type} {name}{f'[{sizes}]' if it.members else ''}"
+
+    def elements(self, it: st.Declare) -> Iterator[str]:
+        """`NAME[1]={…}`: the values of an array or a text, one line each."""
+        if it.value is None or not self._is_array(it):
+            return
+        if isinstance(it.value, ex.RecordLiteral) and all(not name for name, _ in it.value.members):
+            yield from self._rows(it.name, "", it.value, len(it.sizes))
+        elif isinstance(it.value, ex.Text):
+            yield f"{it.name}[]={self.value(it.value)}"
+        else:
+            raise CannotSayError(f"the value that {it.name} begins with")
+
+    def _rows(self, name: str, before: str, it: ex.RecordLiteral, left: int) -> Iterator[str]:
+        for place, (_, value) in enumerate(it.members, 1):
+            if type(value) is ex.Unknown:
+                continue
+            index = f"{before}{place}"
+            if isinstance(value, ex.RecordLiteral) and left > 1 and all(not one for one, _ in value.members):
+                yield from self._rows(name, f"{index},", value, left - 1)
+            else:
+                yield f"{name}[{index}{',' * (left - 1)}]={self.value(value)}"
+
+    def list_rows(self, given: Iterable[st.Declare], public: bool = False) -> Iterator[str]:
+        """What stands between DEFDAT and ENDDAT."""
+        for it in given:
+            yield self.declared(it, with_value=True, public=public) + (
+                f" ;{it.comment}" if it.comment else ""
+            )
+            yield from self.elements(it)
+
+    def _is_row(self, it: st.Parameter) -> bool:
+        """Arrays, and texts of other languages, which are arrays of CHAR."""
+        return it.native.endswith("[]") or (it.type == "string" and not self.own)
+
+    def parameters_text(self, given: tuple[st.Parameter, ...]) -> str:
+        """`a :IN,b :OUT`."""
+        parts = []
+        for one in given:
+            if one.optional or one.switch:
+                raise CannotSayError(f"the optional parameter {one.name}")
+            brackets = "[]" if self._is_row(one) else ""
+            parts.append(f"{one.name}{brackets} :{'OUT' if one.by_reference else 'IN'}")
+        return ",".join(parts)
+
+    def parameter_rows(self, given: tuple[st.Parameter, ...]) -> list[str]:
+        """The declarations of parameters at the head of a routine."""
+        rows = []
+        for one in given:
+            array = self._is_row(one)
+            if self.own and not one.type:
+                continue
+            word = self.type_word(one.type, one.native.removesuffix("[]"))
+            rows.append(f"DECL {word} {one.name}{'[]' if array else ''}")
+        return rows
+
+
+def is_of_config(it: st.Declare) -> bool:
+    """Whether the controller's own list declares it."""
+    return it.native.endswith(CONFIG_MARK)

@@ -1,0 +1,424 @@
+"""Writes programs as KRL: what `templates/krl.j2` puts together.
+
+Codes: X002 what KRL cannot say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import PureWindowsPath
+from typing import Any, ClassVar, Final
+
+from olp.core.diagnostic import Diagnostic
+from olp.ir import expressions as ex
+from olp.ir import program as st
+from olp.ir import terminology
+from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, as_text
+from olp.languages.vendors.krl.bas_calls import MODAL, BasCalls
+from olp.languages.vendors.krl.neighbours import CONFIG_MARK
+from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
+from olp.languages.vendors.krl.write_moves import KrlMoves
+from olp.languages.vendors.krl.write_values import is_of_config
+
+_TYPES: Final = {neutral: word for word, neutral in NEUTRAL_TYPES.items() if word not in ("POS", "AXIS")}
+_HEADER: Final = "&ACCESS RVP\n&REL 1\n"
+# Without INITMOV $VEL, $ACC and their like hold what the last program left, or nothing at all. It halves the axes'
+# acceleration, which is the rated one in all other languages.
+_INI: Final = (
+    ";FOLD INI",
+    "  BAS (#INITMOV,0)",
+    *(f"  $ACC_AXIS[{axis}]=100" for axis in range(1, 7)),
+    ";ENDFOLD (INI)",
+)
+_UPDATES: Final = {
+    "+": "+",
+    "-": "-",
+    "*": "*",
+    "/": "/",
+    "and": " B_AND ",
+    "or": " B_OR ",
+    "xor": " B_EXOR ",
+}
+_POLL = "0.012"  # [s] the interpolation cycle
+_PULSE = "0.3"  # [s] of a pulse that names no time
+_HELPERS: Final = {"WAITED": "REAL", "TIMED_OUT": "BOOL"}  # variables that a wait with a limit uses
+_CHANGES: Final = (st.Assign, st.Update, st.ReadInput)
+
+
+def write(program: st.Program, date: str, pair: bool = False) -> tuple[dict[str, object], list[Diagnostic]]:
+    """The values for the template, and everything that KRL cannot say. KRL programs hold no `date`.
+
+    `pair`: data go into a list beside the program, "companions" {".dat": text}; else they are declared in the one
+    routine that uses them, and what several routines share stands in a list behind the program.
+    """
+    del date
+    return KrlWriter(program, pair).written()
+
+
+@dataclass(frozen=True, slots=True)
+class KrlRoutineText:
+    """One routine as the template sees it. Texts of several lines end with a line end."""
+
+    above: str  # &ACCESS lines and comments that stand before it
+    head: str  # DEF NAME ( )
+    declarations: str
+    instructions: str
+    end: str
+    below: str
+
+
+class KrlWriter(KrlMoves):
+    """Writes statements, routines and the list of data."""
+
+    templates: ClassVar = {
+        st.ReadInput: "{target}={signal}",
+        st.SetOutput: "{signal}={value}",
+        st.Dwell: "WAIT SEC {duration}",
+        st.Label: "{name}:",
+        st.Return: "RETURN{value: {}}",
+        st.If: "IF {condition} THEN",
+        st.Else: "ELSE",
+        st.For: "FOR {variable}={start} TO {stop}{step: STEP {}}",
+        st.Next: "ENDFOR",
+        st.Repeat: "REPEAT",
+        st.Until: "UNTIL {condition}",
+        st.Break: "EXIT",
+        st.Switch: "SWITCH {value}",
+        st.Case: "CASE {values}",
+        st.Default: "DEFAULT",
+        st.EndSwitch: "ENDSWITCH",
+        st.Pause: "HALT",
+        st.Message: "MsgNotify({text})",
+        st.Comment: ";{text}",
+    }
+    cannot: ClassVar = {st.Call: {"macro": "a macro by its number"}}
+    own_only: ClassVar = {
+        st.Opaque: "a statement of another language",
+    }
+    step = "  "
+    deepest = 20
+    comment_form = " ;{}"
+    joins = frozenset(MODAL)
+    forgets = CLOSES | BRANCHES | {st.While, st.For, st.Repeat, st.Label, st.Call}
+
+    def __init__(self, program: st.Program, pair: bool) -> None:
+        strings = {one.name for one in _all_data(program) if one.type == "string"}
+        strings |= {p.name for routine in program.routines for p in routine.parameters if p.type == "string"}
+        super().__init__(program, _scope_of(program), frozenset(strings))
+        self.pair = pair
+        main = program.main
+        ordered = sorted(program.routines, key=lambda one: bool(main) and one.name != main)
+        self.routines = list(program.routines) if self.own else ordered
+
+    # --- values, signals and time -----------------------------------------------------------------------
+
+    def write_assign(self, s: st.Assign) -> Lines:
+        before, s = self.computed(s)
+        return [*before, f"{self.target(s.target)}={self.value(s.value)}"]
+
+    def write_update(self, s: st.Update) -> Lines:
+        target = self.target(s.target)
+        if s.operator == "not" or s.operand is None:
+            return f"{target}=B_NOT {self.value(s.operand or s.target, 13)}"
+        if s.operator not in _UPDATES:
+            raise CannotSayError(terminology.operation(s.operator))
+        return f"{target}={target}{_UPDATES[s.operator]}{self.value(s.operand, 12)}"
+
+    def write_pulse_output(self, s: st.PulseOutput) -> Lines:
+        time = _PULSE if s.duration is None else self.seconds(s.duration)
+        state = "FALSE" if s.spelling == "FALSE" else "TRUE"
+        if self.own and s.condition is not None:
+            state = self.value(s.condition)
+        return f"PULSE ({self.signal(s.signal)},{state},{time})"
+
+    def under(self, condition: ex.Expression, lines: list[str], s: st.Statement) -> list[str]:
+        if self.own and isinstance(s, st.PulseOutput):
+            return lines  # there the condition is the state
+        return [f"IF {self.condition(condition)} THEN", *(f"  {line}" for line in lines), "ENDIF"]
+
+    def write_wait(self, s: st.Wait) -> Lines:
+        if s.timeout is None:
+            return f"WAIT FOR {self.condition(s.condition)}"
+        condition, limit = self.value(ex.Unary("not", s.condition)), self.seconds(s.timeout)
+        return [
+            "WAITED=0.0",
+            f"WHILE {condition} AND (WAITED<{limit})",
+            f"  WAIT SEC {_POLL}",
+            f"  WAITED=WAITED+{_POLL}",
+            "ENDWHILE",
+            f"TIMED_OUT={condition}",
+        ]
+
+    def write_external_tool(self, s: st.ExternalTool) -> Lines:
+        return f"$IPO_MODE={'#BASE' if s.tool is None else '#TCP'}"
+
+    # --- flow -------------------------------------------------------------------------------------------
+
+    def write_jump(self, s: st.Jump) -> Lines:
+        if not isinstance(s.target, str):
+            raise CannotSayError("a jump to a computed label", "write it as SWITCH")
+        return f"GOTO {s.target}"
+
+    def write_call(self, s: st.Call) -> Lines:
+        text = f"{s.routine} ({self.arguments(s.arguments)})"
+        line = text if s.result is None else f"{self.target(s.result)}={text}"
+        return [line, "RETURN"] if s.jump else line
+
+    def write_if(self, s: st.If) -> Lines:
+        self.nested.append(0)
+        return f"IF {self.condition(s.condition)} THEN"
+
+    def write_else_if(self, s: st.ElseIf) -> Lines:
+        """KRL has none: an IF within ELSE, which its own ENDIF closes."""
+        condition = self.condition(s.condition)
+        if self.own:
+            return f"ELSEIF {condition} THEN"
+        if self.nested:
+            self.nested[-1] += 1
+        return ["ELSE", f"IF {condition} THEN"]
+
+    def write_end_if(self, s: st.EndIf) -> Lines:
+        return ["ENDIF"] * (1 + (self.nested.pop() if self.nested else 0))
+
+    def write_while(self, s: st.While) -> Lines:
+        line = "LOOP" if s.condition == ex.State(True) else f"WHILE {self.condition(s.condition)}"
+        self.ends.append("ENDLOOP" if line == "LOOP" else "ENDWHILE")
+        return line
+
+    def write_end_while(self, s: st.EndWhile) -> Lines:
+        return self.ends.pop() if self.ends else "ENDWHILE"
+
+    # --- the language's own -----------------------------------------------------------------------------
+
+    def write_process(self, s: st.Process) -> Lines:
+        if not self.own and s.name != "continue":
+            raise CannotSayError(f"the process instruction {s.name}")
+        if s.name == "ENDSPLINE":
+            return self.end_block()
+        self.in_block = self.in_block or s.name in ("SPLINE", "PTP_SPLINE")
+        if s.name == "TIME_BLOCK":
+            value = [self.value(one) for word, one in s.arguments if word == "="]
+            return f"TIME_BLOCK {self.value(s.arguments[0][1])}{'=' + value[0] if value else ''}"
+        if not s.arguments:
+            return s.name
+        text = s.arguments[0][1]
+        assert isinstance(text, ex.Text)
+        return text.value
+
+    def write_declare(self, s: st.Declare) -> Lines:
+        """In KRL a program's declarations come first and take no values: these are assigned."""
+        if self.own:
+            return [self.declared(s, with_value=True), *self.elements(s)]
+        self.declarations.append(self.declared(s, with_value=False))
+        if s.value is None:
+            return []
+        if s.sizes or s.type == "string":
+            return list(self.elements(s))
+        return f"{s.name}={self.value(s.value)}"
+
+    # --- bodies -----------------------------------------------------------------------------------------
+
+    def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
+        """The call of BAS that statements of KRL's own programs stand for."""
+        taken = self.bas.call(body, place) if self.own else None
+        if taken is None:
+            return None
+        count, line = taken
+        self.forget()
+        return Joined([line], count, getattr(body[place + count - 1], "comment", ""))
+
+    def add(self, s: st.Statement, lines: list[str]) -> None:
+        if isinstance(s, (st.Begin, st.End)):
+            self.rows += [f";{s.comment}"] if s.comment else []
+            return
+        if self.own:
+            self.bas.follow(s)
+            if isinstance(s, st.Declare):
+                self.rows += [lines[0] + _behind(s.comment), *lines[1:]]
+                return
+        if isinstance(s, (st.SetSpeed, st.SetAcceleration)) and lines:
+            lines[0] += _behind(s.comment)
+            self.put(lines)
+            return
+        super().add(s, lines)
+
+    # --- routines ---------------------------------------------------------------------------------------
+
+    def _routine(self, routine: st.Routine, data: Sequence[st.Declare]) -> KrlRoutineText:
+        """`data`: what is declared in the routine because no other one uses it."""
+        self.begin()
+        self.ends: list[str] = []
+        self.nested: list[int] = []  # blocks that an ELSEIF opened, per IF
+        self.declarations: list[str] = []
+        self.bas = BasCalls(self.scope, self)
+        details = routine.details if self.own else {}
+        above, head = details.get("above", ""), ""
+        try:
+            head = self._head(routine)
+            self.declarations += self.parameter_rows(routine.parameters)
+        except CannotSayError as problem:
+            self.lose(problem, routine.line)
+        if self._moves_first(routine):
+            self.rows += _INI
+        self.body(data)
+        self.body(routine.body)
+        waits = any(isinstance(one, st.Wait) and one.timeout is not None for one in routine.body)
+        added = {**(_HELPERS if waits else {}), **self.temporaries}
+        self.declarations += [f"DECL {word} {name}" for name, word in added.items()]
+        return KrlRoutineText(
+            above=above + "\n"
+            if above
+            else (_HEADER if routine is self.routines[0] and not self.own else ""),
+            head=head,
+            declarations=as_text(self.declarations),
+            instructions=as_text(self.rows),
+            end="ENDFCT" if routine.returns else "END",
+            below=details["below"] + "\n" if "below" in details else "",
+        )
+
+    def _head(self, routine: st.Routine) -> str:
+        shared = "GLOBAL " if "GLOBAL" in routine.details and self.own else ""
+        given = self.parameters_text(routine.parameters)
+        if routine.returns:
+            word = _TYPES.get(routine.returns) or routine.returns
+            return f"{shared}DEFFCT {word} {routine.name} ({given})"
+        return f"{shared}DEF {routine.name} ({given or ' '})"
+
+    def _moves_first(self, routine: st.Routine) -> bool:
+        """Whether a program of another language starts with this routine, and moves: KRL's own says itself how."""
+        first = self.program.main or self.routines[0].name
+        moves = (type(s) is st.Move for s in self.program.statements())
+        return not self.own and routine.name == first and any(moves)
+
+    # --- the whole program ------------------------------------------------------------------------------
+
+    def template_values(self) -> dict[str, object]:
+        local, shared = self._places()
+        texts = tuple(self._routine(one, local.get(one.name, ())) for one in self._programs())
+        list_text = self._list(shared)
+        values: dict[str, object] = {"routines": texts, "list": "" if self.pair else list_text}
+        if self.pair and list_text:
+            values["companions"] = {".dat": list_text}
+        return values
+
+    def _programs(self) -> list[st.Routine]:
+        return [one for one in self.routines if "list" not in one.details or not self.own]
+
+    def _places(self) -> tuple[dict[str, tuple[st.Declare, ...]], list[st.Declare]]:
+        """(data declared in a routine, by its name; data of the list)."""
+        rows = [one for one in self.program.data if not is_of_config(one)]
+        rows += [one for routine in self.routines for one in routine.data]
+        if self.pair or self.own:
+            return {}, rows
+        local: dict[str, tuple[st.Declare, ...]] = {}
+        shared: list[st.Declare] = []
+        users = _users(self.program)
+        first = self.routines[0].name if self.routines else ""
+        for one in rows:
+            names, assigned = users.get(one.name, (set(), False))
+            if len(names) == 1 and (not assigned or names == {first}):
+                local[next(iter(names))] = (*local.get(next(iter(names)), ()), one)
+            else:
+                shared.append(one)
+        return local, shared
+
+    def _list(self, rows: list[st.Declare]) -> str:
+        lists = [one for one in self.routines if "list" in one.details] if self.own else []
+        details = next((one.details for one in self.routines if "data head" in one.details and self.own), {})
+        alone = not self.routines  # data that other programs use
+        if not rows and not lists and not details and not alone:
+            return ""
+        owner = lists[0] if lists else None
+        stem = (
+            PureWindowsPath(self.program.path.replace("/", "\\")).stem
+            if self.own and self.program.path
+            else ""
+        )
+        name = owner.name if owner else (self.program.main or stem or self._first_name())
+        above = owner.details.get("above", "") if owner else details.get("data above", "")
+        public = " PUBLIC" if alone or (owner is not None and owner.details["list"] == "PUBLIC") else ""
+        head = [details.get("data head", f"DEFDAT {name}{public}")]
+        if "data rows" in details:
+            head.append(details["data rows"])
+        written: list[str] = []
+        for one in rows:
+            try:
+                written += self.list_rows([one], alone)
+            except CannotSayError as problem:
+                self.lose(problem, one.line)
+        return (above + "\n" if above else "" if self.own else _HEADER) + as_text([*head, *written, "ENDDAT"])
+
+    def _first_name(self) -> str:
+        return self.routines[0].name if self.routines else "PROGRAM"
+
+
+def _all_data(program: st.Program) -> Iterable[st.Declare]:
+    yield from program.data
+    for routine in program.routines:
+        yield from routine.data
+        yield from (one for one in routine.body if isinstance(one, st.Declare))
+
+
+def _scope_of(program: st.Program) -> Scope:
+    """Types and values of all data, as the reader would know them."""
+    scope = Scope()
+    for one in _all_data(program):
+        native = one.native.removesuffix(CONFIG_MARK) if program.vendor == "krl" else ""
+        scope.declare(one.name, native or _TYPES.get(one.type, one.type.upper()), bool(one.sizes))
+        if one.native == "STRUC":
+            members = getattr(one.value, "members", ())
+            scope.structures[one.name.upper()] = {name.upper(): it.type for name, it in members}
+    for one in (*program.data, *(one for routine in program.routines for one in routine.data)):
+        if one.value is not None:
+            scope.values[one.name.upper()] = one.value
+    for routine in program.routines:
+        for given in routine.parameters:
+            word = given.native.removesuffix("[]") if program.vendor == "krl" else ""
+            scope.declare(given.name, word or _TYPES.get(given.type, ""), given.native.endswith("[]"))
+    return scope
+
+
+def _users(program: st.Program) -> dict[str, tuple[set[str], bool]]:
+    """Name -> (the routines that use it, whether one of them assigns it)."""
+    found: dict[str, tuple[set[str], bool]] = {}
+    for routine in program.routines:
+        for one in routine.body:
+            for name, assigned in _names_in(one):
+                names, before = found.get(name, (set(), False))
+                found[name] = (names | {routine.name}, before or assigned)
+    return found
+
+
+def _names_in(statement: st.Statement) -> Iterator[tuple[str, bool]]:
+    """(name, whether the statement may change it); what a call is given may be changed by it."""
+    changed: set[str] = set()
+    if isinstance(statement, _CHANGES):
+        changed = {_stored(statement.target)}
+    elif isinstance(statement, st.For):
+        changed = {_stored(statement.variable)}
+    elif isinstance(statement, st.Call):
+        changed = {name for one in (*statement.arguments, statement.result) for name in _names(one)}
+    for name in set(_names(statement)):
+        yield name, name in changed
+
+
+def _stored(it: Any) -> str:
+    while isinstance(it, (ex.Item, ex.Member)):
+        it = it.base
+    return it.name if isinstance(it, ex.Named) else ""
+
+
+def _names(it: Any) -> Iterator[str]:
+    if type(it) is ex.Named:
+        yield it.name
+    elif isinstance(it, tuple):
+        for one in it:
+            yield from _names(one)
+    elif is_dataclass(it) and not isinstance(it, type):
+        for field in fields(it):
+            yield from _names(getattr(it, field.name))
+
+
+def _behind(comment: str) -> str:
+    return f" ;{comment}" if comment else ""

@@ -1,0 +1,121 @@
+"""Where a KRL program's positions and speeds stand: in its .dat, its .src, and thrice in an inline form."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from olp.core.source import Source
+from olp.core.units import deg, mm
+from olp.ir.expressions import Expression, Named
+from olp.ir.moves import Move, SetAcceleration, SetBlend, SetFrame, SetSpeed, SetTool, SpeedUnit
+from olp.ir.points import PointKind
+from olp.ir.program import Path, Program
+from olp.ir.statements import Assign, Comment
+from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
+from olp.languages.vendors.krl.lines import split
+from olp.languages.vendors.krl.reader import read_program
+
+_DECLARED = re.compile(
+    r"\s*(?:DECL\s+)?(?:GLOBAL\s+)?(?:E6POS|POS|FRAME|E6AXIS|AXIS)\s+(\w+)\s*=\s*(\{)", re.IGNORECASE
+)
+_IN_MOVE = re.compile(r"\s*S?(?:LIN|PTP|SPL)\s*(\{)", re.IGNORECASE)
+_MEMBER = re.compile(r"(?<![\w$])(A[1-6]|[XYZABC])\s+([-+]?\d*\.?\d+(?:[Ee][-+]?\d+)?)", re.IGNORECASE)
+_POSE, _AXES = tuple("XYZABC"), tuple(f"A{n}" for n in range(1, 7))
+_SETTING = re.compile(
+    r"\s*(?:BAS\s*\(\s*#(?:PTP_PARAMS|CP_PARAMS|VEL_PTP|VEL_CP)\s*,|\$VEL\.CP\s*=)\s*(\d*\.?\d+)",
+    re.IGNORECASE,
+)
+_FORM = re.compile(r"\s*;FOLD\s+\w+\s.*?\bVel=\s*(\d*\.?\d+)\s*(?:%|m/s)", re.IGNORECASE)
+_FORM_PARAMETER = re.compile(r",\s*5:\s*(\d*\.?\d+)\s*,")
+_BETWEEN = (SetSpeed, SetAcceleration, SetBlend, SetFrame, SetTool, Assign, Comment)
+SPELLING = Spelling(Orientation.ZYX, mm, deg, 3, 4)
+
+
+def points(program: Program) -> Iterator[WrittenPoint]:
+    """Declared positions with a value, and those written out in a LIN or PTP. $config.dat belongs to the cell."""
+    for source in (program.source, *program.companions):
+        if "$" in source.path.replace("\\", "/").rpartition("/")[2]:
+            continue
+        for number, line in enumerate(source.lines, 1):
+            if "{" not in line:
+                continue
+            code = line[: len(line) - len(line.lstrip()) + len(split(line)[0])]
+            declared = _DECLARED.match(code)
+            match = declared or _IN_MOVE.match(code)
+            if match is None or (declared is None and code.count("{") != 1):
+                continue
+            target = Named(declared[1]) if declared else None
+            point = _point(source, number, code, match.end(), target)
+            if point is not None:
+                yield point
+
+
+def _point(
+    source: Source, number: int, code: str, start: int, target: Expression | None
+) -> WrittenPoint | None:
+    tokens = {m[1].upper(): Token(number, *m.span(2)) for m in _MEMBER.finditer(code, start)}
+    for kind, keys in ((PointKind.POSE, _POSE), (PointKind.JOINT, _AXES)):
+        if all(key in tokens for key in keys):
+            name = target.name if isinstance(target, Named) else f"line {number}"
+            numbers = tuple(tokens[key] for key in keys)
+            return WrittenPoint(name, number, source, kind, numbers, SPELLING, target)
+    return None
+
+
+def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> WrittenSpeed | None:
+    """The number of the setting: the statement itself, or the one right before a move that is its alone."""
+    setting = statement if isinstance(statement, SetSpeed) else _own_setting(program, statement, unit)
+    match = None if setting is None else _SETTING.match(program.source.line(setting.line))
+    if setting is None or match is None:
+        return None
+    return WrittenSpeed(
+        setting.line,
+        program.source,
+        (Token(setting.line, *match.span(1)), *_form(program.source, setting.line)),
+        6,
+    )
+
+
+def _own_setting(program: Program, move: Move, unit: SpeedUnit) -> SetSpeed | None:
+    """The setting that holds for this move and no other one."""
+    for routine in program.routines:
+        lines = [one.line for one in routine.body]
+        if not lines or not lines[0] <= move.line <= lines[-1]:
+            continue
+        here = next((i for i, one in enumerate(routine.body) if one is move), None)
+        if here is None:
+            continue
+        before = routine.body[:here][::-1]
+        found = next((i for i, one in enumerate(before) if _sets(one, unit)), None)
+        if found is None or not all(isinstance(one, _BETWEEN) for one in before[:found]):
+            return None
+        for one in routine.body[here + 1 :]:
+            if _sets(one, unit):
+                break
+            if isinstance(one, Move) and (one.path is Path.JOINT) == (move.path is Path.JOINT):
+                return None
+        setting = before[found]
+        return setting if isinstance(setting, SetSpeed) else None
+    return None
+
+
+def _sets(statement: object, unit: SpeedUnit) -> bool:
+    return isinstance(statement, SetSpeed) and any(speed.unit is unit for speed in statement.speeds)
+
+
+def _form(source: Source, line: int) -> list[Token]:
+    """The same speed in the head of the inline form around `line`, which the pendant shows."""
+    for number in range(line - 1, 0, -1):
+        text = source.line(number)
+        if text.lstrip().upper().startswith(";ENDFOLD") or not text.strip():
+            return []
+        if text.lstrip().upper().startswith(";FOLD"):
+            found = (_FORM.match(text), _FORM_PARAMETER.search(text))
+            return [Token(number, *match.span(1)) for match in found if match is not None]
+    return []
+
+
+def reread(source: Source, companions: tuple[Source, ...]) -> Program:
+    """The program of texts that are not on the disk."""
+    return read_program(source, companions)

@@ -1,0 +1,41 @@
+"""Comau PDL2, the language of the C3G, C4G and C5G controllers."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from olp.core.source import Source
+from olp.ir.program import Program
+from olp.languages.vendor import Vendor, statements
+
+_MARK: Final = re.compile(
+    r"^\s*PROGRAM\s+[A-Z_]\w*\s*(?:&|,|--|$|EZ\b|HOLD|NOHOLD|PROG_ARM|PRIORITY)", re.IGNORECASE
+)
+
+
+class Pdl2(Vendor):
+    """PDL2. Lengths mm, angles deg, turns ZYZ, $LIN_SPD m/s, times ms; all converted while reading."""
+
+    name = "pdl2"
+    title = "Comau PDL2"
+    suffixes = (".pdl",)
+    reads = statements(
+        "SetSpeed PulseOutput Label Jump ElseIf While EndWhile For Next Switch Case Default EndSwitch "
+        "Pause StartTask Repeat Until Break Declare SetAcceleration SetBlend SetTool SetFrame "
+        "SetOverride Opaque"
+    )
+    comment_prefix = "--"
+    trailing_comment_prefix = " --"
+    comment_length = 200
+
+    def sniff(self, source: Source) -> bool:
+        return any(_MARK.match(line) for line in source.lines[:200])
+
+    def read(self, source: Source) -> Program:
+        from olp.languages.vendors.pdl2.reader import read_program
+
+        return read_program(source)
+
+
+VENDOR = Pdl2()

@@ -1,0 +1,360 @@
+"""A whole PDL2 file: declarations, routines and the program itself, and everything that is wrong with them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
+
+from olp.core.diagnostic import Severity
+from olp.core.source import Source
+from olp.ir.expressions import Expression, Number, State, Text
+from olp.ir.points import PointTable
+from olp.ir.program import (
+    Comment,
+    Declare,
+    EndWhile,
+    LineKind,
+    Message,
+    Move,
+    Opaque,
+    Parameter,
+    Path,
+    Program,
+    Routine,
+    Statement,
+    While,
+)
+from olp.languages.findings import Findings
+from olp.languages.short_reader import (
+    Codes,
+    LineParser,
+    check_blocks,
+    is_readable,
+    unreadable,
+    with_comment,
+    words,
+)
+from olp.languages.vendors.pdl2.rules import MoveType, Pdl2Rules, Untyped
+
+_CODES: Final = Codes("P590", "P591", "P592", "P593", "P594", "P595")
+_MARK = re.compile(r"^\s*PROGRAM\s+[A-Z_]\w*", re.IGNORECASE)
+_NAME = r"([A-Z_]\w*)"
+_PROGRAM = re.compile(rf"PROGRAM\s+{_NAME}\b.*", re.IGNORECASE)
+_ROUTINE = re.compile(rf"ROUTINE\s+{_NAME}\s*(?:\(([^)]*)\))?\s*(?::\s*(\w+))?\s*(.*)", re.IGNORECASE)
+_VARIABLES = re.compile(r"((?:[A-Z_]\w*\s*,\s*)*[A-Z_]\w*)\s*:(?!=)\s*(.+)", re.IGNORECASE)
+_CONSTANT = re.compile(rf"{_NAME}\s*=\s*(.+)", re.IGNORECASE)
+_SIZED = re.compile(r"ARRAY\s*(?:\[([^\]]*)\])?\s*OF\s+(\w+).*", re.IGNORECASE)
+_END = re.compile(rf"END(?:\s+{_NAME})?", re.IGNORECASE)
+_WRITE = re.compile(r"WRITE\b\s*(?:\w+\s*)?\(?(.*?)\)?", re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d{1,2})?", re.IGNORECASE)
+_KNOWN: Final = words(
+    "MOVE MOVEFLY DELAY IF ELSIF ELSE ENDIF WHILE ENDWHILE FOR ENDFOR REPEAT UNTIL SELECT CASE ENDSELECT GOTO PULSE "
+    "RETURN"
+)
+_MOVES: Final = words("MOVE MOVEFLY SEGMENT")
+_TYPES: Final = {
+    "INTEGER": "integer",
+    "REAL": "real",
+    "BOOLEAN": "boolean",
+    "STRING": "string",
+    "POSITION": "position",
+    "XTNDPOS": "position",
+    "JOINTPOS": "joints",
+}
+_SECTIONS: Final = words("VAR CONST TYPE BEGIN CYCLE IMPORT ENDTYPE")
+_MOST_JOINED: Final = 40
+_MOVE = re.compile(r"MOVE(?:FLY)?\b", re.IGNORECASE)
+_CLOSED = re.compile(r"\bENDMOVE$", re.IGNORECASE)
+_SETTING = re.compile(r"(?:WITH|ENDMOVE)\b|\$\w+\s*=", re.IGNORECASE)
+# Moves that are legal and not modelled: along paths, about and by vectors, part of the way, of two arms at once.
+_UNMODELLED = re.compile(
+    r"MOVE(?:FLY)?\s+(?:ARM\s*\[[^\]]*\]\s*)?(?:JOINT\s+|LINEAR\s+|CIRCULAR\s+)?(?:ALONG|ABOUT|BY|FOR)\b"
+    r"|MOVE(?:FLY)?\b.*\bSYNCMOVE(?:FLY)?\b",
+    re.IGNORECASE,
+)
+
+
+class Line(NamedTuple):
+    """An instruction. `taken`: source lines that it takes."""
+
+    number: int
+    text: str
+    comment: str | None
+    taken: int = 1
+
+
+class _Part:
+    """A routine, or the program itself, while it is read."""
+
+    def __init__(
+        self, name: str, line: int, parameters: tuple[Parameter, ...] = (), returns: str = ""
+    ) -> None:
+        self.name, self.line, self.parameters, self.returns = name, line, parameters, returns
+        self.body: list[Statement] = []
+        self.data: list[Declare] = []
+        self.cycle = 0  # line of CYCLE
+        self.last = line
+
+
+def read_program(source: Source) -> Program:
+    """The program in a text. Never raises on bad text."""
+    findings = Findings(source)
+    if not is_readable(findings, _CODES, _MARK, "PDL2"):
+        return unreadable("pdl2", source, findings)
+    return _File(findings).read()
+
+
+class _File:
+    def __init__(self, findings: Findings) -> None:
+        self.findings, self.kinds = findings, findings.kinds
+        self.rules = Pdl2Rules(any("$FLY_DIST" in line.upper() for line in findings.source.lines))
+        self.parser = LineParser(findings, "pdl2", self.rules, _CODES, _KNOWN, _MOVES)
+        self.parts: list[_Part] = []
+        self.part: _Part | None = None  # the routine that is open
+        self.program: _Part | None = None
+        self.section = ""
+        self.path = Path.JOINT
+        self.handler = False
+
+    def read(self) -> Program:
+        for line in self._lines():
+            for more in range(line.taken):
+                self.kinds[line.number - 1 + more] = LineKind.STATEMENT
+            before = self._count()
+            self._line(line)
+            part = self.part or self.program
+            if line.comment and part and len(part.body) > before:
+                part.body[-1] = with_comment(part.body[-1], line.comment)
+        for one in (self.part, self.program):
+            if one is not None:
+                span = self.findings.whole_line(one.line)
+                self.findings.error("P593", f"{one.name} is never closed", span, f"add END {one.name}")
+                self._close(one, len(self.kinds))
+        routines = tuple(self._routine(one) for one in self.parts)
+        main = next((one.name for one in self.parts if one.returns == "PROGRAM"), "")
+        data = tuple(d for one in self.parts if one.returns == "PROGRAM" for d in one.data)
+        kinds = bytes(self.kinds)
+        return Program("pdl2", self.findings.source, routines, self.findings.result(), kinds, data, main)
+
+    def _count(self) -> int:
+        part = self.part or self.program
+        return len(part.body) if part else 0
+
+    # --- lines ------------------------------------------------------------------------------------------
+
+    def _lines(self) -> Iterator[Line]:
+        """Instructions, a MOVE with its WITH lines as one."""
+        lines, number = self.findings.source.lines, 1
+        while number <= len(lines):
+            text, comment = _parted(lines[number - 1])
+            if not text:
+                self.kinds[number - 1] = LineKind.BLANK if comment is None else LineKind.COMMENT
+                part = self.part or self.program
+                if comment is not None and part is not None:
+                    part.body.append(Comment(number, comment))
+                number += 1
+                continue
+            count = 1
+            while number + count <= len(lines) and count < _MOST_JOINED:
+                more, _ = _parted(lines[number + count - 1])
+                if not _goes_on(text, more):
+                    break
+                text = f"{text.removesuffix('&').rstrip()} {more}"
+                count += 1
+            yield Line(number, text, comment, count)
+            number += count
+
+    def _line(self, line: Line) -> None:
+        text, number = line.text, line.number
+        word = text.split(None, 1)[0].upper()
+        if self.handler or word.startswith("CONDITION["):
+            self._handler(line, word)
+        elif word == "PROGRAM" and (head := _PROGRAM.fullmatch(text)) and self.program is None:
+            self.kinds[number - 1] = LineKind.RECORD
+            self.program, self.section = _Part(self.rules.spelled(head[1]), number, (), "PROGRAM"), "VAR"
+        elif word == "ROUTINE" and (head := _ROUTINE.fullmatch(text)):
+            self._head(head, number)
+        elif word in _SECTIONS:
+            self._section(word, text, number)
+        elif word == "END" and (end := _END.fullmatch(text)):
+            self._end(end, number)
+        elif self.section in ("VAR", "CONST", "TYPE", "IMPORT"):
+            self._declaration(text, number)
+        else:
+            self._instruction(text, number)
+
+    def _handler(self, line: Line, word: str) -> None:
+        """A condition handler runs beside the program: kept, told once."""
+        part = self.part or self.program
+        self.handler = word != "ENDCONDITION"
+        for number in range(line.number, line.number + line.taken):
+            opaque = self.parser.opaque(self.findings.source.line(number).strip(), number)
+            if part is not None:
+                part.body.append(opaque)
+
+    def _head(self, head: re.Match[str], number: int) -> None:
+        self.kinds[number - 1] = LineKind.RECORD
+        if "EXPORTED" in head[4].upper() or "EXTERNAL" in head[4].upper():
+            return
+        if self.part is not None:
+            self._close(self.part, number)
+        parameters = tuple(_parameters(head[2] or "", self.rules))
+        self.part = _Part(
+            self.rules.spelled(head[1]), number, parameters, _TYPES.get((head[3] or "").upper(), "")
+        )
+        self.section = "VAR"
+
+    def _section(self, word: str, text: str, number: int) -> None:
+        self.section = "VAR" if word == "ENDTYPE" else word
+        rest = text[len(word) :].strip()
+        part = self.part or self.program
+        if word == "IMPORT":
+            self.kinds[number - 1], self.section = LineKind.RECORD, "VAR"
+        elif part is not None and (word == "CYCLE" or (word == "BEGIN" and rest.upper() == "CYCLE")):
+            part.body.append(While(number, State(True)))
+            part.cycle = number
+        elif rest:
+            self._declaration(rest, number)
+
+    def _end(self, end: re.Match[str], number: int) -> None:
+        self.kinds[number - 1] = LineKind.RECORD
+        part = self.part or self.program
+        if part is None:
+            span = self.findings.whole_line(number)
+            self.findings.error("P593", "END without a program", span, "remove it, or open a routine above")
+            return
+        if end[1] and end[1].casefold() != part.name.casefold():
+            message = f"END {end[1][:40]} closes {part.name}"
+            self.findings.warning("P593", message, self.findings.whole_line(number), f"write END {part.name}")
+        self._close(part, number)
+
+    def _close(self, part: _Part, number: int) -> None:
+        if part.cycle:
+            part.body.append(EndWhile(number))
+        part.last = number
+        self.parts.append(part)
+        if part is self.part:
+            self.part = None
+            self.section = "VAR"
+        else:
+            self.program = None
+
+    # --- declarations -----------------------------------------------------------------------------------
+
+    def _declaration(self, text: str, number: int) -> None:
+        part = self.part or self.program
+        match = _VARIABLES.fullmatch(text)
+        constant = _CONSTANT.fullmatch(text)
+        if part is None or self.section == "TYPE" or (match is None and constant is None):
+            self.parser.opaque(text, number)
+            return
+        if constant is not None and match is None:
+            value = _literal(constant[2].strip())
+            if value is None:
+                self.parser.opaque(text, number)
+                return
+            name = self.rules.spelled(constant[1])
+            part.data.append(Declare(number, name, "", value, storage="constant"))
+            return
+        assert match is not None
+        native = match[2].strip()
+        sized = _SIZED.fullmatch(native)
+        type_ = (sized[2] if sized else re.split(r"\W", native, maxsplit=1)[0]).upper()
+        sizes = tuple(Number(int(one)) for one in re.findall(r"\d{1,6}", sized[1] or "")) if sized else ()
+        for one in match[1].split(","):
+            name = self.rules.spelled(one.strip())
+            part.data.append(
+                Declare(number, name, _TYPES.get(type_, type_.lower()), None, sizes, native=native)
+            )
+
+    # --- instructions -----------------------------------------------------------------------------------
+
+    def _instruction(self, text: str, number: int) -> None:
+        part = self.part or self.program
+        if part is None:
+            span = self.findings.whole_line(number)
+            self.findings.error("P593", "an instruction outside of a program", span, "PROGRAM name above it")
+            return
+        if written := _WRITE.fullmatch(text):
+            part.body.append(Message(number, Text(written[1])))
+            return
+        unmodelled = _UNMODELLED.match(text) is not None
+        for one in [self.parser.opaque(text, number)] if unmodelled else self.parser.parse(text, number):
+            part.body.extend(self._placed(one, number))
+
+    def _placed(self, one: Any, number: int) -> list[Statement]:
+        """Statements with what $MOVE_TYPE said of moves that name no path."""
+        if isinstance(one, MoveType):
+            self.path = one.path
+            self.kinds[number - 1] = LineKind.RECORD
+            return []
+        if isinstance(one, Untyped):
+            move: Move = replace(one.move, line=number)
+            if self.path is Path.JOINT:
+                return [move]
+            return [replace(move, path=Path.LINEAR, speed=None)]
+        if isinstance(one, Opaque) and one.text.startswith("$"):
+            self.kinds[number - 1] = LineKind.OPAQUE
+        return [one]
+
+    def _routine(self, part: _Part) -> Routine:
+        check_blocks(self.findings, part.body, "P593")
+        own = part.returns != "PROGRAM"
+        body = (*part.data, *part.body) if own else tuple(part.body)
+        returns = part.returns if own else ""
+        if any(isinstance(one, Opaque) and one.text.upper().startswith("CONDITION[") for one in part.body):
+            message = "condition handlers run beside the program: they are left out of the plan"
+            span = self.findings.whole_line(part.line)
+            self.findings.once(Severity.INFO, "P596", "", message, span, "add their time as a wait")
+        return Routine(
+            part.name,
+            part.line,
+            body,
+            PointTable(),
+            parameters=part.parameters,
+            returns=returns,
+            last_line=part.last,
+        )
+
+
+def _goes_on(text: str, more: str) -> bool:
+    """Whether the next line belongs to the instruction: behind a trailing &, or to the WITH and ENDMOVE of a move."""
+    if text.endswith("&"):
+        return True
+    if not _MOVE.match(text) or _CLOSED.search(text):
+        return False
+    return text.endswith(",") or _SETTING.match(more) is not None
+
+
+def _parted(text: str) -> tuple[str, str | None]:
+    """The instruction without a ; at its end, and its comment; dashes in a text are part of the text."""
+    text = text.strip(" \t\r\f\x1a")
+    quoted = False
+    for at, char in enumerate(text):
+        if char == "'":
+            quoted = not quoted
+        elif char == "-" and not quoted and text.startswith("--", at):
+            return text[:at].rstrip(" \t;"), text[at + 2 :]
+    return text.rstrip(" \t;"), None
+
+
+def _literal(text: str) -> Expression | None:
+    if text.upper() in ("TRUE", "ON", "FALSE", "OFF"):
+        return State(text.upper() in ("TRUE", "ON"))
+    if len(text) > 1 and text[0] == text[-1] == "'":
+        return Text(text[1:-1])
+    if _NUMBER.fullmatch(text) and len(text) < 40:
+        return Number(int(text)) if text.lstrip("+-").isdigit() else Number(float(text))
+    return None
+
+
+def _parameters(text: str, rules: Pdl2Rules) -> Iterator[Parameter]:
+    for group in text.split(";"):
+        names, _, type_ = group.partition(":")
+        changed = re.match(r"\s*VAR\s+", names, re.IGNORECASE)
+        word = re.split(r"\W", type_.strip(), maxsplit=1)[0].upper()
+        for name in names[changed.end() if changed else 0 :].split(","):
+            if name.strip():
+                yield Parameter(rules.spelled(name.strip()), _TYPES.get(word, ""), by_reference=bool(changed))

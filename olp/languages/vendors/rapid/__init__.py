@@ -1,0 +1,63 @@
+"""RAPID, the language of ABB robots: modules `.mod`, `.modx`, `.prg`, `.sys`, and the list `.pgf` of a program."""
+
+from __future__ import annotations
+
+import re
+
+from olp.core.source import Source
+from olp.ir.program import Program
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+
+_MODULE = re.compile(r"\s*MODULE\s+\w+\s*(?:\(|!|$)", re.IGNORECASE)
+_HEADER = re.compile(r"\s*%%%")
+_LISTED = re.compile(r"\s*<Program\b")
+
+
+class Rapid(Vendor):
+    """ABB RAPID. Speeds mm/s and deg/s, lengths mm, turns as quaternions; all converted while reading."""
+
+    name = "rapid"
+    title = "ABB RAPID"
+    suffixes = (".mod", ".modx", ".prg", ".sys", ".pgf")
+    reads = statements(
+        "Update PulseOutput Label Jump ElseIf While EndWhile For Next Switch Case Default EndSwitch "
+        "Pause Declare SetAcceleration SetOverride ObeyFlags ShiftOn ShiftOff Process Disabled Opaque"
+    )
+    folders_beside = ("../PROGMOD", "../SYSMOD")  # of a task in a backup
+    comment_prefix = "!"
+    trailing_comment_prefix = " !"
+    comment_length = 80
+    blending = "abb"
+    conventions = Conventions(
+        arm_flags=ArmFlags.QUARTERS,
+        actions_at_ends=True,
+        joint_target_word="moveabsj",
+        controller_names=True,
+        numeric_booleans=True,
+        names_read_frames=True,
+        for_declares=True,
+        rounds_to_decimals=True,
+        on_pulse="High",
+        inverting_pulse=r"PulseDO without \High inverts the output",
+        local_declarations=True,
+    )
+    corners = CornerSpelling(
+        r"!", (r"\bfine\b", "z1"), r"\bz(\d+)\b", (1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)
+    )
+    editor_names = ("abb",)
+
+    def sniff(self, source: Source) -> bool:
+        if source.path.lower().endswith(".pgf"):
+            return any(_LISTED.match(line) for line in source.lines[:5])
+        head = source.lines[:400]
+        if any(_MODULE.match(line) for line in head):
+            return True
+        return any(_HEADER.match(line) for line in head[:5]) and any("VERSION" in line for line in head[:6])
+
+    def read(self, source: Source) -> Program:
+        from olp.languages.vendors.rapid.reader import read_program
+
+        return read_program(source)
+
+
+VENDOR = Rapid()

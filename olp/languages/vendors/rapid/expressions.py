@@ -1,0 +1,296 @@
+"""Lowers the grammar's expressions: one short method per rule. Aggregates keep their shape until a type is asked."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+from lark import Token, Transformer
+
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Compare,
+    Expression,
+    Function,
+    Item,
+    Logic,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    Signal,
+    State,
+    Text,
+    Unary,
+    Unknown,
+)
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendors.rapid import literals
+from olp.languages.vendors.rapid.functions import SPECIAL
+from olp.languages.vendors.rapid.literals import Aggregate, ShapeError, coerced
+from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, SIGNAL_USERS
+from olp.languages.vendors.rapid.syntax import Given, Option
+from olp.languages.vendors.rapid.texts import unquoted
+
+_CONSTANTS: Final = {"pi": Number(math.pi), "high": Number(1), "low": Number(0)}
+
+
+class ExpressionRules(Transformer[Token, Any]):
+    """`names` holds while a file is read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.names = Names()
+
+    # --- literals ---------------------------------------------------------------------------------------------
+
+    def number(self, children: list[Token]) -> Number:
+        text = children[0].lower()
+        if text[:2] in ("0x", "0b", "0o"):
+            return Number(int(text, 0))
+        if len(text) > 40:
+            raise BrokenLineError(f"a number of {len(text)} characters", word=text[:20])
+        return Number(int(text)) if text.isdigit() else Number(float(text))
+
+    def text(self, children: list[Token]) -> Text:
+        return Text(unquoted(children[0]))
+
+    def boolean(self, children: list[Token]) -> State:
+        return State(children[0].upper() == "TRUE")
+
+    def aggregate(self, children: list[Any]) -> Aggregate:
+        return Aggregate(tuple(child for child in children if child is not None))
+
+    def here(self, children: list[Token]) -> Unknown:
+        return Unknown("*")
+
+    def unfilled(self, children: list[Token]) -> Unknown:
+        """`<EXP>`: a place that the editor keeps free."""
+        return Unknown(str(children[0]))
+
+    # --- operators --------------------------------------------------------------------------------------------
+
+    def or_(self, children: list[Any]) -> Expression:
+        return _logic("or", self._plain(children[0]), self._plain(children[2]))
+
+    def and_(self, children: list[Any]) -> Expression:
+        return _logic("and", self._plain(children[0]), self._plain(children[2]))
+
+    def and_not(self, children: list[Any]) -> Expression:
+        return _logic("and", self._plain(children[0]), Unary("not", self._plain(children[3])))
+
+    def xor(self, children: list[Any]) -> Binary:
+        return Binary("xor", self._plain(children[0]), self._plain(children[2]))
+
+    def not_(self, children: list[Any]) -> Unary:
+        return Unary("not", self._plain(children[1]))
+
+    def compare(self, children: list[Any]) -> Compare:
+        left, right = self._plain(children[0]), self._plain(children[2])
+        if isinstance(left, Signal):
+            right = as_state(left, right)
+        elif isinstance(right, Signal):
+            left = as_state(right, left)
+        return Compare(str(children[1]), left, right)
+
+    def binary(self, children: list[Any]) -> Expression:
+        left, right, operator = self._plain(children[0]), self._plain(children[2]), children[1].lower()
+        if operator == "+" and (literals.is_text(left, self.names) or literals.is_text(right, self.names)):
+            return Function("joined-text", (left, right))
+        if operator == "/":  # one kind of number: 1/2 is 0.5
+            left, right = _real(left), _real(right)
+        return Binary(operator, left, right)
+
+    def negative(self, children: list[Any]) -> Expression:
+        operand = self._plain(children[1])
+        return Number(-operand.value) if type(operand) is Number else Unary("-", operand)
+
+    def positive(self, children: list[Any]) -> Expression:
+        return self._plain(children[1])
+
+    def _plain(self, value: Expression | Aggregate) -> Expression:
+        return self.coerce(value, "")
+
+    def coerce(self, value: Expression | Aggregate, kind: str, sizes: int = 0) -> Expression:
+        """Raises BrokenLineError where an aggregate does not fit."""
+        try:
+            return coerced(value, kind, self.names, sizes)
+        except ShapeError as wrong:
+            raise BrokenLineError(
+                str(wrong), word="[", wanted=f"a value of type {kind}" if kind else ""
+            ) from None
+
+    # --- names ------------------------------------------------------------------------------------------------
+
+    def sizes(self, children: list[Any]) -> tuple[Expression, ...]:
+        return tuple(map(self._plain, children))
+
+    def index(self, children: list[Any]) -> tuple[Expression, ...]:
+        found: tuple[Expression, ...] = children[0]
+        return found
+
+    def member(self, children: list[Token]) -> str:
+        return str(children[0])
+
+    def designator(self, children: list[Any]) -> Expression:
+        name = str(children[0])
+        if len(children) == 1:
+            return self.named(name)
+        return self.parts(Named(self.names.spelled(name)), children[1:])
+
+    def named(self, name: str) -> Expression:
+        """A name alone: data, a constant of the controller, or a signal."""
+        key = name.lower()
+        if not self.names.knows(key):
+            if key in _CONSTANTS:
+                return _CONSTANTS[key]
+            bus = self.names.bus_of(name)
+            if bus is not None:
+                return Signal(bus, Text(self.names.spelled(name)))
+        return Named(self.names.spelled(name))
+
+    def parts(self, base: Expression, postfixes: list[Any]) -> Expression:
+        """`base` with its indices and members: those of positions have neutral names."""
+        found = base
+        place = 0
+        while place < len(postfixes):
+            postfix = postfixes[place]
+            place += 1
+            if isinstance(postfix, tuple):
+                found = Item(found, postfix)
+                continue
+            found, place = self._member(found, postfix, postfixes, place)
+        return found
+
+    def _member(self, base: Expression, name: str, rest: list[Any], place: int) -> tuple[Expression, int]:
+        key = name.lower()
+        kind = literals.type_of(base, self.names)
+        following = rest[place].lower() if place < len(rest) and isinstance(rest[place], str) else ""
+        if kind in ("", "num", "robtarget", "pose", "jointtarget"):
+            if key in ("trans", "rot", "extax", "robax") and following:
+                return _component(base, key, following), place + 1
+            if key == "trans":
+                return literals.place_of(base), place
+            if key == "rot":
+                return literals.turn_of(base), place
+            if key in ("robax", "extax"):
+                return literals.axes_of(base, key), place
+        elif kind == "tooldata" and key in ("cog", "aom"):
+            return Member(base, name), place
+        return Member(base, self._member_name(kind, name)), place
+
+    def _member_name(self, kind: str, name: str) -> str:
+        """The member as its structure spells it."""
+        members = self.names.members(kind) or ()
+        return next((member for member, _ in members if member.lower() == name.lower()), name)
+
+    # --- calls ------------------------------------------------------------------------------------------------
+
+    def option(self, children: list[Any]) -> Option:
+        return Option(str(children[1]), children[2])
+
+    def passed_on(self, children: list[Any]) -> Option:
+        """`\\Name?parameter`: given when the caller gave it."""
+        return Option(str(children[1]) + "?", Named(self.names.spelled(str(children[2]))))
+
+    def argument(self, children: list[Any]) -> Given:
+        if isinstance(children[0], Option):
+            return Given(None, tuple(children))
+        return Given(children[0], tuple(children[1:]))
+
+    def value(self, children: list[Any]) -> Expression | Aggregate:
+        found: Expression | Aggregate = children[0]
+        return found
+
+    def arguments(self, children: list[Given]) -> list[Given]:
+        return children
+
+    def call(self, children: list[Any]) -> Expression:
+        name, given = str(children[0]), children[1] or []
+        found = self._function(name, given)
+        return self.parts(found, children[2:]) if len(children) > 2 else found
+
+    def _function(self, name: str, given: list[Given]) -> Expression:
+        key = name.lower()
+        if key in self.names.routines:
+            return CallValue(self.names.spelled(name), self.passed(name, given))
+        if key in SPECIAL:
+            found = SPECIAL[key](self, given)
+            if found is not None:
+                return found
+        if key.endswith("dnum") and key[:-4] in FUNCTIONS:
+            key = key[:-4]
+        if key in FUNCTIONS:
+            kinds = ("robtarget",) if key == "offs" else ("pose", "pose") if key[:4] == "pose" else ()
+            return Function(FUNCTIONS[key], self.plain_arguments(given, kinds))
+        if key in SIGNAL_USERS:
+            return self._signal_value(key, given)
+        return CallValue(self.names.spelled(name), self.passed(name, given))
+
+    def plain_arguments(self, given: list[Given], kinds: tuple[str, ...] = ()) -> tuple[Expression, ...]:
+        """Positional values first, then those of options: `Round(x\\Dec:=2)` has two."""
+        values = [one.value for one in given if one.value is not None]
+        options = [option.value for one in given for option in one.options if option.value is not None]
+        padded = (*kinds, *("" for _ in values))
+        positional = tuple(self.coerce(value, kind) for value, kind in zip(values, padded, strict=False))
+        return (*positional, *map(self._plain, options))
+
+    def passed(self, name: str, given: list[Given]) -> tuple[Expression, ...]:
+        """The arguments of a call, options by their names."""
+        head = self.names.routines.get(name.lower())
+        required = [kind for _, kind, optional in head.parameters if not optional] if head else []
+        optional = (
+            {key.lower(): kind for key, kind, is_optional in head.parameters if is_optional} if head else {}
+        )
+        found: list[Expression] = []
+        count = 0
+        for one in given:
+            if one.value is not None:
+                found.append(self.coerce(one.value, required[count] if count < len(required) else ""))
+                count += 1
+            for option in one.options:
+                kind = optional.get(option.name.lower(), "")
+                value = None if option.value is None else self.coerce(option.value, kind)
+                found.append(NamedArgument(option.name, value))
+        return tuple(found)
+
+    def _signal_value(self, key: str, given: list[Given]) -> Expression:
+        signal = self.signal(given[0].value if given else None, SIGNAL_USERS[key])
+        return Compare("=", signal, State(True)) if key == "testdi" else signal
+
+    def signal(self, value: Expression | Aggregate | None, bus: str) -> Signal:
+        """A signal of an instruction: its name, or what an element of an array of signals names."""
+        if isinstance(value, Signal):
+            return Signal(bus, value.index)
+        if isinstance(value, Named):
+            return Signal(bus, Text(value.name))
+        if value is None or isinstance(value, Aggregate):
+            raise BrokenLineError("a signal is missing", word="", wanted="the name of a signal")
+        return Signal(bus, value)
+
+
+def as_state(signal: Signal, value: Expression) -> Expression:
+    """1 and 0 beside a digital signal mean on and off."""
+    digital = signal.bus in ("in", "out")
+    return State(value.value == 1) if digital and type(value) is Number and value.value in (0, 1) else value
+
+
+def _logic(operator: str, left: Expression, right: Expression) -> Logic:
+    if isinstance(left, Logic) and all(word == operator for word, _ in left.rest):
+        return Logic(left.first, (*left.rest, (operator, right)))
+    return Logic(left, ((operator, right),))
+
+
+def _real(value: Expression) -> Expression:
+    return Number(float(value.value)) if type(value) is Number else value
+
+
+def _component(base: Expression, group: str, name: str) -> Expression:
+    """`p.trans.x`, `p.rot.q1`, `p.extax.eax_a`, `j.robax.rax_1`."""
+    if group == "robax" and name[:4] == "rax_" and name[4:].isdigit():
+        return Item(base, (Number(int(name[4:])),))
+    if group == "extax" and name[:4] == "eax_" and name[4:] in "abcdef" and name[4:]:
+        return Member(base, f"e{'abcdef'.index(name[4:]) + 1}")
+    return Member(base, name)

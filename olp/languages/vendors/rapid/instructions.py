@@ -1,0 +1,222 @@
+"""Lowers instructions that do not move: outputs, waits, counters, modal settings, messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from olp.core.units import percent
+from olp.ir.expressions import (
+    Binary,
+    Compare,
+    Expression,
+    Function,
+    Member,
+    Number,
+    Quantity,
+    State,
+    SystemValue,
+    Text,
+    Unary,
+)
+from olp.ir.program import (
+    Acceleration,
+    AccelerationUnit,
+    Assign,
+    Dwell,
+    Message,
+    Pause,
+    Process,
+    PulseOutput,
+    SetAcceleration,
+    SetOutput,
+    SetOverride,
+    ShiftOff,
+    ShiftOn,
+    Statement,
+    Update,
+    Wait,
+)
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendors.rapid.expressions import ExpressionRules, as_state
+from olp.languages.vendors.rapid.predefined_data import FASTEST, SIGNAL_USERS
+from olp.languages.vendors.rapid.syntax import Given
+
+Lowered = list[Statement]
+Rule = Callable[[ExpressionRules, str, list[Given]], Lowered | None]  # None: kept as a process instruction
+
+
+def options_of(rules: ExpressionRules, given: list[Given]) -> dict[str, Expression]:
+    """All options by name, lower case; a switch is TRUE."""
+    return {
+        option.name.lower(): State(True) if option.value is None else rules.coerce(option.value, "")
+        for one in given
+        for option in one.options
+    }
+
+
+def values_of(
+    rules: ExpressionRules, name: str, given: list[Given], count: int, kind: str = ""
+) -> list[Expression]:
+    """The positional arguments, at least `count`. Raises BrokenLineError."""
+    found = [rules.coerce(one.value, kind) for one in given if one.value is not None]
+    if len(found) < count:
+        raise BrokenLineError(
+            f"{name} needs {count} argument{'s' if count > 1 else ''}, and {len(found)} are given", word=name
+        )
+    return found
+
+
+def _output(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+    """SetDO, SetGO, SetAO; with a delay they are kept as written."""
+    if options_of(rules, given):
+        return None
+    place, value = values_of(rules, name, given, 2)[:2]
+    signal = rules.signal(place, SIGNAL_USERS[name.lower()])
+    return [SetOutput(0, signal, as_state(signal, value))]
+
+
+def _switch(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
+    return [SetOutput(0, signal, State(name.lower() == "set"))]
+
+
+def _invert(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
+    return [SetOutput(0, signal, Unary("not", signal))]
+
+
+def _pulse(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    options = options_of(rules, given)
+    signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
+    length = options.get("plength")
+    duration = None if length is None else Quantity(length, 1.0)
+    return [PulseOutput(0, signal, duration, spelling="High" if "high" in options else "")]
+
+
+def _dwell(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    dwell = Dwell(0, Quantity(values_of(rules, name, given, 1)[0], 1.0))
+    if "inpos" in options_of(rules, given):
+        return [Process(0, "WaitRob", (("", Text("\\InPos")),)), dwell]
+    return [dwell]
+
+
+_COMPARED: Final = {"lt": "<", "gt": ">", "noteq": "<>"}
+
+
+def _wait_signal(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    options = options_of(rules, given)
+    place, value = values_of(rules, name, given, 2)[:2]
+    signal = rules.signal(place, SIGNAL_USERS[name.lower()])
+    operator = next((sign for option, sign in _COMPARED.items() if option in options), "=")
+    return _wait(Compare(operator, signal, as_state(signal, value)), options, name)
+
+
+def _wait_until(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    options = options_of(rules, given)
+    found = _wait(values_of(rules, name, given, 1)[0], options, name)
+    return [Process(0, "WaitRob", (("", Text("\\InPos")),)), *found] if "inpos" in options else found
+
+
+def _wait(condition: Expression, options: dict[str, Expression], word: str) -> Lowered:
+    limit = options.get("maxtime")
+    wait = Wait(0, condition, None if limit is None else Quantity(limit, 1.0), spelling=word)
+    flag = options.get("timeflag")
+    return [wait] if flag is None else [wait, Assign(0, flag, SystemValue("timed-out"))]
+
+
+def _step(operator: str) -> Rule:
+    def lowered(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+        return [Update(0, operator, values_of(rules, name, given, 1)[0], Number(1))]
+
+    return lowered
+
+
+def _add(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    target, value = values_of(rules, name, given, 2)[:2]
+    return [Update(0, "+", target, value)]
+
+
+def _clear(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    return [Assign(0, values_of(rules, name, given, 1)[0], Number(0))]
+
+
+def _message(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+    text = values_of(rules, name, given, 1)[0]
+    shown = [value for option, value in options_of(rules, given).items() if option in ("num", "bool", "dnum")]
+    if not shown:
+        return None if options_of(rules, given) else [Message(0, text)]
+    return [Message(0, Function("joined-text", (text, Function("text-of-value", (shown[0],)))))]
+
+
+def _pause(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    return [Pause(0, spelling="Break" if name.lower() == "break" else "")]
+
+
+def _acceleration(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+    """AccSet; a ramp below 100 % is kept beside it as written."""
+    values = values_of(rules, name, given, 2)
+    rate = Acceleration(AccelerationUnit.FRACTION, Quantity(values[0], percent))
+    plain = values[1] == Number(100) and not options_of(rules, given)
+    return [SetAcceleration(0, (rate,)), *_beside(plain)]
+
+
+def _override(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+    """VelSet; a bound of the speed other than the usual one is kept beside it as written."""
+    values = values_of(rules, name, given, 2)
+    plain = values[1] == Number(int(FASTEST))
+    return [SetOverride(0, Quantity(values[0], percent)), *_beside(plain)]
+
+
+BESIDE: Final = "beside"  # the name of a process that says more exactly what the statement before it says
+
+
+def _beside(plain: bool) -> Lowered:
+    return [] if plain else [Process(0, BESIDE)]
+
+
+def _shift_set(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    return [ShiftOn(0, values_of(rules, name, given, 1, "pose")[0])]
+
+
+def _shift_on(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    """PDispOn: from where a point was programmed to where it is now, or to \\ExeP."""
+    options = options_of(rules, given)
+    point = values_of(rules, name, given, 2, "robtarget")[0]
+    there = options.get("exep", SystemValue("current-pose"))
+    if "rot" in options:
+        offset = Function("pose-product", (there, Function("pose-inverse", (point,))))
+    else:
+        ways = (Binary("-", Member(there, axis), Member(point, axis)) for axis in ("x", "y", "z"))
+        offset = Function("pose-angles", (*ways, Number(0), Number(0), Number(0)))
+    return [ShiftOn(0, offset), Process(0, BESIDE)]
+
+
+def _shift_off(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    return [ShiftOff(0)]
+
+
+RULES: Final[dict[str, Rule]] = {
+    "setdo": _output,
+    "setgo": _output,
+    "setao": _output,
+    "set": _switch,
+    "reset": _switch,
+    "invertdo": _invert,
+    "pulsedo": _pulse,
+    "waittime": _dwell,
+    **dict.fromkeys(("waitdi", "waitdo", "waitgi", "waitgo", "waitai", "waitao"), _wait_signal),
+    "waituntil": _wait_until,
+    "incr": _step("+"),
+    "decr": _step("-"),
+    "add": _add,
+    "clear": _clear,
+    "tpwrite": _message,
+    "stop": _pause,
+    "break": _pause,
+    "accset": _acceleration,
+    "velset": _override,
+    "pdispset": _shift_set,
+    "pdispon": _shift_on,
+    "pdispoff": _shift_off,
+}

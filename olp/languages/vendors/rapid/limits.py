@@ -1,0 +1,51 @@
+"""What RAPID can say and how long its words may be (ABB, RAPID overview and kernel manuals, RobotWare 6)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.languages.limits import Limits, ValueTypes
+
+# Words of the language, and data and routines that every controller has: a declaration of the same name is refused.
+_WORDS: Final = """
+    ALIAS AND BACKWARD CASE CONNECT CONST DEFAULT DIV DO ELSE ELSEIF ENDFOR ENDFUNC ENDIF ENDMODULE ENDPROC
+    ENDRECORD ENDTEST ENDTRAP ENDWHILE ERROR EXIT FALSE FOR FROM FUNC GOTO IF INOUT LOCAL MOD MODULE NOSTEPIN NOT
+    NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN STEP SYSMODULE TASK TEST THEN TO TRAP TRUE TRYNEXT UNDO
+    VAR VIEWONLY WHILE WITH XOR
+    NUM DNUM BOOL STRING BYTE POS ORIENT POSE ROBTARGET JOINTTARGET ROBJOINT EXTJOINT CONFDATA TOOLDATA WOBJDATA
+    LOADDATA SPEEDDATA ZONEDATA SWITCH CLOCK INTNUM TOOL0 WOBJ0 LOAD0 FINE VMAX PI HIGH LOW EDGE
+    ABS ACOS ASIN ATAN ATAN2 COS SIN SQRT TAN EXP POW ROUND TRUNC OFFS RELTOOL POSEMULT POSEINV CROBT CJOINTT DISTANCE
+    MOVEJ MOVEL MOVEC MOVEABSJ SET RESET SETDO SETGO SETAO PULSEDO WAITTIME WAITDI WAITDO WAITUNTIL STOP BREAK CLEAR
+    INCR DECR ADD ACCSET VELSET TPWRITE TPERASE DIM PRESENT"""
+RESERVED: Final = frozenset(_WORDS.split())
+
+LIMITS = Limits(
+    routine_name=32,
+    variable_name=32,
+    label_name=32,
+    line=0,
+    comment=0,
+    points=0,
+    statements=0,
+    joint_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TIME}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TIME}),
+    blends=frozenset({BlendKind.RADIUS}),
+    accelerations=frozenset({AccelerationUnit.FRACTION}),
+    modal_speed=False,
+    tool_and_frame="move",
+    has_data_files=True,
+    names=r"[A-Za-z][A-Za-z0-9_]*",
+    has_repeat=False,
+    has_break=False,
+    has_continue=False,
+    bounds_turning=True,
+    acceleration_range=(0.2, 1.0),  # AccSet takes less for 20 %
+    pulse=0.2,
+    reserved=RESERVED,
+    watches_flags=True,
+    value_types=ValueTypes(signals_are_states=False, persistent_systems=True),
+    ordered_arguments=True,  # they may be left out, but have no defaults
+    reference_parameters=True,  # moves take tools that are persistent only
+    array_literals=True,
+)

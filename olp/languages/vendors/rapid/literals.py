@@ -1,0 +1,422 @@
+"""Gives `[...]` its meaning by the type that is asked for: positions, tools, frames, speeds, structures, arrays.
+
+A rotation is written as a quaternion, the scalar first. It is brought to unit length, as the controller does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from math import isfinite, pi
+from typing import Final
+
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    Function,
+    Item,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    State,
+    SystemValue,
+    Text,
+)
+from olp.ir.points import Sector
+from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.predefined import PREDEFINED
+from olp.languages.vendors.rapid.predefined_data import NOT_CONNECTED
+
+_POSES: Final = (
+    "pose-angles",
+    "pose-quaternion",
+    "pose-product",
+    "pose-inverse",
+    "pose-offset",
+    "pose-relative-tool",
+)
+_ZERO: Final = Number(0)
+_XYZ: Final = ("x", "y", "z")
+_ANGLES: Final = ("rx", "ry", "rz")
+_NO_ANGLES: Final = (_ZERO, _ZERO, _ZERO)
+_RAX: Final = 6
+_QUARTER: Final = pi / 2
+_MOST_QUARTERS = 12  # of a turn, more than any axis reaches
+_MOST_CFX = 7
+_FREE: Final = math.nan
+_DEEPEST: Final = 8  # structures in one another
+_PLAIN_ZEROS: Final[dict[str, Expression]] = {"string": Text(""), "bool": State(False)}
+_TEXTS: Final = frozenset({"text-of-value", "joined-text", "part-of-text"})
+UNIT_TOLERANCE: Final = 1e-3  # beyond it a quaternion is told to be none of unit length
+
+
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """`[a, b, …]` before its type is known."""
+
+    items: tuple[Expression | Aggregate, ...]
+
+
+class ShapeError(Exception):
+    """An aggregate that does not have the shape of its type."""
+
+
+def quaternion_angles(w: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """rx, ry, rz [rad] with R = Rz Ry Rx of a quaternion of any length. Raises ShapeError for zeros.
+
+    At ry = ±90 deg only rx ∓ rz is defined; rz is then 0, as in `geometry.angles_from_rotation`.
+    """
+    size = w * w + x * x + y * y + z * z
+    if not 1e-12 < size < 1e12:
+        raise ShapeError("a quaternion of zeros is no rotation")
+    s = 2.0 / size
+    sine = s * (w * y - x * z)
+    r00, r10 = 1.0 - s * (y * y + z * z), s * (x * y + w * z)
+    cosine = math.hypot(r00, r10)
+    ry = math.atan2(sine, cosine)
+    if cosine < 1e-12:
+        return math.atan2(-s * (y * z - w * x), 1.0 - s * (x * x + z * z)), ry, 0.0
+    return math.atan2(s * (y * z + w * x), 1.0 - s * (x * x + y * y)), ry, math.atan2(r10, r00)
+
+
+def numbers(value: object, count: int) -> tuple[float, ...] | None:
+    """The values of an aggregate of that many plain numbers, else None."""
+    if not isinstance(value, Aggregate) or len(value.items) != count:
+        return None
+    found = tuple(float(item.value) for item in value.items if isinstance(item, Number))
+    return found if len(found) == count and all(map(math.isfinite, found)) else None
+
+
+def number_text(value: float) -> str:
+    """A number as it stands in native notes: 12, 0.5, 9E9."""
+    if value == NOT_CONNECTED:
+        return "9E9"
+    return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
+
+
+def coerced(value: Expression | Aggregate, kind: str, names: Names, sizes: int = 0) -> Expression:
+    """The value as one of type `kind` (lower case, "" unknown), `sizes` dimensions. Raises ShapeError.
+
+    Data that every controller has, such as z10 and tool0, become their values.
+    """
+    if isinstance(value, Named):
+        predefined = PREDEFINED.get(value.name.lower())
+        return value if predefined is None or names.knows(value.name) else predefined
+    if not isinstance(value, Aggregate):
+        return value
+    if sizes > 0:
+        return RecordLiteral("", tuple(("", coerced(item, kind, names, sizes - 1)) for item in value.items))
+    kind = names.resolved(kind) or _guessed(value)
+    match kind:
+        case "robtarget":
+            return _robtarget(value, names)
+        case "pose":
+            return _pose(value, names)
+        case "pos":
+            return _pos(value)
+        case "orient":
+            return _orient(value)
+        case "jointtarget":
+            return _jointtarget(value, names)
+    return _record(value, kind, names)
+
+
+def _record(value: Aggregate, kind: str, names: Names) -> Expression:
+    members = names.members(kind)
+    if members is None:
+        return RecordLiteral("", tuple(("", coerced(item, "", names)) for item in value.items))
+    if len(members) != len(value.items):
+        raise ShapeError(f"{len(value.items)} values, where {kind} has {len(members)}")
+    pairs = zip(members, value.items, strict=True)
+    return RecordLiteral(kind, tuple((name, coerced(item, of, names)) for (name, of), item in pairs))
+
+
+def _guessed(value: Aggregate) -> str:
+    """The type by the shape alone: where an argument's type is not known."""
+    lengths = tuple(len(item.items) if isinstance(item, Aggregate) else 0 for item in value.items)
+    known = {(3, 4, 4, 6): "robtarget", (3, 4): "pose", (6, 6): "jointtarget"}
+    return known.get(lengths, "")
+
+
+def _expect(value: Aggregate, count: int, what: str) -> None:
+    if len(value.items) != count:
+        raise ShapeError(f"{len(value.items)} values, where {what} has {count}")
+
+
+def _robtarget(value: Aggregate, names: Names) -> Expression:
+    _expect(value, 4, "a robtarget")
+    place, turn, arm, axes = value.items
+    literal = _literal_pose(place, turn, names)
+    configuration, external = numbers(arm, 4), numbers(axes, 6)
+    if literal is not None and configuration is not None and external is not None:
+        return with_axes(literal, configuration, external)
+    pose = literal or _computed(place, turn)
+    rest = [] if configuration == (0, 0, 0, 0) else [_named("conf", arm, "confdata", names)]
+    if external != (NOT_CONNECTED,) * 6:
+        rest.append(_named("axes", axes, "extjoint", names))
+    if isinstance(pose, PositionLiteral):
+        if not rest:
+            return pose
+        pose = _computed(place, turn)
+    return Function(pose.name, (*pose.arguments, *rest))
+
+
+def _named(name: str, value: Expression | Aggregate, kind: str, names: Names) -> NamedArgument:
+    return NamedArgument(name, coerced(value, kind, names))
+
+
+def with_axes(
+    pose: PositionLiteral, configuration: tuple[float, ...], external: tuple[float, ...]
+) -> PositionLiteral:
+    """The literal with what a robtarget holds besides: arm configuration and external axes [mm or deg]."""
+    flags, sectors, native = arm(configuration)
+    return PositionLiteral("pose", pose.values, connected(external), flags, (*pose.native, *native), sectors)
+
+
+Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...]]
+
+
+@lru_cache(maxsize=1000)
+def arm(configuration: tuple[float, ...]) -> Arm:
+    """Arm flags, the quarters in which axes 1, 4 and 6 stand, and what is written back, of a confdata.
+
+    cfx of the manual's table for arms with a spherical wrist: 4 behind axis 1, 2 behind the lower arm, 1 axis 5
+    negative, which turns against Yaskawa's B. () where it is of another arm.
+    """
+    native = (("confdata", ",".join(map(number_text, configuration))),) if any(configuration) else ()
+    if any(value != round(value) or abs(value) > _MOST_QUARTERS for value in configuration):
+        return (), (), native
+    cf1, cf4, cf6, cfx = map(int, configuration)
+    if not 0 <= cfx <= _MOST_CFX:
+        return (), (), native
+    turns = tuple((quarter + 2) // 4 for quarter in (cf4, cf6, cf1))
+    sectors = tuple(
+        Sector(axis, quarter * _QUARTER, (quarter + 1) * _QUARTER)
+        for axis, quarter in ((0, cf1), (3, cf4), (5, cf6))
+    )
+    return (1 - cfx % 2, cfx // 2 % 2, cfx // 4, *turns), sectors, native
+
+
+@lru_cache(maxsize=1000)
+def confdata(configuration: tuple[int, ...], sectors: tuple[tuple[int, float, float], ...]) -> str:
+    """The way back of `arm`; "" where the quarters are not known."""
+    quarters = {
+        axis: round(low / _QUARTER) for axis, low, high in sectors if isfinite(low) and isfinite(high)
+    }
+    if len(configuration) < 3 or not {0, 3, 5} <= quarters.keys():
+        return ""
+    noflip, lower, rear = (int(bool(flag)) for flag in configuration[:3])
+    return f"{quarters[0]},{quarters[3]},{quarters[5]},{4 * rear + 2 * lower + 1 - noflip}"
+
+
+def connected(values: tuple[float, ...]) -> tuple[float, ...]:
+    """nan for an axis that is not connected; () when none is."""
+    if all(v >= NOT_CONNECTED for v in values):
+        return ()
+    return tuple(_FREE if v >= NOT_CONNECTED else v for v in values)
+
+
+def _pose(value: Aggregate, names: Names) -> Expression:
+    _expect(value, 2, "a pose")
+    place, turn = value.items
+    return _literal_pose(place, turn, names) or _computed(place, turn)
+
+
+def _pos(value: Aggregate) -> Expression:
+    _expect(value, 3, "a pos")
+    found = numbers(value, 3)
+    if found is not None:
+        return PositionLiteral("pose", (found[0] * mm, found[1] * mm, found[2] * mm, 0.0, 0.0, 0.0))
+    return Function("pose-angles", (*plain_items(value), *_NO_ANGLES))
+
+
+def _orient(value: Aggregate) -> Expression:
+    _expect(value, 4, "an orient")
+    found = numbers(value, 4)
+    if found is not None:
+        return pose_literal((0.0, 0.0, 0.0), found)
+    return Function("pose-quaternion", (*_NO_ANGLES, *plain_items(value)))
+
+
+def plain_items(value: Aggregate) -> tuple[Expression, ...]:
+    """The items of an aggregate of numbers. Raises ShapeError for one that holds another."""
+    found = tuple(item for item in value.items if not isinstance(item, Aggregate))
+    if len(found) != len(value.items):
+        raise ShapeError("brackets where a number is expected")
+    return found
+
+
+def pose_literal(place: tuple[float, ...], turn: tuple[float, ...]) -> PositionLiteral:
+    """A pose from numbers [mm] and a quaternion. Raises ShapeError for a quaternion of zeros."""
+    x, y, z = place
+    values = (x * mm, y * mm, z * mm, *quaternion_angles(*turn))
+    return PositionLiteral("pose", values, (), (), (("orient", ",".join(map(number_text, turn))),))
+
+
+def _literal_pose(place: object, turn: object, names: Names) -> PositionLiteral | None:
+    xyz, quaternion = numbers(place, 3), numbers(turn, 4)
+    if xyz is None or quaternion is None:
+        return None
+    names.uneven = names.uneven or not is_unit(quaternion)
+    return pose_literal(xyz, quaternion)
+
+
+def is_unit(quaternion: tuple[float, ...]) -> bool:
+    """Whether a quaternion has unit length, as far as digits are written."""
+    w, x, y, z = quaternion
+    return abs(w * w + x * x + y * y + z * z - 1.0) < UNIT_TOLERANCE
+
+
+def _computed(place: Expression | Aggregate, turn: Expression | Aggregate) -> Function:
+    """A pose some of whose numbers are computed."""
+    xyz = place_parts(place)
+    if isinstance(turn, Aggregate):
+        _expect(turn, 4, "an orient")
+        return Function("pose-quaternion", (*xyz, *plain_items(turn)))
+    return Function("pose-angles", (*xyz, *turn_parts(turn)))
+
+
+def place_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
+    """x, y, z [mm] of a pos."""
+    if isinstance(value, Aggregate):
+        _expect(value, 3, "a pos")
+        return plain_items(value)
+    if isinstance(value, Function) and value.name == "pose-angles" and value.arguments[3:] == _NO_ANGLES:
+        return value.arguments[:3]
+    if isinstance(value, PositionLiteral):
+        return tuple(Number(v / mm) for v in value.values[:3])
+    return tuple(Member(value, name) for name in _XYZ)
+
+
+def turn_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
+    """rx, ry, rz [deg] of an orient."""
+    if isinstance(value, Aggregate):
+        value = _orient(value)
+    if isinstance(value, Function) and value.name == "pose-angles" and value.arguments[:3] == _NO_ANGLES:
+        return value.arguments[3:6]
+    if isinstance(value, PositionLiteral):
+        return tuple(Number(v / deg) for v in value.values[3:6])
+    return tuple(Member(value, name) for name in _ANGLES)
+
+
+def place_of(base: Expression) -> Function:
+    """`p.trans`: a pose that turns nothing."""
+    return Function("pose-angles", (*(Member(base, name) for name in _XYZ), *_NO_ANGLES))
+
+
+def turn_of(base: Expression) -> Function:
+    """`p.rot`: a pose at zero."""
+    return Function("pose-angles", (*_NO_ANGLES, *(Member(base, name) for name in _ANGLES)))
+
+
+def axes_of(base: Expression, group: str) -> RecordLiteral:
+    """`j.robax` or `p.extax`: its values one by one."""
+    if group == "robax":
+        return RecordLiteral(
+            "robjoint", tuple((f"rax_{n}", Item(base, (Number(n),))) for n in range(1, _RAX + 1))
+        )
+    return RecordLiteral(
+        "extjoint", tuple((f"eax_{c}", Member(base, f"e{n}")) for n, c in enumerate("abcdef", 1))
+    )
+
+
+def joint_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
+    """The six values of a robjoint [deg]. Raises ShapeError."""
+    if isinstance(value, Aggregate):
+        _expect(value, _RAX, "a robjoint")
+        return plain_items(value)
+    if isinstance(value, RecordLiteral):
+        return tuple(item for _, item in value.members)
+    return tuple(Member(value, f"rax_{n}") for n in range(1, _RAX + 1))
+
+
+def _jointtarget(value: Aggregate, names: Names) -> Expression:
+    _expect(value, 2, "a jointtarget")
+    axes, external = numbers(value.items[0], _RAX), numbers(value.items[1], _RAX)
+    if axes is not None and external is not None:
+        return joint_literal(axes, external)
+    first, second = value.items
+    parts = joint_parts(first)
+    rest = () if external == (NOT_CONNECTED,) * 6 else (_named("axes", second, "extjoint", names),)
+    return (
+        RecordLiteral("jointtarget", (("joints", Function("joints", parts)), ("axes", rest[0])))
+        if rest
+        else (Function("joints", parts))
+    )
+
+
+def joint_literal(axes: tuple[float, ...], external: tuple[float, ...]) -> PositionLiteral:
+    """Axis values [deg], external axes [mm or deg]."""
+    return PositionLiteral("joint", tuple(v * deg for v in axes), connected(external))
+
+
+_MOST_ZEROS: Final = 2000  # elements of an array whose zeros are written out
+
+
+def zero(kind: str, names: Names, sizes: tuple[Expression, ...] = (), depth: int = 0) -> Expression | None:
+    """What a variable without a value holds at first, for structures; None where the type says enough."""
+    kind = names.resolved(kind)
+    if sizes:
+        counts = [int(one.value) for one in sizes if isinstance(one, Number)]
+        one = zero(kind, names, (), depth)
+        if one is None or len(counts) != len(sizes) or not 0 < math.prod(counts) <= _MOST_ZEROS:
+            return None
+        for count in reversed(counts):
+            one = RecordLiteral("", (("", one),) * count)
+        return one
+    if kind in ("robtarget", "pose", "pos", "orient"):
+        return PositionLiteral("pose", (0.0,) * 6)
+    if kind == "jointtarget":
+        return PositionLiteral("joint", (0.0,) * _RAX)
+    members = names.members(kind)
+    if members is None or depth > _DEEPEST:
+        return None
+    values = []
+    for name, of in members:
+        plain = _PLAIN_ZEROS.get(names.resolved(of), Number(0))
+        values.append((name, zero(of, names, (), depth + 1) or plain))
+    return RecordLiteral(kind, tuple(values))
+
+
+def is_text(value: Expression | Aggregate, names: Names) -> bool:
+    """Whether a value is a text, as far as the file tells."""
+    match value:
+        case Text():
+            return True
+        case Function(name, _):
+            return name in _TEXTS
+        case CallValue(routine, _):
+            head = names.routines.get(routine.lower())
+            return head is not None and head.returns == "string"
+    return isinstance(value, (Named, Item, Member)) and type_of(value, names) == "string"
+
+
+def type_of(value: Expression | Aggregate, names: Names) -> str:
+    """RAPID's type of an expression, "" where the file does not tell."""
+    match value:
+        case Named(name):
+            return names.type_of(name)
+        case Item(base, _):
+            return type_of(base, names)
+        case Member(base, name):
+            members = names.members(type_of(base, names)) or ()
+            return next(
+                (names.resolved(of) for member, of in members if member.lower() == name.lower()), "num"
+            )
+        case Text():
+            return "string"
+        case SystemValue("current-joints"):
+            return "jointtarget"
+        case SystemValue("current-pose"):
+            return "robtarget"
+        case Function(name, _) if name in _POSES:
+            return "robtarget"
+        case CallValue(routine, _):
+            head = names.routines.get(routine.lower())
+            return names.resolved(head.returns) if head is not None else ""
+    return ""

@@ -1,0 +1,335 @@
+"""Goes through the clauses of a file: modules, their data, routines with their bodies and handlers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from olp.core.diagnostic import Severity
+from olp.ir.points import PointTable
+from olp.ir.program import Comment, Declare, Disabled, LineKind, Opaque, Process, Routine, Statement
+from olp.languages.findings import Findings
+from olp.languages.vendors.rapid.blocks import Blocks
+from olp.languages.vendors.rapid.clauses import Clause, Remark
+from olp.languages.vendors.rapid.fast import PlainClauses
+from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.parsing import Parsing, mark, span_of
+from olp.languages.vendors.rapid.predefined_data import TYPES
+from olp.languages.vendors.rapid.statements import Frame, at_line
+
+_HANDLER: Final = re.compile(r"\b(?:ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
+_ENDS: Final = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
+_SILENT: Final = (Disabled, Opaque)  # have no room for a comment but their text
+_POSITIONS: Final = frozenset({"position", "joints"})
+
+
+class ModuleReader:
+    """`routines` and `data` grow while reading. `names` was gathered from the same clauses."""
+
+    def __init__(self, findings: Findings, names: Names) -> None:
+        self._findings = findings
+        self._names = names
+        self._plain = PlainClauses(names)
+        self._parsing = Parsing(findings, names)
+        self._module = ""  # the open module's name
+        self._record = False
+        self._before: list[str] = []  # what stands between routines, for RAPID's own writer
+        self._lead: list[Comment] = []  # comments just above a routine
+        self._head: Frame | None = None  # of the open routine
+        self._line = 0
+        self._comment = ""
+        self._handler = 0  # its first line
+        self._body: list[Statement] = []
+        self._blocks = Blocks(findings)
+        self.routines: list[Routine] = []
+        self.data: list[Declare] = []
+
+    def read(self, clauses: Sequence[Clause | Remark]) -> None:
+        """Reads all clauses of the file."""
+        move, point, kinds = self._plain.move, self._plain.point, self._findings.kinds
+        for clause in clauses:
+            if type(clause) is Remark:
+                self._remark(clause)
+                continue
+            assert type(clause) is Clause
+            if clause.word == "MOVE" and self._head is not None and not self._handler:
+                found = move(clause.text, clause.line, clause.comment or "")
+                if found is not None:
+                    self._body.append(found)
+                    for line in range(clause.line - 1, clause.last):
+                        kinds[line] = LineKind.STATEMENT
+                    if self._names.uneven:
+                        self._tell_uneven(clause)
+                    continue
+            elif not clause.word and self._head is None and not self._record and clause.comment is None:
+                declared = point(clause.text, clause.line, "")
+                if declared is not None:
+                    if self._names.uneven:
+                        self._tell_uneven(clause)
+                    self._kind(clause, LineKind.POINT if declared.type in _POSITIONS else LineKind.STATEMENT)
+                    self._flush(f"D {declared.name}")
+                    self.data.append(declared)
+                    continue
+            self._clause(clause)
+        self._end_of_file()
+
+    # --- comments ---------------------------------------------------------------------------------------------
+
+    def _remark(self, remark: Remark) -> None:
+        if not self._findings.kinds[remark.line - 1]:
+            self._findings.kinds[remark.line - 1] = LineKind.COMMENT
+        text = remark.text.rstrip()
+        if self._head is None:
+            self._lead.append(Comment(remark.line, text))
+        elif not self._handler:
+            self._body.append(Comment(remark.line, text))
+
+    def _flush(self, *items: str) -> None:
+        """Module text that belongs to no routine, in order."""
+        if self._lead:
+            self._before += [f"! {one.text}" for one in self._lead]
+            self._lead.clear()
+        self._before += items
+
+    # --- clauses ----------------------------------------------------------------------------------------------
+
+    def _clause(self, clause: Clause) -> None:
+        if clause.word == "%%%":
+            self._kind(clause, LineKind.RECORD)
+            self._flush(*(f"H {line}" for line in clause.text.split("\n")))
+            return
+        if self._record and clause.word not in ("ENDRECORD", "ENDMODULE", "PROC", "FUNC", "TRAP"):
+            self._parsing.read(clause, component=True)
+            self._kind(clause, LineKind.RECORD)
+            self._flush(f"T   {_one_line(clause)}")
+            return
+        declared = self._plain.point(clause.text, clause.line, clause.comment or "")
+        if declared is None and self._parsing.too_much(clause):
+            return
+        if declared is not None:
+            found: Frame | list[Statement] | None = [declared]
+        else:
+            found, rest = self._parsing.read(clause, self._head)
+        if self._names.uneven:
+            self._tell_uneven(clause)
+        if found is None:
+            self._stand_in(clause)
+        elif isinstance(found, Frame):
+            self._kind(clause, LineKind.RECORD)
+            self._frame(found, clause)
+        else:
+            self._statements(found, clause)
+        if declared is None and rest is not None:
+            self._clause(rest)
+
+    def _kind(self, clause: Clause, kind: int) -> None:
+        mark(self._findings, clause, kind)
+
+    def _stand_in(self, clause: Clause) -> None:
+        """A broken clause that opens or closes something: what follows is read as if it were right."""
+        if clause.word in _ENDS:
+            words = re.findall(r"\w+", clause.text.partition("(")[0])
+            self._frame(Frame(clause.word, words[-1] if len(words) > 1 else "?"), clause)
+        elif clause.word == "MODULE":
+            words = re.findall(r"\w+", clause.text)
+            self._frame(Frame("MODULE", words[1] if len(words) > 1 else "?"), clause)
+        else:
+            self._blocks.stand_in(clause)
+
+    def _statements(self, found: list[Statement], clause: Clause) -> None:
+        statements = found if found and found[0].line == clause.line else at_line(found, clause.line)
+        if clause.comment is not None and statements:
+            last = len(statements) - 1
+            place = next((n for n in range(last, -1, -1) if not isinstance(statements[n], _SILENT)), last)
+            statements = list(statements)
+            statements[place] = _commented(statements[place], clause.comment.rstrip())
+        first = statements[0]
+        if isinstance(first, Declare):
+            self._kind(clause, LineKind.POINT if first.type in _POSITIONS else LineKind.STATEMENT)
+            if self._head is None:
+                self._flush(f"D {first.name}")
+                self.data.append(first)
+                return
+        else:
+            self._kind(
+                clause, LineKind.OPAQUE if isinstance(first, (Opaque, Process)) else LineKind.STATEMENT
+            )
+        if self._head is None:
+            message = "an instruction outside of a routine"
+            self._findings.error("P457", message, span_of(clause), "move it between PROC and ENDPROC")
+            return
+        self._blocks.note(statements)
+        if not self._handler:
+            self._body += statements
+
+    def _tell_uneven(self, clause: Clause) -> None:
+        self._names.uneven = False
+        message = "a quaternion that is not of unit length is brought to it"
+        self._findings.once(
+            Severity.INFO, "P463", "", message, span_of(clause), "the controller does the same"
+        )
+
+    # --- frames -----------------------------------------------------------------------------------------------
+
+    def _frame(self, frame: Frame, clause: Clause) -> None:
+        match frame.word:
+            case "MODULE":
+                if self._head is not None:
+                    self._cut(clause.line - 1, "a module begins before its end")
+                if self._module:
+                    message = f"MODULE {frame.name} begins before ENDMODULE of {self._module}"
+                    self._findings.error("P453", message, span_of(clause), "add ENDMODULE before this line")
+                attributes = f"({','.join(frame.attributes)})" if frame.attributes else ""
+                self._module = frame.name
+                self._flush(f"M {frame.name}{attributes}", *self._trailing(clause))
+            case "ENDMODULE":
+                if self._head is not None:
+                    self._cut(clause.line - 1, "the module ends before")
+                self._record = False
+                if not self._module:
+                    self._findings.error("P454", "ENDMODULE without MODULE", span_of(clause), "remove it")
+                self._module = ""
+                self._flush("E", *self._trailing(clause))
+            case "RECORD":
+                self._record = True
+                self._flush(f"T {_one_line(clause)}")
+            case "ENDRECORD":
+                self._record = False
+                self._flush(f"T {_one_line(clause)}")
+            case "ALIAS":
+                self._flush(f"T {_one_line(clause)}")
+            case "HANDLER":
+                self._handle(clause)
+            case "PROC" | "FUNC" | "TRAP":
+                self._open_routine(frame, clause)
+            case _:
+                self._end_routine(frame, clause)
+
+    def _trailing(self, clause: Clause) -> list[str]:
+        return [] if clause.comment is None else [f"! {clause.comment.rstrip()}"]
+
+    def _open_routine(self, frame: Frame, clause: Clause) -> None:
+        if self._head is not None:
+            self._cut(clause.line - 1, f"{frame.word} {frame.name} begins before its end")
+        if not self._module:
+            message = f"{frame.word} outside of a module"
+            self._findings.once(
+                Severity.ERROR, "P456", "", message, span_of(clause), "put it between MODULE and ENDMODULE"
+            )
+        self._record = False
+        self._head, self._line = frame, clause.line
+        self._comment = (clause.comment or "").rstrip()
+        self._body = list(self._lead)
+        self._lead.clear()
+        self._handler = 0
+        self._blocks = Blocks(self._findings)
+        self._names.local = self._names.inside.get(clause.line, {})
+        self._plain.forget()
+        self._parsing.forget()
+
+    def _handle(self, clause: Clause) -> None:
+        """An ERROR, UNDO or BACKWARD handler: checked, and kept word for word, for it runs in no plan."""
+        if self._head is None:
+            message = "a handler outside of a routine"
+            self._findings.error("P457", message, span_of(clause), "move it into a routine")
+            return
+        if not self._handler:
+            self._handler = clause.line
+            self._blocks.close()
+        message = "a handler is kept and not modelled: in a plan nothing fails"
+        self._findings.once(Severity.INFO, "P461", "", message, span_of(clause))
+
+    def _end_routine(self, frame: Frame, clause: Clause) -> None:
+        if self._head is None:
+            self._findings.error(
+                "P454", f"{frame.word} without {frame.word[3:]}", span_of(clause), "remove it"
+            )
+            return
+        wanted = _ENDS[self._head.word]
+        if frame.word != wanted:
+            message = f"{frame.word} ends a {self._head.word}"
+            self._findings.error("P454", message, span_of(clause), f"write {wanted}")
+        self._close_routine(clause.line, (clause.comment or "").rstrip())
+
+    def _close_routine(self, last: int, comment: str = "", ended: bool = True) -> None:
+        """`ended`: line `last` holds the word that ends it; otherwise its last line is `last`, which is told."""
+        head = self._head
+        if head is None:
+            return
+        if self._handler:
+            self._keep_handler(last - 1 if ended else last)
+        if ended:
+            self._blocks.close()
+        details = {"before": "\n".join(self._before)}
+        if head.word != "PROC":
+            details["kind"] = head.word
+        if head.returns:
+            details["returns"] = head.returns
+        if comment:
+            details["end"] = comment
+        self.routines.append(
+            Routine(
+                head.name,
+                self._line,
+                tuple(self._body),
+                PointTable(),
+                comment=self._comment,
+                details=details,
+                last_line=last,
+                parameters=head.parameters,
+                returns=TYPES.get(self._names.resolved(head.returns), head.returns),
+                shared=not head.local,
+            )
+        )
+        self._before, self._body, self._head, self._handler = [], [], None, 0
+        self._names.local = {}
+        self._parsing.forget()
+        self._plain.forget()
+
+    def _keep_handler(self, last: int) -> None:
+        """The lines of the handlers, word for word."""
+        kinds, lines = self._findings.kinds, self._findings.source.lines
+        for number in range(self._handler, last + 1):
+            text = lines[number - 1].strip()
+            word = _HANDLER.search(text) if number == self._handler else None
+            if text:
+                self._body.append(Disabled(number, text[word.start() :] if word else text, handler=True))
+                if kinds[number - 1] != LineKind.ERROR:
+                    kinds[number - 1] = LineKind.OPAQUE
+
+    def _end_of_file(self) -> None:
+        last = len(self._findings.source.lines)
+        if self._head is not None:
+            self._cut(last, "is the file cut off?")
+        if self._module:
+            message = f"MODULE {self._module} is never closed"
+            self._findings.error(
+                "P453", message, self._findings.whole_line(last), "add ENDMODULE; is the file cut off?"
+            )
+        self._flush()
+        if self.routines and self._before:
+            last_one = self.routines[-1]
+            details = {**last_one.details, "after": "\n".join(self._before)}
+            self.routines[-1] = replace(last_one, details=details)
+
+    def _cut(self, last: int, hint: str) -> None:
+        """The open routine has no end."""
+        assert self._head is not None
+        message = f"{self._head.word} {self._head.name} is never closed"
+        help = f"add {_ENDS[self._head.word]}; {hint}"
+        self._findings.error("P453", message, self._findings.whole_line(self._line), help)
+        self._close_routine(last, ended=False)
+
+
+def _one_line(clause: Clause) -> str:
+    """The clause with its comment."""
+    text = " ".join(clause.text.split())
+    return text if clause.comment is None else f"{text} !{clause.comment.rstrip()}"
+
+
+def _commented(statement: Statement, comment: str) -> Statement:
+    if isinstance(statement, (Comment, Disabled, Opaque)):
+        return replace(statement, text=f"{statement.text} !{comment}")
+    return replace(statement, comment=comment)

@@ -1,0 +1,305 @@
+"""Lowers instructions that move: which argument is what, speeds and zones, and what is kept beside them."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
+    Expression,
+    FrameRef,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    Quantity,
+    Signal,
+    State,
+)
+from olp.ir.program import Blend, BlendKind, Move, Path, Search, Speed, SpeedUnit
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendors.rapid.expressions import ExpressionRules
+from olp.languages.vendors.rapid.literals import Aggregate, number_text, numbers
+from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
+from olp.languages.vendors.rapid.syntax import Given, Option
+
+OWN: Final = "\\"  # marks an option in `Move.other`: the letter of its argument, this, its name
+
+
+class Layout(NamedTuple):
+    """Roles of the first and the last arguments: t target, j axes, v via, s speed, z zone, o tool, x of the process."""
+
+    path: Path
+    head: str
+    tail: str = ""
+
+
+_J, _L, _C = Path.JOINT, Path.LINEAR, Path.CIRCULAR
+LAYOUTS: Final[dict[str, Layout]] = {
+    "movej": Layout(_J, "tszo"),
+    "movel": Layout(_L, "tszo"),
+    "movec": Layout(_C, "vtszo"),
+    "moveabsj": Layout(_J, "jszo"),
+    **{f"move{c}{s}": Layout(p, h) for c, p, h in (("j", _J, "tszo"), ("l", _L, "tszo"), ("c", _C, "vtszo"))
+       for s in ("do", "ao", "go", "sync")},
+    **{f"{w}j{s}": Layout(_J, "ts", "zo") for w, s in (("trigg", ""), ("paint", ""), ("arc", ""))},
+    "triggabsj": Layout(_J, "js", "zo"),
+    "triggjios": Layout(_J, "tszo"),
+    "trigglios": Layout(_L, "tszo"),
+    **{w: Layout(_L, "ts", "zo") for w in (
+        "triggl", "paintl", "arcl", "arcl1", "arcl2", "arclstart", "arclend", "arcl1start", "arcl1end",
+        "arcl2start", "arcl2end", "arclistart", "displ", "laserl", "cutl", "capl", "glul", "dispensel",
+        "arcmovel", "arcrefill", "fricwavel")},
+    **{w: Layout(_C, "vts", "zo") for w in (
+        "triggc", "paintc", "arcc", "arcc1", "arcc2", "arccstart", "arccend", "arcc1start", "arcc1end",
+        "arcc2start", "arcc2end", "dispc", "laserc", "cutc", "capc", "arcmovec")},
+    **{w: Layout(_J, "ts", "zo") for w in ("arcmovej", "arcmoveabsj", "arcjstart")},
+    "searchl": Layout(_L, "xxts", "o"),
+    "searchc": Layout(_C, "xxvts", "o"),
+    **{w: Layout(p, "ts", "o") for w, p in (
+        ("spotl", _L), ("spotj", _J), ("spotml", _L), ("spotmj", _J), ("swingl", _L), ("nutl", _L), ("nutj", _J),
+        ("calibl", _L), ("calibj", _J))},
+}  # fmt: skip
+PLAIN: Final = frozenset({"movej", "movel", "movec", "moveabsj"})
+_KINDS: Final = {"t": "robtarget", "v": "robtarget", "j": "jointtarget", "o": "tooldata"}
+_ROLE_WORDS: Final = {"t": "target", "v": "via point", "j": "target", "s": "speed", "z": "zone", "o": "tool"}
+
+
+def lower_move(rules: ExpressionRules, name: str, given: list[Given]) -> Move:
+    """A move, its line 0. Raises BrokenLineError where arguments are missing or too many."""
+    layout = LAYOUTS[name.lower()]
+    leading = [option for one in given if one.value is None for option in one.options]
+    positional = [one for one in given if one.value is not None]
+    roles = _roles(name, layout, positional)
+    found = {role: one for role, one in zip(roles, positional, strict=True) if role != "x"}
+    other = _process(rules, name, roles, positional)
+    reader = _Arguments(rules, found)
+    target = reader.value("j") if "j" in found else reader.value("t")
+    speed, turn = reader.speed()
+    frame, options = reader.frame_and_options()
+    search = _search(rules, positional) if name.lower().startswith("search") else None
+    for option in leading:
+        if option.name.lower() != "conc":
+            other.append((f"{OWN}{option.name}", _switch(rules, option)))
+    return Move(
+        0,
+        layout.path,
+        (target,),
+        speed,
+        reader.zone(),
+        no_wait=any(option.name.lower() == "conc" for option in leading),
+        search=search,
+        other=(*other, *options),
+        via=reader.value("v") if "v" in found else None,
+        turn=turn,
+        tool=reader.tool(),
+        frame=frame,
+    )
+
+
+def _roles(name: str, layout: Layout, positional: list[Given]) -> str:
+    head, tail = layout.head, layout.tail
+    extra = len(positional) - len(head) - len(tail)
+    if extra < 0:
+        role = (head + tail)[len(positional)]
+        words = ", ".join(_ROLE_WORDS.get(role, "value") for role in head + tail)
+        raise BrokenLineError(
+            f"{name} has no {_ROLE_WORDS.get(role, 'value')}", word=name, wanted=f"{name} {words}"
+        )
+    if extra and name.lower() in PLAIN:
+        raise BrokenLineError(
+            f"{name} has {len(positional)} arguments, which is too many",
+            word=name,
+            wanted="a semicolon behind the tool",
+        )
+    return head + "x" * extra + tail
+
+
+def _process(
+    rules: ExpressionRules, name: str, roles: str, positional: list[Given]
+) -> list[tuple[str, Expression]]:
+    """The instruction's own word and arguments, where it is more than a move."""
+    if name.lower() in PLAIN:
+        return []
+    found: list[tuple[str, Expression]] = [(name, State(True))]
+    for role, one in zip(roles, positional, strict=True):
+        if role == "x" and one.value is not None:
+            found.append(("", rules.coerce(one.value, "")))
+            found += [(f"{OWN}{option.name}", _switch(rules, option)) for option in one.options]
+    return found
+
+
+def _switch(rules: ExpressionRules, option: Option) -> Expression:
+    if option.value is None:
+        return NamedArgument(option.name)
+    return rules.coerce(option.value, "")
+
+
+def _search(rules: ExpressionRules, positional: list[Given]) -> Search | None:
+    value = positional[0].value
+    signal = rules.signal(value, "in") if isinstance(value, (Named, Signal)) else None
+    options = {option.name.lower() for one in positional[:2] for option in one.options}
+    return None if signal is None else Search(signal, "nflank" not in options and "lowlevel" not in options)
+
+
+class _Arguments:
+    """The arguments of one move by their roles."""
+
+    def __init__(self, rules: ExpressionRules, found: dict[str, Given]) -> None:
+        self.rules = rules
+        self.found = found
+
+    def value(self, role: str) -> Expression:
+        value = self.found[role].value
+        assert value is not None
+        return self._named_or(value, _KINDS[role])
+
+    def _named_or(self, value: Expression | Aggregate, kind: str) -> Expression:
+        """A name stays one, also that of data which every controller has."""
+        return value if isinstance(value, Named) else self.rules.coerce(value, kind)
+
+    def _options(self, role: str) -> dict[str, Expression | Aggregate | None]:
+        one = self.found.get(role)
+        return {} if one is None else {option.name.lower(): option.value for option in one.options}
+
+    def speed(self) -> tuple[Speed | None, Quantity | None]:
+        one = self.found["s"]
+        assert one.value is not None
+        speed, turn = speed_of(one.value, self.rules.names)
+        options = self._options("s")
+        time, travel = options.get("t"), options.get("v")
+        if time is not None:
+            return Speed(SpeedUnit.TIME, Quantity(self.rules.coerce(time, ""), 1.0), speed.native), turn
+        if travel is not None:
+            native = f"{speed.native}{OWN}V"
+            return Speed(SpeedUnit.TRAVEL, Quantity(self.rules.coerce(travel, ""), mm), native), turn
+        return speed, turn
+
+    def zone(self) -> Blend:
+        one = self.found.get("z")
+        if one is None:
+            return Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
+        assert one.value is not None
+        blend = blend_of(one.value, self.rules.names)
+        wanted = self._options("z").get("z")
+        if wanted is not None:
+            return Blend(blend.kind, Quantity(self.rules.coerce(wanted, ""), mm), f"{blend.native}{OWN}Z")
+        return blend
+
+    def tool(self) -> Expression | None:
+        return tool_of(self.value("o")) if "o" in self.found else None
+
+    def frame_and_options(self) -> tuple[Expression, tuple[tuple[str, Expression], ...]]:
+        """The work object, and all options that are kept as written."""
+        frame: Expression = FrameRef("base")
+        kept = []
+        for role, one in self.found.items():
+            for option in one.options:
+                key = option.name.lower()
+                if (role, key) in (("s", "t"), ("s", "v"), ("z", "z")):
+                    continue
+                if key == "wobj" and option.value is not None:
+                    frame = frame_of(self._named_or(option.value, "wobjdata"))
+                else:
+                    kept.append((f"{role}{OWN}{option.name}", _switch(self.rules, option)))
+        return frame, tuple(kept)
+
+
+def tool_of(value: Expression) -> Expression:
+    """tool0 is the flange."""
+    if isinstance(value, Named) and value.name.lower() == "tool0":
+        return FrameRef("tool", Number(0))
+    return value
+
+
+def frame_of(value: Expression) -> Expression:
+    """wobj0 is the world, which is the base unless the controller's configuration moves it."""
+    if isinstance(value, Named) and value.name.lower() == "wobj0":
+        return FrameRef("base")
+    return value
+
+
+def speed_of(value: Expression | Aggregate, names: Names) -> tuple[Speed, Quantity | None]:
+    """Travel speed and bound of the turn rate of a speeddata."""
+    if isinstance(value, Named):
+        found = named_speed(value.name, names)
+        if found is not None:
+            return found
+    written = numbers(value, 4)
+    if written is not None:
+        return _speed(written, f"[{','.join(map(number_text, written))}]")
+    if isinstance(value, Aggregate):
+        raise BrokenLineError("this is no speed", word="[", wanted="[v_tcp, v_ori, v_leax, v_reax]")
+    native = value.name if isinstance(value, Named) else ""
+    turn = Quantity(Member(value, "v_ori"), deg)
+    return Speed(SpeedUnit.TRAVEL, Quantity(Member(value, "v_tcp"), mm), native), turn
+
+
+def named_speed(name: str, names: Names) -> tuple[Speed, Quantity | None] | None:
+    """A predefined speed, or a user's that nobody assigns; None for all others."""
+    key = name.lower()
+    if not names.knows(key):
+        return _speed(SPEEDS[key], key) if key in SPEEDS else None
+    texts = names.steady(key, "speeddata")
+    if texts is None:
+        return None
+    values = SPEEDS.get(texts[0]) if len(texts) == 1 else _floats(texts, 4)
+    return None if values is None else _speed(values, names.spelled(name))
+
+
+def _speed(values: tuple[float, ...], native: str) -> tuple[Speed, Quantity]:
+    travel, turn = Quantity(_number(values[0]), mm), Quantity(_number(values[1]), deg)
+    return Speed(SpeedUnit.TRAVEL, travel, native), turn
+
+
+def blend_of(value: Expression | Aggregate, names: Names) -> Blend:
+    """The radius of a zonedata; 0 for a stop point."""
+    if isinstance(value, Named):
+        found = named_blend(value.name, names)
+        if found is not None:
+            return found
+    if isinstance(value, Aggregate):
+        flag, rest = value.items[:1], numbers(Aggregate(value.items[1:]), 6)
+        if rest is None or not flag or not isinstance(flag[0], State):
+            raise BrokenLineError(
+                "this is no zone", word="[", wanted="[finep, pzone_tcp, pzone_ori, pzone_eax, zone_ori, …]"
+            )
+        native = f"[{'TRUE' if flag[0].on else 'FALSE'},{','.join(map(number_text, rest))}]"
+        return _blend(0.0 if flag[0].on else rest[0], native)
+    native = value.name if isinstance(value, Named) else ""
+    return Blend(BlendKind.RADIUS, Quantity(Member(value, "pzone_tcp"), mm), native)
+
+
+def named_blend(name: str, names: Names) -> Blend | None:
+    """A predefined zone, or a user's that nobody assigns; None for all others."""
+    key = name.lower()
+    if not names.knows(key):
+        return _blend(ZONES[key].values[0], key) if key in ZONES else None
+    texts = names.steady(key, "zonedata")
+    if texts is None:
+        return None
+    if len(texts) == 1 and texts[0] in ZONES:
+        return _blend(ZONES[texts[0]].values[0], names.spelled(name))
+    values = _floats(texts[1:], 6)
+    if values is None or texts[0].upper() not in ("TRUE", "FALSE"):
+        return None
+    return _blend(0.0 if texts[0].upper() == "TRUE" else values[0], names.spelled(name))
+
+
+def _blend(radius: float, native: str) -> Blend:
+    return Blend(BlendKind.RADIUS, Quantity(_number(radius), mm), native)
+
+
+def _number(value: float) -> Number:
+    return Number(int(value) if value == int(value) else value)
+
+
+def _floats(texts: tuple[str, ...], count: int) -> tuple[float, ...] | None:
+    if len(texts) != count:
+        return None
+    try:
+        values = tuple(float(text) for text in texts)
+    except ValueError:
+        return None
+    return values if all(abs(value) < 1e9 for value in values) else None

@@ -1,0 +1,356 @@
+"""Lowers clauses: one short method per rule of grammars/rapid.lark; statements, or what frames them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
+
+from lark import Token
+
+from olp.ir.expressions import Expression, Function, Member, Named, Text
+from olp.ir.program import (
+    Assign,
+    Call,
+    Case,
+    Declare,
+    Default,
+    Disabled,
+    Else,
+    ElseIf,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    If,
+    Jump,
+    Label,
+    Next,
+    ObeyFlags,
+    Opaque,
+    Parameter,
+    Pause,
+    Process,
+    Return,
+    Statement,
+    Switch,
+    While,
+)
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendors.rapid import literals
+from olp.languages.vendors.rapid.expressions import ExpressionRules
+from olp.languages.vendors.rapid.instructions import BESIDE, RULES
+from olp.languages.vendors.rapid.literals import Aggregate
+from olp.languages.vendors.rapid.moves import LAYOUTS, lower_move
+from olp.languages.vendors.rapid.predefined_data import INTERRUPTS, PROCESS, TYPES
+
+
+class Frame(NamedTuple):
+    """A clause that frames others: module, routine, record, handler and their ends. `word`: MODULE, ENDPROC …"""
+
+    word: str
+    name: str = ""
+    attributes: tuple[str, ...] = ()
+    local: bool = False
+    returns: str = ""
+    parameters: tuple[Parameter, ...] = ()
+
+
+# Whether the arm's configuration is watched; along lines it is kept either way.
+_WATCHES: Final = ("confj", "confl")
+_ON: Final = re.compile(r"\\\s*On\b", re.IGNORECASE)
+_OFF: Final = re.compile(r"\\\s*Off\b", re.IGNORECASE)
+COMPACT: Final = "compact"  # spelling of `IF c instruction;`
+_CONDITIONAL: Final = (Jump, Call, Return, Pause)
+
+
+class ClauseRules(ExpressionRules):
+    """`raw` is the clause that is read; `main`: whether it stands in the PROC main; `starred`: a `*` was a target."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.raw = ""
+        self.main = False
+
+    def clause(self, children: list[Any]) -> Frame | list[Statement]:
+        found: Frame | list[Statement] | Statement = children[0]
+        return found if isinstance(found, (Frame, list)) else [found]
+
+    # --- frames -----------------------------------------------------------------------------------------------
+
+    def module(self, children: list[Any]) -> Frame:
+        return Frame("MODULE", str(children[1]), tuple(str(one) for one in children[2:] if one is not None))
+
+    def attribute(self, children: list[Token]) -> str:
+        return children[0].upper()
+
+    def end_module(self, children: list[Any]) -> Frame:
+        return Frame("ENDMODULE")
+
+    def data(self, children: list[Any]) -> Declare:
+        scope = children[0].upper() if children[0].type == "SCOPE" else ""
+        storage, kind, name, sizes, value = children[1:] if scope else children
+        native = str(kind).lower()
+        stored = None
+        if value is not None:
+            stored = self.coerce(value, native, len(sizes or ()))
+        elif storage.upper() == "VAR":
+            stored = literals.zero(native, self.names, tuple(sizes or ()))
+        resolved = self.names.resolved(native)
+        return Declare(
+            0,
+            self.names.spelled(str(name)),
+            TYPES.get(resolved, native),
+            stored,
+            tuple(sizes or ()),
+            _STORAGE[storage.upper()],
+            scope != "LOCAL",
+            f"{'TASK ' if scope == 'TASK' else ''}{kind}",
+        )
+
+    def alias(self, children: list[Token]) -> Frame:
+        return Frame("ALIAS", str(children[-1]))
+
+    def record(self, children: list[Token]) -> Frame:
+        return Frame("RECORD", str(children[-1]))
+
+    def end_record(self, children: list[Any]) -> Frame:
+        return Frame("ENDRECORD")
+
+    def component(self, children: list[Token]) -> Frame:
+        return Frame("COMPONENT", str(children[1]))
+
+    def proc(self, children: list[Any]) -> Frame:
+        return self._routine("PROC", children)
+
+    def func(self, children: list[Any]) -> Frame:
+        return self._routine("FUNC", children)
+
+    def trap(self, children: list[Any]) -> Frame:
+        return self._routine("TRAP", [*children, None])
+
+    def _routine(self, word: str, children: list[Any]) -> Frame:
+        local = children[0].type == "SCOPE"
+        *names, parameters = children[1:] if local else children
+        returns = str(names[0]).lower() if len(names) > 1 else ""
+        name = self.names.spelled(str(names[-1]))
+        return Frame(word, name, (), local, returns, tuple(parameters or ()))
+
+    def parameters(self, children: list[Any]) -> list[Parameter]:
+        """What stands behind | takes the place of the one before, so it is optional as well."""
+        found: list[Parameter] = []
+        for place, child in enumerate(children):
+            if isinstance(child, Parameter):
+                instead = place > 0 and isinstance(children[place - 1], Token)
+                native = f"| {child.native}" if instead else child.native
+                found.append(replace(child, optional=child.optional or instead, native=native))
+        return found
+
+    def parameter(self, children: list[Any]) -> Parameter:
+        tokens = [child for child in children if isinstance(child, Token)]
+        kinds = [token.type for token in tokens]
+        words = [str(token) for token in tokens if token.type == "NAME"]
+        passing = next((token.upper() for token in tokens if token.type == "PASSING"), "")
+        kind, name = words[0], words[1]
+        stars = kinds.count("STAR")
+        native = f"{passing} {kind}".strip() + ("{" + ",".join("*" * stars) + "}" if stars else "")
+        return Parameter(
+            self.names.spelled(name),
+            TYPES.get(self.names.resolved(kind.lower()), kind.lower()),
+            passing in ("INOUT", "VAR", "PERS", "REF"),
+            "BACKSLASH" in kinds,
+            kind.lower() == "switch",
+            None,
+            native,
+        )
+
+    def end_routine(self, children: list[Token]) -> Frame:
+        return Frame(children[0].upper())
+
+    def handler(self, children: list[Any]) -> Frame:
+        return Frame("HANDLER", self.raw.split("(")[0].strip().upper())
+
+    def placeholder(self, children: list[Token]) -> Opaque:
+        return Opaque(0, str(children[0]))
+
+    # --- blocks -----------------------------------------------------------------------------------------------
+
+    def if_(self, children: list[Any]) -> If:
+        return If(0, self._plain(children[0]))
+
+    def else_if(self, children: list[Any]) -> ElseIf:
+        return ElseIf(0, self._plain(children[0]))
+
+    def else_(self, children: list[Any]) -> Else:
+        return Else(0)
+
+    def end_if(self, children: list[Any]) -> EndIf:
+        return EndIf(0)
+
+    def while_(self, children: list[Any]) -> While:
+        return While(0, self._plain(children[0]))
+
+    def end_while(self, children: list[Any]) -> EndWhile:
+        return EndWhile(0)
+
+    def for_(self, children: list[Any]) -> For:
+        name, start, stop, step = children
+        counted = Named(self.names.spelled(str(name)))
+        return For(
+            0, counted, self._plain(start), self._plain(stop), None if step is None else self._plain(step)
+        )
+
+    def end_for(self, children: list[Any]) -> Next:
+        return Next(0, None)
+
+    def test(self, children: list[Any]) -> Switch:
+        return Switch(0, self._plain(children[0]))
+
+    def case(self, children: list[Any]) -> Case:
+        return Case(0, tuple(self._plain(child) for child in children if child is not None))
+
+    def default(self, children: list[Any]) -> Default:
+        return Default(0)
+
+    def end_test(self, children: list[Any]) -> EndSwitch:
+        return EndSwitch(0)
+
+    def label(self, children: list[Token]) -> Label:
+        return Label(0, self.names.spelled(str(children[0])))
+
+    # --- instructions -----------------------------------------------------------------------------------------
+
+    def compact_if(self, children: list[Any]) -> list[Statement]:
+        condition, found = self._plain(children[0]), children[1]
+        inner: list[Statement] = found if isinstance(found, list) else [found]
+        if len(inner) == 1 and isinstance(inner[0], _CONDITIONAL):
+            return [replace(inner[0], condition=condition)]
+        return [If(0, condition, spelling=COMPACT), *inner, EndIf(0)]
+
+    def target(self, children: list[Any]) -> tuple[str, list[Any]]:
+        return str(children[0]), children[1:]
+
+    def assign(self, children: list[Any]) -> Assign:
+        (name, postfixes), value = children
+        base: Expression = Named(self.names.spelled(name))
+        last = postfixes[-1].lower() if postfixes and isinstance(postfixes[-1], str) else ""
+        if last in ("trans", "rot"):
+            place = self.parts(base, postfixes[:-1])
+            if literals.type_of(place, self.names) in ("robtarget", "pose", ""):
+                return Assign(0, place, self._partly(place, last, value))
+        if last == "robax":
+            whole = self.parts(base, postfixes[:-1])
+            if literals.type_of(whole, self.names) == "jointtarget":
+                return Assign(0, whole, self._axes(value))
+        if last == "extax":
+            return Assign(
+                0, Member(self.parts(base, postfixes[:-1]), postfixes[-1]), self.coerce(value, "extjoint")
+            )
+        target = self.parts(base, postfixes)
+        kind = literals.type_of(target, self.names)
+        sizes = self.names.arrays.get(name.lower(), 0) if isinstance(target, Named) else 0
+        return Assign(0, target, self.coerce(value, kind, sizes))
+
+    def _axes(self, value: Expression | Aggregate) -> Function:
+        """`j.robax := …` as whole new joint values."""
+        try:
+            return Function("joints", literals.joint_parts(value))
+        except literals.ShapeError as wrong:
+            raise BrokenLineError(str(wrong), word="[") from None
+
+    def _partly(self, place: Expression, part: str, value: Expression | Aggregate) -> Function:
+        """`p.trans := …` and `p.rot := …` as a whole new pose; the other part stays."""
+        try:
+            if part == "trans":
+                return Function("pose-angles", (*literals.place_parts(value), *literals.turn_parts(place)))
+            if isinstance(value, Aggregate) and literals.numbers(value, 4) is None:
+                found = (*literals.place_parts(place), *literals.plain_items(value))
+                return Function("pose-quaternion", found)
+            return Function("pose-angles", (*literals.place_parts(place), *literals.turn_parts(value)))
+        except literals.ShapeError as wrong:
+            raise BrokenLineError(str(wrong), word="[") from None
+
+    def instruction(self, children: list[Any]) -> list[Statement] | Statement:
+        token, given = children[0], children[1] or []
+        name, key = str(token), token.lower()
+        if key not in self.names.routines:
+            if key in LAYOUTS:
+                return lower_move(self, name, given)
+            raw = self._behind(token)
+            if key in RULES:
+                found = RULES[key](self, name, given)
+                return (
+                    self._process(name, raw)
+                    if found is None
+                    else [self._exact(one, name, raw) for one in found]
+                )
+            if key in _WATCHES:
+                kept = Disabled(0, f"{name} {raw};")
+                on = _ON.search(raw)
+                if key != "confj" or (on is None and _OFF.search(raw) is None):
+                    return kept
+                return [ObeyFlags(0, on is not None), kept]
+            if key in INTERRUPTS:
+                return Process(0, "interrupt", (("", Text(f"{name} {raw}".strip())),))
+            if key in PROCESS:
+                return self._process(name, raw)
+        return Call(0, self.names.spelled(name), self.passed(name, given))
+
+    def _process(self, name: str, raw: str) -> Process:
+        return Process(0, name, (("", Text(raw)),) if raw else ())
+
+    def _exact(self, statement: Statement, name: str, raw: str) -> Statement:
+        if isinstance(statement, Process) and statement.name == BESIDE:
+            return Disabled(0, f"{name} {raw};")
+        return statement
+
+    def _behind(self, token: Token) -> str:
+        """The arguments of an instruction as written, in one line."""
+        text = self.raw[token.end_pos or 0 :].strip()
+        return " ".join(text.removesuffix(";").split("\n")).strip()
+
+    def late_binding(self, children: list[Any]) -> Statement:
+        value, given = children
+        if isinstance(value, Text) and value.value.isidentifier():
+            name = self.names.spelled(value.value)
+            return Call(0, name, self.passed(name, given or []), spelling="%")
+        text = self.raw[self.raw.index("%") :].removesuffix(";").strip()
+        return Process(0, "call", (("", Text(text)),))
+
+    def goto(self, children: list[Token]) -> Jump:
+        return Jump(0, self.names.spelled(str(children[0])))
+
+    def return_(self, children: list[Any]) -> Return:
+        return Return(0, None if children[0] is None else self.coerce(children[0], self.returns))
+
+    returns = ""  # the type of the function that is read
+
+    def raise_(self, children: list[Any]) -> Process:
+        return self._word("RAISE")
+
+    def exit_(self, children: list[Any]) -> Statement:
+        return Return(0, spelling="EXIT") if self.main else Process(0, "EXIT")
+
+    def retry(self, children: list[Any]) -> Process:
+        return Process(0, "RETRY")
+
+    def trynext(self, children: list[Any]) -> Process:
+        return Process(0, "TRYNEXT")
+
+    def connect(self, children: list[Any]) -> Process:
+        return self._word("CONNECT", "interrupt")
+
+    def _word(self, word: str, name: str = "") -> Process:
+        """An instruction kept as written from its word on."""
+        start = self.raw.upper().index(word)
+        text = " ".join(self.raw[start:].removesuffix(";").split())
+        return self._process(name, text) if name else self._process(word, text[len(word) :].strip())
+
+
+_STORAGE: Final = {"CONST": "constant", "PERS": "persistent", "VAR": "variable"}
+
+
+def at_line(statements: Sequence[Statement], line: int) -> list[Statement]:
+    """Copies of statements that were read in another line."""
+    return [replace(one, line=line) for one in statements]

@@ -1,0 +1,461 @@
+"""Writes statements and bodies of routines: the way back of `statements`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import ClassVar, Final
+
+from olp.core.units import percent
+from olp.ir import expressions as ex
+from olp.ir import program as st
+from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines
+from olp.languages.vendors.rapid.literals import zero
+from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.statements import COMPACT
+from olp.languages.vendors.rapid.texts import quoted
+from olp.languages.vendors.rapid.write_moves import RapidMoves
+from olp.languages.vendors.rapid.write_values import TIMED_OUT
+
+_NATIVE: Final = {
+    "real": "num", "integer": "num", "boolean": "bool", "string": "string", "character": "string",
+    "position": "robtarget", "joints": "jointtarget", "tool": "tooldata", "frame": "wobjdata", "speed": "speeddata",
+    "zone": "zonedata", "signal": "signaldo",
+}  # fmt: skip
+_STORAGE: Final = {"constant": "CONST", "persistent": "PERS", "variable": "VAR"}
+_SIGNAL_WORDS: Final = {
+    "in": "WaitDI", "out": "WaitDO", "in-group": "WaitGI", "out-group": "WaitGO", "analog-in": "WaitAI",
+    "analog-out": "WaitAO",
+}  # fmt: skip
+_COMPARED: Final = {"=": "", "<": "\\LT,", ">": "\\GT,", "<>": "\\NotEq,"}
+_RADII: Final = ("x", "y", "z")
+_ANGLES: Final = ("rx", "ry", "rz")
+_LESS_EXACT: Final = (
+    st.SetAcceleration,
+    st.SetOverride,
+    st.ObeyFlags,
+    st.ShiftOn,
+)  # a Disabled beside them says all
+_HANDLER: Final = re.compile(r"(ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
+_HANDLER_OPENS: Final = re.compile(
+    r"(?:(?:ELSE)?IF\b.*\bTHEN|ELSE|(?:FOR|WHILE)\b.*\bDO|TEST\b.*)\s*(?:!.*)?", re.IGNORECASE
+)
+_HANDLER_CLOSES: Final = re.compile(r"(?:ELSE(?:IF)?|END(?:IF|FOR|WHILE|TEST))\b", re.IGNORECASE)
+_FULL: Final = 1.0  # the acceleration of moves that name none
+_NO_RETURN: Final = "a call that does not come back, or of a macro"
+
+
+def native_type(s: st.Declare, own: bool) -> str:
+    """RAPID's type of a declaration, lower case; of another language's (`own` False) the one that fits."""
+    word = (s.native.split() or [""])[-1].lower()
+    return word if own and word else _NATIVE.get(s.type, s.type)
+
+
+class RapidStatements(RapidMoves):
+    """Writes statements. `returns`: the type of the function that is written."""
+
+    templates: ClassVar = {
+        st.ReadInput: "{target}:={signal};",
+        st.Dwell: "WaitTime {duration};",
+        st.If: "IF {condition} THEN",
+        st.ElseIf: "ELSEIF {condition} THEN",
+        st.Else: "ELSE",
+        st.EndIf: "ENDIF",
+        st.While: "WHILE {condition} DO",
+        st.EndWhile: "ENDWHILE",
+        st.Next: "ENDFOR",
+        st.Switch: "TEST {value}",
+        st.Case: "CASE {values}:",
+        st.Default: "DEFAULT:",
+        st.EndSwitch: "ENDTEST",
+        st.Label: "{name}:",
+        st.ShiftOff: "PDispOff;",
+    }
+    fields: ClassVar = {"signal": "value"}
+    cannot: ClassVar = {
+        st.Call: {"macro": _NO_RETURN, "jump": _NO_RETURN},
+        st.ShiftOn: dict.fromkeys(("frame", "coordinated"), "a shift in a frame of its own"),
+    }
+    own_only: ClassVar = {
+        st.Process: "{s.name}, an instruction of another language",
+        st.Opaque: "an instruction of another language that olp does not know",
+    }
+    step = "  "
+    first_depth = 2
+    least_depth = 1
+    comment_form = " !{}"
+    forgets = CLOSES | BRANCHES | {st.If, st.While, st.For, st.Label, st.Call}
+    joins = frozenset({st.If, st.Wait, st.SetAcceleration, st.SetOverride, st.ObeyFlags, st.ShiftOn})
+
+    def __init__(
+        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: Names
+    ) -> None:
+        super().__init__(program, types, clocks, names)
+        self.returns = ""
+        self._rate: float | None = None  # what AccSet has set, None: not known here
+        # Where no move names an acceleration, none is ever set.
+        self._rated = any(isinstance(s, st.Move) and s.acceleration is not None for s in program.statements())
+
+    # --- data -------------------------------------------------------------------------------------------------
+
+    def declared_as(self, s: st.Declare, *, module: bool = False) -> str:
+        """`CONST robtarget p:=…;`"""
+        written = native_type(s, self.own) if self.own else self.types[s.name.lower()]
+        if not written:
+            raise CannotSayError(f"a variable whose type nothing tells ({s.name})")
+        kind = self.names.resolved(written)
+        storage = _STORAGE.get(s.storage, "VAR")
+        if kind in ("tooldata", "wobjdata") and not self.own:
+            storage = "PERS"
+        if s.value is None and storage == "CONST":
+            storage = "VAR"
+        task = self.own and s.native.upper().startswith("TASK ")
+        scope = "TASK " if task else "LOCAL " if module and not s.shared else ""
+        word = s.native.split()[-1] if self.own and s.native else written
+        sizes = f"{{{','.join(map(self.value, s.sizes))}}}" if s.sizes else ""
+        unset = storage == "VAR" and self.own and s.value == zero(kind, self.names, s.sizes)
+        value = "" if s.value is None or unset else f":={self._initial(s.value, kind)}"
+        return f"{scope}{storage} {word} {s.name}{sizes}{value};"
+
+    def _initial(self, value: ex.Expression, kind: str) -> str:
+        if kind in ("num", "string") and isinstance(value, ex.State):
+            return "1" if value.on else "0"
+        return self.typed(value, kind)
+
+    def write_assign(self, s: st.Assign) -> Lines:
+        target, value = s.target, s.value
+        if isinstance(target, ex.Member) and target.name in _ANGLES:
+            return self._turned(target, value)
+        if isinstance(target, ex.Signal):
+            raise CannotSayError("a signal that is assigned to")
+        kind = self.type_of(target)
+        if kind in ("tooldata", "wobjdata") and isinstance(value, (ex.Function, ex.SystemValue)):
+            part = "tframe" if kind == "tooldata" else "uframe"
+            return f"{self.value(target)}.{part}:={self.as_pose(value)};"
+        partly = self._partly(target, value, kind)
+        if partly is not None:
+            return partly
+        name = self.value(target)
+        if kind == "robtarget":
+            return f"{name}:={self.as_robtarget(value)};"
+        return f"{name}:={self.typed(value, kind if _is_structure(value) else '')};"
+
+    def _partly(self, target: ex.Expression, value: ex.Expression, kind: str) -> str | None:
+        """A pose that keeps its place or its turn is assigned in part."""
+        if kind == "jointtarget" and isinstance(value, ex.Function) and value.name == "joints":
+            return f"{self.value(target)}.robax:={self.robjoint_text(value.arguments)};"
+        if not isinstance(value, ex.Function) or kind not in ("robtarget", "pose", ""):
+            return None
+        place = tuple(ex.Member(target, name) for name in _RADII)
+        turn = tuple(ex.Member(target, name) for name in _ANGLES)
+        name = self.value(target)
+        if value.name == "pose-angles" and value.arguments[:3] == place:
+            return f"{name}.rot:={self.turn_text(value.arguments[3:6])};"
+        if value.name == "pose-angles" and value.arguments[3:6] == turn:
+            return f"{name}.trans:={self.place_text(value.arguments[:3])};"
+        if value.name == "pose-quaternion" and value.arguments[:3] == place:
+            return f"{name}.rot:=[{','.join(map(self.value, value.arguments[3:7]))}];"
+        return None
+
+    def _turned(self, target: ex.Member, value: ex.Expression) -> str:
+        """One angle of a position: the quaternion is made anew of all three."""
+        angles = {name: self.value(ex.Member(target.base, name)) for name in _ANGLES}
+        angles[target.name] = self.value(value)
+        base = self.value(target.base)
+        turned = base if self.type_of(target.base) == "orient" else f"{base}.rot"
+        return f"{turned}:=OrientZYX({angles['rz']},{angles['ry']},{angles['rx']});"
+
+    def write_update(self, s: st.Update) -> Lines:
+        target = self.value(s.target)
+        if s.operand is None:
+            return f"{target}:=NOT {target};"
+        if s.operator in "+-" and s.operand == ex.Number(1):
+            return f"{'Incr' if s.operator == '+' else 'Decr'} {target};"
+        operand = self.value(s.operand, 6)
+        if s.operator == "+":
+            return f"Add {target},{self.value(s.operand)};"
+        word = s.operator.upper() if s.operator.isalpha() else s.operator
+        return f"{target}:={target} {word} {operand};"
+
+    def write_clear(self, s: st.Clear) -> Lines:
+        if s.target is None or s.count not in (None, ex.Number(1)):
+            raise CannotSayError("many variables that are cleared at once")
+        return f"{self.value(s.target)}:=0;"
+
+    # --- signals ----------------------------------------------------------------------------------------------
+
+    def write_set_output(self, s: st.SetOutput) -> Lines:
+        signal = self.signal(s.signal)
+        if not self.is_digital(s.signal):
+            word = "SetAO" if s.signal.bus.startswith("analog") else "SetGO"
+            return f"{word} {signal},{self.value(s.value)};"
+        match s.value:
+            case ex.State(on):
+                return f"SetDO {signal},{int(on)};"
+            case ex.Unary("not", operand) if operand == s.signal:
+                return f"InvertDO {signal};"
+            case ex.Compare() | ex.Logic() | ex.Unary("not", _):
+                pass
+            case ex.Named(name) if self.types.get(name.lower()) == "bool":
+                pass
+            case _:
+                return f"SetDO {signal},{self.value(s.value)};"
+        condition = self.condition(s.value)
+        return [f"IF {condition} THEN", f"SetDO {signal},1;", "ELSE", f"SetDO {signal},0;", "ENDIF"]
+
+    def write_pulse_output(self, s: st.PulseOutput) -> Lines:
+        high = "\\High" if s.spelling == "High" or not self.own else ""
+        length = "" if s.duration is None else f"\\PLength:={self.seconds(s.duration)}"
+        comma = "," if high or length else ""
+        return f"PulseDO {high}{length}{comma}{self.signal(s.signal)};"
+
+    # --- waits ------------------------------------------------------------------------------------------------
+
+    def write_wait(self, s: st.Wait) -> Lines:
+        return self._wait(s)
+
+    def _wait(self, s: st.Wait, flag: ex.Expression | None = None) -> str:
+        """`flag`: the variable that says whether the time was out."""
+        limit = ""
+        if s.timeout is not None:
+            limit = f"\\MaxTime:={self.seconds(s.timeout)}"
+            if flag is not None:
+                limit += f"\\TimeFlag:={self.value(flag)}"
+            elif not self.own:
+                self.timed_out = True
+                limit += f"\\TimeFlag:={TIMED_OUT}"
+        match s.condition:
+            case ex.Compare(operator, ex.Signal(bus, _) as signal, value) if self._waits_for(
+                bus, operator, s.spelling
+            ):
+                wanted = str(int(value.on)) if isinstance(value, ex.State) else self.value(value)
+                name = self.signal(signal)
+                return f"{_SIGNAL_WORDS[bus]} {name},{_COMPARED[operator]}{wanted}{limit};"
+            case ex.Signal(bus, _) as signal if bus in ("in", "out"):
+                return f"{_SIGNAL_WORDS[bus]} {self.signal(signal)},1{limit};"
+        return f"WaitUntil {self.condition(s.condition)}{limit};"
+
+    def _waits_for(self, bus: str, operator: str, spelling: str) -> bool:
+        analog = bus.startswith("analog")
+        fits = bus in _SIGNAL_WORDS and (
+            operator in ("<", ">") if analog else operator == "=" or bus.endswith("group")
+        )
+        return fits and operator in _COMPARED and spelling != "WaitUntil"
+
+    # --- flow -------------------------------------------------------------------------------------------------
+
+    def write_for(self, s: st.For) -> Lines:
+        if not isinstance(s.variable, ex.Named):
+            raise CannotSayError("a loop over a numbered variable")
+        step = "" if s.step is None else f" STEP {self.value(s.step)}"
+        return f"FOR {s.variable.name} FROM {self.value(s.start)} TO {self.value(s.stop)}{step} DO"
+
+    def under(self, condition: ex.Expression, lines: list[str], s: st.Statement) -> list[str]:
+        return [f"IF {self.condition(condition)} {lines[0]}"]
+
+    def write_jump(self, s: st.Jump) -> Lines:
+        if not isinstance(s.target, str):
+            raise CannotSayError("a jump to a computed label")
+        return f"GOTO {s.target};"
+
+    def write_call(self, s: st.Call) -> Lines:
+        if not s.routine:
+            raise CannotSayError(_NO_RETURN)
+        arguments = self.arguments(s.arguments)
+        if s.result is not None:
+            return f"{self.value(s.result)}:={s.routine}({arguments});"
+        name = f"%{quoted(s.routine)}%" if s.spelling == "%" and self.own else s.routine
+        return f"{name} {arguments};" if arguments else f"{name};"
+
+    def write_return(self, s: st.Return) -> Lines:
+        if s.spelling == "EXIT" and self.own:
+            return "EXIT;"
+        value = "" if s.value is None else f" {self.typed(s.value, self.returns)}"
+        return f"RETURN{value};"
+
+    def write_pause(self, s: st.Pause) -> Lines:
+        return "Break;" if s.spelling == "Break" and self.own else "Stop;"
+
+    # --- settings, messages, the rest ---------------------------------------------------------------------------
+
+    def write_set_acceleration(self, s: st.SetAcceleration) -> Lines:
+        if len(s.rates) != 1 or s.rates[0].unit is not st.AccelerationUnit.FRACTION or s.path is not None:
+            raise CannotSayError("accelerations other than a share of the rated one")
+        return f"AccSet {self.quantity(s.rates[0].value, percent)},100;"
+
+    def write_set_override(self, s: st.SetOverride) -> Lines:
+        return f"VelSet {self.quantity(s.share, percent)},5000;"
+
+    def write_shift_on(self, s: st.ShiftOn) -> Lines:
+        return f"PDispSet {self.as_pose(s.offset)};"
+
+    def write_message(self, s: st.Message) -> Lines:
+        match s.text:
+            case ex.Function("joined-text", (ex.Text() as text, ex.Function("text-of-value", (value,)))):
+                return f"TPWrite {self.value(text)}\\Num:={self.value(value)};"
+        return f"TPWrite {self.value(s.text)};"
+
+    def write_process(self, s: st.Process) -> Lines:
+        texts = [value.value for _, value in s.arguments if isinstance(value, ex.Text)]
+        raw = texts[0] if texts else ""
+        if s.name in ("interrupt", "call"):
+            return f"{raw};"
+        return f"{s.name} {raw};" if raw else f"{s.name};"
+
+    def write_disabled(self, s: st.Disabled) -> Lines:
+        return s.text if self.own else f"! {s.text.strip()}"
+
+    def write_declare(self, s: st.Declare) -> Lines:
+        return self.declared_as(s)
+
+    def write_obey_flags(self, s: st.ObeyFlags) -> Lines:
+        return "ConfJ \\On;" if s.on else "ConfJ \\Off;"
+
+    def write_comment(self, s: st.Comment) -> Lines:
+        return f"!{s.text}" if self.own or s.text[:1] == " " else f"! {s.text}"
+
+    # --- bodies -----------------------------------------------------------------------------------------------
+
+    def routine_rows(
+        self, body: Sequence[st.Statement], routine: st.Routine, opening: list[str]
+    ) -> list[str]:
+        """The body's lines with their indent; `opening`: instructions that stand behind its declarations."""
+        self.begin()
+        self._rate = _FULL if routine.name == self.program.main else None
+        self.returns = routine.details.get("returns", "") if self.own else ""
+        if not self.own:
+            body = self._declarations_first(body)
+        declared = _declarations(body)
+        self.body(body[:declared])
+        if declared < len(body):
+            self.put(opening)
+        self.body(body[declared:])
+        return self.rows
+
+    def forget(self) -> None:
+        self._rate = None
+
+    def write_move(self, s: st.Move) -> Lines:
+        return [*self._accelerated(s), self.move(s)]
+
+    def _accelerated(self, move: st.Move) -> list[str]:
+        """AccSet before a move of another language whose acceleration differs from what holds."""
+        if self.own:
+            return []
+        rate = _FULL if move.acceleration is None else move.acceleration.literal
+        if rate is None:
+            raise CannotSayError("a computed acceleration of one move")
+        if rate == self._rate or not self._rated:
+            return []
+        self._rate = rate
+        return [f"AccSet {self.quantity(ex.Quantity(ex.Number(rate), 1.0), percent)},100;"]
+
+    def _declarations_first(self, body: Sequence[st.Statement]) -> list[st.Statement]:
+        """RAPID declares before the first instruction: later ones become a declaration there and an assignment."""
+        first = next(
+            (n for n, one in enumerate(body) if not isinstance(one, (st.Declare, st.Comment, st.Begin))),
+            len(body),
+        )
+        declared: list[st.Statement] = []
+        rest: list[st.Statement] = []
+        for one in body[first:]:
+            if not isinstance(one, st.Declare):
+                rest.append(one)
+                continue
+            declared.append(replace(one, value=None, storage="variable", comment=""))
+            if one.value is not None:
+                rest.append(st.Assign(one.line, ex.Named(one.name), one.value, one.comment))
+        return [*body[:first], *declared, *rest]
+
+    def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
+        one, last = body[place], place
+        if isinstance(one, st.If):
+            if one.spelling == COMPACT and self.own:
+                last = _end_of_compact(body, place)
+            lines = self._compact(one, body[place + 1 : last]) if last > place else None
+        else:
+            lines, last = self._paired(body, place), place + 1
+        if lines is None:
+            return None
+        comment = getattr(body[last], "comment", "") or getattr(one, "comment", "")
+        return Joined(lines, last - place + 1, comment)
+
+    def _paired(self, body: Sequence[st.Statement], place: int) -> list[str] | None:
+        """The instruction that two statements of one line are."""
+        one, following = body[place], body[place + 1] if place + 1 < len(body) else None
+        if following is None or following.line != one.line:
+            return None
+        if self.own and isinstance(one, _LESS_EXACT) and isinstance(following, st.Disabled):
+            return self.lines(following)
+        timed = isinstance(following, st.Assign) and following.value == ex.SystemValue("timed-out")
+        if isinstance(one, st.Wait) and isinstance(following, st.Assign) and timed:
+            return [self._wait(one, following.target)]
+        return None
+
+    def _compact(self, opener: st.If, inner: Sequence[st.Statement]) -> list[str]:
+        """IF without THEN."""
+        paired = self._paired(inner, 0) if len(inner) == 2 else None
+        found = paired or (self.lines(inner[0]) if len(inner) == 1 else [])
+        if len(found) != 1:
+            # Two statements of one instruction, such as WaitTime \\InPos: written as a block.
+            rest = [row for one in inner for row in self.lines(one)]
+            return [f"IF {self.condition(opener.condition)} THEN", *rest, "ENDIF"]
+        return [f"IF {self.condition(opener.condition)} {found[0]}"]
+
+    def add(self, s: st.Statement, lines: list[str]) -> None:
+        if isinstance(s, st.Disabled) and self.own:
+            self._kept(s)
+            return
+        out = isinstance(s, st.Label) and self.depth > self.least_depth
+        self.depth -= out
+        super().add(s, lines)
+        self.depth += out
+
+    def put(self, lines: list[str], comment: str = "") -> None:
+        """Behind what has to stand before it."""
+        start = len(self.rows)
+        super().put([*self.before, *lines], comment)
+        self.rows[start:] = [row.rstrip() for row in self.rows[start:]]
+        self.before.clear()
+
+    def lose(self, problem: CannotSayError, line: int) -> None:
+        self.before.clear()
+        super().lose(problem, line)
+
+    def _kept(self, one: st.Disabled) -> None:
+        """A line of a handler, or an instruction without effect."""
+        handler = _HANDLER.match(one.text)
+        if handler is not None:
+            self.depth = 2
+        if _HANDLER_CLOSES.match(one.text):
+            self.depth -= 1
+        self.rows.append(f"{self.step * max(self.depth - (handler is not None), 1)}{one.text}")
+        if _HANDLER_OPENS.fullmatch(one.text):
+            self.depth += 1
+
+
+def _is_structure(value: ex.Expression) -> bool:
+    return isinstance(value, (ex.PositionLiteral, ex.RecordLiteral, ex.Function))
+
+
+def _declarations(body: Sequence[st.Statement]) -> int:
+    """Where the declarations at a body's beginning end."""
+    last = 0
+    for place, one in enumerate(body):
+        if isinstance(one, st.Declare):
+            last = place + 1
+        elif not isinstance(one, (st.Comment, st.Begin)):
+            break
+    return last
+
+
+def _end_of_compact(body: Sequence[st.Statement], place: int) -> int:
+    """The EndIf of an IF without THEN: in the same line."""
+    line = body[place].line
+    for index in range(place + 1, min(place + 6, len(body))):
+        if body[index].line != line:
+            break
+        if isinstance(body[index], st.EndIf):
+            return index
+    return place

@@ -1,0 +1,509 @@
+"""Spells expressions in RAPID: the way back of `expressions`. What needs a variable of its own gets one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, Final
+
+from olp.ir import expressions as ex
+from olp.ir import program as st
+from olp.ir import terminology
+from olp.languages.generator import ATOM, CannotSayError, Generator, Spelled
+from olp.languages.vendors.rapid.names import Names, signal_like
+from olp.languages.vendors.rapid.predefined import PREDEFINED_NAMES
+from olp.languages.vendors.rapid.texts import quoted
+from olp.languages.vendors.rapid.write_positions import NO_AXES, NO_CONFIGURATION, literal, number
+
+TIMED_OUT: Final = "olp_timed_out"
+_READERS: Final = {
+    "in": "DInput", "out": "DOutput", "in-group": "GInput", "out-group": "GOutput", "analog-in": "AInput",
+    "analog-out": "AOutput",
+}  # fmt: skip
+_FRAMES: Final = {"tooldata": "tframe", "wobjdata": "uframe"}
+_ANALOG: Final = ("gi", "go", "ai", "ao")
+_UNARY, _COMPARED, _CONJUNCTION, _INVERTED = 7, 4, 3, 2
+_POSES: Final = ("pose-product", "pose-inverse")
+_ANGLES: Final = ("rx", "ry", "rz")
+_BEFORE: Final = {
+    "x": "trans",
+    "y": "trans",
+    "z": "trans",
+    "q1": "rot",
+    "q2": "rot",
+    "q3": "rot",
+    "q4": "rot",
+}
+_XYZ: Final = ("x", "y", "z")
+_ZEROS: Final = (ex.Number(0), ex.Number(0), ex.Number(0))
+
+Arguments = tuple[ex.Expression, ...]  # what a function is given
+
+
+class RapidValues(Generator):
+    """Spells expressions. `types`: RAPID's type of every name, lower case; `clocks`: their names in order.
+
+    `names`: the program's structures. `before`: instructions that have to stand before the one that is spelled.
+    """
+
+    language = "RAPID"
+    binary: ClassVar = {
+        "+": (" + ", 5),
+        "-": (" - ", 5),
+        "*": (" * ", 6),
+        "/": (" / ", 6),
+        "div": (" DIV ", 6),
+        "mod": (" MOD ", 6),
+        "and": (" AND ", 3),
+        "or": (" OR ", 1),
+        "xor": (" XOR ", 1),
+    }
+    unary: ClassVar = {"-": ("-{}", _UNARY, _UNARY), "not": ("NOT {}", _INVERTED, _INVERTED)}
+    logic: ClassVar = {"and": (" AND ", _CONJUNCTION), "or": (" OR ", 1), "xor": (" XOR ", 1)}
+    no_value = "a value that RAPID has no words for"
+    signals: ClassVar = {
+        "in": "di", "out": "do", "in-group": "gi", "out-group": "go", "analog-in": "ai", "analog-out": "ao",
+        "in-half-group": "giHalf", "out-half-group": "goHalf", "system-in": "diSystem", "system-out": "doSystem",
+        "direct-in": "diDirect", "register": "goRegister", "robot-in": "diRobot", "robot-out": "doRobot",
+        "tool-in": "diTool", "tool-out": "doTool", "configurable-in": "diConf", "configurable-out": "doConf",
+        "flag": "doFlag", "cyclic-flag": "doCyclic", "timer-flag": "doTimer",
+    }  # fmt: skip
+    functions: ClassVar = {
+        "abs": "Abs", "sqrt": "Sqrt", "sin": "Sin", "cos": "Cos", "tan": "Tan", "asin": "ASin", "acos": "ACos",
+        "atan": "ATan", "atan2": "ATan2", "exp": "Exp", "power": "Pow", "trunc": "Trunc", "max": "Max", "min": "Min",
+        "length-of-text": "StrLen", "part-of-text": "StrPart",
+    }  # fmt: skip
+
+    def __init__(
+        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: Names
+    ) -> None:
+        super().__init__(program, program.vendor == "rapid")
+        self.types = types
+        self.clocks = clocks
+        self.before: list[str] = []
+        self.temporary: dict[str, str] = {}  # name -> type
+        self.timed_out = False
+        self.names = names
+
+    # --- names ------------------------------------------------------------------------------------------------
+
+    def type_of(self, it: ex.Expression) -> str:
+        """RAPID's type of a value, "" where it is not known."""
+        match it:
+            case ex.Named(name):
+                return self.types.get(name.lower()) or self.temporary.get(name, "")
+            case ex.Item(base, _):
+                return self.type_of(base)
+            case ex.Member(base, name):
+                members = self.names.members(self.type_of(base)) or ()
+                return next((self.names.resolved(of) for member, of in members if member == name), "num")
+            case ex.PositionLiteral(kind, _):
+                return "jointtarget" if kind == "joint" else "robtarget"
+            case ex.Function(name, _) if name in _POSES:
+                return "pose"
+            case ex.Function("joints" | "inverse", _) | ex.SystemValue("current-joints"):
+                return "jointtarget"
+            case ex.Function(name, _) if name.startswith(("pose-off", "pose-rel", "forward")):
+                return "robtarget"
+            case ex.SystemValue("current-pose"):
+                return "robtarget"
+        return ""
+
+    def signal(self, it: ex.Signal) -> str:
+        if isinstance(it.index, ex.Text):
+            return it.index.value
+        prefix = self.signals.get(it.bus)
+        if prefix is None:
+            raise CannotSayError(*terminology.signal(it))
+        if isinstance(it.index, ex.Number):
+            return f"{prefix}{int(it.index.value)}"
+        named = it.index.base if isinstance(it.index, ex.Item) else it.index
+        is_signal = isinstance(named, ex.Named) and self.types.get(named.name.lower(), "").startswith(
+            "signal"
+        )
+        if self.own or is_signal:
+            return self.value(it.index)
+        raise CannotSayError("a signal with a computed number", "signals have names in RAPID")
+
+    def _read(self, it: ex.Signal) -> str:
+        """A signal's value: by its name where that looks like a signal's, otherwise through a function."""
+        name = self.signal(it)
+        declared = self.types.get(name.lower(), "").startswith("signal")
+        word = _READERS.get(it.bus)
+        if declared or word is None or signal_like(name) == it.bus:
+            return name
+        return f"{word}({name})"
+
+    def is_digital(self, it: ex.Signal) -> bool:
+        return not self.signals.get(it.bus, "di").startswith(_ANALOG)
+
+    def temporary_name(self, kind: str) -> str:
+        """A variable that the program does not have."""
+        count = 1
+        while f"olp_{kind}{count}" in self.temporary or f"olp_{kind}{count}" in self.types:
+            count += 1
+        name = f"olp_{kind}{count}"
+        self.temporary[name] = kind
+        return name
+
+    def stored(self, it: ex.Expression, kind: str) -> ex.Named:
+        """The value in a variable, which an instruction before this one sets."""
+        if isinstance(it, ex.Named) and self.type_of(it) in (kind, ""):
+            return it
+        text = self.typed(it, kind)
+        name = self.temporary_name(kind)
+        self.before.append(f"{name}:={text};")
+        return ex.Named(name)
+
+    # --- values -----------------------------------------------------------------------------------------------
+
+    def typed(self, e: ex.Expression, kind: str) -> str:
+        """An expression where the type `kind` is expected, "" for any."""
+        if kind and isinstance(e, ex.PositionLiteral):
+            return literal(e, kind, self.own)
+        if kind and isinstance(e, ex.RecordLiteral):
+            return self._record(e, kind)
+        if kind and isinstance(e, ex.Function) and e.name in self._functions and e.name != "joined-text":
+            return str(self._functions[e.name](self, e.arguments, kind))
+        return self.value(e)
+
+    def spell_number(self, e: ex.Number) -> Spelled:
+        return number(e.value), ATOM if e.value >= 0 else _UNARY
+
+    def spell_text(self, e: ex.Text) -> str:
+        return quoted(e.value)
+
+    def spell_unknown(self, e: ex.Unknown) -> str:
+        return e.text
+
+    def spell_signal(self, e: ex.Signal) -> str:
+        return self._read(e)
+
+    def spell_position_literal(self, e: ex.PositionLiteral) -> str:
+        return literal(e, "jointtarget" if e.kind == "joint" else "robtarget", self.own)
+
+    def spell_binary(self, e: ex.Binary) -> Spelled:
+        if e.operator == "/":  # always of real numbers
+            e = ex.Binary("/", _whole(e.left), _whole(e.right))
+        return super().spell_binary(e)
+
+    def spell_compare(self, e: ex.Compare) -> Spelled:
+        return f"{self._compared(e.left, e.right)}{e.operator}{self._compared(e.right, e.left)}", _COMPARED
+
+    def _compared(self, it: ex.Expression, other: ex.Expression) -> str:
+        if isinstance(it, ex.State) and isinstance(other, ex.Signal) and self.is_digital(other):
+            return "1" if it.on else "0"
+        return self.value(it, _COMPARED + 1)
+
+    def operand(self, e: ex.Expression, strength: int) -> str:
+        """NOT needs no parentheses behind AND."""
+        if strength > _CONJUNCTION and isinstance(e, ex.Unary) and e.operator == "not":
+            return f"NOT {self.condition(e.operand, _COMPARED)}"
+        return self.condition(e, strength)
+
+    def condition(self, it: ex.Expression, strength: int = 0) -> str:
+        """A truth value: a signal alone is compared with 1."""
+        if isinstance(it, ex.Signal) and self.is_digital(it):
+            text = f"{self._read(it)}=1"
+            return f"({text})" if strength > _COMPARED else text
+        return self.value(it, strength)
+
+    def spell_item(self, e: ex.Item) -> str:
+        base, indices = e.base, e.indices
+        if self.type_of(base) == "jointtarget" and len(indices) == 1 and isinstance(indices[0], ex.Number):
+            if isinstance(base, (ex.SystemValue, ex.Function)):
+                base = self.stored(base, "jointtarget")
+            return f"{self.value(base)}.robax.rax_{indices[0].value}"
+        return f"{self.value(base)}{{{','.join(self.value(index) for index in indices)}}}"
+
+    def spell_member(self, e: ex.Member) -> str:
+        base, name = e.base, e.name
+        if name in _ANGLES:
+            return f"EulerZYX(\\{name[1].upper()},{self.turn(base)})"
+        if isinstance(base, (ex.SystemValue, ex.Function, ex.CallValue)):
+            base = self.stored(base, self.type_of(base) or "robtarget")
+        text, kind = self.value(base), self.type_of(base)
+        if kind in _FRAMES and name in _BEFORE:
+            return f"{text}.{_FRAMES[kind]}.{_BEFORE[name]}.{name}"
+        if name in _BEFORE and kind not in ("pos", "orient") and not self._is_record(kind):
+            return f"{text}.{_BEFORE[name]}.{name}"
+        if len(name) == 2 and name[0] == "e" and name[1] in "123456":
+            return f"{text}.extax.eax_{'abcdef'[int(name[1]) - 1]}"
+        return f"{text}.{name}"
+
+    def _is_record(self, kind: str) -> bool:
+        return bool(kind) and kind not in ("robtarget", "pose", "jointtarget", "num")
+
+    def turn(self, base: ex.Expression) -> str:
+        """An orient: `base.rot`, or the orient itself."""
+        if isinstance(base, (ex.SystemValue, ex.Function, ex.CallValue)):
+            base = self.stored(base, self.type_of(base) or "robtarget")
+        text, kind = self.value(base), self.type_of(base)
+        if kind in _FRAMES:
+            return f"{text}.{_FRAMES[kind]}.rot"
+        return text if kind == "orient" else f"{text}.rot"
+
+    def place(self, base: ex.Expression) -> str:
+        """A pos: `base.trans`, or the pos itself."""
+        if base == ex.SystemValue("current-pose"):
+            return "CPos()"
+        if isinstance(base, (ex.SystemValue, ex.Function, ex.CallValue)):
+            base = self.stored(base, self.type_of(base) or "robtarget")
+        text = self.value(base)
+        return text if self.type_of(base) == "pos" else f"{text}.trans"
+
+    def spell_record_literal(self, e: ex.RecordLiteral) -> str:
+        return self._record(e, "")
+
+    def _record(self, e: ex.RecordLiteral, kind: str) -> str:
+        of, members = e.type, e.members
+        predefined = PREDEFINED_NAMES.get((of, members)) if of else None
+        if predefined is not None and predefined not in self.types:
+            return predefined
+        if of == "jointtarget":
+            joints = dict(members)["joints"]
+            values = joints.arguments if isinstance(joints, ex.Function) else ()
+            return f"[{self.robjoint_text(values)},{self._extra(members[1][1])}]"
+        if of == "robjoint" and all(isinstance(value, ex.Item) for _, value in members):
+            return self.robjoint_text(tuple(value for _, value in members))
+        if of == "extjoint":
+            base = common_base(tuple(value for _, value in members), tuple(f"e{n}" for n in range(1, 7)))
+            if base is not None:
+                return f"{self.value(base)}.extax"
+        known = dict(self.names.members(of) or ())
+        texts = [self.typed(value, known.get(name, kind if not name else "")) for name, value in members]
+        return f"[{','.join(texts)}]"
+
+    def joints(self, it: ex.Expression) -> str:
+        arguments = it.arguments if isinstance(it, ex.Function) else ()
+        if len(arguments) > 6:
+            raise CannotSayError("a position of more than six axes")
+        return ",".join([*(self.value(one) for one in arguments), *["0"] * (6 - len(arguments))])
+
+    def _extra(self, it: ex.Expression) -> str:
+        return self.value(it.value) if isinstance(it, ex.NamedArgument) and it.value is not None else NO_AXES
+
+    def spell_system_value(self, e: ex.SystemValue) -> str:
+        name, index = e.name, e.index
+        if name == "current-pose":
+            return "CRobT()"
+        if name == "current-joints":
+            return "CJointT()"
+        if name == "timed-out":
+            self.timed_out = True
+            return TIMED_OUT
+        if name == "timer":
+            if 0 < index <= len(self.clocks):
+                return f"ClkRead({self.clocks[index - 1]})"
+            raise CannotSayError(f"timer {index}", "declare a clock")
+        raise CannotSayError(terminology.value(name))
+
+    def spell_frame_ref(self, e: ex.FrameRef) -> str:
+        if e.kind in ("base", "robot"):
+            return "wobj0"
+        if e.kind == "tool" and e.number in (None, ex.Number(0)):
+            return "tool0"
+        raise CannotSayError(
+            terminology.SYSTEMS.get(e.kind, e.kind), "tools and work objects have names in RAPID"
+        )
+
+    # --- functions and calls --------------------------------------------------------------------------------
+
+    def arguments(self, given: Sequence[ex.Expression]) -> str:
+        """`a,b\\Option:=c`: options stand behind an argument without a comma."""
+        text = ""
+        for place, one in enumerate(given):
+            if isinstance(one, ex.NamedArgument):
+                text += self.option(one)
+            else:
+                text += f"{',' if place else ''}{self.value(one)}"
+        return text
+
+    def option(self, it: ex.NamedArgument) -> str:
+        if it.name.endswith("?") and it.value is not None:
+            return f"\\{it.name}{self.value(it.value)}"
+        return f"\\{it.name}" if it.value is None else f"\\{it.name}:={self.value(it.value)}"
+
+    def as_pose(self, it: ex.Expression) -> str:
+        """A value of type pose."""
+        kind = self.type_of(it)
+        if kind in _FRAMES:
+            return f"{self.value(it)}.{_FRAMES[kind]}"
+        if isinstance(it, (ex.PositionLiteral, ex.Function)) and not (
+            isinstance(it, ex.Function) and it.name not in self._functions
+        ):
+            if self.type_of(it) == "robtarget" and isinstance(it, ex.Function):
+                it = self.stored(it, "robtarget")
+                return f"[{it.name}.trans,{it.name}.rot]"
+            return self.typed(it, "pose")
+        if self.type_of(it) in ("robtarget", "") and not self.own:
+            text = (
+                self.value(it)
+                if isinstance(it, (ex.Named, ex.Item, ex.Member))
+                else self.stored(it, "robtarget").name
+            )
+            return f"[{text}.trans,{text}.rot]"
+        return self.typed(it, "pose")
+
+    def as_robtarget(self, it: ex.Expression) -> str:
+        """A value of type robtarget."""
+        kind = self.type_of(it)
+        if kind in _FRAMES:
+            text = f"{self.value(it)}.{_FRAMES[kind]}"
+            return f"[{text}.trans,{text}.rot,{NO_CONFIGURATION},{NO_AXES}]"
+        if self.type_of(it) == "pose" and not (self.own and isinstance(it, ex.Named)):
+            name = self.stored(it, "pose").name
+            return f"[{name}.trans,{name}.rot,{NO_CONFIGURATION},{NO_AXES}]"
+        return self.typed(it, "robtarget")
+
+    def quantity(self, it: ex.Quantity, unit: float) -> str:
+        ratio = it.scale / unit
+        if abs(ratio - 1.0) < 1e-12:
+            return self.value(it.written)
+        if isinstance(it.written, ex.Number):
+            value = round(it.written.value * ratio, 9)
+            return number(int(value) if value == int(value) else value)
+        return f"{self.value(it.written, 6)} * {number(round(ratio, 12))}"
+
+    # --- functions that have a form of their own ------------------------------------------------------------
+
+    def function_pose_product(self, given: Arguments, kind: str = "") -> str:
+        return self._pose_call("PoseMult", given, kind)
+
+    def function_pose_inverse(self, given: Arguments, kind: str = "") -> str:
+        return self._pose_call("PoseInv", given, kind)
+
+    def _pose_call(self, word: str, given: Arguments, kind: str) -> str:
+        text = f"{word}({','.join(map(self.as_pose, given))})"
+        if kind != "robtarget":
+            return text
+        name = self.temporary_name("pose")
+        self.before.append(f"{name}:={text};")
+        return f"[{name}.trans,{name}.rot,{NO_CONFIGURATION},{NO_AXES}]"
+
+    def function_pose_offset(self, given: Arguments, kind: str = "") -> str:
+        return f"Offs({self.as_robtarget(given[0])},{','.join(map(self.value, given[1:4]))})"
+
+    def function_pose_relative_tool(self, given: Arguments, kind: str = "") -> str:
+        angles = "".join(
+            f"\\{name}:={self.value(value)}"
+            for name, value in zip(("Rx", "Ry", "Rz"), given[4:7], strict=False)
+            if value != ex.Number(0)
+        )
+        moved = ",".join(map(self.value, given[1:4]))
+        return f"RelTool({self.as_robtarget(given[0])},{moved}{angles})"
+
+    def function_pose_angles(self, given: Arguments, kind: str = "") -> str:
+        place, turn, rest = given[:3], given[3:6], given[6:]
+        if kind == "pos" or (not kind and turn == _ZEROS and place != _ZEROS):
+            return self.place_text(place)
+        if kind == "orient" or (not kind and place == _ZEROS):
+            return self.turn_text(turn)
+        turned = "[1,0,0,0]" if turn == _ZEROS else self.turn_text(turn)
+        return self._assembled(self.place_text(place), turned, rest, kind)
+
+    def function_pose_quaternion(self, given: Arguments, kind: str = "") -> str:
+        turn = f"[{','.join(map(self.value, given[3:7]))}]"
+        if kind == "orient" or (not kind and given[:3] == _ZEROS):
+            return turn
+        return self._assembled(self.place_text(given[:3]), turn, given[7:], kind)
+
+    def function_pose_add(self, given: Arguments, kind: str = "") -> str:
+        first, second = (self.stored(one, "robtarget").name for one in given)
+        name = self.temporary_name("pose")
+        self.before.append(f"{name}:=PoseMult([[0,0,0],{first}.rot],[[0,0,0],{second}.rot]);")
+        place = ",".join(f"{first}.trans.{c}+{second}.trans.{c}" for c in _XYZ)
+        return self._assembled(f"[{place}]", f"{name}.rot", (), kind)
+
+    def function_joints(self, given: Arguments, kind: str = "") -> str:
+        return f"[{self.robjoint_text(given)},{NO_AXES}]"
+
+    def function_pose_distance(self, given: Arguments, kind: str = "") -> str:
+        def pos(it: ex.Expression) -> str:
+            return (
+                self.typed(it, "pos") if isinstance(it, (ex.Function, ex.PositionLiteral)) else self.place(it)
+            )
+
+        return f"Distance({pos(given[0])},{pos(given[1])})"
+
+    def function_text_of_value(self, given: Arguments, kind: str = "") -> str:
+        word = "NumToStr" if len(given) > 1 else "ValToStr"
+        return f"{word}({','.join(map(self.value, given))})"
+
+    def function_round(self, given: Arguments, kind: str = "") -> str:
+        digits = f"\\Dec:={self.value(given[1])}" if len(given) > 1 else ""
+        return f"Round({self.value(given[0])}{digits})"
+
+    def _assembled(self, place: str, turn: str, rest: tuple[ex.Expression, ...], kind: str) -> str:
+        if kind == "pose":
+            return f"[{place},{turn}]"
+        given = {
+            one.name: one.value for one in rest if isinstance(one, ex.NamedArgument) and one.value is not None
+        }
+        arm = self.value(given["conf"]) if "conf" in given else NO_CONFIGURATION
+        axes = self.value(given["axes"]) if "axes" in given else NO_AXES
+        return f"[{place},{turn},{arm},{axes}]"
+
+    def place_text(self, values: tuple[ex.Expression, ...]) -> str:
+        """`p.trans`, or `[x,y,z]`."""
+        base = common_base(values, _XYZ)
+        return self.place(base) if base is not None else f"[{','.join(map(self.value, values))}]"
+
+    def turn_text(self, values: tuple[ex.Expression, ...]) -> str:
+        """`p.rot`, or `OrientZYX(z,y,x)`."""
+        base = common_base(values, _ANGLES)
+        if base is not None:
+            return self.turn(base)
+        return f"OrientZYX({','.join(self.value(value) for value in reversed(values))})"
+
+    def robjoint_text(self, values: tuple[ex.Expression, ...]) -> str:
+        """`j.robax`, a robjoint, or `[…]`."""
+        if len(values) == 6:
+            items = [one for one in values if isinstance(one, ex.Item)]
+            if [one.indices for one in items] == [(ex.Number(n),) for n in range(1, 7)] and len(
+                {one.base for one in items}
+            ) == 1:
+                return f"{self.value(items[0].base)}.robax"
+            base = common_base(values, tuple(f"rax_{n}" for n in range(1, 7)))
+            if base is not None:
+                return self.value(base)
+        return f"[{self.joints(ex.Function('joints', values))}]"
+
+    def function_forward(self, given: Arguments, kind: str = "") -> str:
+        return self._solved("CalcRobT", self.typed(given[0], "jointtarget"), given)
+
+    def function_inverse(self, given: Arguments, kind: str = "") -> str:
+        return self._solved("CalcJointT", self.as_robtarget(given[0]), given)
+
+    def _solved(self, word: str, first: str, given: Arguments) -> str:
+        tool = self.value(given[1]) if len(given) > 1 and self.own else "tool0"
+        frame = f"\\WObj:={self.value(given[2])}" if len(given) > 2 and self.own else ""
+        return f"{word}({first},{tool}{frame})"
+
+    def function_given(self, given: Arguments, kind: str = "") -> str:
+        return f"Present({self.value(given[0])})"
+
+    def function_current_pose(self, given: Arguments, kind: str = "") -> str:
+        return f"CRobT({self.arguments(given)})"
+
+    def function_current_joints(self, given: Arguments, kind: str = "") -> str:
+        return f"CJointT({self.arguments(given)})"
+
+    def function_joined_text(self, given: Arguments, kind: str = "") -> Spelled:
+        first, second = given
+        return f"{self.value(first, 5)} + {self.value(second, 6)}", 5
+
+
+def common_base(values: tuple[ex.Expression, ...], names: tuple[str, ...]) -> ex.Expression | None:
+    """The position whose members these are, None when they are not all of one."""
+    bases = [
+        one.base
+        for one, name in zip(values, names, strict=True)
+        if isinstance(one, ex.Member) and one.name == name
+    ]
+    return bases[0] if len(bases) == len(names) and all(base == bases[0] for base in bases) else None
+
+
+def _whole(it: ex.Expression) -> ex.Expression:
+    """2.0 as 2."""
+    whole = isinstance(it, ex.Number) and isinstance(it.value, float) and it.value.is_integer()
+    return ex.Number(int(it.value)) if whole and isinstance(it, ex.Number) else it

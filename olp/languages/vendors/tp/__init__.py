@@ -1,0 +1,59 @@
+"""FANUC TP, the teach pendant's language: `.ls` listings of the R-J2 to the R-30iB Plus generation."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from olp.core.source import Source
+from olp.ir.program import Program
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+
+_COMMENT: Final = re.compile(rb"\s*\d*\s*:\s*!(.*?)\s*;?\s*", re.DOTALL)
+
+
+class Tp(Vendor):
+    """FANUC TP. Speeds %, mm/sec, cm/min, inch/min and deg/sec; lengths mm; angles deg; all converted while reading."""
+
+    name = "tp"
+    title = "FANUC TP"
+    suffixes = (".ls",)
+    reads = statements(
+        "Move_spline PulseOutput Label Jump For Next Switch Case Default EndSwitch Pause StartTask "
+        "Declare SetTool SetFrame SetOverride Process Disabled"
+    )
+    # A line without a number: controllers count anew when they load a listing.
+    comment_prefix = " : !"
+    comment_suffix = " ;"
+    trailing_comment_prefix = ""
+    comment_length = 32
+    blending = "fanuc"
+    conventions = Conventions(
+        arm_flags=ArmFlags.COUNTED,
+        frame_spelling={"tool": "UTOOL[{}]", "user": "UFRAME[{}]"},
+        wrist_target_axes=True,
+        records_in_statements=False,
+        wait_limit_prefix="$",
+        share_zones=True,
+        pulse_setting="a pulse that names no time lasts as long as $DEFPULSE says: as delivered, 0.4 s, is written",
+    )
+    # CNT is a percentage.
+    corners = CornerSpelling(r"!|//", (r"\bFINE\b", "CNT10"), r"\bCNT(\d+)\b", (5, 10, 25, 50, 75, 100))
+    editor_names = ("fanuc",)
+    numbered_lines = True
+
+    def comment_of(self, line: bytes) -> bytes | None:
+        """Also of lines that a controller has numbered."""
+        match = _COMMENT.fullmatch(line)
+        return match[1] if match else None
+
+    def sniff(self, source: Source) -> bool:
+        return any(line.lstrip().upper().startswith("/PROG") for line in source.lines[:50])
+
+    def read(self, source: Source) -> Program:
+        from olp.languages.vendors.tp.reader import read_program
+
+        return read_program(source)
+
+
+VENDOR = Tp()

@@ -1,0 +1,87 @@
+"""What FANUC TP can say: an R-30iA or later controller (programs of up to 36 characters, IF … THEN, FOR … ENDFOR)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.core.units import deg, mm, percent
+from olp.ir.expressions import Store
+from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.languages.limits import Limits, Registers
+
+COMMENT_LENGTH: Final = 32  # of a line of its own
+NAME_LENGTH: Final = 16  # of the comment in R[1:…], P[1:…], LBL[1:…]
+ROUTINE_LENGTH: Final = 36  # R-30iA and later; the R-J3 and before take 8
+LARGEST_LABEL: Final = 32766
+
+# SELECT jumps or calls and holds no blocks: for a translation that is no switch. Labels are numbers whose comment is
+# the label's name, so their length has no bound.
+LIMITS: Final = Limits(
+    routine_name=ROUTINE_LENGTH,
+    variable_name=NAME_LENGTH,
+    label_name=0,
+    line=254,
+    comment=COMMENT_LENGTH,
+    points=32766,
+    statements=9999,
+    joint_speeds=frozenset({SpeedUnit.FRACTION, SpeedUnit.TIME}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN, SpeedUnit.TIME}),
+    blends=frozenset({BlendKind.SPEED, BlendKind.RADIUS}),
+    accelerations=frozenset({AccelerationUnit.FRACTION}),
+    modal_speed=False,
+    tool_and_frame="modal",
+    names=r"[A-Za-z][A-Za-z0-9_]*",
+    numbered={Store.REAL: 200, Store.ROBOT: 100, Store.STRING: 25},
+    has_goto=True,
+    has_if=True,
+    has_while=False,
+    has_repeat=False,
+    has_for=True,
+    has_break=False,
+    has_switch=False,
+    has_functions=False,
+    has_parameters=True,
+    nested_expressions=True,
+    one_routine_per_file=True,
+    pulse=0.4,  # $DEFPULSE as delivered
+    reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
+    external_axes=3,
+    has_elseif=False,
+    for_step_is_one=True,
+    speed_steps={SpeedUnit.FRACTION: percent},
+    acceleration_step=percent,
+    joint_blends=frozenset({BlendKind.SPEED}),  # CR and CD are for lines and arcs
+    speed_ranges={
+        SpeedUnit.FRACTION: (percent, 1.0),
+        SpeedUnit.TRAVEL: (1.0 * mm, 2000.0 * mm),
+        SpeedUnit.TURN: (1.0 * deg, 272.0 * deg),
+        SpeedUnit.TIME: (0.1, 3200.0),
+    },
+    acceleration_range=(percent, 1.5),
+    blend_ranges={BlendKind.SPEED: (0.0, 1.0), BlendKind.RADIUS: (0.0, 1.0)},
+    comment_swaps={";": ","},  # it ends a line, wherever it stands
+    registers=Registers(
+        stores={
+            "integer": Store.REAL,
+            "real": Store.REAL,
+            "boolean": Store.REAL,
+            "string": Store.STRING,
+            "position": Store.ROBOT,
+            "joints": Store.ROBOT,
+        },
+        letters={Store.REAL: "R", Store.STRING: "SR", Store.ROBOT: "PR"},
+        variable="{letter}[{number}]",
+        point="P[{number}]",
+        first_point=1,
+    ),
+    native_offsets=frozenset({"relative", "offset"}),
+    no_external_axes="external axes: the program does not say which of them slide [mm] and which turn [deg]",
+    joint_values_note=(
+        "FANUC's controllers read J3 against the horizontal, this robot's does not: joint values are as written"
+    ),
+    named_frames=False,
+    frame_numbers={"tool": 10, "user": 9},
+    first_signal=1,
+    position_read_in="move",
+    register_arguments=True,
+)

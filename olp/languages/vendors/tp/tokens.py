@@ -1,0 +1,32 @@
+"""TP: P[1], PR[2:pick], R[3], LBL[4], CALL NAME, UFRAME[1]."""
+
+from __future__ import annotations
+
+from olp.languages.tokens import Kind, Pattern, Words
+
+_BRACKET = r"\[\d+[^\]]*\]"
+
+
+class TpTokens(Words):
+    passed_over = r"""^\s*\d+:\s*(?://|!|--eg:).*|'[^']*'"""
+    patterns = (
+        Pattern(Kind.POINT, rf"^(P{_BRACKET})(?=\s*\{{)", defines=True, local=True),
+        Pattern(Kind.ROUTINE, r"^/PROG\s+([\w-]+)", defines=True),
+        Pattern(Kind.ROUTINE, r"\b(?:CALL|RUN)\s+([A-Z_][\w-]*)"),
+        Pattern(Kind.LABEL, rf"^\s*\d+:\s*(LBL{_BRACKET})(?=\s*;)", defines=True, local=True),
+        Pattern(Kind.LABEL, rf"\b(LBL{_BRACKET})", local=True),
+        Pattern(Kind.FRAME, rf"\b(UFRAME{_BRACKET})(?=\s*=)", defines=True, key="UFRAME[{}]"),
+        Pattern(Kind.TOOL, rf"\b(UTOOL{_BRACKET})(?=\s*=)", defines=True, key="UTOOL[{}]"),
+        Pattern(Kind.FRAME, rf"\b(UFRAME{_BRACKET})", key="UFRAME[{}]"),
+        Pattern(Kind.TOOL, rf"\b(UTOOL{_BRACKET})", key="UTOOL[{}]"),
+        Pattern(Kind.FRAME, r"\bUFRAME_NUM\s*=\s*(\d+)", key="UFRAME[{}]"),
+        Pattern(Kind.TOOL, r"\bUTOOL_NUM\s*=\s*(\d+)", key="UTOOL[{}]"),
+        Pattern(Kind.FRAME, r"\bUF\s*:\s*(\d+)", key="UFRAME[{}]"),
+        Pattern(Kind.TOOL, r"\bUT\s*:\s*(\d+)", key="UTOOL[{}]"),
+        Pattern(Kind.POINT, rf"\b(P{_BRACKET})", local=True),
+        Pattern(Kind.VARIABLE, rf"\b((?:PR|SR|AR|R){_BRACKET})"),
+        Pattern(Kind.SIGNAL, rf"\b((?:DI|DO|RI|RO|GI|GO|AI|AO|UI|UO|SI|SO|WI|WO|F){_BRACKET})"),
+    )
+
+
+TOKENS = TpTokens()

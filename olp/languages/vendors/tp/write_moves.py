@@ -1,0 +1,418 @@
+"""Spells motion: J, L, C, A and S with speed, termination and options; what has to stand before a move."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import ClassVar, Final
+
+import numpy as np
+
+from olp.core.units import deg, mm
+from olp.ir import expressions as ex
+from olp.ir import program as st
+from olp.ir import terminology
+from olp.ir.points import PointTable
+from olp.languages.generator import CannotSayError, decimal
+from olp.languages.vendors.tp import values
+from olp.languages.vendors.tp.limits import LIMITS
+from olp.languages.vendors.tp.write_positions import TpPositionWriter
+from olp.languages.vendors.tp.write_values import TpValues
+from olp.robots.geometry import Pose
+
+_LETTERS: Final = {st.Path.JOINT: "J", st.Path.LINEAR: "L", st.Path.SPLINE: "S"}
+# The unit that a value is written in when it was not written in one of TP's.
+_USUAL: Final = {
+    st.SpeedUnit.FRACTION: "%",
+    st.SpeedUnit.TRAVEL: "mm/sec",
+    st.SpeedUnit.TURN: "deg/sec",
+    st.SpeedUnit.TIME: "sec",
+}
+
+_POSE_AXES: Final = 6
+_LENGTHS: Final = 3
+_BUILDERS: Final = ("pose-angles", "pose-vector")
+_DECIMALS: Final = 5
+Components = tuple[ex.Expression, ...]  # x y z [mm], W P R [deg]
+_PR = re.compile(r"Variable\(store=<Store\.ROBOT: 'robot'>, index=Number\(value=(\d+)\)")
+
+
+class TpMoves(TpValues):
+    """Writes moves. `positions`: those of the routine; `scratch`: registers that the program leaves free."""
+
+    cannot: ClassVar = {
+        st.Move: {
+            **dict.fromkeys(
+                ("parts", "search", "until", "no_wait", "passes", "coordinated"),
+                (
+                    "a move that does more than one thing",
+                    "synchronous groups, searches and UNTIL are not TP's",
+                ),
+            ),
+            **dict.fromkeys(
+                ("deceleration", "rate", "arc"),
+                "this move's deceleration, rate of acceleration or angle of the arc",
+            ),
+            "turn": "a bound on the tool's turning beside the speed",
+        }
+    }
+
+    def __init__(self, program: st.Program) -> None:
+        super().__init__(program)
+        self.scratch = Scratch(_used(program), LIMITS.numbered[ex.Store.ROBOT])
+        self.positions = TpPositionWriter(PointTable(), {}, self.own)
+
+    def forget(self) -> None:
+        self.tool: ex.Expression | None = None  # that was selected last; None: not known here
+        self.frame: ex.Expression | None = None
+
+    # --- the whole move ---------------------------------------------------------------------------------
+
+    def write_move(self, s: st.Move) -> list[str]:
+        """The lines of a move, behind those that select its frames and build its position."""
+        lines = self._select(s)
+        target, offsets = self._target(s.targets[0], s, lines)
+        tail = f" {self._speed(s)} {self._blend(s)}{self._options(s, offsets, lines)}   "
+        if s.path is not st.Path.CIRCULAR:
+            return [*lines, f"{_LETTERS[s.path]} {target}{tail}"]
+        if s.via is None:
+            return [*lines, f"A {target}{tail}"]
+        if offsets:
+            raise CannotSayError("an arc whose end is computed", "compute it into a position register first")
+        return [*lines, f"C {self._position(s.via, s, lines)}    \n{target}{tail}"]
+
+    # --- frames -----------------------------------------------------------------------------------------
+
+    def _select(self, s: st.Move) -> list[str]:
+        lines = []
+        if s.frame is not None and s.frame != self.frame:
+            lines.append(self.select_frame(s.frame))
+        if s.tool is not None and s.tool != self.tool:
+            lines.append(self.select_tool(s.tool))
+        return lines
+
+    def select_frame(self, frame: ex.Expression) -> str:
+        """UFRAME_NUM=…; remembers it."""
+        if isinstance(frame, ex.FrameRef) and frame.kind in ("base", "robot"):
+            text = "0"
+        elif isinstance(frame, ex.FrameRef) and frame.kind == "user" and frame.number is not None:
+            text = self.single(frame.number)
+        else:
+            raise CannotSayError("a frame without a number", "assign it to a user frame first")
+        self.frame = frame
+        return f"UFRAME_NUM={text}"
+
+    def select_tool(self, tool: ex.Expression) -> str:
+        """UTOOL_NUM=…; remembers it."""
+        if not isinstance(tool, ex.FrameRef) or tool.kind != "tool" or tool.number is None:
+            raise CannotSayError("a tool without a number", "assign it to a numbered tool first")
+        self.tool = tool
+        return f"UTOOL_NUM={self.single(tool.number)}"
+
+    # --- where ------------------------------------------------------------------------------------------
+
+    def _position(self, it: ex.Expression, s: st.Move, lines: list[str]) -> str:
+        if type(it) is ex.Taught:
+            if it.store is not ex.Store.ROBOT:
+                raise CannotSayError(f"a taught position as a {terminology.STORES[it.store]} on its own")
+            number = self.positions.taught(it.number, _number(s.frame), _number(s.tool))
+            return self._point(number)
+        if isinstance(it, ex.PositionLiteral):
+            return self._point(self.positions.literal(it, _number(s.frame), _number(s.tool)))
+        if isinstance(it, ex.Variable):
+            return self.value(it)
+        if isinstance(it, ex.Function) and it.name == "taught":
+            return f"P[{self.index(it.arguments[0])}]"
+        if isinstance(it, ex.Function):
+            shift = shift_of(it)
+            if shift is not None:
+                return self._shifted(*shift, s, lines)
+        raise CannotSayError("a computed position", "compute it into a position register first")
+
+    def _point(self, number: int) -> str:
+        name = self.positions.details.get(f"P[{number}]")
+        return f'P[{number}:"{name}"]' if name else f"P[{number}]"
+
+    def _shifted(
+        self, start: ex.Expression, by: tuple[ex.Expression, ...], s: st.Move, lines: list[str]
+    ) -> str:
+        """A position moved along the axes of its frame: copied into a register, whose x, y and z are added to."""
+        register = self.scratch.register()
+        lines.append(f"PR[{register}]={self._position(start, s, lines)}")
+        lines.extend(self.added_lines(register, by))
+        return f"PR[{register}]"
+
+    def _target(self, it: ex.Expression, s: st.Move, lines: list[str]) -> tuple[str, list[str]]:
+        """The position of a move, and the offsets that a product of poses becomes."""
+        words: list[str] = []
+        while isinstance(it, ex.Function) and (found := offset_of(it)) is not None:
+            word, it, offset = found
+            if any(one.startswith(word) for one in words):
+                raise CannotSayError(
+                    "a product of several poses", "compute it into a position register first"
+                )
+            words.append(f"{word},{self._offset(offset, lines, 1 + len(words))}")
+        return self._position(it, s, lines), words
+
+    def literal_lines(self, register: str, literal: ex.PositionLiteral) -> list[str]:
+        """A pose written into a position register component by component."""
+        parts = components(literal)
+        if parts is None:
+            raise CannotSayError("joint values in this place", "a frame or tool is a pose")
+        return self.component_lines(register, parts)
+
+    # --- how --------------------------------------------------------------------------------------------
+
+    def _speed(self, s: st.Move) -> str:
+        speed = s.speed
+        if speed is None:
+            raise CannotSayError("a move without a speed of its own")
+        joint = s.path is st.Path.JOINT
+        if (speed.unit is st.SpeedUnit.FRACTION) is not joint and speed.unit is not st.SpeedUnit.TIME:
+            raise CannotSayError(f"a {s.path.value} move with {terminology.SPEEDS[speed.unit]}")
+        return self.once(speed, self._spelled)
+
+    def _spelled(self, speed: st.Speed) -> str:
+        unit, quantity, native = speed
+        if native in ("WELD_SPEED", "max_speed"):
+            return native
+        if isinstance(quantity.written, ex.SystemValue):
+            raise CannotSayError("a speed that only the controller knows")
+        words = [
+            word for word, (kind, scale) in values.UNITS.items() if kind is unit and scale == quantity.scale
+        ]
+        if not words:
+            near = [
+                word
+                for word, (kind, scale) in values.UNITS.items()
+                if kind is unit and math.isclose(scale, quantity.scale)
+            ]
+            words = near or ([_USUAL[unit]] if unit in _USUAL else [])
+        if not words:
+            raise CannotSayError(terminology.SPEEDS[unit])
+        return f"{self.quantity(quantity, values.UNITS[words[0]][1])}{words[0]}"
+
+    def _blend(self, s: st.Move) -> str:
+        blend = s.blend
+        if blend is None:
+            return "CNT100"
+        text = self.once(blend, self._corner)
+        if s.path is st.Path.JOINT and text[0] == "C" and text[1] != "N":
+            raise CannotSayError("a radius at the end of a joint move", "CR and CD are for lines and arcs")
+        return text
+
+    def _corner(self, blend: st.Blend) -> str:
+        kind, value, native = blend
+        if kind is st.BlendKind.CONTINUOUS:
+            return "CNT100"
+        if value is None or kind not in (st.BlendKind.SPEED, st.BlendKind.RADIUS):
+            raise CannotSayError(f"a blend by {terminology.BLENDS[kind]}")
+        if kind is st.BlendKind.RADIUS:
+            if value.literal == 0 and not native.startswith("C"):
+                return "FINE"
+            word, _, second = native.partition(",") if native.startswith("C") else ("CR", "", "")
+            return f"{word}{self._argument(value, mm)}{f',{second}' if second else ''}"
+        if value.literal is not None:
+            return f"CNT{round(value.literal / values.PERCENT)}"
+        return f"CNT{self._argument(value, values.PERCENT)}"
+
+    def _argument(self, value: ex.Quantity, scale: float) -> str:
+        """The number glued to its word, a register behind a blank."""
+        text = self.quantity(value, scale)
+        return text if isinstance(value.written, ex.Number) else f" {text}"
+
+    def _options(self, s: st.Move, offsets: list[str], lines: list[str]) -> str:
+        plain = s.acceleration is None and not s.other and s.offset is s.tool_offset is s.relative is None
+        if plain and not offsets:
+            return ""
+        words = []
+        if s.acceleration is not None:
+            literal = s.acceleration.literal
+            share = round(literal / values.PERCENT) if literal is not None else None
+            words.append(f"ACC{self._argument(s.acceleration, values.PERCENT) if share is None else share}")
+        if s.relative is not None:
+            if s.relative.kind != "own":
+                raise CannotSayError(
+                    f"a move by an offset in {terminology.SYSTEMS.get(s.relative.kind, s.relative.kind)}"
+                )
+            words.append("INC")
+        words += offsets
+        for word, offset in (("Offset", s.offset), ("Tool_Offset", s.tool_offset)):
+            if offset is not None:
+                if any(one.startswith(word) for one in offsets):
+                    raise CannotSayError(f"a move with two values for {word}")
+                words.append(f"{word},{self._offset(offset, lines, 1 + len(words))}")
+        for name, rest in s.other:
+            if not isinstance(rest, ex.Text):
+                raise CannotSayError(f"the option {name}")
+            words.append(f"{name}{rest.value}")
+        return "".join(f" {word}" for word in words)
+
+    def _offset(self, offset: ex.Expression, lines: list[str], place: int) -> str:
+        """A register that holds the offset; `place` tells those of one move apart."""
+        if isinstance(offset, ex.Variable):
+            return self.value(offset)
+        parts = components(offset)
+        if parts is None:
+            raise CannotSayError("a computed offset", "compute it into a position register first")
+        register = self.scratch.register(place)
+        lines.extend(self.component_lines(register, parts))
+        return f"PR[{register}]"
+
+    # --- registers that are filled component by component ---------------------------------------------------
+
+    def component_lines(self, register: str, parts: Components) -> list[str]:
+        """The lines that write all components of a register."""
+        return [f"PR[{register},{place}]={self._component(part)}" for place, part in enumerate(parts, 1)]
+
+    def added_lines(self, register: str, parts: tuple[ex.Expression, ...]) -> list[str]:
+        """The lines that add to the first components of a register."""
+        return [
+            f"PR[{register},{place}]=(PR[{register},{place}]+{self.value(part, 5)})"
+            for place, part in enumerate(parts, 1)
+            if not _is_zero(part)
+        ]
+
+    def _component(self, part: ex.Expression) -> str:
+        if isinstance(part, ex.Number):
+            text = decimal(float(part.value))
+            return f"({text})" if text[0] == "-" else text
+        return self.assigned(part)
+
+
+def _number(frame: ex.Expression | None) -> int | None:
+    """The number of a frame or tool that is written out; base is 0."""
+    if not isinstance(frame, ex.FrameRef):
+        return None
+    if frame.kind in ("base", "robot"):
+        return 0
+    return int(frame.number.value) if isinstance(frame.number, ex.Number) else None
+
+
+class Scratch:
+    """Position registers that nobody else uses, for values that TP can only build component by component."""
+
+    def __init__(self, used: set[int], largest: int) -> None:
+        self._free = [number for number in range(largest, 0, -1) if number not in used]
+
+    def register(self, place: int = 0) -> str:
+        """The highest free one, the next for `place` 1 … Raises CannotSayError when all are taken."""
+        if place >= len(self._free):
+            raise CannotSayError("a position that needs a register of its own: all PR are in use")
+        return str(self._free[place])
+
+
+def is_position(it: ex.Expression) -> bool:
+    """Whether a move can name it: taught, written out, or in a register."""
+    return isinstance(it, (ex.Taught, ex.PositionLiteral)) or (
+        isinstance(it, ex.Variable) and it.store is ex.Store.ROBOT and not it.local
+    )
+
+
+def shift_of(
+    it: ex.Function,
+) -> tuple[ex.Expression, tuple[ex.Expression, ex.Expression, ex.Expression]] | None:
+    """The position and x y z [mm] that are added to it along the axes of its frame; None where more happens."""
+    if it.name == "pose-offset" and len(it.arguments) == 4:
+        start, x, y, z = it.arguments
+        return start, (x, y, z)
+    if it.name == "pose-add" and len(it.arguments) == 2:
+        start, by = it.arguments
+        parts = components(by)
+        if parts is not None and all(map(_is_zero, parts[_LENGTHS:])):
+            return start, parts[:_LENGTHS]  # type: ignore[return-value]
+    return None
+
+
+def offset_of(it: ex.Function) -> tuple[str, ex.Expression, ex.Expression] | None:
+    """(Offset or Tool_Offset, the position, the offset) of a product of two poses; None where TP has neither."""
+    if it.name == "pose-relative-tool" and len(it.arguments) >= 4:
+        start, *by = it.arguments
+        turns = by[_LENGTHS:]
+        # About one axis only, or the order of the turns would be another one.
+        if sum(not _is_zero(turn) for turn in turns) > 1:
+            return None
+        filled = (*by, *[ex.Number(0)] * (_POSE_AXES - len(by)))
+        return "Tool_Offset", start, ex.Function("pose-angles", filled)
+    if it.name != "pose-product" or len(it.arguments) != 2:
+        return None
+    first, second = it.arguments
+    if _is_built(second) and (is_position(first) or _is_computed(first)):
+        return "Tool_Offset", first, second
+    if is_position(second) or _is_computed(second):
+        return "Offset", second, first
+    return None
+
+
+def components(it: ex.Expression) -> Components | None:
+    """x y z [mm] and W P R [deg] of a pose that is put together from numbers; None for anything else."""
+    if isinstance(it, ex.PositionLiteral) and it.kind == "pose" and len(it.values) == _POSE_AXES:
+        units = [mm] * _LENGTHS + [deg] * _LENGTHS
+        return tuple(ex.Number(round(v / unit, _DECIMALS)) for v, unit in zip(it.values, units, strict=True))
+    if not isinstance(it, ex.Function) or len(it.arguments) != _POSE_AXES:
+        return None
+    if it.name == "pose-angles":
+        return it.arguments
+    if it.name == "pose-vector":
+        angles = _angles(it.arguments[_LENGTHS:])
+        return None if angles is None else (*(scaled(one, 1000) for one in it.arguments[:_LENGTHS]), *angles)
+    return None
+
+
+def _angles(vector: tuple[ex.Expression, ...]) -> tuple[ex.Number, ...] | None:
+    """W P R [deg] of a rotation vector [rad] of plain numbers."""
+    values = [one.value for one in vector if isinstance(one, ex.Number)]
+    if len(values) != _LENGTHS:
+        return None
+    if not any(values):
+        return (ex.Number(0),) * _LENGTHS
+    angle = float(np.linalg.norm(values))
+    x, y, z = np.array(values) / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    turned = Pose(np.zeros(3), rotation).xyz_angles()[_LENGTHS:]
+    return tuple(ex.Number(round(float(value) / deg, _DECIMALS)) for value in turned)
+
+
+def scaled(it: ex.Expression, factor: int) -> ex.Expression:
+    """`it` times a number, with numbers folded."""
+    if isinstance(it, ex.Number):
+        value = round(it.value * factor, 9)
+        return ex.Number(int(value) if value == int(value) else value)
+    if isinstance(it, ex.Binary) and it.operator == "*":
+        if isinstance(it.left, ex.Number):
+            return ex.Binary("*", scaled(it.left, factor), it.right)
+        if isinstance(it.right, ex.Number):
+            return ex.Binary("*", it.left, scaled(it.right, factor))
+    if isinstance(it, ex.Binary) and it.operator in "+-":
+        return ex.Binary(it.operator, scaled(it.left, factor), scaled(it.right, factor))
+    return ex.Binary("*", it, ex.Number(factor))
+
+
+def _is_zero(it: ex.Expression) -> bool:
+    return isinstance(it, ex.Number) and it.value == 0
+
+
+def _is_built(it: ex.Expression) -> bool:
+    return isinstance(it, ex.Function) and it.name in _BUILDERS and components(it) is not None
+
+
+def _is_computed(it: ex.Expression) -> bool:
+    return isinstance(it, ex.Function) and (shift_of(it) is not None or offset_of(it) is not None)
+
+
+def _used(program: st.Program) -> set[int]:
+    """The numbers of position registers that the program names."""
+    found: set[int] = set()
+    for routine in program.routines:
+        for one in routine.body:
+            if (
+                type(one) is st.Move
+                and type(one.targets[0]) is not ex.Variable
+                and one.offset is one.tool_offset is None
+            ):
+                continue
+            text = repr(one)
+            if "Store.ROBOT" in text:
+                found.update(map(int, _PR.findall(text)))
+    return found

@@ -1,0 +1,60 @@
+"""URScript, the language of Universal Robots: `.script` files, PolyScope's exports among them, and `.urp` programs."""
+
+from __future__ import annotations
+
+import re
+import zlib
+
+from olp.core.source import Source
+from olp.ir.program import Program
+from olp.languages.vendor import Conventions, CornerSpelling, Vendor, statements
+
+_DEFINITION = re.compile(r"\s*(?:def|thread|sec)\s+\w+\s*\([^)]*\)\s*:")
+_MOVE = re.compile(r"\s*(?:move[jlpc]|set_tcp|set_payload|set_(?:standard_)?digital_out)\s*\(")
+_GZIP = b"\x1f\x8b"
+
+
+class UrScript(Vendor):
+    """Lengths m, angles rad, orientations as rotation vectors: all as olp holds them, but for the orientations."""
+
+    name = "urscript"
+    title = "Universal Robots URScript"
+    suffixes = (".script", ".urp", ".urscript")
+    reads = statements(
+        "ElseIf While EndWhile Pause StartTask WaitTask Break Continue Declare SetTool Process Opaque"
+    )
+    comment_prefix = "#"
+    trailing_comment_prefix = "  # "
+    comment_length = 120
+    newline = "\n"
+    blending = "ur"
+    conventions = Conventions(pose_lists=True)
+    corners = CornerSpelling(r"#", (r"\)(?=\s*$)", ", r=0.001)"), r"\br=(0?\.\d+)\b")  # r in metres
+    editor_names = ("ur",)
+    case_sensitive = True
+
+    def sniff(self, source: Source) -> bool:
+        if source.raw.startswith(_GZIP):
+            return _is_polyscope(source.raw)
+        if source.raw.startswith((b"<", b"\xef\xbb\xbf<")):
+            return source.raw.startswith(b"<URProgram")
+        lines = source.lines[:2000]
+        defines = any(_DEFINITION.match(line) for line in lines)
+        ends = any(line.strip() == "end" for line in lines)
+        return (defines and ends) or any(_MOVE.match(line) for line in lines)
+
+    def read(self, source: Source) -> Program:
+        from olp.languages.vendors.urscript.reader import read_program
+
+        return read_program(source)
+
+
+def _is_polyscope(raw: bytes) -> bool:
+    """Whether the compressed text begins as PolyScope's programs do."""
+    try:
+        return b"<URProgram" in zlib.decompressobj(31).decompress(raw[:4096], 1024)
+    except zlib.error:
+        return False
+
+
+VENDOR = UrScript()

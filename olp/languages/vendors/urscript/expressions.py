@@ -1,0 +1,388 @@
+"""Lowers expressions: names, elements, arithmetic and calls, metres and radians into what olp computes with.
+
+olp's trigonometry takes degrees, its components of positions are mm and degrees: the factors are written out, so
+that values stay those of URScript, and the writer takes the same factors off again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from olp.core import memory_limit
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Compare,
+    Expression,
+    Function,
+    Item,
+    Logic,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    Signal,
+    State,
+    SystemValue,
+    Text,
+    Unary,
+)
+from olp.languages.vendors.urscript import builtins, helpers
+from olp.languages.vendors.urscript.folding import constants, fold, numbers, pose_literal, scaled
+from olp.languages.vendors.urscript.outline import Part
+from olp.languages.vendors.urscript.scopes import Names
+from olp.languages.vendors.urscript.syntax import (
+    Dot,
+    Given,
+    Invocation,
+    ListOf,
+    Literal,
+    Name,
+    Node,
+    Pair,
+    PlainPose,
+    PoseOf,
+    Running,
+    Sign,
+    Subscript,
+)
+
+_COMPARE: Final = {"==": "=", "!=": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
+_BINARY: Final = {"+": "+", "-": "-", "*": "*", "/": "/", "%": "mod"}
+_POSE_MEMBERS: Final = ("x", "y", "z", "rotation1", "rotation2", "rotation3")
+_AXES = 6
+
+
+class Expressions:
+    """Lowers the expressions of one part. `tell`: takes (code, message, help) of what is wrong."""
+
+    def __init__(self, names: Names, part: Part, tell: Callable[[str, str, str], None]) -> None:
+        self.names = names
+        self.part = part
+        self.tell = tell
+        self._poses = memory_limit.shelf("urscript poses")
+
+    def lower(self, node: Node, joints: bool = False) -> Expression:
+        """The expression; `joints`: a list of six numbers is a position of the axes."""
+        return _LOWER[type(node)](self, node, joints)
+
+    def type_of(self, node: Node) -> str:
+        return self.names.infer(self.part, node)
+
+    def number(self, node: Node) -> int | float | None:
+        """The value of a constant number, None for anything else."""
+        folded = fold(self.lower(node))
+        return folded.value if type(folded) is Number else None
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def _literal(self, node: Literal, _: bool) -> Expression:
+        value = node.value
+        if type(value) is bool:
+            return State(value)
+        return Text(value) if type(value) is str else Number(value)  # type: ignore[arg-type]
+
+    def _name(self, node: Name, _: bool) -> Expression:
+        return Named(node.text)
+
+    def _list(self, node: ListOf, joints: bool) -> Expression:
+        nested = joints and any(type(item) is ListOf for item in node.items)
+        if joints and not nested and len(node.items) == _AXES:
+            values = constants(node.items)
+            if values is None:
+                folded = [fold(self.lower(item)) for item in node.items]
+                values = numbers(folded)
+                if values is None:
+                    return Function("joints", tuple(scaled(one, 1.0 / deg) for one in folded))
+            return PositionLiteral("joint", values)
+        return RecordLiteral("list", tuple(("", self.lower(item, nested)) for item in node.items))
+
+    def plain_pose(self, node: PlainPose, _: bool = False) -> Expression:
+        # By identity: a line that stands where it stood is the same object.
+        known = None if self._poses is None else self._poses.get(id(node))
+        if known is not None and known[0] is node:
+            found: Expression = known[1]
+            return found
+        pose = _pose_of(node.values)
+        if self._poses is not None:
+            self._poses.put(id(node), (node, pose))
+        return pose
+
+    def _pose(self, node: PoseOf, _: bool) -> Expression:
+        if len(node.items) != _AXES:
+            self.tell("P559", f"a pose has six numbers, this one {len(node.items)}", "p[x, y, z, rx, ry, rz]")
+            return Function("pose-vector", tuple(self.lower(item) for item in node.items))
+        folded = [fold(self.lower(item)) for item in node.items]
+        values = numbers(folded)
+        if values is None:
+            return Function("pose-vector", tuple(folded))
+        return _pose_of(values)
+
+    def _subscript(self, node: Subscript, _: bool) -> Expression:
+        base = self.lower(node.base)
+        kind = self.type_of(node.base)
+        if len(node.indices) == 1:
+            place = self.number(node.indices[0])
+            if kind == "position":
+                if type(place) is int and 0 <= place < _AXES:
+                    member = Member(base, _POSE_MEMBERS[place])
+                    return member if place > 2 else scaled(member, mm)
+                return Function("pose-element", (base, self._index(node.indices[0])))
+            item = Item(base, (self._index(node.indices[0]),))
+            return scaled(item, deg) if kind == "joints" else item
+        return Item(base, tuple(self._index(index) for index in node.indices))
+
+    def _index(self, node: Node) -> Expression:
+        """An index from 0 as one from 1."""
+        value = self.number(node)
+        if type(value) is int:
+            return Number(value + 1)
+        lowered = self.lower(node)
+        if type(lowered) is Binary and lowered.operator == "-" and lowered.right == Number(1):
+            return lowered.left
+        return Binary("+", lowered, Number(1))
+
+    def _dot(self, node: Dot, _: bool) -> Expression:
+        return Member(self.lower(node.base), node.name)
+
+    # --- arithmetic -------------------------------------------------------------------------------------
+
+    def _sign(self, node: Sign, _: bool) -> Expression:
+        operand = self.lower(node.operand)
+        if node.operator == "not":
+            return Unary("not", operand)
+        return Number(-operand.value) if type(operand) is Number else Unary("-", operand)
+
+    def _pair(self, node: Pair, _: bool) -> Expression:
+        left, right = self.lower(node.left), self.lower(node.right)
+        if node.operator == "<=" and left == Named(helpers.COUNTER) and right == Number(0):
+            return SystemValue("timed-out")
+        if node.operator in _COMPARE:
+            return Compare(_COMPARE[node.operator], left, right)
+        if node.operator in _BINARY:
+            if node.operator == "+" and "string" in (self.type_of(node.left), self.type_of(node.right)):
+                return Function("joined-text", (left, right))
+            return Binary(_BINARY[node.operator], left, right)
+        return Logic(left, ((node.operator, right),))
+
+    # --- calls ------------------------------------------------------------------------------------------
+
+    def _run(self, node: Running, _: bool) -> Expression:
+        return Function("run", (self.lower(node.call),))
+
+    def _call(self, node: Invocation, _: bool) -> Expression:
+        if type(node.function) is not Name:
+            return Function(method_name(node.function), self.arguments(node.arguments))
+        name = node.function.text
+        called = self.part.find(name)
+        if called is not None:
+            return CallValue(called.unique, self.passed(called, node.arguments))
+        meaning = _CALLS.get(name)
+        if meaning is not None:
+            lowered = meaning(self, [given.value for given in node.arguments], node.arguments)
+            if lowered is not None:
+                return lowered
+        if name in builtins.KNOWN:
+            return Function(name, self.arguments(node.arguments))
+        return CallValue(name, self.arguments(node.arguments))
+
+    def arguments(self, given: tuple[Given, ...]) -> tuple[Expression, ...]:
+        """Arguments of a call whose parameters are not known."""
+        return tuple(self._given(one, self.lower(one.value)) for one in given)
+
+    def passed(self, called: Part, given: tuple[Given, ...]) -> tuple[Expression, ...]:
+        """Arguments of a function of the file: lists that it takes for positions of the axes are such."""
+        target = self.names.of(called)
+        places = [name for name, _ in called.parameters]
+        found = []
+        for index, one in enumerate(given):
+            name = one.name or (places[index] if index < len(places) else "")
+            found.append(self._given(one, self.lower(one.value, name in target.joints)))
+        return tuple(found)
+
+    def _given(self, given: Given, value: Expression) -> Expression:
+        return NamedArgument(given.name, value) if given.name else value
+
+
+def _pose_of(values: tuple[float, ...]) -> Expression:
+    if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
+        return Function("pose-vector", tuple(map(Number, values)))
+    return pose_literal(values)
+
+
+_LOWER: Final[Mapping[type, Callable[..., Expression]]] = {
+    Literal: Expressions._literal,
+    Name: Expressions._name,
+    ListOf: Expressions._list,
+    PoseOf: Expressions._pose,
+    PlainPose: Expressions.plain_pose,
+    Subscript: Expressions._subscript,
+    Dot: Expressions._dot,
+    Sign: Expressions._sign,
+    Pair: Expressions._pair,
+    Running: Expressions._run,
+    Invocation: Expressions._call,
+}
+
+Meaning = Callable[[Expressions, list[Node], tuple[Given, ...]], Expression | None]
+
+
+def _plain(neutral: str) -> Meaning:
+    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+        return Function(neutral, tuple(e.lower(value) for value in values)) if values else None
+
+    return lower
+
+
+def _from_angle(neutral: str) -> Meaning:
+    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+        return Function(neutral, (scaled(e.lower(values[0]), 1.0 / deg),)) if len(values) == 1 else None
+
+    return lower
+
+
+def _to_angle(neutral: str) -> Meaning:
+    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+        return scaled(Function(neutral, tuple(e.lower(value) for value in values)), deg) if values else None
+
+    return lower
+
+
+def _times(factor: float) -> Meaning:
+    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+        if len(values) != 1:
+            return None
+        operand = e.lower(values[0])
+        if type(operand) is Number:  # kept as it is written: 30 deg stay 30 deg
+            return Binary("*", operand, Number(factor))
+        return scaled(operand, factor)
+
+    return lower
+
+
+def _signal(bus: str) -> Meaning:
+    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+        return Signal(bus, e.lower(values[0])) if len(values) == 1 else None
+
+    return lower
+
+
+def _system(name: str) -> Meaning:
+    return lambda e, values, _: None if values else SystemValue(name)
+
+
+def _inverse(e: Expressions, values: list[Node], given: tuple[Given, ...]) -> Expression | None:
+    """get_inverse_kin(x, qnear, maxPositionError, maxOrientationError, tcp)."""
+    if not given or given[0].name not in ("", "x"):
+        return None
+    found: list[Expression] = [e.lower(given[0].value)]
+    for index, one in enumerate(given[1:], 1):
+        near = one.name == "qnear" or (not one.name and index == 1)
+        value = e.lower(one.value, joints=near)
+        found.append(NamedArgument(one.name, value) if one.name and not near else value)
+    return Function("inverse", tuple(found))
+
+
+def _forward(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    if not values:
+        return SystemValue("current-pose")
+    return Function("forward", (e.lower(values[0], joints=True),)) if len(values) == 1 else None
+
+
+def _distance(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    if len(values) != 2:
+        return None
+    return scaled(Function("pose-distance", tuple(e.lower(value) for value in values)), mm)
+
+
+def _norm(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    scalar = len(values) == 1 and e.type_of(values[0]) in ("integer", "real")
+    return Function("abs", (e.lower(values[0]),)) if scalar else None
+
+
+def _logarithm(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    """log(base, x)."""
+    if len(values) != 2:
+        return None
+    top = Function("log", (e.lower(values[1]),))
+    if e.number(values[0]) == math.e:
+        return top
+    return Binary("/", top, Function("log", (e.lower(values[0]),)))
+
+
+def _part_of_text(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    if len(values) not in (2, 3):
+        return None
+    return Function(
+        "part-of-text", (e.lower(values[0]), e._index(values[1]), *(e.lower(one) for one in values[2:]))
+    )
+
+
+def _character(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    if len(values) != 2:
+        return None
+    return Function("part-of-text", (e.lower(values[0]), e._index(values[1]), Number(1)))
+
+
+def _find(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    if len(values) != 2:
+        return None
+    return Binary("-", Function("position-in-text", tuple(map(e.lower, values))), Number(1))
+
+
+def _length(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    text = len(values) == 1 and e.type_of(values[0]) == "string"
+    return Function("length-of-text", (e.lower(values[0]),)) if text else None
+
+
+def _structure(e: Expressions, values: list[Node], given: tuple[Given, ...]) -> Expression | None:
+    if not given or not all(one.name for one in given):
+        return None
+    return RecordLiteral("struct", tuple((one.name, e.lower(one.value)) for one in given))
+
+
+def _helper(name: str) -> Meaning:
+    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+        return helpers.meaning(name, tuple(e.lower(value) for value in values)) if values else None
+
+    return lower
+
+
+_CALLS: Final[Mapping[str, Meaning]] = {
+    **{word: _plain(neutral) for word, neutral in builtins.FUNCTIONS.items()},
+    **{word: _from_angle(word) for word in builtins.FROM_ANGLE},
+    **{word: _to_angle(word) for word in builtins.TO_ANGLE},
+    **{word: _signal(bus) for word, bus in builtins.INPUTS.items()},
+    **{word: _system("current-pose") for word in builtins.CURRENT_POSE},
+    **{word: _system("current-joints") for word in builtins.CURRENT_JOINTS},
+    "d2r": _times(deg),
+    "r2d": _times(1.0 / deg),
+    "get_inverse_kin": _inverse,
+    "get_forward_kin": _forward,
+    "point_dist": _distance,
+    "pose_dist": _distance,
+    "norm": _norm,
+    "log": _logarithm,
+    "str_sub": _part_of_text,
+    "str_at": _character,
+    "str_find": _find,
+    "length": _length,
+    "struct": _structure,
+    **{name: _helper(name) for name in helpers.TEXTS},
+}
+
+
+def method_name(node: Node) -> str:
+    """`a.b` of a call of something else than a function: a method of a remote object."""
+    match node:
+        case Name(text):
+            return text
+        case Dot(base, name):
+            return f"{method_name(base)}.{name}"
+        case _:
+            return "call"

@@ -1,0 +1,54 @@
+"""What URScript can say (the script manual of e-Series; names and nesting as its controllers take them)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.languages.limits import Limits
+from olp.languages.vendors.urscript.builtins import JOINT_DEFAULTS, KNOWN, PATH_DEFAULTS
+from olp.languages.vendors.urscript.helpers import COUNTER, TEXTS
+
+_WORDS: Final = frozenset((
+    "AND", "BREAK", "CONTINUE", "DEF", "ELIF", "ELSE", "END", "ENTER_CRITICAL", "EXIT_CRITICAL", "FALSE",
+    "GLOBAL", "HALT", "IF", "JOIN", "KILL", "LOCAL", "NOT", "OR", "P", "RETURN", "RUN", "SEC", "STRUCT",
+    "THREAD", "TRUE", "WHILE", "XOR",
+))  # fmt: skip
+# A name that the controller has for a function of its own would hide that function.
+LIMITS: Final = Limits(
+    routine_name=0,
+    variable_name=0,
+    label_name=0,
+    line=0,
+    comment=0,
+    points=0,
+    statements=0,
+    joint_speeds=frozenset({SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TIME}),
+    path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TIME}),
+    blends=frozenset({BlendKind.RADIUS}),
+    accelerations=frozenset({AccelerationUnit.TRAVEL, AccelerationUnit.AXIS}),
+    modal_speed=False,
+    tool_and_frame="modal",
+    names=r"[A-Za-z_][A-Za-z0-9_]*",
+    case_sensitive=True,
+    has_goto=False,
+    has_repeat=False,
+    has_for=False,
+    has_continue=True,
+    has_switch=False,
+    has_relative=False,
+    reserved=_WORDS | frozenset(name.upper() for name in (*KNOWN, *TEXTS, COUNTER)),
+    external_axes=0,
+    has_override=False,
+    has_configuration=False,
+    blends_may_overlap=False,
+    unprogrammed_acceleration=(
+        "moves accelerate as URScript does where nothing is programmed: "
+        f"paths at {PATH_DEFAULTS[0]} m/s², joint moves at {JOINT_DEFAULTS[0]} rad/s² of the leading axis"
+    ),
+    near_joints=True,
+    no_external_axes="external axes: UR arms have none",
+    array_literals=True,
+    pose_functions=True,
+    returned_parameters=True,
+)

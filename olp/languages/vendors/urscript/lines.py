@@ -1,0 +1,253 @@
+"""From physical lines to instructions: comments taken off, brackets closed over several lines, marks of PolyScope."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from olp.core import memory_limit
+from olp.core.diagnostic import Severity, Span
+from olp.ir.program import LineKind
+from olp.languages.findings import Findings
+from olp.languages.lark_host import MOST_BROKEN, give_up
+from olp.languages.vendors.urscript.fast import quick
+from olp.languages.vendors.urscript.syntax import Instruction
+
+if TYPE_CHECKING:
+    from lark.exceptions import UnexpectedInput
+
+_CODE: Final = re.compile(r'(?:[^"#]+|"[^"]*"|")*')
+_STRINGS: Final = re.compile(r'"[^"]*"')
+_BRACKETS: Final = re.compile(r"[()\[\]]")
+_PLACEHOLDER: Final = re.compile(r"\{\{.*?\}\}|\{%.*?%\}")
+_STARTS: Final = re.compile(r"(?:def|thread|sec|if|elif|while|return|global|local|end|else)(?![A-Za-z0-9_])")
+_HEAD: Final = re.compile(r"(def|thread|sec|if|elif|else|while|end)(?![A-Za-z0-9_])")
+_DEEP: Final = re.compile(r"[-+*/%!]|[=<>]=?|\b(?:and|or|xor|not|run)\b")
+_CHAIN: Final = re.compile(r"[\])]\s*[\[(]|\.[A-Za-z_]")
+_LONG_NUMBER: Final = re.compile(r"(?<![\w.])\d{19,}(?![\d.eE])")
+_GOES_ON: Final = re.compile(r".*(?:[-+*/%=<>,]|(?<![A-Za-z0-9_])(?:and|or|xor|not))", re.DOTALL)
+_BRANCH: Final = re.compile(r"(?<=[^A-Za-z0-9_.])(?:elif|else)(?![A-Za-z0-9_])")
+_MOST_JOINED = 300
+_MOST_UNCLOSED = 20  # after which only the next lines are looked at
+_MOST_CHARACTERS = 100_000
+_MOST_NESTED = 400
+_MOST_CACHED = 50_000
+
+_seen: dict[str, Instruction] = {}
+
+
+class Mark(NamedTuple):
+    """A comment, a `$ n "node"` line of PolyScope (`text` begins with $), or a line that is kept as it is."""
+
+    text: str
+    opaque: bool = False
+
+
+class Broken(NamedTuple):
+    """An instruction that the grammar refuses. `head`: the word that opens or ends a block, or nothing."""
+
+    text: str
+    head: str
+
+
+class Line(NamedTuple):
+    """One instruction. `last`: the last physical line of it."""
+
+    number: int
+    last: int
+    content: Instruction | Mark | Broken
+    comment: str = ""
+
+
+class UrscriptLineReader:
+    """Reads the instructions of one file and tells what is wrong with them. `plain` False: moves may be shadowed."""
+
+    def __init__(self, findings: Findings) -> None:
+        self._findings = findings
+        self._lines = findings.source.lines
+        self._kinds = findings.kinds
+        self._broken = 0
+        self._unclosed = 0
+        self._shelf = memory_limit.shelf("urscript lines")
+
+    def read(self) -> Iterator[Line]:
+        """All instructions in order; every physical line gets its kind."""
+        number, count, lines, kinds = 0, len(self._lines), self._lines, self._kinds
+        new = tuple.__new__  # as the constructor does, in half the time
+        read = quick if self._shelf is None else self._quick
+        while number < count:
+            text = lines[number].strip(" \t\f\u00a0\x1a")
+            number += 1
+            instruction = read(text)
+            if instruction is not None:
+                kinds[number - 1] = LineKind.STATEMENT
+                yield new(Line, (number, number, instruction, ""))
+                continue
+            if not text:
+                continue
+            mark = self._mark(text, number)
+            for line in [mark] if mark is not None else self._statements(text, number):
+                number = line.last
+                yield line
+
+    def _quick(self, text: str) -> Instruction | None:
+        """`quick`, or what it gave for the same line of an earlier text."""
+        if self._shelf is None:
+            return quick(text)
+        known = self._shelf.get(text)
+        if known is None:
+            known = (quick(text),)
+            self._shelf.put(text, known)
+        found: Instruction | None = known[0]
+        return found
+
+    def _mark(self, text: str, number: int) -> Line | None:
+        if text[0] == "#":
+            self._kinds[number - 1] = LineKind.COMMENT
+            return Line(number, number, Mark(text[1:]))
+        if text[0] == "$":
+            self._kinds[number - 1] = LineKind.COMMENT
+            return Line(number, number, Mark(text))
+        if "{" in text and _PLACEHOLDER.search(_STRINGS.sub('""', text)):
+            return self._placeholder(text, number)
+        return None
+
+    def _placeholder(self, text: str, number: int) -> Line:
+        self._kinds[number - 1] = LineKind.OPAQUE
+        self._findings.once(
+            Severity.WARNING,
+            "P556",
+            "",
+            "a placeholder of a template: the line is kept and not modelled",
+            self._findings.whole_line(number),
+            "fill the template in before it is read",
+        )
+        head = _HEAD.match(text)
+        if head is not None:
+            return Line(number, number, Broken(text, head[1]))
+        return Line(number, number, Mark(text, opaque=True))
+
+    def _statements(self, text: str, number: int) -> list[Line]:
+        """The instruction that begins here; those of a whole `if` in one line, which is parted at elif and else."""
+        code, comment = split_comment(text)
+        last = number
+        if _open_brackets(code) > 0 or _GOES_ON.fullmatch(code):
+            code, comment, last = self._joined(code, comment, number)
+        for place in range(number, last + 1):
+            self._kinds[place - 1] = LineKind.STATEMENT
+        parts = _branches(code)
+        found = [
+            self._quick(one) or _seen.get(one) or self._parse(one, number, last, begin)
+            for begin, one in parts
+        ]
+        comments = [""] * (len(parts) - 1) + [comment]
+        return [Line(number, last, one, said) for one, said in zip(found, comments, strict=True)]
+
+    def _joined(self, code: str, comment: str, number: int) -> tuple[str, str, int]:
+        """The instruction with the lines that close its brackets; alone where nothing closes them."""
+        parts, comments, depth = [code], [comment] if comment else [], _open_brackets(code)
+        most = _MOST_JOINED if self._unclosed < _MOST_UNCLOSED else _MOST_UNCLOSED
+        for last in range(number + 1, min(number + most, len(self._lines)) + 1):
+            more, remark = split_comment(self._lines[last - 1].strip(" \t\f\u00a0\x1a"))
+            if _STARTS.match(more):
+                break
+            parts.append(more)
+            if remark:
+                comments.append(remark)
+            depth += _open_brackets(more)
+            if depth <= 0 and not _GOES_ON.fullmatch(more):
+                return "\n".join(parts), " ".join(comments), last
+        self._unclosed += 1
+        return code, comment, number
+
+    def _parse(self, code: str, number: int, last: int, begin: int) -> Instruction | Broken:
+        """`begin`: where the instruction stands in its line."""
+        from lark.exceptions import UnexpectedInput
+
+        from olp.languages.vendors.urscript.grammar import instruction_parser
+
+        head = _HEAD.match(code)
+        broken = Broken(code, head[1] if head else "")
+        if self._too_much(code, number):
+            return broken
+        if self._broken >= MOST_BROKEN:
+            self._kinds[number - 1] = LineKind.ERROR
+            give_up(self._findings, "P554", Span(number, 1, 2), "lines new to olp")
+            return broken
+        try:
+            instruction: Instruction = instruction_parser().parse(code)
+        except UnexpectedInput as refused:
+            self._report(refused, code, number, last, begin)
+            return broken
+        if len(_seen) >= _MOST_CACHED:
+            _seen.clear()
+        _seen[code] = instruction
+        return instruction
+
+    def _too_much(self, code: str, number: int) -> bool:
+        """Whether a line is beyond what any controller takes, which is told: it could only exhaust olp."""
+        plain = _STRINGS.sub('""', code)
+        depth = deepest = 0
+        for bracket in _BRACKETS.findall(plain):
+            depth += 1 if bracket in "([" else -1
+            deepest = max(deepest, depth)
+        # Each bracket may hold one chain of operators that nests to the left.
+        nested = (deepest + 1) * (_most_operators(plain) + 1) + len(_CHAIN.findall(plain))
+        if len(code) <= _MOST_CHARACTERS and nested <= _MOST_NESTED and not _LONG_NUMBER.search(plain):
+            return False
+        help = (
+            f"at most {_MOST_CHARACTERS} characters, some {_MOST_NESTED} operators and brackets in one another "
+            "and numbers of 18 digits are read"
+        )
+        span = self._findings.whole_line(number)
+        self._findings.error("P553", "an instruction beyond what any controller takes", span, help)
+        return True
+
+    def _report(self, refused: UnexpectedInput, code: str, number: int, last: int, begin: int) -> None:
+        from olp.languages.vendors.urscript.problems import explain
+
+        self._broken += 1
+        problem = explain(refused, code)
+        physical = min(number + code.count("\n", 0, problem.offset), last)
+        first = code.rfind("\n", 0, problem.offset) + 1
+        text = self._lines[physical - 1]
+        column = len(text) - len(text.lstrip(" \t\f\u00a0")) + problem.offset - first + 1
+        column += begin if first == 0 else 0
+        for place in range(number, last + 1):
+            self._kinds[place - 1] = LineKind.ERROR
+        span = Span(physical, column, column + problem.length)
+        self._findings.error("P550", problem.message, span, problem.help)
+
+
+def _branches(code: str) -> list[tuple[int, str]]:
+    """The instruction, parted before each elif and else that stands behind something in its line; where each begins."""
+    if "el" not in code or not _BRANCH.search(code):
+        return [(0, code)]
+    plain = _STRINGS.sub(lambda text: " " * len(text[0]), code)
+    places = [0, *(found.start() for found in _BRANCH.finditer(plain)), len(code)]
+    return [(begin, code[begin:end].strip()) for begin, end in pairwise(places)]
+
+
+def split_comment(text: str) -> tuple[str, str]:
+    """The instruction and its comment, both without blanks around them."""
+    if "#" not in text:
+        return text, ""
+    match = _CODE.match(text)
+    assert match is not None  # the pattern matches nothing, too
+    return text[: match.end()].rstrip(), text[match.end() + 1 :].strip()
+
+
+def _open_brackets(code: str) -> int:
+    """How many brackets are open at the end."""
+    opened = code.count("(") + code.count("[") - code.count(")") - code.count("]")
+    if '"' not in code:
+        return opened
+    plain = _STRINGS.sub("", code)
+    return plain.count("(") + plain.count("[") - plain.count(")") - plain.count("]")
+
+
+def _most_operators(plain: str) -> int:
+    """The most operators between two commas: a bound on how deep an expression nests to the left."""
+    return max(len(_DEEP.findall(part)) for part in plain.split(","))

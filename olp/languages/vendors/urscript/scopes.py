@@ -1,0 +1,364 @@
+"""Which name is seen where and what it holds: URScript declares no types, and few scopes.
+
+A name is shared by all parts of a program when `global` stands before it anywhere, or when the main program
+sets it and another part uses it; any other belongs to the part that sets it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from olp.languages.vendors.urscript.builtins import JOINT_ARGUMENTS, RESULTS
+from olp.languages.vendors.urscript.lines import Broken, Mark
+from olp.languages.vendors.urscript.outline import Part
+from olp.languages.vendors.urscript.syntax import (
+    Assignment,
+    Evaluation,
+    Given,
+    Invocation,
+    ListOf,
+    Literal,
+    Name,
+    Node,
+    Pair,
+    PlainPose,
+    PoseOf,
+    Running,
+    Sign,
+    Subscript,
+    Word,
+    expressions,
+    simple_of,
+    walk,
+)
+
+_ROUNDS = 3  # a type passes from a value to a name, from a name to a parameter, and on
+_NAMELESS = frozenset({Literal, PlainPose})
+_COMPARISONS = frozenset({"==", "!=", "<", ">", "<=", ">=", "and", "or", "xor"})
+
+
+@dataclass(slots=True)
+class Facts:
+    """What one part says about names. `given`: (name, value) of each assignment; `first`: name -> its first one."""
+
+    part: Part
+    used: set[str] = field(default_factory=set)
+    given: list[tuple[str, Node]] = field(default_factory=list)
+    first: dict[str, int] = field(default_factory=dict)  # name -> index in the part's lines
+    local: set[str] = field(default_factory=set)
+    shared: set[str] = field(default_factory=set)
+    calls: list[tuple[Part, tuple[Given, ...]]] = field(default_factory=list)
+    results: list[Node] = field(default_factory=list)
+    plain: set[str] = field(default_factory=set)  # functions that say nothing about their arguments
+    outside: set[str] = field(default_factory=set)  # functions of which no part of the file is one
+    joints: set[str] = field(default_factory=set)  # names that hold positions of the axes, if they hold lists
+    tables: set[str] = field(default_factory=set)  # names whose elements do
+    points: set[str] = field(default_factory=set)  # names that hold poses to move to
+    types: dict[str, str] = field(default_factory=dict)  # of its parameters and own variables
+    result: str = ""
+
+
+class Names:
+    """All names of a file. `facts`: one for each part."""
+
+    def __init__(self, root: Part, main: Part) -> None:
+        self.main = main
+        parts = [part for part in root.all() if part is not root or root is main]
+        self.facts = {id(part): _gather(part) for part in parts}
+        self.shared = self._find_shared()
+        self._seen = {
+            id(facts.part): self.shared - facts.local - {name for name, _ in facts.part.parameters}
+            for facts in self.facts.values()
+        }
+        self.waypoints = self._find_waypoints()
+        self._times: Counter[str] = Counter()
+        for facts in self.facts.values():
+            seen = self._seen[id(facts.part)]
+            self._times.update([name for name, _ in facts.given if name in seen])
+        self.types: dict[str, str] = {}
+        for _ in range(_ROUNDS):
+            self._mark()
+        self._every = {
+            which: {name for facts in self.facts.values() for name in getattr(facts, which)}
+            for which in ("joints", "tables")
+        }
+        for _ in range(_ROUNDS):
+            if not self._infer():
+                break
+
+    def of(self, part: Part) -> Facts:
+        return self.facts[id(part)]
+
+    def is_shared(self, part: Part, name: str) -> bool:
+        """Whether the name means the variable that all parts see."""
+        return name in self._seen[id(part)]
+
+    def type_of(self, part: Part, name: str) -> str:
+        """The type as in `Declare.type`, "list" or "list:" and that of the elements; empty: not known."""
+        if self.is_shared(part, name):
+            return self.types.get(name, "")
+        return self.of(part).types.get(name, "")
+
+    def is_set_once(self, name: str) -> bool:
+        """Whether a shared name gets its value in one place of the file only."""
+        return self._times[name] == 1
+
+    def constant(self, part: Part, name: str) -> int | float | None:
+        """The number that a name holds all the time, None where it may change or is not known."""
+        if _is_parameter(part, name):
+            return None
+        every = self.facts.values() if self.is_shared(part, name) else [self.of(part)]
+        values = [value for facts in every for given, value in facts.given if given == name]
+        if len(values) != 1 or type(values[0]) is not Literal or type(values[0].value) not in (int, float):
+            return None
+        return values[0].value  # type: ignore[return-value]
+
+    def holds_joints(self, part: Part, name: str) -> bool:
+        """Whether a list of six numbers under this name is a position of the axes."""
+        return name.endswith("_q") or self._is_among(part, name, "joints")
+
+    def holds_joint_lists(self, part: Part, name: str) -> bool:
+        return self._is_among(part, name, "tables")
+
+    def _is_among(self, part: Part, name: str, which: str) -> bool:
+        if name in getattr(self.of(part), which):
+            return True
+        return name in self._every[which] and self.is_shared(part, name)
+
+    def _find_shared(self) -> set[str]:
+        shared: set[str] = set()
+        for facts in self.facts.values():
+            shared |= facts.shared
+        main = self.of(self.main)
+        own = {name for name, _ in main.given} - main.local - {name for name, _ in self.main.parameters}
+        for facts in self.facts.values():
+            if facts is not main:
+                shared |= (own & facts.used) - facts.local - {name for name, _ in facts.part.parameters}
+        return shared
+
+    def _find_waypoints(self) -> set[str]:
+        """Names that moves go to: what `pose_trans` turns and is no waypoint is a frame."""
+        return {name for facts in self.facts.values() for name in facts.joints | facts.points}
+
+    # --- types ------------------------------------------------------------------------------------------
+
+    def _mark(self) -> None:
+        """Names that are passed to a parameter that holds positions of the axes hold them, too."""
+        for facts in self.facts.values():
+            for called, arguments in facts.calls:
+                target = self.of(called)
+                for name, value in _bound(called, arguments):
+                    if name not in target.joints:
+                        continue
+                    if type(value) is Name:
+                        facts.joints.add(value.text)
+                    elif type(value) is Subscript and type(value.base) is Name:
+                        facts.tables.add(value.base.text)
+
+    def _infer(self) -> bool:
+        """One more round; whether a type became known or wider in it."""
+        changed = False
+        for facts in self.facts.values():
+            part = facts.part
+            shared = self._seen[id(part)]
+            for name, value in facts.given:
+                types = self.types if name in shared else facts.types
+                if type(value) is PlainPose:  # a path has thousands
+                    if types.get(name) != "position":
+                        changed |= _widen(types, name, "position")
+                    continue
+                wanted, tables = self.holds_joints(part, name), self.holds_joint_lists(part, name)
+                changed |= _widen(types, name, self.infer(part, value, wanted, tables))
+            for name, default in part.parameters:
+                if default is not None:
+                    changed |= _widen(facts.types, name, self.infer(part, default, name in facts.joints))
+            for value in facts.results:
+                if not facts.result:
+                    facts.result = self.infer(part, value)
+                    changed |= bool(facts.result)
+            for called, arguments in facts.calls:
+                target = self.of(called)
+                for name, value in _bound(called, arguments):
+                    changed |= _widen(target.types, name, self.infer(part, value, name in target.joints))
+        return changed
+
+    def infer(self, part: Part, node: Node, joints: bool = False, tables: bool = False) -> str:
+        """The type of a value; `joints`, `tables`: of a name that holds positions of the axes, or lists of them."""
+        match node:
+            case Literal(value):
+                return _LITERALS[type(value)]
+            case PoseOf() | PlainPose():
+                return "position"
+            case ListOf(items):
+                return self._list(part, items, joints, tables)
+            case Name(text):
+                return self.type_of(part, text)
+            case Subscript(base, indices):
+                return _element(self.infer(part, base), len(indices))
+            case Pair(operator, left, right):
+                return self._pair(part, operator, left, right)
+            case Sign(operator, operand):
+                return "boolean" if operator == "not" else self.infer(part, operand)
+            case Invocation(Name(text), _):
+                called = part.find(text)
+                return self.of(called).result if called is not None else RESULTS.get(text, "")
+            case Running():
+                return "integer"
+            case _:
+                return ""
+
+    def _list(self, part: Part, items: tuple[Node, ...], joints: bool, tables: bool) -> str:
+        if joints and len(items) == 6 and not any(map(_is_structure, items)):
+            return "joints"
+        if tables and items and all(type(one) is ListOf for one in items):
+            return "list:joints"
+        kinds = {self.infer(part, item) for item in items[:50]}
+        if kinds == {"integer", "real"}:
+            kinds = {"real"}
+        return f"list:{kinds.pop()}" if len(kinds) == 1 and "" not in kinds else "list"
+
+    def _pair(self, part: Part, operator: str, left: Node, right: Node) -> str:
+        if operator in _COMPARISONS:
+            return "boolean"
+        kinds = (self.infer(part, left), self.infer(part, right))
+        for kind in kinds:
+            if kind not in ("integer", "real", "boolean", ""):
+                return kind
+        if kinds == ("integer", "integer") and operator != "/":
+            return "integer"
+        return "real"
+
+
+def _bound(called: Part, arguments: tuple[Given, ...]) -> Iterator[tuple[str, Node]]:
+    """(parameter, value) of each argument of a call."""
+    places = iter(called.parameters)
+    for argument in arguments:
+        name = argument.name or next((name for name, _ in places), "")
+        if name:
+            yield name, argument.value
+
+
+_LITERALS = {bool: "boolean", int: "integer", float: "real", str: "string"}
+
+
+def _is_structure(node: Node) -> bool:
+    return type(node) in (ListOf, PoseOf, PlainPose) or (
+        type(node) is Literal and type(node.value) in (str, bool)
+    )
+
+
+def _is_parameter(part: Part, name: str) -> bool:
+    return any(name == parameter for parameter, _ in part.parameters)
+
+
+def _element(base: str, indices: int) -> str:
+    for _ in range(indices):
+        if base.startswith("list:"):
+            base = base[5:]
+        elif base in ("position", "joints"):
+            base = "real"
+        else:
+            base = "string" if base == "string" else ""
+    return base
+
+
+def _widen(types: dict[str, str], name: str, type_: str) -> bool:
+    """A name that holds values of two types has the wider one, where one is; whether that is new."""
+    known = types.get(name, "")
+    if known == type_:
+        return False
+    wider = {
+        "": True,
+        "integer": type_ == "real",
+        "list": type_.startswith("list:"),
+        "list:integer": type_ == "list:real",
+    }
+    if not wider.get(known, False):
+        return False
+    types[name] = type_
+    return True
+
+
+def _gather(part: Part) -> Facts:
+    facts = Facts(part)
+    for index, (line, _) in enumerate(part.lines):
+        content = line.content
+        if type(content) is Evaluation:
+            _use(facts, content.value)
+            continue
+        if type(content) is Mark or type(content) is Broken:
+            continue
+        if type(content) is Assignment and type(content.value) is PlainPose and type(content.target) is Name:
+            _assigned(facts, content, index)
+            facts.used.add(content.target.text)
+            continue
+        simple = simple_of(content)  # type: ignore[arg-type]
+        if type(simple) is Assignment:
+            _assigned(facts, simple, index)
+        elif type(simple) is Word and simple.word == "return" and simple.value is not None:
+            facts.results.append(simple.value)
+        for node in expressions(content):  # type: ignore[arg-type]
+            _use(facts, node)
+    return facts
+
+
+def _assigned(facts: Facts, simple: Assignment, index: int) -> None:
+    if type(simple.target) is not Name:
+        return
+    name = simple.target.text
+    facts.given.append((name, simple.value))
+    facts.first.setdefault(name, index)
+    if simple.scope == "global":
+        facts.shared.add(name)
+    elif simple.scope == "local":
+        facts.local.add(name)
+
+
+def _use(facts: Facts, expression: Node) -> None:
+    kind = type(expression)
+    if kind is Name:
+        facts.used.add(expression.text)  # type: ignore[union-attr]
+        return
+    if kind is Invocation and type(expression.function) is Name:  # type: ignore[union-attr]
+        # As `walk` goes, the last argument first, without its generator: every move is a call.
+        name = expression.function.text  # type: ignore[union-attr]
+        facts.used.add(name)
+        arguments = expression.arguments  # type: ignore[union-attr]
+        if name not in facts.plain:
+            _called(facts, name, arguments)
+        for _, value in reversed(arguments):
+            if type(value) is Name:
+                facts.used.add(value.text)
+            elif type(value) not in _NAMELESS:
+                _use(facts, value)
+        return
+    for node in walk(expression):
+        if type(node) is Name:
+            facts.used.add(node.text)
+        elif type(node) is Invocation and type(node.function) is Name:
+            name = node.function.text
+            if name not in facts.plain:
+                _called(facts, name, node.arguments)
+
+
+def _called(facts: Facts, name: str, arguments: tuple[Given, ...]) -> None:
+    if name not in facts.outside:
+        called = facts.part.find(name)
+        if called is not None:
+            facts.calls.append((called, arguments))
+            return
+        facts.outside.add(name)
+    if name == "get_inverse_kin" and arguments and type(arguments[0].value) is Name:
+        facts.points.add(arguments[0].value.text)
+    place = JOINT_ARGUMENTS.get(name)
+    if place is None:
+        facts.plain.add(name)
+        return
+    for index, argument in enumerate(arguments):
+        if argument.name == place[1] or (not argument.name and index == place[0]):
+            if type(argument.value) is Name:
+                facts.joints.add(argument.value.text)
+            elif type(argument.value) is Subscript and type(argument.value.base) is Name:
+                facts.tables.add(argument.value.base.text)

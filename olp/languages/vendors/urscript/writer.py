@@ -1,0 +1,414 @@
+"""Writes programs as URScript: what `templates/urscript.j2` puts together.
+
+One function holds the whole program: its data, the other functions inside it, and its instructions.
+
+Codes: X002 what URScript cannot say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from olp.core.diagnostic import Diagnostic
+from olp.core.units import deg, mm
+from olp.ir import expressions as ex
+from olp.ir import program as st
+from olp.ir import terminology
+from olp.languages.generator import BRANCHES, CLOSES, OPENS, CannotSayError, Joined, Lines, as_text
+from olp.languages.vendors.urscript import builtins, helpers
+from olp.languages.vendors.urscript.folding import scaled
+from olp.languages.vendors.urscript.waits import inverted
+from olp.languages.vendors.urscript.write_moves import UrscriptMoves
+from olp.languages.vendors.urscript.write_values import PLACES
+
+_DEFAULTS: Final = {
+    "integer": "0",
+    "boolean": "False",
+    "string": '""',
+    "position": "p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]",
+    "frame": "p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]",
+    "tool": "p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]",
+    "joints": "[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]",
+    "list": "[]",
+}
+_MOST_ITEMS = 1000
+_TYPES: Final = {"frame": "position", "tool": "position"}
+_NO_RETURN: Final = "a call that does not come back, or a macro"
+
+
+@dataclass(frozen=True, slots=True)
+class UrscriptFunction:
+    """One function as the template sees it: `head` without its colon; `body` of whole lines, indented."""
+
+    head: str
+    comment: str
+    body: str
+
+
+def write(program: st.Program, date: str) -> tuple[dict[str, object], list[Diagnostic]]:
+    """The values for the template, and everything that URScript cannot say. `date`: scripts hold none."""
+    return UrscriptWriter(program).written()
+
+
+class UrscriptWriter(UrscriptMoves):
+    """Writes statements and functions."""
+
+    templates: ClassVar = {
+        st.If: "if ({condition}):",
+        st.ElseIf: "elif ({condition}):",
+        st.Else: "else:",
+        st.EndIf: "end",
+        st.While: "while ({condition}):",
+        st.EndWhile: "end",
+        st.Break: "break",
+        st.Continue: "continue",
+        st.Dwell: "sleep({duration})",
+        st.WaitTask: "join {task}",
+        st.SetTool: "set_tcp({tool})",
+        st.Disabled: "# {text}",
+    }
+    fields: ClassVar = {"tool": "tool"}
+    cannot: ClassVar = {
+        st.Call: dict.fromkeys(("jump", "macro", "condition"), _NO_RETURN),
+        st.Return: {"condition": "a return under a condition"},
+        st.Pause: {"condition": "a pause under a condition"},
+        st.StartTask: dict.fromkeys(("condition", "synchronised"), "a task that keeps step with this one"),
+    }
+    own_only: ClassVar = {
+        st.Process: "the instruction {s.name}",
+        st.Opaque: "a line that only its own language understands",
+    }
+    step = "  "
+    least_depth = 1
+    comment_form = "  # {}"
+    comment_row = 0
+    forgets = OPENS | BRANCHES | CLOSES | {st.Call}
+    joins = frozenset({st.Process, st.Message})
+
+    def __init__(self, program: st.Program) -> None:
+        super().__init__(program)
+        for declare in program.data:
+            _note(self.types, declare)
+        self.returns = {routine.name: routine.returns for routine in program.routines}
+        self.started = set() if self.own else self._started()
+        self.late = {one.name for one in program.data if one.value is None} if self.own else set()
+
+    # --- values -------------------------------------------------------------------------------------
+
+    def stored(self, target: ex.Expression, value: ex.Expression) -> str:
+        """target = value, both in URScript's units."""
+        match target:
+            case ex.Named(name):
+                return f"{name} = {self.value(value)}"
+            case ex.Item(base, _) if self.kind(base) == "joints":
+                return f"{self.element(target)} = {self.value(scaled(value, deg))}"
+            case ex.Item():
+                return f"{self.element(target)} = {self.value(value)}"
+            case ex.Member(base, name) if name in PLACES and self.kind(base) in ("", "position"):
+                place = PLACES[name]
+                written = self.value(scaled(value, mm) if place < 3 else value)
+                return f"{self.value(base)}[{place}] = {written}"
+            case ex.Member(base, "rx" | "ry" | "rz" as name) if self.kind(base) in ("", "position"):
+                return self._angle_stored(base, name, value)
+            case ex.Member(base, name) if self.kind(base) not in ("joints", "list"):
+                return f"{self.value(base)}.{name} = {self.value(value)}"
+            case ex.Function("pose-element"):
+                return f"{self.value(target)} = {self.value(value)}"
+        raise CannotSayError("storing a value there")
+
+    def _angle_stored(self, base: ex.Expression, name: str, value: ex.Expression) -> str:
+        """One angle of a pose changed: all six components anew."""
+        parts = [ex.Member(base, part) for part in ("x", "y", "z")]
+        angles = [value if part == name else ex.Member(base, part) for part in ("rx", "ry", "rz")]
+        return f"{self.value(base)} = {self.helper('olp_pose', (*parts, *angles))}"
+
+    def write_assign(self, s: st.Assign) -> Lines:
+        return [self.stored(s.target, s.value)]
+
+    def write_update(self, s: st.Update) -> Lines:
+        if s.operand is None or s.operator not in "+-*/" or isinstance(s.target, ex.Variable):
+            raise CannotSayError(terminology.operation(s.operator))
+        return [self.stored(s.target, ex.Binary(s.operator, s.target, s.operand))]
+
+    def write_declare(self, s: st.Declare) -> Lines:
+        if self.own:
+            return [] if s.value is None else [self.declared(s, "local " if s.native == "local" else "")]
+        return [self.declared(s, "local ")]
+
+    # --- blocks -------------------------------------------------------------------------------------
+
+    def write_wait(self, s: st.Wait) -> Lines:
+        condition = self.value(inverted(s.condition), 4)
+        idle = "sleep(get_steptime())" if self.own and s.spelling == "sleep" else "sync()"
+        if s.timeout is None:
+            return [f"while ({condition}):", f"  {idle}", "end"]
+        left = helpers.COUNTER
+        return [
+            f"{left} = {self.quantity(s.timeout)}",
+            f"while ({left} > 0 and {condition}):",
+            f"  {idle}",
+            f"  {left} = {left} - get_steptime()",
+            "end",
+        ]
+
+    # --- signals, time, messages --------------------------------------------------------------------
+
+    def write_set_output(self, s: st.SetOutput) -> Lines:
+        word = self.signal_function(builtins.OUTPUT_WORDS, s.signal)
+        value = s.value
+        if s.signal.bus != "analog-out" and value in (ex.Number(0), ex.Number(1)):
+            value = ex.State(value == ex.Number(1))
+        return [f"{word}({self.value(s.signal.index)}, {self.value(value)})"]
+
+    def write_read_input(self, s: st.ReadInput) -> Lines:
+        assert isinstance(s.signal, ex.Signal)
+        return [self.stored(s.target, s.signal)]
+
+    def write_message(self, s: st.Message) -> Lines:
+        text = s.text
+        if self.own and type(text) is ex.Function and text.name == "joined-text" and len(text.arguments) == 2:
+            return [f"textmsg({self.arguments(text.arguments)})"]
+        return [f"textmsg({self.value(text)})"]
+
+    def popup(self, options: st.Process | None, message: st.Message, blocking: bool) -> str:
+        """popup(text, options …): of one or two statements that belong to it."""
+        given = (
+            [] if options is None else [f"{name}={self.value(value)}" for name, value in options.arguments]
+        )
+        more = ["blocking=True"] if blocking else []
+        return f"popup({', '.join([self.value(message.text), *given, *more])})"
+
+    def write_pause(self, s: st.Pause) -> Lines:
+        return ['popup("", blocking=True)']
+
+    # --- calls and threads --------------------------------------------------------------------------
+
+    def write_call(self, s: st.Call) -> Lines:
+        text = f"{s.routine}({self.arguments(s.arguments)})"
+        if s.result is None:
+            return [text]
+        match s.result:
+            case ex.Named(name):
+                return [f"{name} = {text}"]
+            case ex.Item(base, _) if self.kind(base) != "joints":
+                return [f"{self.element(s.result)} = {text}"]
+            case ex.Member(base, name) if self.kind(base) not in ("", "position"):
+                return [f"{self.value(base)}.{name} = {text}"]
+            case ex.Member(base, name) if name.startswith("rotation"):
+                return [f"{self.value(base)}[{PLACES[name]}] = {text}"]
+        raise CannotSayError("storing the result of a call there")
+
+    def write_return(self, s: st.Return) -> Lines:
+        if self.own and s.spelling == "halt":
+            return ["halt"]
+        return ["return" if s.value is None else f"return {self.value(s.value)}"]
+
+    def write_start_task(self, s: st.StartTask) -> Lines:
+        handle = f"{s.task} = " if s.task and (self.own or s.task.isidentifier()) else ""
+        return [f"{handle}run {s.routine}()"]
+
+    def write_process(self, s: st.Process) -> Lines:
+        match s.name:
+            case "kill" | "run":
+                return [f"{s.name} {self.value(s.arguments[0][1])}"]
+            case "halt" | "enter_critical" | "exit_critical":
+                return [s.name]
+            case "sync" if s.arguments:
+                return ["sleep(get_steptime())"]
+        given = [f"{name}={self.value(value)}" if name else self.value(value) for name, value in s.arguments]
+        return [f"{s.name}({', '.join(given)})"]
+
+    def write_comment(self, s: st.Comment) -> Lines:
+        """A comment on a line of its own, or a mark of PolyScope."""
+        text = " ".join(s.text.splitlines())
+        if self.own:
+            return [text if text.startswith("$") else f"#{text}"]
+        return [f"# {text.strip()}".rstrip()]
+
+    def declared(self, s: st.Declare, scope: str) -> str:
+        """`scope name = value`; what has no value gets the zero of its type."""
+        value = _default(s) if s.value is None else self.value(s.value)
+        return f"{scope}{s.name} = {value}"
+
+    # --- bodies -----------------------------------------------------------------------------------------
+
+    def _routine_rows(self, routine: st.Routine, depth: int) -> None:
+        self.begin()
+        self.depth, self._routine = depth, routine
+        data = {one.name for one in self.program.data}
+        # A name of the routine's own that the program has as well is its own wherever it gets a value.
+        self._shadows = {
+            one.name
+            for one in routine.body
+            if isinstance(one, st.Declare) and one.value is None and one.name in data
+        }
+        if not self.own:
+            self.body(routine.data)
+        self.body(routine.body)
+
+    def add(self, s: st.Statement, lines: list[str]) -> None:
+        if isinstance(s, st.Move):
+            self.put(lines[:-1])
+            self.put(lines[-1:], s.comment)
+            return
+        comment = getattr(s, "comment", "")
+        if not lines and comment and not isinstance(s, st.Declare):
+            lines, s = [f"# {_one_line(comment)}"], st.Comment(s.line, comment)
+        super().add(s, [self._scoped(s, line) for line in lines])
+        if isinstance(s, st.SetTool):
+            self._tool, self._given = self.tool(s.tool), None
+
+    def put(self, lines: list[str], comment: str = "") -> None:
+        super().put(lines, _one_line(comment) if comment else "")
+
+    def _scoped(self, s: st.Statement, line: str) -> str:
+        """`global` or `local` before a name that gets its value here and nowhere above."""
+        name = _stored_name(s)
+        if name in self._shadows:
+            return f"local {line}"
+        return f"global {line}" if name in self.late and not self._is_own(name) else line
+
+    def _is_own(self, name: str) -> bool:
+        own = any(isinstance(one, st.Declare) and one.name == name for one in self._routine.body)
+        return own or any(one.name == name for one in self._routine.parameters)
+
+    def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
+        """One popup, of an instruction, its message and a pause."""
+        options, at = body[place], place
+        if isinstance(options, st.Process):
+            if options.name != "popup" or not self.own:
+                return None
+            at += 1
+        message = body[at] if at < len(body) else None
+        if not isinstance(message, st.Message):
+            return None
+        last = body[at + 1] if at + 1 < len(body) else None
+        blocking = isinstance(last, st.Pause) and last.condition is None
+        if not isinstance(options, st.Process) and not blocking:
+            return None
+        given = options if isinstance(options, st.Process) else None
+        return Joined([self.popup(given, message, blocking)], at + 1 + blocking - place, message.comment)
+
+    # --- the whole program ------------------------------------------------------------------------------
+
+    def template_values(self) -> dict[str, object]:
+        routines = self.program.routines
+        main = next(
+            (one for one in routines if one.name == self.program.main), routines[0] if routines else None
+        )
+        data = self._data()
+        others = [one for one in routines if one is not main]
+        functions = [self._function(one, 1) for one in others if one.details.get("kind") != "sec"]
+        secondary = [self._function(one, 0) for one in others if one.details.get("kind") == "sec"]
+        whole = UrscriptFunction("def program()", "", "") if main is None else self._function(main, 0)
+        texts = [helpers.TEXTS[name] for name in helpers.TEXTS if name in self.used]
+        return {
+            "secondary": secondary,
+            "program": whole,
+            "data": data,
+            "helpers": "".join(f"{self.step}{line}\n" for text in texts for line in text),
+            "functions": functions,
+        }
+
+    def _data(self) -> str:
+        lines = []
+        for one in self.program.data:
+            if self.own and one.value is None:
+                continue
+            try:
+                lines.append(_noted(f"{self.step}{self.declared(one, 'global ')}", one.comment))
+            except CannotSayError as problem:
+                self.lose(problem, one.line)
+        return as_text(lines)
+
+    def _function(self, routine: st.Routine, depth: int) -> UrscriptFunction:
+        kind = routine.details.get("kind", "def") if self.own else self._kind(routine)
+        types = self.types
+        self.types = {**types, **{one.name: one.type for one in routine.parameters}}
+        for declare in routine.data:
+            _note(self.types, declare)
+        for statement in routine.body:
+            if isinstance(statement, st.Declare):
+                _note(self.types, statement)
+        try:
+            head = f"{kind} {routine.name}({self._parameters(routine)})"
+            self._routine_rows(routine, depth + 1)
+        finally:
+            self.types = types
+        return UrscriptFunction(head, _remark(routine.comment), as_text(self.rows))
+
+    def _started(self) -> set[str]:
+        """The routines that run beside the one that starts them."""
+        found = (s.routine for one in self.program.routines for s in one.body if isinstance(s, st.StartTask))
+        return {name.casefold() for name in found}
+
+    def _kind(self, routine: st.Routine) -> str:
+        """`run` takes a thread only, and a thread can neither be called nor be handed anything."""
+        if routine.name.casefold() not in self.started:
+            return "def"
+        called = (s.routine for one in self.program.routines for s in one.body if isinstance(s, st.Call))
+        if routine.name == self.program.main or any(
+            name.casefold() == routine.name.casefold() for name in called
+        ):
+            problem = CannotSayError("a routine that is both called and started", "give it under two names")
+            self.lose(problem, routine.line)
+        if routine.parameters:
+            self.lose(CannotSayError("a task that is handed something", "store it before"), routine.line)
+        return "thread"
+
+    def _parameters(self, routine: st.Routine) -> str:
+        texts = []
+        for one in routine.parameters:
+            try:
+                if one.by_reference:
+                    raise CannotSayError(f"a parameter that is handed back ({one.name})", "return its value")
+                if one.switch:
+                    raise CannotSayError(f"a switch as a parameter ({one.name})")
+                texts.append(one.name if one.default is None else f"{one.name}={self.value(one.default)}")
+            except CannotSayError as problem:
+                self.lose(problem, routine.line)
+        return ", ".join(texts)
+
+
+def _default(s: st.Declare) -> str:
+    """The zero of a declaration's type. Raises CannotSayError for one of unknown size."""
+    zero = _DEFAULTS.get(s.type, "0.0")
+    for size in reversed(s.sizes):
+        if type(size) is not ex.Number or not 0 <= size.value <= _MOST_ITEMS:
+            raise CannotSayError(f"an array of unknown size ({s.name})")
+        zero = f"[{', '.join([zero] * int(size.value))}]"
+    return zero
+
+
+def _stored_name(s: st.Statement) -> str:
+    if isinstance(s, st.Assign) and isinstance(s.target, ex.Named):
+        return s.target.name
+    if isinstance(s, st.Call) and isinstance(s.result, ex.Named):
+        return s.result.name
+    return s.task if isinstance(s, st.StartTask) else ""
+
+
+def _note(types: dict[str, str], declare: st.Declare) -> None:
+    """What a name holds, and what its elements do."""
+    array = bool(declare.sizes) or (_is_list(declare.value) and declare.type != "joints")
+    types[declare.name] = "list" if array else _TYPES.get(declare.type, declare.type)
+    if array:
+        types[f"{declare.name}[]"] = _TYPES.get(declare.type, declare.type)
+
+
+def _is_list(value: ex.Expression | None) -> bool:
+    return isinstance(value, ex.RecordLiteral) and all(not name for name, _ in value.members)
+
+
+def _noted(line: str, comment: str) -> str:
+    return f"{line}{_remark(comment)}"
+
+
+def _remark(comment: str) -> str:
+    return f"  # {_one_line(comment)}" if comment else ""
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.splitlines()).strip()

@@ -1,6 +1,0 @@
-"""Rules: motion mistakes that cost time or safety. One file per rule in `rules/`."""
-
-from olp.lint.case import Case, case_of
-from olp.lint.rule import Rule, all_rules
-
-__all__ = ["Case", "Rule", "all_rules", "case_of"]

@@ -1,1 +1,0 @@
-"""The language server: `olp.language` spoken in the Language Server Protocol, and nothing else."""

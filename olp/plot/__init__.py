@@ -1,6 +1,0 @@
-"""Pictures: one figure of plain shapes, written as SVG (own writer) or PNG (with the extra `plot`)."""
-
-from olp.plot.figure import Figure
-from olp.plot.output import PICTURES, picture, refuse_unknown
-
-__all__ = ["PICTURES", "Figure", "picture", "refuse_unknown"]

@@ -1,5 +1,0 @@
-"""Ways to print timings. One file per format; the file's name is the format's name."""
-
-from olp.report.report import Options, Part, Report, load_report, report_names
-
-__all__ = ["Options", "Part", "Report", "load_report", "report_names"]

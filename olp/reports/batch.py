@@ -1,0 +1,98 @@
+"""Times many files, on all cores when it pays. A file that cannot be read is a part with diagnostics, no exception."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+from olp.core.diagnostic import Diagnostic, OlpError
+from olp.identification.timing_job import (
+    TimingJob,
+    check_job,
+    plan_and_time,
+    time_plan_of,
+    time_program,
+)
+from olp.reports.formats import Options, Part, load_report
+
+__all__ = [
+    "Job",
+    "TimingJob",
+    "check_job",
+    "plan_and_time",
+    "shown",
+    "time_file",
+    "time_files",
+    "time_plan_of",
+    "time_program",
+]
+
+# Below this many files starting the workers costs more than they save.
+_WORTH_WORKERS = 24
+_CHUNK = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job(TimingJob):
+    """How files are timed and how the answer is written; everything a worker process needs."""
+
+    format: str = "text"
+    options: Options = field(default_factory=Options)
+
+
+def time_files(
+    paths: Sequence[str], job: Job, workers: int = 0, done: Callable[[int], None] | None = None
+) -> list[Part]:
+    """One part per path, in their order. `workers` 0: as many as there are cores. `done(n)` after each n files."""
+    workers = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
+    parts: list[Part] = []
+    for part in _parts(paths, job, workers):
+        parts.append(part)
+        if done is not None:
+            done(1)
+    return parts
+
+
+def _parts(paths: Sequence[str], job: Job, workers: int) -> Iterator[Part]:
+    if workers <= 1:
+        yield from map(partial(time_file, job=job), paths)
+        return
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(partial(time_file, job=job), paths, chunksize=_CHUNK)
+
+
+def time_file(path: str, job: Job) -> Part:
+    """Reads, plans and times one file, and renders its share of the report."""
+    report = load_report(job.format)
+    try:
+        timing = plan_and_time(path, job)
+    except OlpError as problem:
+        diagnostics = tuple(d.at(path) for d in problem.diagnostics)
+        return Part(path, report.part(path, None, diagnostics, job.options), diagnostics=diagnostics)
+    diagnostics = tuple(d.at(path) for d in timing.diagnostics)
+    text = report.part(path, timing, diagnostics, job.options)
+    return Part(
+        path,
+        text,
+        timing.robot,
+        timing.total_s,
+        timing.motion_s,
+        timing.wait_s,
+        timing.io_s,
+        len(timing.assumptions),
+        diagnostics,
+        tuple(source.path for source in timing.plan.sources[1:]),
+    )
+
+
+def shown(parts: Sequence[Part]) -> list[Diagnostic]:
+    """All diagnostics of all parts that a user should see, errors first within a file.
+
+    What is wrong with a job that several others call is told once.
+    """
+    found = (d for part in parts for d in sorted(part.diagnostics, key=lambda d: (not d.is_error, d.line)))
+    return list(dict.fromkeys(found))

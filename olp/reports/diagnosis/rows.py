@@ -1,0 +1,154 @@
+"""Everything the report shows of each move, in columns: what was measured, what each cause adds, what remains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.identification.diagnosis import phrasing
+from olp.identification.diagnosis.result import Diagnosis
+
+if TYPE_CHECKING:
+    from olp.identification.recording import Recording
+    from olp.timing.physics._case import Case
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """n moves in order of execution; nan where nothing is known."""
+
+    move: NDArray[np.int64]
+    measured: Floats  # [s]
+    simulated: Floats  # [s]
+    before: Floats  # [s] measured less simulated
+    causes: Mapping[str, Floats]  # [s] that each finding adds to the simulation
+    start: Floats  # (n, 3) [m]
+    end: Floats  # (n, 3) [m]
+    speed: Floats  # [m/s] programmed, nan for joint moves
+    time: Floats  # [s] at which the move began; nan: not recorded
+    place: tuple[str, ...]  # job:line, "" where it is not known
+    job: tuple[str, ...]
+    line: NDArray[np.int64]  # 0: not known
+    significant: Mask
+    phase: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.move)
+
+    @property
+    def after(self) -> Floats:
+        """[s] what the causes leave."""
+        return self.before - sum(self.causes.values(), np.zeros(len(self)))
+
+    @property
+    def modelled(self) -> Floats:
+        """[s] the simulation with the causes added."""
+        return self.measured - self.after
+
+    @property
+    def on_path(self) -> Mask:
+        """Moves with both points, of some length."""
+        whole = np.isfinite(self.start).all(axis=1) & np.isfinite(self.end).all(axis=1)
+        return np.asarray(whole & (np.linalg.norm(np.nan_to_num(self.end - self.start), axis=1) > 1e-9))
+
+    def name(self, index: int) -> str:
+        """A move for people: "move 12, CELL-7.JBI:31"."""
+        return f"move {self.move[index]}" + (f", {self.place[index]}" if self.place[index] else "")
+
+
+def rows_of(diagnosis: Diagnosis, case: Case | None, recording: Recording | None) -> Rows:
+    """The moves of the case, or without one those that the diagnosis tells of."""
+    told = {m.move: m for m in reversed(diagnosis.mismatch.moves)}
+    move = np.array(list(dict.fromkeys(m.move for m in diagnosis.mismatch.moves)), dtype=np.int64)
+    move = case.move if case is not None else move
+    n = len(move)
+    unknown, nowhere = np.full(n, np.nan), np.full((n, 3), np.nan)
+    before = (
+        case.residual
+        if case is not None
+        else np.array([told[m].residual for m in move.tolist()], dtype=np.float64)
+    )
+    known = phrasing.places(diagnosis, case)
+    at = [known.get(m, (None, None)) for m in move.tolist()]
+    return Rows(
+        move=move,
+        measured=case.measured if case is not None else unknown,
+        simulated=case.simulated if case is not None else unknown,
+        before=before,
+        causes=_causes(diagnosis, move),
+        start=case.start if case is not None else nowhere,
+        end=case.end if case is not None else nowhere,
+        speed=_speed(case, recording, move),
+        time=case.t_start if case is not None else unknown,
+        place=tuple(phrasing.place(*where) for where in at),
+        job=tuple(job or "" for job, _ in at),
+        line=np.array([line or 0 for _, line in at], dtype=np.int64),
+        significant=np.array([m in told and told[m].significant for m in move.tolist()], dtype=bool),
+        phase=tuple(told[m].phase if m in told else "" for m in move.tolist()),
+    )
+
+
+def _causes(diagnosis: Diagnosis, move: NDArray[np.int64]) -> dict[str, Floats]:
+    """[s] per move and finding; a move that a finding does not name costs nothing by it."""
+    return {
+        label: np.array([finding.contribution.get(m, 0.0) for m in move.tolist()], dtype=np.float64)
+        for label, finding in zip(phrasing.labels(diagnosis.findings), diagnosis.findings, strict=True)
+    }
+
+
+def _speed(case: Case | None, recording: Recording | None, move: NDArray[np.int64]) -> Floats:
+    """[m/s] as it was programmed."""
+    if recording is not None:
+        written = dict(zip(recording.moves.move.tolist(), recording.moves.speed.tolist(), strict=True))
+        return np.array([written.get(m, np.nan) for m in move.tolist()], dtype=np.float64)
+    if case is None:
+        return np.full(len(move), np.nan)
+    return np.where(case.moving & ~case.joint, case.base.speed, np.nan)
+
+
+def groups_of(rows: Rows, recording: Recording | None) -> dict[str, list[str]]:
+    """Ways to part the moves: name -> label per move, "" where a move belongs to no group."""
+    speeds = [f"{v * 1000:.6g} mm/s" if np.isfinite(v) else "" for v in rows.speed.tolist()]
+    found = {"start point": [_point(p) for p in rows.start], "programmed speed": speeds}
+    for name, labels in _written(rows, recording).items():
+        same = next((known for known, other in found.items() if _same(labels, other)), "")
+        if same == "start point":
+            # A name that the user gave says more than three coordinates.
+            found = {f"{same} ({name})": labels} | {k: v for k, v in found.items() if k != same}
+        elif not same:
+            found[name] = labels
+    return {name: labels for name, labels in found.items() if 2 <= len(set(labels) - {""}) < len(labels)}
+
+
+def _written(rows: Rows, recording: Recording | None) -> dict[str, list[str]]:
+    """The text columns of the recording, and the job."""
+    if recording is None:
+        return {"job": list(rows.job)}
+    index = {m: i for i, m in enumerate(recording.moves.move.tolist())}
+    at = [index.get(m, -1) for m in rows.move.tolist()]
+    texts = recording.moves.texts.items()
+    return {name: [column[i] if i >= 0 else "" for i in at] for name, column in texts} | {
+        "job": list(rows.job)
+    }
+
+
+def _point(point: Floats) -> str:
+    """A start point, to the millimetre."""
+    return (
+        "({})".format(", ".join(f"{c * 1000:.0f}" for c in point.tolist()))
+        if np.isfinite(point).all()
+        else ""
+    )
+
+
+def _same(one: list[str], other: list[str]) -> bool:
+    """Whether two ways part the moves alike."""
+    pairs = set(zip(one, other, strict=True))
+    return len(pairs) == len(set(one)) == len(set(other))

@@ -1,0 +1,333 @@
+"""One line of a program, explained: the phases of its motion, what limits each, and how busy every axis is."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.units import deg, mm, percent
+from olp.ir.program import Path
+from olp.reports.explanation import AxisLoad, Explanation, Phase
+from olp.robots.controller_effects import effects_of
+from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
+from olp.timing.motion import load_model
+from olp.timing.track import states, tool_speed
+
+if TYPE_CHECKING:
+    from olp.robots.robot import Robot
+    from olp.timing.timing import Timing
+
+Floats = NDArray[np.float64]
+_SAMPLES = 801  # instants of a segment
+_EDGE = 3e-6  # [s]
+_NOTHING = 1e-9  # [s] phases that are shorter are none
+_PLACE = re.compile(r"(?:(?P<job>.+):)?(?P<line>\d{1,9})")
+
+
+def explain(timing: Timing, place: str) -> Explanation:
+    """The execution of a line: `place` is a line of the main job ("51"), or of another ("SEAM-ST:44").
+
+    Raises OlpError E001 for a place that is none, E002 for a line that takes no part in the motion.
+    """
+    steps = _steps_at(timing, place)
+    moving = [s for s in steps if timing.plan.kind[s] == StepKind.MOVE]
+    lasting = [s for s in moving or steps if timing.duration_s[s] > 0]
+    step = (lasting or moving or steps)[0]
+    if timing.plan.kind[step] == StepKind.MOVE:
+        _refuse_untimed(timing, step)
+        return _of_move(timing, step, len(moving))
+    says = f"the line takes {timing.duration_s[step]:.3f} s: nothing moves"
+    return _base(timing, step, len(steps), notes=(says, *_assumed(timing, step)))
+
+
+def _steps_at(timing: Timing, place: str) -> list[int]:
+    match = _PLACE.fullmatch(place.strip())
+    if match is None:
+        says = f"{place[:60]!r} is no line"
+        raise OlpError(error("E001", says, help="a line number, or JOB:LINE for a line of another job"))
+    plan, line = timing.plan, int(match["line"])
+    sources = _sources(plan, match["job"])
+    steps = np.nonzero((plan.line == line) & np.isin(plan.source, sources))[0]
+    if not len(steps):
+        near = sorted(
+            {int(n) for n in plan.line[np.isin(plan.source, sources)]}, key=lambda n: abs(n - line)
+        )[:5]
+        others = [
+            _stem(s.path) for i, s in enumerate(plan.sources) if i not in sources and _runs(plan, i, line)
+        ]
+        told = f"lines that do: {', '.join(map(str, sorted(near))) or 'none'}"
+        told += "".join(f"; {name}:{line}" for name in others[:5])
+        raise OlpError(error("E002", f"line {place} was not executed, or takes no time", help=told))
+    return [int(step) for step in steps]
+
+
+def _runs(plan: Plan, source: int, line: int) -> bool:
+    return bool(np.any((plan.source == source) & (plan.line == line)))
+
+
+def _sources(plan: Plan, job: str | None) -> list[int]:
+    if job is None:
+        return [0]
+    names = [_stem(source.path) for source in plan.sources]
+    found = [i for i, name in enumerate(names) if _stem(job).lower() == name.lower()]
+    if not found:
+        raise OlpError(
+            error("E001", f"the program has no job {job[:60]!r}", help=f"it has: {', '.join(names)}")
+        )
+    return found
+
+
+def _stem(path: str) -> str:
+    name = path.replace("\\", "/").rpartition("/")[2]
+    return name.rpartition(".")[0] or name
+
+
+def _refuse_untimed(timing: Timing, step: int) -> None:
+    if np.isfinite(timing.duration_s[step]):
+        return
+    line = int(timing.plan.line[step])
+    errors: list[Diagnostic] = [d for d in timing.diagnostics if d.is_error]
+    here = [d for d in errors if d.line == line]  # repeated troubles are told at the first line that has them
+    raise OlpError(*(here or errors or [error("E002", f"line {line} cannot be timed")]))
+
+
+def _base(timing: Timing, step: int, executions: int, **more: object) -> Explanation:
+    plan = timing.plan
+    end = float(timing.end_s[step])
+    duration = float(timing.duration_s[step])
+    return Explanation(
+        line=int(plan.line[step]),
+        statement=plan.statement(step),
+        kind=timing.kind[step],
+        begin=end - duration,
+        duration=duration,
+        executions=executions,
+        limited_by=timing.limited_by[step],
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def _of_move(timing: Timing, step: int, executions: int) -> Explanation:
+    plan, row = timing.plan, int(timing.plan.row[step])
+    joint = plan.moves.path[row] == PATHS.index(Path.JOINT)
+    metric = not joint or float(plan.moves.length[row]) > _NOTHING
+    begin, end = float(timing.rows.start[row]), float(timing.end_s[step])
+    phases = _phases(timing, step, row)
+    last = max(end, phases[-1].end if phases else end)
+    # Just inside: at the very edge the speed is that of two moves.
+    instants = np.linspace(max(begin, 0.0) + _EDGE, min(last, timing.total_s) - _EDGE, _SAMPLES)
+    known = not any(d.is_error for d in timing.diagnostics) and instants[-1] > instants[0]
+    return _base(
+        timing,
+        step,
+        executions,
+        phases=phases,
+        entry=_entry(timing, step, row),
+        exit=_exit(timing, step, row),
+        metric=metric,
+        programmed=float(plan.moves.travel[row]),
+        time=instants if known else None,
+        speed=tool_speed(timing, instants) if known else None,
+        axes=_loads(timing, instants) if known else (),
+        gains=_gains(timing, row),
+        notes=(*_held_up(timing, row), *_not_counted(timing, row), *_assumed(timing, step)),
+    )
+
+
+def _phases(timing: Timing, step: int, row: int) -> tuple[Phase, ...]:
+    """What the move does one after the other, from the corner that it begins in to its settling."""
+    clock, profile = timing.rows, timing.rows.profile.take(np.array([row]))
+    corners, previous = clock.corners, int(clock.previous[row])
+    start, rate = float(clock.start[row]), float(clock.rate[row])
+    found, done = [], 0.0
+
+    def add(
+        name: str, kind: str, lasting: float, length: float, speeds: tuple[float, float], limit: str
+    ) -> None:
+        nonlocal done
+        begin, done = done, done + lasting
+        if lasting / rate > _NOTHING:
+            found.append(Phase(name, kind, start + begin / rate, start + done / rate, length, speeds, limit))
+
+    if previous >= 0:
+        speed = float(corners.exit[previous])
+        length = float(corners.after[previous])
+        add("corner before", "rise", float(corners.span[previous]), length, (0.0, speed), _CORNER)
+    for k, name in enumerate(profile.phases):
+        speeds = float(profile.speeds[0, k]), float(profile.speeds[0, k + 1])
+        kind = _kind(float(profile.accelerations[0, k]), float(profile.jerks[0, k]))
+        length = float(profile.positions[0, k + 1] - profile.positions[0, k])
+        add(name, kind, float(profile.durations[0, k]), length, speeds, _limit(timing, step, row, kind))
+    speed = float(corners.entry[row])
+    add("corner after", "fall", float(corners.span[row]), float(corners.before[row]), (speed, 0.0), _CORNER)
+    last = start + done / rate
+    rest = float(timing.end_s[step]) - last
+    if rest > 1e-6:
+        found.append(Phase("settling", "rest", last, last + rest, 0.0, (0.0, 0.0), _why_rest(timing, row)))
+    return tuple(found)
+
+
+_TOLD = 0.5e-3  # [s] a shorter corner reads as none
+_CORNER = "the corner, which both of its lines move through"
+
+
+def _kind(acceleration: float, jerk: float) -> str:
+    change = acceleration if acceleration else jerk
+    return "cruise" if change == 0 else "rise" if change > 0 else "fall"
+
+
+def _why_rest(timing: Timing, row: int) -> str:
+    moves = timing.plan.moves
+    if moves.blend_code[row] == BlendCode.EXACT:
+        return "the exact stop: the arm settles within its position window"
+    return "the controller's own time at a stop"
+
+
+def _limit(timing: Timing, step: int, row: int, kind: str) -> str:
+    """What would have to be larger for this phase to be shorter."""
+    moves = timing.plan.moves
+    rule = timing.limited_by[step]
+    what = rule.removesuffix("acceleration").removesuffix("speed").strip()
+    if kind == "cruise":
+        return _speed_limit(timing, row, what)
+    asked = timing.rows.profile.moves
+    value = float((asked.acceleration if kind == "rise" else asked.deceleration)[row])
+    share = float((moves.acceleration if kind == "rise" else moves.deceleration)[row])
+    note = f", at {share / percent:g} % (written in the line)" if share != 1.0 else ""
+    if what == "":
+        return f"acceleration of the tool, {value / mm:.0f} mm/s²{note}"
+    if what == "orientation":
+        return f"how fast the wrist may change its turning speed{note}"
+    return f"acceleration of {what}{note}"
+
+
+def _speed_limit(timing: Timing, row: int, what: str) -> str:
+    moves, asked = timing.plan.moves, float(timing.rows.profile.moves.speed[row])
+    if what == "orientation":
+        return f"turning the tool by {float(moves.angle[row]) / deg:.1f} deg: the travel waits for it"
+    if what.endswith(("acceleration", "speed")) or (what and "axis" not in what):
+        return what
+    if what:
+        fraction = float(moves.fraction[row])
+        programmed = (
+            f"{fraction / percent:g} % of its rated speed" if np.isfinite(fraction) else "its rated speed"
+        )
+        return f"speed of {what}: {programmed}"
+    programmed_speed = float(moves.travel[row])
+    if np.isfinite(programmed_speed) and asked < programmed_speed * (1 - 1e-9):
+        return f"{asked / mm:.1f} mm/s instead of the programmed {programmed_speed / mm:.1f} mm/s"
+    return f"the programmed speed, {asked / mm:.1f} mm/s"
+
+
+def _neighbour(timing: Timing, step: int, way: int) -> int | None:
+    """The next step before (-1) or after (1) that moves at all."""
+    plan, at = timing.plan, step + way
+    while 0 <= at < len(plan):
+        if plan.kind[at] == StepKind.MOVE and timing.rows.length[plan.row[at]] > 1e-9:
+            return at
+        at += way
+    return None
+
+
+def _entry(timing: Timing, step: int, row: int) -> str:
+    before, speed = _neighbour(timing, step, -1), float(timing.rows.profile.speeds[row, 0])
+    if before is None or speed == 0.0:
+        return "begins from rest"
+    line, row_before = int(timing.plan.line[before]), int(timing.rows.previous[row])
+    both = float(timing.rows.corners.span[row_before]) if row_before >= 0 else 0.0
+    if both > _TOLD:
+        zone = float(timing.plan.moves.blend[row_before])
+        size = (
+            f" (zone {zone / mm:g} mm)" if timing.plan.moves.blend_code[row_before] == BlendCode.ZONE else ""
+        )
+        return f"begins while line {line} still runs: for {both:.3f} s both move the tool{size}"
+    return f"goes on from line {line} at {_speed(timing, row, speed)}, without a stop"
+
+
+def _exit(timing: Timing, step: int, row: int) -> str:
+    plan, speed = timing.plan, float(timing.rows.profile.speeds[row, -1])
+    after = _neighbour(timing, step, 1)
+    if plan.moves.blend_code[row] == BlendCode.EXACT:
+        return "stops exactly at its point (PL=0)"
+    if speed == 0.0 or after is None:
+        return "stops, because nothing follows that it could run into"
+    line, both = int(plan.line[after]), float(timing.rows.corners.span[row])
+    if both > _TOLD:
+        return f"line {line} begins before this one has ended: for {both:.3f} s both move the tool"
+    return f"passes its point at {_speed(timing, row, speed)} and goes on with line {line}"
+
+
+def _speed(timing: Timing, row: int, speed: float) -> str:
+    metric = timing.plan.moves.length[row] > _NOTHING
+    return f"{speed / mm:.1f} mm/s" if metric else f"{speed / deg:.1f} deg/s"
+
+
+def _loads(timing: Timing, instants: Floats) -> tuple[AxisLoad, ...]:
+    robot = timing.plan.robot
+    if robot is None or robot.geometry is None:
+        return ()
+    axes = states(timing, instants)[2][:, : len(robot.axes)]
+    speeds = np.gradient(axes, instants, axis=0)
+    torques, limits = _torques(robot, axes, speeds, instants)
+    return tuple(
+        AxisLoad(axis.name, speeds[:, i], axis.speed, axis.linear, torque, limit)
+        for i, (axis, torque, limit) in enumerate(zip(robot.axes, torques, limits, strict=True))
+    )
+
+
+def _torques(
+    robot: Robot, axes: Floats, speeds: Floats, instants: Floats
+) -> tuple[list[Floats] | list[None], list[float]]:
+    """Of each axis [Nm or N] over time, and its limit."""
+    count = len(robot.axes)
+    if robot.dynamics is None or np.isnan(axes).any():
+        return [None] * count, [float("inf")] * count
+    from olp.robots.dynamics import dynamic_model, inverse_dynamics
+
+    model = dynamic_model(robot)
+    torques = inverse_dynamics(model, axes, speeds, np.gradient(speeds, instants, axis=0))
+    return [torques[:, i] for i in range(count)], model.torque_limits.tolist()
+
+
+def _gains(timing: Timing, row: int) -> tuple[str, ...]:
+    """What twice the speed or twice the acceleration would save, everything else as it is."""
+    asked, now = timing.rows.profile.moves, float(timing.rows.profile.duration[row])
+    if now <= 0.0:
+        return ()
+    model = load_model(timing.model)
+    found = []
+    for words, faster, harder in (("speed", 2.0, 1.0), ("acceleration", 1.0, 2.0)):
+        other = model.profile(
+            asked.length[row],
+            asked.speed[row] * faster,
+            asked.acceleration[row] * harder,
+            asked.deceleration[row] * harder,
+            asked.start_speed[row],
+            asked.end_speed[row],
+        )
+        found.append(f"twice the {words} would save {max(now - float(other.duration[0]), 0.0):.3f} s")
+    return tuple(found)
+
+
+def _held_up(timing: Timing, row: int) -> list[str]:
+    if float(timing.rows.rate[row]) < 1.0 - 1e-9:
+        return ["another mechanism of this line is slower: the arm keeps step with it"]
+    return []
+
+
+def _not_counted(timing: Timing, row: int) -> list[str]:
+    """What the controller might add at a stop, but nobody has said how much."""
+    if timing.rows.profile.speeds[row, 0] > 0.0 and timing.rows.profile.speeds[row, -1] > 0.0:
+        return []
+    says = effects_of(timing.plan.settings).not_counted
+    return [says] if says else []
+
+
+def _assumed(timing: Timing, step: int) -> list[str]:
+    plan, line = timing.plan, int(timing.plan.line[step])
+    path = plan.sources[int(plan.source[step])].path
+    return [f"assumed: {a.says}" for a in timing.assumptions if a.line == line and a.file in ("", path)]

@@ -1,0 +1,96 @@
+"""What text and Markdown share: which numbers of a segment are shown, and how many digits of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from olp.timing.timing import Timing
+
+HEADER = ("line", "statement", "mm", "V mm/s", "top mm/s", "mm/s²", "limited by", "time s", "end s")
+LEFT = {1, 6}  # columns of text; all others are numbers and stand right
+
+
+def rows(timing: Timing) -> Iterator[tuple[str, ...]]:
+    """One tuple of cells per step."""
+    for segment in timing.segments():
+        yield (
+            str(segment["line"]),
+            _statement(segment, timing),
+            _number(segment["distance_mm"], 1),
+            _speed(segment),
+            _number(segment["reached_mm_s"], 1),
+            _number(segment["accel_mm_s2"], 0),
+            segment["limited_by"],
+            _number(segment["duration_s"], 3) or "unknown",
+            _number(segment["end_s"], 3),
+        )
+
+
+def _statement(segment: dict[str, Any], timing: Timing) -> str:
+    """A line of another job names it, because line numbers count anew there."""
+    text: str = segment["statement"]
+    if segment["file"] == timing.plan.path:
+        return text
+    return f"{_name(segment['file'])}: {text}"
+
+
+def _speed(segment: dict[str, Any]) -> str:
+    if segment["speed_pct"] is not None:
+        return f"{segment['speed_pct']:g} %"
+    if segment["speed_mm_s"] is None and segment["speed_deg_s"] is not None:
+        return f"{segment['speed_deg_s']:g} °/s"
+    return _number(segment["speed_mm_s"], 1)
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "" if value is None else f"{value:.{digits}f}"
+
+
+def totals(timing: Timing) -> str:
+    """One sentence with the sums."""
+    parts = f"motion {timing.motion_s:.3f} s, waits {timing.wait_s:.3f} s, I/O {timing.io_s:.3f} s"
+    robot = timing.robot or "robot not known"
+    total = at_least(timing.total_s, any(d.is_error for d in timing.diagnostics))
+    if timing.interval is not None:
+        total += f" s (95 %: {timing.low_s:.3f} to {timing.high_s:.3f})"
+        return f"total {total} ({parts}), {robot}, timing signature"
+    return f"total {total} s ({parts}), {robot}, {timing.model} acceleration model"
+
+
+def missing(timing: Timing) -> str:
+    """What the sums leave out, as one sentence; empty when nothing."""
+    wrong = sum(d.is_error for d in timing.diagnostics)
+    if not wrong:
+        return ""
+    steps = f"{timing.untimed} of {len(timing.kind)} steps have no time, " if timing.untimed else ""
+    return f"incomplete: {steps}{wrong} error{'s' * (wrong > 1)}"
+
+
+def at_least(seconds: float, incomplete: bool) -> str:
+    """A sum; one that leaves something out must not look like the whole."""
+    return f"{'>= ' * incomplete}{seconds:.3f}"
+
+
+def grouped(timing: Timing) -> list[str]:
+    """What was assumed, each sentence once with all its lines; lines of another job name it."""
+    lines: dict[tuple[str, str], list[int]] = {}
+    for assumption in timing.assumptions:
+        lines.setdefault((assumption.says, assumption.file), []).append(assumption.line)
+    return [
+        _with_lines(says, "" if file in ("", timing.plan.path) else _name(file) + " ", numbers)
+        for (says, file), numbers in lines.items()
+    ]
+
+
+def _with_lines(says: str, file: str, numbers: list[int]) -> str:
+    known = sorted({n for n in numbers if n})
+    if not known:
+        return says
+    shown = ", ".join(map(str, known[:8])) + (f" and {len(known) - 8} more" if len(known) > 8 else "")
+    return f"{file}line{'s' * (len(known) > 1)} {shown}: {says}"
+
+
+def _name(path: str) -> str:
+    return path.replace("\\", "/").rpartition("/")[2]

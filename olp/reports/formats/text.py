@@ -1,0 +1,121 @@
+"""Text for people: a table per program, its totals, what was assumed, what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os.path import normpath
+from typing import TYPE_CHECKING
+
+from olp.core.colour import BOLD, DIM, RED, YELLOW, paint
+from olp.core.diagnostic import Diagnostic
+from olp.reports.formats import _table
+from olp.reports.formats.report import Options, Part, Report
+
+if TYPE_CHECKING:
+    from olp.timing.timing import Timing
+
+_STATEMENT, _LIMITED = 1, 6
+_UNKNOWN = "unknown"
+_NARROWEST = 12  # characters of a column that is cut
+_OVERVIEW = ("file", "total s", "motion s", "waits s", "I/O s", "assumed", "problems")
+
+
+class Text(Report):
+    """Aligned columns. Diagnostics go to the error stream, where every command puts them, not into the table."""
+
+    summary = "a table for people"
+
+    def part(
+        self, file: str, timing: Timing | None, diagnostics: Sequence[Diagnostic], options: Options
+    ) -> str:
+        if timing is None or not options.segments:
+            return ""
+        body = list(_table.rows(timing))
+        header, *rows = _aligned([_table.HEADER, *body], _table.LEFT, options.width, _STATEMENT)
+        if options.colour:
+            header, rows = paint(header, BOLD), list(map(_painted, rows, body))
+        if not body:
+            header = "no move, wait or signal was executed"
+        total = _table.totals(timing)
+        lines = [file, header, *rows, "", paint(total, BOLD) if options.colour else total]
+        if lacking := _table.missing(timing):
+            lines.append(paint(lacking, RED) if options.colour else lacking)
+        lines += [f"assumed: {says}" for says in _table.grouped(timing)]
+        if timing.plan.stop_reason:
+            lines.append(f"stopped: {timing.plan.stop_reason}")
+        return "\n".join(lines) + "\n"
+
+    def join(self, parts: Sequence[Part], options: Options) -> str:
+        text = "\n".join(part.text for part in parts if part.text)
+        if len(parts) == 1 and text:
+            return text
+        rows = [*map(_summary, parts), *([_sum(parts)] if len(parts) > 1 else [])]
+        overview = _aligned([_OVERVIEW, *_short_names(rows, options.width)], {0}, options.width, 0)
+        return (text + "\n" if text else "") + "\n".join(overview) + "\n"
+
+
+def _painted(line: str, cells: Sequence[str]) -> str:
+    """What stands still is dim, what is not known is red, what never reaches its speed is yellow."""
+    if _UNKNOWN in cells:
+        return paint(line, RED)
+    limited = cells[_LIMITED]
+    if not limited:
+        return paint(line, DIM)
+    return paint(line, YELLOW) if limited.endswith("acceleration") else line
+
+
+def _summary(part: Part) -> tuple[str, ...]:
+    problems = sum(d.is_error for d in part.diagnostics)
+    return (part.file, *_times(part), str(part.assumed or ""), str(problems or ""))
+
+
+def _times(part: Part) -> tuple[str, ...]:
+    if part.total_s is None:
+        return ("not timed", "", "", "")
+    others = (part.motion_s, part.wait_s, part.io_s)
+    return (_table.at_least(part.total_s, part.failed), *(f"{t or 0.0:.3f}" for t in others))
+
+
+def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
+    """The last row. A routine's time is in the time of the program that calls it, and is summed there only."""
+    called = {normpath(file) for part in parts for file in part.called}
+    counted = [part for part in parts if normpath(part.file) not in called] or parts
+    label = f"{len(parts)} files"
+    if len(counted) < len(parts):
+        label = f"{len(counted)} of {label}, calling the others"
+    total, *others = (
+        sum(getattr(part, name) or 0.0 for part in counted)
+        for name in ("total_s", "motion_s", "wait_s", "io_s")
+    )
+    times = (_table.at_least(total, any(part.failed for part in parts)), *(f"{t:.3f}" for t in others))
+    problems = sum(d.is_error for part in parts for d in part.diagnostics)
+    assumed = sum(part.assumed for part in parts)
+    return (label, *times, str(assumed or ""), str(problems or ""))
+
+
+def _short_names(rows: Sequence[Sequence[str]], width: int) -> list[Sequence[str]]:
+    """The same rows with file names cut at their beginnings where the terminal is narrow: their ends differ."""
+    columns = list(zip(_OVERVIEW, *rows, strict=True))
+    size = max(width - sum(2 + max(map(len, column)) for column in columns[1:]), _NARROWEST)
+    if not width:
+        return list(rows)
+    return [(name if len(name) <= size else "…" + name[1 - size :], *rest) for name, *rest in rows]
+
+
+def _aligned(rows: Sequence[Sequence[str]], left: set[int], width: int, elastic: int) -> list[str]:
+    """Rows in columns two blanks apart; the `elastic` column is cut when a line would be wider than `width`."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    over = sum(widths) + 2 * (len(widths) - 1) - width
+    if width and over > 0:
+        widths[elastic] = max(widths[elastic] - over, _NARROWEST)
+    lines = []
+    for row in rows:
+        cells = [_fit(cell, size, i in left) for i, (cell, size) in enumerate(zip(row, widths, strict=True))]
+        lines.append("  ".join(cells).rstrip())
+    return lines
+
+
+def _fit(cell: str, size: int, left: bool) -> str:
+    if len(cell) > size:
+        cell = cell[: size - 1] + "…"
+    return cell.ljust(size) if left else cell.rjust(size)

@@ -1,0 +1,111 @@
+"""The outcome of a command that judges: items that held or not, and findings at lines of programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from hashlib import sha256
+
+from olp.core.diagnostic import Diagnostic, Severity
+
+
+class Level(StrEnum):
+    """How much a finding weighs: an error breaks the build, a warning is shown, a note explains."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+class Status(StrEnum):
+    """What became of an item."""
+
+    HELD = "held"
+    WARNED = "warned"
+    FAILED = "failed"
+    UNKNOWN = "unknown"  # could not be judged
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing at one place. `code` is stable; `line` and `column` count from 1, line 0: the file as a whole.
+
+    `title`: what the code means, in a few words. `help`: what would make it better. `numbers`: measured values with
+    their unit in the name (`total_s`, `over_s`). `anchor`: what the finding is about, so that it is the same one when
+    lines above it come and go. `fixes`: (first line, last line, new text) that a tool may apply safely.
+    """
+
+    code: str
+    level: Level
+    message: str
+    file: str = ""
+    line: int = 0
+    column: int = 1
+    end_column: int = 0  # 0: the line's end
+    title: str = ""
+    help: str = ""
+    source_line: str = ""
+    anchor: str = ""
+    numbers: Mapping[str, float | str] = field(default_factory=dict)
+    fixes: tuple[tuple[int, int, str], ...] = ()
+
+    @property
+    def fingerprint(self) -> str:
+        """16 hexadecimal digits that stay when the finding moves to another line."""
+        text = "\0".join((self.code, self.file.replace("\\", "/"), self.anchor or self.source_line.strip()))
+        return sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One thing that was judged, as a test is: a budget of a job, a rule over a file, a pair of versions.
+
+    `seconds`: the predicted cycle time it is about, None where it is about none. `limit_s`: what it was held against.
+    """
+
+    name: str
+    file: str
+    status: Status
+    message: str = ""
+    line: int = 0
+    seconds: float | None = None
+    limit_s: float | None = None
+    group: str = ""
+    details: str = ""  # lines for where an item stands alone, as in JUnit
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Everything that a run found. `summary`: sentences for people; `data`: what JSON shows besides."""
+
+    command: str
+    findings: tuple[Finding, ...] = ()
+    items: tuple[Item, ...] = ()
+    summary: tuple[str, ...] = ()
+    data: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def exit_status(self) -> int:
+        """0 done and held, 1 a finding that fails, 2 something could not be judged."""
+        if any(item.status is Status.UNKNOWN for item in self.items):
+            return 2
+        failed = any(item.status is Status.FAILED for item in self.items)
+        return 1 if failed or any(f.level is Level.ERROR for f in self.findings) else 0
+
+
+def of_diagnostic(found: Diagnostic, file: str = "") -> Finding:
+    """A diagnostic of reading, running or timing as a finding."""
+    level = {Severity.ERROR: Level.ERROR, Severity.WARNING: Level.WARNING}.get(found.severity, Level.NOTE)
+    return Finding(
+        found.code,
+        level,
+        found.message,
+        found.file or file,
+        found.line,
+        found.column,
+        found.end_column,
+        help=found.help,
+        source_line=found.source_line,
+        anchor="" if found.source_line.strip() else found.message,
+    )

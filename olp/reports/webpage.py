@@ -1,0 +1,59 @@
+"""What olp's own HTML pages share: templates that escape every value, and JSON inside a page."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from typing import Any
+
+from markupsafe import Markup
+
+from olp.core import resources
+
+FOLDER = "templates"
+
+
+def render_page(template: str, values: dict[str, Any]) -> str:
+    """One of olp's own templates, filled. Text of programs and recordings can become no markup."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    # Not olp.languages.templating: that renders strangers' templates as plain text; these are olp's own and escape.
+    environment = Environment(
+        loader=FunctionLoader(lambda name: resources.read_text(FOLDER, name)),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=_clean,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(values)
+
+
+def script_of(name: str) -> tuple[Markup, str]:
+    """A script that comes with olp, and the hash by which the page's policy lets it run."""
+    script = Markup(resources.read_text(FOLDER, name))
+    return script, base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+def json_in_page(value: Any) -> Markup:
+    """JSON that may stand in a <script>: no character in it can end the element."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    for sign in "<>&":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return Markup(text)
+
+
+_KEPT = "\t\n\u00a0\u202f"  # besides printable characters: also the blanks that keep a number and its unit together
+
+
+def printable(text: str) -> str:
+    """The text with a mark in place of what no page may hold: control characters, what turns the reading direction."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in _KEPT else "\ufffd" for c in text)
+
+
+def _clean(value: Any) -> Any:
+    """Values as they may stand in a page: markup of olp's own, or printable text."""
+    return printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value

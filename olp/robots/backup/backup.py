@@ -1,0 +1,152 @@
+"""A controller's backup as one value.
+
+Every file is optional; nothing is raised, everything wrong is a finding.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Final, TypeVar
+
+from olp.core.diagnostic import Diagnostic, error
+from olp.robots.backup.controller_text import Findings, Row, read_rows
+from olp.robots.backup.macro_dat import read_macro_dat
+from olp.robots.backup.parameters import LAYOUTS, GroupParameters, Layout, ParameterFile, read_parameters
+from olp.robots.backup.system_sys import SystemInfo, read_system_sys
+from olp.robots.backup.tool_cnd import ToolData, read_tool_cnd
+from olp.robots.backup.uframe_cnd import UserFrame, read_uframe_cnd
+from olp.robots.backup.var_dat import Variables, read_var_dat
+
+T = TypeVar("T")
+
+CONDITION_FILES: Final = ("TOOL.CND", "UFRAME.CND", "VAR.DAT", "MACRO.DAT", "SYSTEM.SYS")
+# In this order: where ALL.PRM differs from the other two, they win and the difference is reported.
+PARAMETER_FILES: Final = ("RC.PRM", "SC.PRM", "ALL.PRM")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Backup:
+    """What the controller files of one folder say, in SI.
+
+    Compared by identity, so that it can be a cache's key.
+    """
+
+    folder: str
+    files: tuple[str, ...] = ()  # names as found, sorted
+    system: SystemInfo | None = None
+    tools: dict[int, ToolData] = field(default_factory=dict)
+    user_frames: dict[int, UserFrame] = field(default_factory=dict)
+    variables: Variables | None = None  # None without a VAR.DAT
+    macros: dict[int, str] = field(default_factory=dict)  # MJ#(n) -> job
+    groups: dict[int, GroupParameters] = field(default_factory=dict)  # n of ///RCnG -> robot data
+    zones: dict[int, tuple[float, ...]] = field(default_factory=dict)  # n of ///S1CnG -> [m] for PL = 1..8
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether any controller file was there."""
+        return bool(self.files)
+
+    def path(self, name: str) -> str:
+        """Where the file properly called `name` (RC.PRM) stands, in the case that it is written in."""
+        return str(Path(self.folder, next((file for file in self.files if file.upper() == name), name)))
+
+
+def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
+    """The controller files that stand directly in `folder`, whatever the case of their names.
+
+    Raises nothing: what is wrong is in `diagnostics`.
+    """
+    collected: list[Diagnostic] = []
+    paths = _find(Path(folder), collected)
+
+    def read(name: str, reader: Callable[[tuple[Row, ...], Findings], T], absent: T) -> T:
+        if name not in paths:
+            return absent
+        findings = Findings(str(paths[name]))
+        result = reader(read_rows(paths[name], findings, encoding), findings)
+        collected.extend(findings.all())
+        return result
+
+    system = read("SYSTEM.SYS", read_system_sys, None)
+    parameters = ParameterFile({}, {})
+    for name in PARAMETER_FILES:
+        merge = partial(_read_parameters, name=name, hint=_hint(system), before=parameters)
+        parameters = read(name, merge, parameters)
+    return Backup(
+        folder=str(folder),
+        files=tuple(sorted(path.name for path in paths.values())),
+        system=system,
+        tools=read("TOOL.CND", read_tool_cnd, {}),
+        user_frames=read("UFRAME.CND", read_uframe_cnd, {}),
+        variables=read("VAR.DAT", read_var_dat, None),
+        macros=read("MACRO.DAT", read_macro_dat, {}),
+        groups=parameters.groups,
+        zones=parameters.zones,
+        diagnostics=tuple(collected),
+    )
+
+
+def _find(folder: Path, collected: list[Diagnostic]) -> dict[str, Path]:
+    """The controller files by their proper name. Only regular files: a pipe would never end."""
+    wanted = {*CONDITION_FILES, *PARAMETER_FILES}
+    found: dict[str, Path] = {}
+    try:
+        with os.scandir(folder) as entries:
+            named = sorted((e.name, e.is_file()) for e in entries if e.name.upper() in wanted)
+    except OSError as problem:
+        reason = problem.strerror or "cannot be read"
+        help_text = "name the folder that holds the controller's files, such as RC.PRM and TOOL.CND"
+        collected.append(error("B001", f"backup folder: {reason}", file=str(folder), help=help_text))
+        return {}
+    for name, regular in named:
+        path = folder / name
+        if not regular:
+            collected.append(error("B001", "this is not a regular file and was not read", file=str(path)))
+        elif name.upper() in found:
+            kept = found[name.upper()].name
+            message = f"this file has the same name as {kept} except for case; {kept} is used"
+            collected.append(error("B005", message, file=str(path), help="keep one of the two"))
+        else:
+            found[name.upper()] = path
+    return found
+
+
+def _hint(system: SystemInfo | None) -> Layout | None:
+    """The layout that the controller's software number promises."""
+    if system is None or not system.controller:
+        return None
+    return next((lay for lay in LAYOUTS if system.controller in lay.controllers.split(", ")), None)
+
+
+def _read_parameters(
+    rows: tuple[Row, ...], findings: Findings, *, name: str, hint: Layout | None, before: ParameterFile
+) -> ParameterFile:
+    """A parameter file added to `before`, which wins where both hold a group; differences are reported."""
+    found = read_parameters(rows, name, hint, findings)
+    for number, parameters in found.groups.items():
+        known = before.groups.get(number)
+        if known is not None and _numbers(known) != _numbers(parameters):
+            message = f"///RC{number}G differs from that in {known.file}; {known.file} is used"
+            findings.warning("B005", message, Row(parameters.line, f"///RC{number}G"))
+    for number, zones in found.zones.items():
+        if before.zones.get(number, zones) != zones:
+            findings.warning(
+                "B005", f"the zones of group {number} differ from those in SC.PRM; SC.PRM is used"
+            )
+    return ParameterFile({**found.groups, **before.groups}, {**found.zones, **before.zones})
+
+
+def _numbers(parameters: GroupParameters) -> tuple[object, ...]:
+    return (
+        parameters.links,
+        parameters.denominators,
+        parameters.numerators,
+        parameters.upper,
+        parameters.lower,
+        parameters.speeds,
+        parameters.acceleration_times,
+    )

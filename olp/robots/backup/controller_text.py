@@ -1,0 +1,215 @@
+"""Text files of a controller: bounded reading, rows with their line numbers, numbers with their columns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from math import isfinite
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from olp.core.diagnostic import Diagnostic, Severity
+
+# The largest controller file met was an ALL.PRM of 1 MB; 3,000 values for each of 32 groups would be 3 MB.
+MAX_BYTES: Final = 16 * 1024 * 1024
+MAX_ROWS: Final = 400_000  # the ALL.PRM of a YRC1000 has 100,000
+MAX_ROW: Final = 2_000  # characters; a row of ten values has at most 120
+MAX_FINDINGS: Final = 50
+
+_FIELD = re.compile(r"[^,]*")
+# The 24 arm flags of a position variable are one word.
+_INTEGER = re.compile(r"[+-]?[0-9]{1,24}")
+_INTEGER_ROW = re.compile(r"\s*[+-]?[0-9]{1,24}(?:,[+-]?[0-9]{1,24})*,?\s*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]{1,18}(?:\.[0-9]{0,18})?|\.[0-9]{1,18})(?:[eE][+-]?[0-9]{1,3})?")
+
+
+class Row(NamedTuple):
+    """One line of a file: 1-based number, text without its line end."""
+
+    line: int
+    text: str
+
+
+class Block(NamedTuple):
+    """What follows `//KEYWORD number` up to the next `//` record."""
+
+    number: int
+    head: Row
+    rows: tuple[Row, ...]
+
+
+class Findings:
+    """Collects what is wrong with one file.
+
+    Beyond `MAX_FINDINGS` only counts, so that a hostile file stays cheap.
+    """
+
+    def __init__(self, file: str) -> None:
+        self._file = file
+        self._found: list[Diagnostic] = []
+        self._uncounted_errors = 0
+        self._uncounted = 0
+
+    def error(self, code: str, message: str, row: Row | None = None, **more: object) -> None:
+        """`more`: start and end (0-based columns in the row's text), help."""
+        self._add(Severity.ERROR, code, message, row, more)
+
+    def warning(self, code: str, message: str, row: Row | None = None, **more: object) -> None:
+        """As `error`, for what can be worked with."""
+        self._add(Severity.WARNING, code, message, row, more)
+
+    def info(self, code: str, message: str, row: Row | None = None, **more: object) -> None:
+        """As `error`, for an assumption that was made."""
+        self._add(Severity.INFO, code, message, row, more)
+
+    def _add(
+        self, severity: Severity, code: str, message: str, row: Row | None, more: dict[str, object]
+    ) -> None:
+        if len(self._found) >= MAX_FINDINGS:
+            self._uncounted += 1
+            self._uncounted_errors += severity is Severity.ERROR
+            return
+        line, text = row or Row(0, "")
+        start = int(str(more.get("start", 0)))
+        end = int(str(more.get("end", max(len(text), start + 1))))
+        self._found.append(
+            Diagnostic(
+                code, message, severity, self._file, line, start + 1, end + 1, str(more.get("help", "")), text
+            )
+        )
+
+    def all(self) -> tuple[Diagnostic, ...]:
+        """Everything found, with a last line that counts what was not listed."""
+        if not self._uncounted:
+            return tuple(self._found)
+        severity = Severity.ERROR if self._uncounted_errors else Severity.WARNING
+        rest = Diagnostic("B011", f"{self._uncounted} more findings in this file", severity, self._file)
+        return (*self._found, rest)
+
+
+def read_rows(path: Path, findings: Findings, encoding: str = "cp1252", last: str = "") -> tuple[Row, ...]:
+    """All lines of a controller file; () with an error finding when it cannot be read or is beyond
+    `MAX_BYTES`.
+
+    Accepts CRLF, LF and bare CR, a final 0x1A and a missing last line end (reported: its last row may be
+    cut, unless it is `last`).
+    """
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except OSError as problem:
+        findings.error("B001", f"this file cannot be read: {problem.strerror or problem}")
+        return ()
+    ends = data.count(b"\n") or data.count(b"\r")
+    if len(data) > MAX_BYTES or ends > MAX_ROWS:
+        limit = f"{MAX_BYTES // 1024**2} MiB" if len(data) > MAX_BYTES else f"{MAX_ROWS} rows"
+        says = "a controller file is at most a few MB: save the backup again"
+        findings.error("B001", f"this file has more than {limit} and was not read", help=says)
+        return ()
+    text = data.rstrip(b"\x1a").decode(encoding, errors="replace").replace("\r\n", "\n").replace("\r", "\n")
+    lines = text.split("\n")
+    complete = not lines[-1] or lines[-1].strip().upper() == last
+    if not lines[-1]:
+        lines.pop()
+    rows = tuple(
+        Row(number, line) if len(line) <= MAX_ROW else _left_out(number, line, findings)
+        for number, line in enumerate(lines, start=1)
+    )
+    if not complete:
+        message = "the file ends without a line end: its last row may be cut"
+        findings.warning("B002", message, rows[-1], start=len(rows[-1].text))
+    return rows
+
+
+def _left_out(number: int, line: str, findings: Findings) -> Row:
+    """An empty row in place of one that no controller writes."""
+    shown = Row(number, line[:80] + "…")
+    findings.error("B003", f"this row has {len(line)} characters and was left out", shown)
+    return Row(number, "")
+
+
+def record(row: Row) -> tuple[str, str, str]:
+    """A row as (slashes, keyword, rest): `///NAME TORCH` is ("///", "NAME", "TORCH").
+
+    No record: ("", "", text).
+    """
+    text = row.text.strip()
+    body = text.lstrip("/")
+    slashes = text[: len(text) - len(body)]
+    if not slashes:
+        return "", "", text
+    keyword, _, rest = body.partition(" ")
+    return slashes, keyword, rest.strip()
+
+
+def blocks(rows: tuple[Row, ...], keyword: str, findings: Findings) -> Iterator[Block]:
+    """The blocks `//keyword number` of a file, in order; other blocks are passed over."""
+    head: Row | None = None
+    number = -1
+    inside: list[Row] = []
+    for row in rows:
+        if not row.text.startswith("//") or row.text.startswith("///"):
+            inside.append(row)
+            continue
+        if head is not None:
+            yield Block(number, head, tuple(inside))
+        inside = []
+        _, word, rest = record(row)
+        head = None
+        if word != keyword:
+            continue
+        if re.fullmatch("[0-9]{1,5}", rest):
+            head, number = row, int(rest)
+        else:
+            findings.error("B003", f"//{keyword} is not followed by its number", row)
+    if head is not None:
+        yield Block(number, head, tuple(inside))
+
+
+def fields(row: Row, start: int = 0) -> list[tuple[int, str]]:
+    """The comma-separated parts of a row from column `start` (0-based) on, each with its column.
+
+    A comma at the end of the row closes the last part and opens none.
+    """
+    parts: list[tuple[int, str]] = []
+    position = start
+    while position <= len(row.text):
+        match = _FIELD.match(row.text, position)
+        assert match is not None  # the pattern matches the empty text, so it matches anywhere
+        raw = match.group()
+        parts.append((position + len(raw) - len(raw.lstrip()), raw.strip()))
+        position = match.end() + 1
+    if len(parts) > 1 and not parts[-1][1]:
+        parts.pop()
+    return parts
+
+
+def integers(row: Row, findings: Findings, start: int = 0) -> tuple[int, ...] | None:
+    """The integers of a row; None with an error finding at the first part that is none."""
+    if not start and _INTEGER_ROW.fullmatch(row.text):
+        return tuple(int(part) for part in row.text.split(",") if part.strip())
+    values: list[int] = []
+    for column, part in fields(row, start):
+        if not _INTEGER.fullmatch(part):
+            _not_a_number(row, column, part, "a whole number", findings)
+            return None
+        values.append(int(part))
+    return tuple(values)
+
+
+def numbers(row: Row, findings: Findings, start: int = 0) -> tuple[float, ...] | None:
+    """The decimal numbers of a row; None with an error finding at the first part that is none."""
+    values: list[float] = []
+    for column, part in fields(row, start):
+        value = float(part) if _NUMBER.fullmatch(part) else float("nan")
+        if not isfinite(value):
+            _not_a_number(row, column, part, "a number", findings)
+            return None
+        values.append(value)
+    return tuple(values)
+
+
+def _not_a_number(row: Row, column: int, part: str, wanted: str, findings: Findings) -> None:
+    shown = part if len(part) <= 30 else part[:30] + "…"
+    message = f"{shown!r} is not {wanted}" if part else f"{wanted} is missing here"
+    findings.error("B003", message, row, start=column, end=column + max(1, len(part)))

@@ -1,0 +1,209 @@
+"""RC.PRM, SC.PRM and ALL.PRM: what a controller knows of each control group.
+
+A parameter file is a list of integers, ten a row, per section `///RC1G`, `///S1C1G` ..; ALL.PRM holds them
+all. Which slot means what is not published. The slots below were found by comparing published backups of
+six arms with their data sheets: the soft limits and rated speeds of all of them come out as round
+degrees.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+from olp.core.units import deg, mm, ms, um
+from olp.robots.backup.controller_text import Findings, Row, integers, record
+
+COUNTS_PER_TURN: Final = 4096  # pulses per motor turn in jobs, for every axis met
+LINK_SLOTS: Final = {"a1": 1, "a2": 3, "a3": 5, "d4": 8, "d6": 12}
+ZONE_SLOTS: Final = (33, 41)
+MOST_AXES: Final = 8
+_SECTION: Final = re.compile(r"///(?:RC([0-9]{1,2})G|S1C([0-9]{1,2})G)\s*")
+
+
+class Layout(NamedTuple):
+    """First slot of each per-axis list in `///RCnG` (slot 0 is the section's first value)."""
+
+    controllers: str
+    values: int  # in the whole section
+    upper: int  # soft limit + [pulses]
+    lower: int  # soft limit - [pulses]
+    speed: int  # rated speed [pulses/s]
+    denominator: int  # of the gear ratio; its sign is the motor's sense
+    numerator: int
+    acceleration: int  # looks like a time to full speed [ms]; inferred
+    deceleration: int | None  # the list after it, equally inferred
+
+
+LAYOUTS: Final = (
+    Layout("DX100, DX200", 1700, 924, 932, 956, 972, 980, 900, 908),
+    Layout("YRC1000", 3000, 1030, 1040, 1070, 1090, 1100, 1290, None),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class GroupParameters:
+    """One `///RCnG`. Per-axis tuples have one entry per axis in use (with a gear ratio)."""
+
+    group: int
+    file: str
+    line: int  # of the section's head
+    layout: Layout
+    axes: tuple[int, ...]  # which, 0-based in the controller's order S L U R B T E
+    links: dict[str, float]  # a1 a2 a3 d4 d6 [m]
+    denominators: tuple[int, ...]  # signed
+    numerators: tuple[int, ...]
+    upper: tuple[int, ...]  # [pulses], in the sense of the job's pulses
+    lower: tuple[int, ...]  # [pulses]
+    speeds: tuple[int, ...]  # [pulses/s]
+    acceleration_times: tuple[float, ...]  # [s], inferred
+    deceleration_times: tuple[float, ...] | None  # [s], inferred; None where the layout has none
+
+    @property
+    def pulses_per_degree(self) -> tuple[float, ...]:
+        """[pulses/deg], positive: job pulses are already in the sense of the joint, so the denominator's
+        sign, which is the motor's sense, is not applied again (confirmed on the AR2010's recorded poses).
+        """
+        ratios = zip(self.numerators, self.denominators, strict=True)
+        return tuple(
+            COUNTS_PER_TURN * above / abs(below) / 360.0 if below else 0.0 for above, below in ratios
+        )
+
+    def radians(self, pulses: Iterable[int]) -> tuple[float, ...]:
+        """Pulses of each axis (or pulses/s) as joint angles [rad] (or [rad/s]); nan for an axis without a
+        ratio.
+        """
+        pairs = zip(pulses, self.pulses_per_degree, strict=True)
+        return tuple(value / per_degree * deg if per_degree else float("nan") for value, per_degree in pairs)
+
+
+class ParameterFile(NamedTuple):
+    """What one parameter file holds."""
+
+    groups: dict[int, GroupParameters]
+    zones: dict[int, tuple[float, ...]]  # [m] for PL = 1..8
+
+
+def read_parameters(
+    rows: tuple[Row, ...], file: str, layout: Layout | None, findings: Findings
+) -> ParameterFile:
+    """The robot data and blend zones by group number. `layout` is what the controller's software number
+    says, used for a section whose size tells nothing; a section that stays unclear is left out with an
+    error finding.
+    """
+    groups: dict[int, GroupParameters] = {}
+    zones: dict[int, tuple[float, ...]] = {}
+    for robot, number, head, body in _sections(rows):
+        values = _values(body, findings)
+        if values is None or (not values and number > 1):
+            continue
+        if robot:
+            parameters = _group(number, file, head, values, layout, findings)
+            if parameters is not None and parameters.axes:
+                groups[number] = parameters
+        else:
+            found = _zones(number, head, values, findings)
+            if found is not None:
+                zones[number] = found
+    return ParameterFile(groups, zones)
+
+
+def _sections(rows: tuple[Row, ...]) -> list[tuple[bool, int, Row, list[Row]]]:
+    """(is RC, group number, head, value rows) of the wanted sections."""
+    sections: list[tuple[bool, int, Row, list[Row]]] = []
+    body: list[Row] = []
+    for row in rows:
+        if not row.text.startswith("/"):
+            body.append(row)
+            continue
+        if record(row)[1] == "CRC":
+            continue
+        body = []
+        if found := _SECTION.fullmatch(row.text):
+            robot = found.group(1) is not None
+            sections.append((robot, int(found.group(1) or found.group(2)), row, body))
+    return sections
+
+
+def _values(body: list[Row], findings: Findings) -> list[int] | None:
+    """All values of a section; None when a row is unreadable, since every later slot would be in doubt."""
+    values: list[int] = []
+    good = True
+    for row in body:
+        if not row.text.strip():
+            continue
+        found = integers(row, findings)
+        good = good and found is not None
+        values.extend(found or ())
+    return values if good else None
+
+
+def _layout(count: int, head: Row, hint: Layout | None, findings: Findings) -> Layout | None:
+    for layout in LAYOUTS:
+        if count == layout.values:
+            return layout
+    sizes = " or ".join(f"{layout.values} ({layout.controllers})" for layout in LAYOUTS)
+    message = f"{head.text.strip()} has {count} values instead of {sizes}"
+    last = None if hint is None else hint.numerator + MOST_AXES
+    if hint is None or last is None or count < last:
+        says = "the file is cut, or the controller is of another generation: save the parameters again"
+        findings.error("B006", message, head, help=says)
+        return None
+    findings.warning("B006", f"{message}; read as that of a {hint.controllers}", head)
+    return hint
+
+
+def _group(
+    number: int, file: str, head: Row, values: list[int], hint: Layout | None, findings: Findings
+) -> GroupParameters | None:
+    layout = _layout(len(values), head, hint, findings)
+    if layout is None:
+        return None
+    values = values + [0] * max(0, layout.values - len(values))
+    numerators = values[layout.numerator : layout.numerator + MOST_AXES]
+    axes = tuple(axis for axis, above in enumerate(numerators) if above)
+
+    def per_axis(first: int) -> tuple[int, ...]:
+        return tuple(values[first + axis] for axis in axes)
+
+    def times(first: int) -> tuple[float, ...]:
+        return tuple(value * ms for value in per_axis(first))
+
+    return GroupParameters(
+        group=number,
+        file=file,
+        line=head.line,
+        layout=layout,
+        axes=axes,
+        links={name: values[slot] * um for name, slot in LINK_SLOTS.items()},
+        denominators=per_axis(layout.denominator),
+        numerators=per_axis(layout.numerator),
+        upper=per_axis(layout.upper),
+        lower=per_axis(layout.lower),
+        speeds=per_axis(layout.speed),
+        acceleration_times=times(layout.acceleration),
+        deceleration_times=None if layout.deceleration is None else times(layout.deceleration),
+    )
+
+
+def _zones(number: int, head: Row, values: list[int], findings: Findings) -> tuple[float, ...] | None:
+    """[m] for PL = 1..8; None for a group that is not fitted (all zero)."""
+    first, end = ZONE_SLOTS
+    zones = values[first:end]
+    if len(zones) < end - first:
+        findings.error(
+            "B002", f"{head.text.strip()} is cut: it has {len(values)} values, {end} are needed", head
+        )
+        return None
+    if not any(zones):
+        return None
+    if zones[0] <= 0 or any(after < before for before, after in pairwise(zones)):
+        shown = ", ".join(f"{zone * um / mm:g}" for zone in zones)
+        findings.error(
+            "B007", f"the zones of group {number} do not grow with the position level: {shown} mm", head
+        )
+        return None
+    return tuple(zone * um for zone in zones)

@@ -1,0 +1,42 @@
+"""Rigid-body dynamics of a robot: torques of motions, and motions that the torques allow."""
+
+from olp.robots.dynamics.limits import (
+    Interval,
+    MoveAcceleration,
+    PathTorque,
+    acceleration_interval,
+    move_acceleration,
+    path_acceleration,
+    path_torque,
+)
+from olp.robots.dynamics.model import STANDARD_GRAVITY, Model, Mounting, dynamic_model, gravity_of, payload_of
+from olp.robots.dynamics.torques import (
+    bias_forces,
+    gravity_torques,
+    inertia_forces,
+    inverse_dynamics,
+    mass_matrix,
+)
+from olp.robots.masses import Body
+
+__all__ = [
+    "STANDARD_GRAVITY",
+    "Body",
+    "Interval",
+    "Model",
+    "Mounting",
+    "MoveAcceleration",
+    "PathTorque",
+    "acceleration_interval",
+    "bias_forces",
+    "dynamic_model",
+    "gravity_of",
+    "gravity_torques",
+    "inertia_forces",
+    "inverse_dynamics",
+    "mass_matrix",
+    "move_acceleration",
+    "path_acceleration",
+    "path_torque",
+    "payload_of",
+]

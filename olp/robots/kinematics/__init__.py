@@ -1,0 +1,40 @@
+"""Joints to flange poses and back, for whole paths at once.
+
+Poses are those of the flange in the robot base frame: origin at the height of axes S and L, the floor height
+(`Geometry.base_height`) not added. A tool is put on or taken off by `with_tool` and `without_tool`.
+"""
+
+from olp.robots.kinematics.chain import forward, jacobian
+from olp.robots.kinematics.configuration import (
+    Clearance,
+    Singularity,
+    clearance,
+    configuration_of,
+    singularities,
+    within_limits,
+)
+from olp.robots.kinematics.inverse import branches, inverse
+from olp.robots.kinematics.nearest import nearest
+from olp.robots.kinematics.pulses import joints_to_pulses, pulses_to_joints
+from olp.robots.kinematics.tool import with_tool, without_tool
+from olp.robots.kinematics.tracking import track, track_branches
+
+__all__ = [
+    "Clearance",
+    "Singularity",
+    "branches",
+    "clearance",
+    "configuration_of",
+    "forward",
+    "inverse",
+    "jacobian",
+    "joints_to_pulses",
+    "nearest",
+    "pulses_to_joints",
+    "singularities",
+    "track",
+    "track_branches",
+    "with_tool",
+    "within_limits",
+    "without_tool",
+]

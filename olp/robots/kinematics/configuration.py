@@ -1,0 +1,154 @@
+"""The configuration of a pose as RCONF counts it, and the joint turns that it implies.
+
+Six flags: 1 flip (B >= 0: 0) or no flip (B < 0: 1); 2 upper (0) or lower (1) elbow; 3 wrist centre in front
+of (0) or behind (1) axis S; 4, 5, 6 whether |R|, |T|, |S| reach 180 deg (controller manuals; 1, 3 and 5 are
+confirmed by the twenty AR2010 poses that exist both as pulses and as coordinates).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from olp.core.diagnostic import OlpError, error
+from olp.robots.kinematics.chain import as_joints, geometry_of
+from olp.robots.model import Links, Robot
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.int64]
+
+# Axes (S L U R B T) whose turn a flag tells, in the order of flags 4, 5, 6.
+TURN_AXES = (3, 5, 0)
+_TURN = 2.0 * math.pi
+
+
+class Singularity(NamedTuple):
+    """(n,) each: how near a pose is to the three places where a joint speed grows beyond all bounds."""
+
+    wrist: NDArray[np.bool_]  # B nearly 0: R and T turn about one line
+    elbow: NDArray[np.bool_]  # arm nearly stretched or folded
+    shoulder: NDArray[np.bool_]  # wrist centre nearly on axis S
+
+
+class Clearance(NamedTuple):
+    """(n,) each: how far poses are from the three singularities; 0 in them, of different sign on either side."""
+
+    wrist: Array  # [rad] -pi/2..pi/2, of axis B from its nearest straight or folded position
+    elbow: Array  # [rad] of the forearm from the stretched arm (positive: upper elbow) or from the folded one
+    shoulder: Array  # [m] of the wrist centre from axis S, negative behind it
+
+
+def links_of(robot: Robot) -> Links:
+    """Raises OlpError (K001 no geometry, K004 no spherical wrist)."""
+    links = geometry_of(robot).links
+    if links is None:
+        message = f"{robot.name} has no spherical wrist with six axes: RCONF does not describe its poses"
+        raise OlpError(
+            error("K004", message, help="give its points as pulses, or solve from a start position")
+        )
+    return links
+
+
+def configuration_of(robot: Robot, joints: ArrayLike) -> Flags:
+    """(n, 6) flags 0 or 1 of joints (n, 6) [rad]. Raises OlpError: K001, K002, K004."""
+    links = links_of(robot)
+    values = as_joints(robot, joints)
+    standard = to_standard(links, values)
+    flags = np.zeros(values.shape, dtype=np.int64)
+    flags[:, 0] = wrap(standard[:, 4]) < 0.0
+    flags[:, 1] = wrap(standard[:, 2] - _stretched(links)) > 0.0
+    flags[:, 2] = _radius(links, standard) < 0.0
+    for flag, axis in enumerate(TURN_AXES, start=3):
+        # A controller's own pose at 180 deg comes back a rounding error short of it.
+        flags[:, flag] = np.abs(values[:, axis]) >= math.pi - 1e-9
+    return flags
+
+
+def singularities(robot: Robot, joints: ArrayLike, angle: float = 0.01, length: float = 0.01) -> Singularity:
+    """Which poses lie within `angle` [rad] (wrist, elbow) or `length` [m] (shoulder) of a singularity.
+
+    `joints` (n, 6) [rad]. Raises OlpError: K001, K002, K004.
+    """
+    clear = clearance(robot, joints)
+    return Singularity(
+        np.abs(clear.wrist) < angle, np.abs(clear.elbow) < angle, np.abs(clear.shoulder) < length
+    )
+
+
+def clearance(robot: Robot, joints: ArrayLike) -> Clearance:
+    """How far joints (n, 6) [rad] are from singularities, nan where they are. Raises OlpError: K001, K002, K004."""
+    links = links_of(robot)
+    standard = to_standard(links, as_joints(robot, joints))
+    bend = wrap(_stretched(links) - standard[:, 2])
+    return Clearance(
+        np.arcsin(np.sin(standard[:, 4])),
+        np.where(np.abs(bend) > math.pi / 2, np.copysign(math.pi, bend) - bend, bend),
+        _radius(links, standard),
+    )
+
+
+def within_limits(robot: Robot, joints: ArrayLike) -> NDArray[np.bool_]:
+    """(n, k): whether each of the joints (n, k) [rad | m] is inside the soft limits (nan is not)."""
+    values = as_joints(robot, joints)
+    inside: NDArray[np.bool_] = (values >= robot.lower - 1e-9) & (values <= robot.upper + 1e-9)
+    return inside
+
+
+def to_standard(links: Links, readings: Array) -> Array:
+    """Standard angles from readings, both (n, 6) [rad]."""
+    standard: Array = readings * np.array(links.signs, dtype=np.float64) + np.array(links.zeros)
+    return standard
+
+
+def from_standard(links: Links, standard: Array) -> Array:
+    """Readings from standard angles, axes last, both (..., 6) [rad]."""
+    readings: Array = (standard - np.array(links.zeros)) * np.array(links.signs, dtype=np.float64)
+    return readings
+
+
+def turn_centres(robot: Robot) -> Array:
+    """(6,) [rad]: readings are wrapped to within half a turn of these.
+
+    Flags tell the turn of S, R and T, so these centre on 0; no flag tells it for L, U and B, whose limits
+    (U reaches beyond 180 deg on many arms) must.
+    """
+    centres = (robot.lower + robot.upper) / 2.0
+    centres[list(TURN_AXES)] = 0.0
+    return centres
+
+
+def apply_turns(readings: Array, configuration: Flags) -> Array:
+    """Readings (n, 6) [rad] with S, R, T a turn further where flags 4 to 6 of (n, 6) or (6,) say so.
+
+    A flag that is neither 0 nor 1 counts turns with their sign, as FANUC's do.
+    """
+    turned = readings.copy()
+    flags = np.broadcast_to(configuration, readings.shape)
+    for flag, axis in enumerate(TURN_AXES, start=3):
+        value = readings[:, axis]
+        further = (flags[:, flag] != 0) & (np.abs(value) < math.pi - 1e-9)
+        turned[:, axis] = np.where(further, value - np.copysign(_TURN, value), value)
+        counted = (flags[:, flag] < 0) | (flags[:, flag] > 1)
+        turned[:, axis] = np.where(counted, value + _TURN * flags[:, flag], turned[:, axis])
+    return turned
+
+
+def wrap(angle: Array, centre: float | Array = 0.0) -> Array:
+    """`angle` [rad] by whole turns to within half a turn of `centre`."""
+    wrapped: Array = angle - _TURN * np.rint((angle - centre) / _TURN)
+    return wrapped
+
+
+def _stretched(links: Links) -> float:
+    """[rad] Standard U where forearm and upper arm are in line: upper elbow below, lower elbow above it."""
+    return math.pi / 2.0 - math.atan2(links.a3, links.d4)
+
+
+def _radius(links: Links, standard: Array) -> Array:
+    """(n,) [m] of the wrist centre from axis S, negative behind it."""
+    pitch = standard[:, 1] - standard[:, 2]
+    forearm = links.d4 * np.cos(pitch) + links.a3 * np.sin(pitch)
+    return links.a1 + links.a2 * np.sin(standard[:, 1]) + forearm

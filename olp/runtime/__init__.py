@@ -1,0 +1,1 @@
+"""Runs a program: the plan of what happens, step by step."""

@@ -1,0 +1,333 @@
+"""How the arm stands where a position does not say it: as the way there leaves it.
+
+Along lines and curves the arm stays on its branch, whatever flags their end names: they decide on joint moves alone,
+and controllers stop at lines that lead to others. A joint move to a pose without flags goes to the nearest axes. Arms
+without a spherical wrist have no configurations that could be named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.ir.points import PointKind, PointState
+from olp.ir.program import Path
+from olp.robots.coordinate_systems import Cell, Floats, Gap, quaternions
+from olp.robots.geometry import (
+    compose,
+    quaternion_from_rotation,
+    rotation_angle,
+    rotation_from_quaternion,
+    slerp,
+)
+from olp.runtime.plan import PATHS, Moves, Positions
+
+if TYPE_CHECKING:
+    from olp.robots.robot import Robot
+
+_JOINT: Final = PATHS.index(Path.JOINT)
+_TURN = 2.0 * math.pi
+# [rad] An axis that turns further from one end of a line to the other may have gone round the other way.
+_SUDDEN = 0.5 * math.pi
+_NOISE = 1e-9  # [rad]
+_AT_ONCE = 512  # moves whose axes are solved together
+# Samples along a line that is followed: [m] and [rad] between them, and how many at least and at most.
+_SPACING, _TURNING, _FEWEST, _MOST = 0.01, 0.02, 16, 256
+# Arms that are solved step by step: [m] and [rad] between steps, [rad] by which axes may differ from step to step.
+_STEP, _STEP_TURN, _STEP_AXES = 0.05, 0.1, 0.5
+
+
+class Named(IntEnum):
+    """What a written position says about how the arm stands."""
+
+    AXES = 0  # all of it; or nothing is known of the arm
+    FLAGS = 1  # a pose with flags, which a joint move obeys
+    NOTHING = 2  # a pose without flags, or of an arm that has no configurations
+    OTHER = 3  # a pose with flags in which the arm cannot stand there
+
+
+def named(cell: Cell, mechanism: int, state: PointState) -> Named:
+    """What a position with this state says."""
+    robot = cell.robot(mechanism)
+    if state.kind is not PointKind.POSE or robot is None or robot.geometry is None:
+        return Named.AXES
+    if not cell.mechanisms[mechanism].is_robot:
+        return Named.AXES
+    return Named.FLAGS if state.configuration and robot.geometry.links is not None else Named.NOTHING
+
+
+def says_of(cell: Cell, mechanism: int, state: PointState, axes: Floats) -> NDArray[np.int8]:
+    """(n,) Named: what positions with this state say, whose axes (n, k) are those of their flags."""
+    said = named(cell, mechanism, state)
+    found = np.full(len(axes), said, dtype=np.int8)
+    if said is Named.FLAGS and state.sectors:
+        from olp.robots.kinematics.sectors import stands_in
+
+        found[~stands_in(axes, state.sectors)] = Named.OTHER
+    return found
+
+
+def keep_branches(
+    cell: Cell, positions: Positions, tools: NDArray[np.int32], says: NDArray[np.int8], moves: Moves
+) -> tuple[Positions, Moves, NDArray[np.int32]]:
+    """Positions whose axes follow from the moves that lead there, with the `moves` and `tools` for them.
+
+    `says` (p,): Named. A position that is reached in several ways becomes several positions.
+    """
+    if not len(moves) or not says[moves.target].any():
+        return positions, moves, tools
+    axes = positions.axes.copy()
+    target, start = moves.target.copy(), moves.start.copy()
+    again: list[int] = []  # which positions are there once more, and with which axes
+    again_axes: list[Floats] = []
+    for mechanism in np.unique(moves.mechanism[says[moves.target] > 0]).tolist():
+        rows = np.flatnonzero(moves.mechanism == mechanism)
+        robot = cell.robot(mechanism)
+        assert robot is not None
+        width = len(robot.axes)
+        arm = Arm(robot, cell, positions, tools)
+        reached = arm.follow(int(moves.start[rows[0]]), target[rows], moves.path[rows] == _JOINT, says)
+        if says[target[rows[0]]] == Named.NOTHING and moves.start[rows[0]] == target[rows[0]]:
+            _tell_first(cell, robot)
+        written = axes[target[rows], :width]
+        _tell(cell, reached, written, says[target[rows]], moves.path[rows] == _JOINT)
+        unsaid = says[target[rows]] >= Named.NOTHING
+        # Where a position that says nothing is reached first, it gets its axes; reached again, it may need others.
+        first = np.zeros(len(rows), dtype=bool)
+        first[np.unique(target[rows], return_index=True)[1]] = True
+        first &= unsaid
+        axes[target[rows[first]], :width] = reached[first]
+        for at in np.flatnonzero((~_same(reached, written) | unsaid) & ~first).tolist():
+            index, row = int(target[rows[at]]), reached[at]
+            if not _same(axes[index, :width], row):
+                target[rows[at]] = len(positions) + len(again)
+                again.append(index)
+                again_axes.append(np.pad(row, (0, axes.shape[1] - width), constant_values=np.nan))
+                if at + 1 < len(rows) and start[rows[at + 1]] == index:
+                    start[rows[at + 1]] = target[rows[at]]
+    if not again:
+        return replace(positions, axes=axes), moves, tools
+    grown = Positions(
+        np.concatenate([positions.position, positions.position[again]]),
+        np.concatenate([positions.quaternion, positions.quaternion[again]]),
+        np.concatenate([axes, np.array(again_axes)]),
+    )
+    return grown, replace(moves, start=start, target=target), np.concatenate([tools, tools[again]])
+
+
+def _tell_first(cell: Cell, robot: Robot) -> None:
+    """The first position of all, where nobody says how the arm stands."""
+    if robot.geometry is not None and robot.geometry.links is not None:
+        taken = "in front, elbow up, wrist not flipped"
+    else:
+        taken = "near the middle of its axes' ranges"
+    text = f"how the arm stands at its first pose is not written: {taken} is taken, and what follows goes on from there"
+    cell.gaps.setdefault("first pose", Gap("first pose", text))
+
+
+def _tell(
+    cell: Cell, reached: Floats, written: Floats, says: NDArray[np.int8], joint: NDArray[np.bool_]
+) -> None:
+    """Lines that lead to other flags than the arm stands in, joint moves to flags that it cannot have."""
+    count = int(((says == Named.OTHER) & joint).sum())
+    if count:
+        where = "a joint move leads" if count == 1 else f"{count} joint moves lead"
+        text = (
+            f"{where} to an arm configuration in which this robot cannot be there: the nearest axes are taken"
+        )
+        cell.gaps.setdefault("arm configuration", Gap("arm configuration", text))
+    told = (says == Named.FLAGS) & ~np.isnan(reached).any(axis=1) & ~np.isnan(written).any(axis=1)
+    from olp.robots.kinematics.configuration import wrap
+
+    told[told] = (np.abs(wrap(reached[told] - written[told])) > _NOISE).any(axis=1)
+    count = int(told.sum())
+    if count:
+        where = "a straight move leads" if count == 1 else f"{count} straight moves lead"
+        text = f"{where} to other arm flags than those in which the arm stands: it stays as it stands"
+        cell.gaps.setdefault("arm flags", Gap("arm flags", text))
+
+
+def _same(one: Floats, other: Floats) -> NDArray[np.bool_]:
+    """(...,) whether axes (..., k) are one, or not known in both."""
+    near = (np.abs(one - other) < _NOISE) | (np.isnan(one) & np.isnan(other))
+    return np.asarray(near.all(axis=-1))
+
+
+@dataclass(slots=True)
+class Arm:
+    """One arm among the positions of a plan. `tools` (p,): the tool's number of each."""
+
+    robot: Robot
+    cell: Cell
+    positions: Positions
+    tools: NDArray[np.int32]
+
+    def follow(
+        self, start: int, targets: NDArray[np.int32], joint: NDArray[np.bool_], says: NDArray[np.int8]
+    ) -> Floats:
+        """Axes (n, k) at `targets` (n,), indices of positions, one move after the other from the position `start`.
+
+        `joint` (n,): joint moves. Where a line leads to flags as the arm has them, what they say stays.
+        """
+        width = len(self.robot.axes)
+        result = self.positions.axes[targets][:, :width]
+        here = self.positions.axes[start][:width]
+        known = np.asarray(~np.isnan(result).any(axis=1))
+        posed = np.asarray(says[targets] > 0)
+        open_rows = (says[targets] >= Named.NOTHING) | (posed & ~joint & self._changes(result, here))
+        breaks = np.append(np.flatnonzero(joint | ~posed), len(targets))  # where runs along lines end
+        at, end = 0, 0
+        for row in np.flatnonzero(open_rows).tolist():
+            if row < at:
+                continue
+            before = np.flatnonzero(known[at:row])
+            here = result[at + int(before[-1])] if len(before) else here
+            if joint[row] or np.isnan(here).any():
+                at = end = row + 1
+                if not np.isnan(here).any():
+                    result[row] = self._nearest(targets[row:at], here)
+                here = here if np.isnan(result[row]).any() else result[row]
+                continue
+            at, end = row, int(breaks[np.searchsorted(breaks, row)])
+            while at < end:
+                rows = self._along(targets[at : min(end, at + _AT_ONCE)], here)
+                result[at : at + len(rows)] = rows
+                at += len(rows)
+                here = here if np.isnan(rows[-1]).any() else rows[-1]
+        return result
+
+    def _changes(self, axes: Floats, here: Floats) -> NDArray[np.bool_]:
+        """(n,) where axes (n, k) are on another branch than before, the first of them than `here`, or far away."""
+        far = np.abs(np.diff(axes, axis=0, prepend=here[None])).max(axis=1) > _SUDDEN
+        if self.robot.geometry is None or self.robot.geometry.links is None:
+            return np.asarray(far)
+        from olp.robots.kinematics import configuration_of
+
+        flags = configuration_of(self.robot, np.concatenate([here[None], axes]))[:, :3]
+        return np.asarray(far | (np.diff(flags, axis=0) != 0).any(axis=1))
+
+    def _flange(self, targets: NDArray[np.int32]) -> tuple[Floats, Floats]:
+        """Flange poses (n, 3) [m], (n, 3, 3) of positions."""
+        position = self.positions.position[targets]
+        rotation = rotation_from_quaternion(self.positions.quaternion[targets])
+        for number in np.unique(self.tools[targets]).tolist():
+            back = self.cell.tool_pose(number).inverse()
+            own = self.tools[targets] == number
+            position[own], rotation[own] = compose(position[own], rotation[own], back.position, back.rotation)
+        return position, rotation
+
+    def _nearest(self, targets: NDArray[np.int32], here: Floats) -> Floats:
+        from olp.robots.kinematics import nearest
+
+        return nearest(self.robot, *self._flange(targets), here)
+
+    def _along(self, targets: NDArray[np.int32], here: Floats) -> Floats:
+        """Axes (m, k) at the first m of `targets`, one line after the other; m is 1 or more."""
+        assert self.robot.geometry is not None
+        if self.robot.geometry.links is None:
+            return self._step_by_step(targets[:_FEWEST], here)
+        from olp.robots.kinematics import clearance, configuration_of, inverse
+
+        flags = configuration_of(self.robot, here)[0]
+        flags[3:] = 0
+        joints, _ = inverse(self.robot, *self._flange(targets), flags)
+        steps = np.diff(joints, axis=0, prepend=here[None])
+        turns = _TURN * np.rint(steps / _TURN)
+        straight = np.abs(clearance(self.robot, joints).wrist) < 1e-6
+        unsure = straight | ~(np.abs(steps - turns) < _SUDDEN).all(axis=1)
+        sure = int(unsure.argmax()) if unsure.any() else len(targets)
+        if not sure:
+            return self._followed(int(targets[0]), here)
+        calm: Floats = (joints - np.cumsum(turns, axis=0))[:sure]
+        return calm
+
+    def _followed(self, target: int, here: Floats) -> Floats:
+        """Axes (1, k) at the end of a line that is followed sample by sample."""
+        from olp.robots.kinematics import track
+
+        joints = track(self.robot, *self._line(target, here, _SPACING, _TURNING, _FEWEST, _MOST), here)[-1:]
+        return self._nearest(np.array([target]), here) if np.isnan(joints).any() else joints
+
+    def _step_by_step(self, targets: NDArray[np.int32], here: Floats) -> Floats:
+        """As `_along`, for an arm whose axes are found from those of the step before."""
+        from olp.robots.kinematics.numeric import newton
+
+        starts = np.broadcast_to(here, (len(targets), len(here)))
+        joints, solved = newton(self.robot, *self._flange(targets), starts)
+        unsure = ~solved | (np.abs(np.diff(joints, axis=0, prepend=here[None])) > _STEP_AXES).any(axis=1)
+        sure = int(unsure.argmax()) if unsure.any() else len(targets)
+        if sure:
+            return joints[:sure]
+        seed = here[None]
+        for position, rotation in zip(
+            *self._line(int(targets[0]), here, _STEP, _STEP_TURN, 1, _MOST), strict=True
+        ):
+            seed, solved = newton(self.robot, position[None], rotation[None], seed)
+            if not solved[0]:
+                return self._nearest(targets[:1], here)
+        return seed
+
+    def _line(
+        self, target: int, here: Floats, spacing: float, turning: float, fewest: int, most: int
+    ) -> tuple[Floats, Floats]:
+        """Flange poses (s, 3) [m], (s, 3, 3) on the tool's way from where the arm stands to a position."""
+        from olp.robots.kinematics import forward
+
+        tool = self.cell.tool_pose(int(self.tools[target]))
+        place, turn = compose(*forward(self.robot, here), tool.position, tool.rotation)
+        end, goal = self.positions.position[target], self.positions.quaternion[target]
+        angle = float(rotation_angle(turn, rotation_from_quaternion(goal[None]))[0])
+        wanted = max(float(np.linalg.norm(end - place[0])) / spacing, angle / turning)
+        # A target that nobody knows is no way at all.
+        count = fewest if math.isnan(wanted) else max(math.ceil(min(wanted, most)), fewest)
+        share = np.arange(1, count + 1) / count
+        turned = slerp(
+            np.repeat(quaternion_from_rotation(turn), count, axis=0),
+            np.repeat(goal[None], count, axis=0),
+            share,
+        )
+        back = tool.inverse()
+        return compose(
+            place + share[:, None] * (end - place),
+            rotation_from_quaternion(turned),
+            back.position,
+            back.rotation,
+        )
+
+
+def axes_after(
+    cell: Cell, mechanism: int, entries: Sequence[tuple[PointState, Sequence[float], bool]]
+) -> Floats:
+    """(k,) axes at the last of `entries`, positions as written in the order in which the arm takes them.
+
+    Each with whether a joint move leads there. nan where they are not known.
+    """
+    robot = cell.robot(mechanism)
+    width = len(robot.axes) if robot is not None else 6
+    resolved = [
+        cell.resolve(mechanism, state, np.asarray([row], dtype=np.float64)) for state, row, _ in entries
+    ]
+    axes = np.concatenate([r.axes[:, :width] for r in resolved])
+    if robot is None or len(entries) < 2:
+        last: Floats = axes[-1]
+        return last
+    positions = Positions(
+        np.concatenate([r.position for r in resolved]),
+        np.concatenate([quaternions(r) for r in resolved]),
+        axes,
+    )
+    tools = np.array([state.tool for state, _, _ in entries], dtype=np.int32)
+    says = np.concatenate(
+        [says_of(cell, mechanism, state, r.axes) for (state, _, _), r in zip(entries, resolved, strict=True)]
+    )
+    joint = np.array([joint for _, _, joint in entries])
+    order = np.arange(1, len(entries), dtype=np.int32)
+    reached = Arm(robot, cell, positions, tools).follow(0, order, joint[1:], says)
+    after: Floats = reached[-1]
+    return after

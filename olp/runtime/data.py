@@ -1,0 +1,192 @@
+"""Statements that compute: assignments, arithmetic, frames, shifts."""
+
+from __future__ import annotations
+
+from olp.ir.expressions import (
+    POSITION_STORES,
+    Element,
+    Expression,
+    FrameRef,
+    Function,
+    Item,
+    Member,
+    Named,
+    Number,
+    Signal,
+    Store,
+    SystemValue,
+    Taught,
+    Unknown,
+    Variable,
+)
+from olp.ir.program import Assign, Clear, DefineFrame, ExternalTool, ReadInput, ShiftOff, ShiftOn, Update
+from olp.robots.geometry import frame_from_points
+from olp.runtime.arithmetic import calculate
+from olp.runtime.elements import combine, held_position, write_element
+from olp.runtime.evaluate import evaluate, number, whole, write_variable
+from olp.runtime.functions import as_position, set_frame, set_tool
+from olp.runtime.memory import INTEGERS, PositionValue, SystemPosition, Value, zero
+from olp.runtime.poses import pose_of, raw_pose
+from olp.runtime.signals import read_signal, write_signal
+from olp.runtime.spelling import spell
+from olp.runtime.state import Machine, Shift, StatementError, role
+from olp.runtime.targets import position_value
+from olp.runtime.variables import read_variable
+
+_ALL = 100_000  # more variables than any controller has
+
+
+def assign(m: Machine, s: Assign) -> None:
+    store_value(m, s.target, evaluate(m, s.value))
+
+
+def store_value(m: Machine, target: Expression, value: Value) -> None:
+    """Stores a value wherever a program can store one. Raises StatementError for anything else."""
+    if isinstance(target, Variable):
+        if isinstance(value, SystemPosition) and target.store in POSITION_STORES - {Store.SYSTEM}:
+            value = dict(value.parts).get(target.store, value)
+        write_variable(m, target, value)
+    elif isinstance(target, Named):
+        from olp.runtime.scope import write_name
+
+        write_name(m, target.name, value)
+    elif isinstance(target, Item):
+        from olp.runtime.structures import write_item
+
+        write_item(m, target, value)
+    elif isinstance(target, Member):
+        from olp.runtime.structures import write_member
+
+        write_member(m, target, value)
+    elif isinstance(target, FrameRef) and target.kind == "tool" and target.number is not None:
+        set_tool(m, target.number, value)
+    elif isinstance(target, SystemValue):
+        m.assume(f"{spell(target)} is set: nothing that is timed depends on it")
+    elif isinstance(target, Element):
+        if not isinstance(value, (int, float)):
+            raise StatementError("I204", "an element of a position holds a number", "use a double variable")
+        write_element(m, target, value)
+    elif isinstance(target, Function) and target.name == "tool-data":
+        set_tool(m, target.arguments[0], value)
+    elif isinstance(target, FrameRef) and target.kind == "user":
+        set_frame(m, target, raw_pose(as_position(value)))
+    elif isinstance(target, Signal):
+        write_signal(m, target, value)
+    else:
+        raise StatementError("I218", f"nothing can be stored in {spell(target)}", "name a variable")
+
+
+def update(m: Machine, s: Update) -> None:
+    """target := target op operand."""
+    if s.operator == "not":
+        operand = s.target if s.operand is None else s.operand
+        store_value(m, s.target, ~int(number(m, operand)) & 0xFF)
+        return
+    if s.operand is None:
+        raise StatementError("I219", f"'{s.operator}' needs a second value", "write it behind the variable")
+    if isinstance(s.target, Variable) and s.target.store in POSITION_STORES:
+        value = evaluate(m, s.operand)
+        stores = _held_parts(m, s.target) if s.target.store is Store.SYSTEM else (s.target.store,)
+        for store in stores:
+            _update_position(
+                m, s.operator, Variable(store, s.target.index, s.target.local, s.target.name), value
+            )
+        return
+    left = evaluate(m, s.target)
+    right = evaluate(m, s.operand)
+    if s.operator == "/" and isinstance(s.target, Variable) and s.target.store in INTEGERS:
+        store_value(m, s.target, _quotient(m, left, right))
+    else:
+        store_value(m, s.target, calculate(s.operator, left, right))
+
+
+def _quotient(m: Machine, left: Value, right: Value) -> Value:
+    """Integer division, towards zero."""
+    if not isinstance(left, int) or not isinstance(right, int) or right == 0:
+        return calculate("/", left, right)
+    quotient = abs(left) // abs(right)
+    if abs(left) % abs(right):
+        m.assume("the quotient of two integers loses its fraction")
+    return quotient if (left < 0) == (right < 0) else -quotient
+
+
+def _held_parts(m: Machine, system: Variable) -> tuple[Store, ...]:
+    value = evaluate(m, system)
+    return tuple(store for store, _ in value.parts) if isinstance(value, SystemPosition) else ()
+
+
+def _update_position(m: Machine, sign: str, target: Variable, value: Value) -> None:
+    if isinstance(value, SystemPosition):
+        value = dict(value.parts).get(target.store, value)
+    if not isinstance(value, (int, float, PositionValue)):
+        raise StatementError(
+            "I211", "a position is combined with a position or a number", "check the operand"
+        )
+    write_variable(m, target, combine(sign, held_position(m, target), value))
+
+
+def clear(m: Machine, s: Clear) -> None:
+    """Zeroes variables; without a target the call stack is emptied."""
+    if s.target is None:
+        m.frames.clear()
+        return
+    if not isinstance(s.target, Variable):
+        raise StatementError("I218", f"{spell(s.target)} cannot be cleared", "name a variable")
+    first, store, local = whole(m, s.target.index), s.target.store, s.target.local
+    if s.count is not None:
+        indices = list(range(first, first + min(whole(m, s.count), _ALL)))
+    else:
+        held = m.frame.locals if local else m.memory.values
+        indices = [index for kind, index in held if kind is store and index >= first]
+    for index in indices:
+        write_variable(m, Variable(store, Number(index), local), zero(store))
+
+
+def read_input(m: Machine, s: ReadInput) -> None:
+    value = read_signal(m, s.signal)
+    store_value(m, s.target, int(value) if isinstance(value, bool) else value)
+
+
+def define_frame(m: Machine, s: DefineFrame) -> None:
+    """A user frame from three points, and a fourth that its origin moves to."""
+    arm = role(m, 0, Store.ROBOT)
+    points = [pose_of(m, arm, _robot_position(m, p)).position for p in s.points]
+    if len(points) < 3:
+        raise StatementError("I220", "a frame needs three points", "teach origin, X axis and X-Y plane")
+    if s.master_tool:
+        m.assume("the frame on the master tool is taken as standing still")
+    frame = frame_from_points(*points[:3])
+    if len(points) > 3:
+        frame = type(frame)(points[3], frame.rotation)
+    set_frame(m, s.frame, frame)
+
+
+def _robot_position(m: Machine, position: Expression) -> PositionValue:
+    if not isinstance(position, (Taught, Variable, Unknown)):
+        return as_position(evaluate(m, position))
+    if isinstance(position, Variable) and position.store is Store.SYSTEM:
+        return as_position(read_variable(m, Store.SYSTEM, whole(m, position.index), position.local))
+    return position_value(m, position, Store.ROBOT)
+
+
+def shift_on(m: Machine, s: ShiftOn) -> None:
+    """From here on taught targets move by the offset."""
+    if s.coordinated:
+        m.assume("the shift relative to the moving work is left out")
+        return
+    offset = _robot_position(m, s.offset)
+    m.shift = Shift(offset, s.frame if s.frame is not None else FrameRef("own"))
+    m.plain = False
+    if any(offset.values[3:6]):
+        m.assume("a shift with angles turns the tool about its centre point, not about the frame's origin")
+
+
+def shift_off(m: Machine, s: ShiftOff) -> None:
+    if not s.coordinated:
+        m.shift = None
+        m.plain = not (m.tool_now or m.user_now)
+
+
+def external_tool(m: Machine, s: ExternalTool) -> None:
+    if s.tool is not None:
+        m.assume("speeds about the fixed tool are taken as speeds of the robot's own tool")

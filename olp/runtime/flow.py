@@ -1,0 +1,366 @@
+"""Control flow: labels, jumps, blocks, calls and returns."""
+
+from __future__ import annotations
+
+from olp.core.diagnostic import Severity
+from olp.ir.expressions import CallValue, Expression, Named, Variable
+from olp.ir.program import (
+    Break,
+    Call,
+    Case,
+    Continue,
+    Default,
+    Else,
+    ElseIf,
+    EndWhile,
+    For,
+    If,
+    Jump,
+    Label,
+    Next,
+    Repeat,
+    Return,
+    Statement,
+    Switch,
+    Until,
+    While,
+)
+from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
+from olp.runtime.jobs import Job
+from olp.runtime.loops import enter_loop, way_back
+from olp.runtime.memory import RANGES, Value
+from olp.runtime.plan import CallSpan
+from olp.runtime.spelling import spell
+from olp.runtime.state import OTHER_FRAME, EndedError, Frame, Machine, StatementError
+
+_NESTED = 30  # calls within expressions of routines so called: each is a level of Python's own stack
+_DEPTH = 100  # calls within calls; controllers allow about a dozen
+
+
+def test(m: Machine, condition: Expression) -> bool:
+    """Whether a condition holds; one that cannot be evaluated is reported and does not."""
+    try:
+        return holds(m, condition)
+    except StatementError as fault:
+        m.fault(fault)
+        return False
+
+
+def label(m: Machine, s: Label) -> None:
+    enter_loop(m, m.frame.pc - 1)
+
+
+def jump(m: Machine, s: Jump) -> int | None:
+    if s.condition is not None and not test(m, s.condition):
+        return None
+    name = s.target if isinstance(s.target, str) else _label_name(evaluate(m, s.target))
+    labels = m.frame.job.flow.labels
+    target = labels.get(name)
+    if target is None:
+        known = ", ".join(list(labels)[:8]) or "none"
+        raise StatementError(
+            "I104", f"there is no label {name[:40]} to jump to", f"labels of this routine: {known}"
+        )
+    here = m.frame.pc - 1
+    return way_back(m, target, here, s.condition) if target <= here else target
+
+
+def _label_name(value: Value) -> str:
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    return str(int(value)) if isinstance(value, bool) else str(value)
+
+
+def if_(m: Machine, s: If) -> int | None:
+    if test(m, s.condition):
+        return None
+    return _next_branch(m, m.frame.pc - 1)
+
+
+def _next_branch(m: Machine, marker: int) -> int | None:
+    """The first statement of the branch that is taken after a condition at `marker` did not hold."""
+    body, flow = m.frame.job.body, m.frame.job.flow
+    following = flow.after.get(marker)
+    while following is not None and following < len(body):
+        branch = body[following]
+        if not isinstance(branch, ElseIf):
+            return following + 1
+        m.frame.pc = following + 1
+        if test(m, branch.condition):
+            return following + 1
+        following = flow.after.get(following)
+    return following
+
+
+def end_of_branch(m: Machine, s: ElseIf | Else | Case | Default) -> int | None:
+    """Reached from the branch above: that one is done, and so is the whole block."""
+    end = m.frame.job.flow.end.get(m.frame.pc - 1)
+    return None if end is None else end + 1
+
+
+def while_(m: Machine, s: While) -> int | None:
+    here = m.frame.pc - 1
+    enter_loop(m, here)
+    if test(m, s.condition):
+        return None
+    end = m.frame.job.flow.end.get(here)
+    return None if end is None else end + 1
+
+
+def end_while(m: Machine, s: EndWhile) -> int | None:
+    here = m.frame.pc - 1
+    opener = m.frame.job.flow.opener.get(here)
+    if opener is None:
+        return None
+    head = m.frame.job.body[opener]
+    assert isinstance(head, While)
+    return way_back(m, opener, here, head.condition) if test(m, head.condition) else None
+
+
+def repeat(m: Machine, s: Repeat) -> None:
+    enter_loop(m, m.frame.pc - 1)
+
+
+def until(m: Machine, s: Until) -> int | None:
+    here = m.frame.pc - 1
+    opener = m.frame.job.flow.opener.get(here)
+    if opener is None or test(m, s.condition):
+        return None
+    return way_back(m, opener, here, s.condition)
+
+
+def break_(m: Machine, s: Break) -> int | None:
+    flow = m.frame.job.flow
+    opener = flow.loop.get(m.frame.pc - 1)
+    if opener is None:
+        return None
+    m.frame.counters.pop(opener, None)
+    return flow.end[opener] + 1
+
+
+def continue_(m: Machine, s: Continue) -> int | None:
+    flow = m.frame.job.flow
+    opener = flow.loop.get(m.frame.pc - 1)
+    return None if opener is None else flow.end[opener]
+
+
+def for_(m: Machine, s: For) -> int | None:
+    here = m.frame.pc - 1
+    if not isinstance(s.variable, (Variable, Named)):  # a name that nothing defines
+        raise StatementError(
+            "I209", f"{spell(s.variable)} cannot count", "use a byte, integer or double variable"
+        )
+    start, stop = number(m, s.start), number(m, s.stop)
+    step = 1 if s.step is None else number(m, s.step)
+    if step == 0:
+        raise StatementError("I105", "a FOR loop with step 0 has no end", "give a step other than 0")
+    _count(m, s.variable, start)
+    m.frame.counters[here] = (stop, step)
+    if _beyond(start, stop, step):
+        end = m.frame.job.flow.end.get(here)
+        return None if end is None else end + 1
+    return None
+
+
+def next_(m: Machine, s: Next) -> int | None:
+    opener = m.frame.job.flow.opener.get(m.frame.pc - 1)
+    counter = None if opener is None else m.frame.counters.get(opener)
+    if opener is None or counter is None:
+        return None  # reached by a jump past the loop's head: nothing is counted
+    head = m.frame.job.body[opener]
+    assert isinstance(head, For)
+    stop, step = counter
+    following = number(m, head.variable) + step
+    if _fits(head.variable, following):
+        _count(m, head.variable, following)
+        if not _beyond(following, stop, step):
+            return opener + 1
+    del m.frame.counters[opener]
+    return None
+
+
+def _beyond(value: float, stop: float, step: float) -> bool:
+    return value > stop if step > 0 else value < stop
+
+
+def _count(m: Machine, variable: Variable | Named, value: float) -> None:
+    if isinstance(variable, Variable):
+        write_variable(m, variable, value)
+        return
+    from olp.runtime.scope import write_name
+
+    write_name(m, variable.name, value)
+
+
+def _fits(variable: Variable | Named, value: float) -> bool:
+    if isinstance(variable, Named):
+        return True
+    low, high = RANGES.get(variable.store, (-float("inf"), float("inf")))
+    return low <= value <= high
+
+
+def switch(m: Machine, s: Switch) -> int | None:
+    here, body, flow = m.frame.pc - 1, m.frame.job.body, m.frame.job.flow
+    value = evaluate(m, s.value)
+    default = None
+    marker = flow.after.get(here)
+    while marker is not None and marker < len(body):
+        branch = body[marker]
+        if isinstance(branch, Case):
+            m.frame.pc = marker + 1
+            if any(evaluate(m, case) == value for case in branch.values):
+                return marker + 1
+        elif isinstance(branch, Default):
+            default = marker + 1
+        else:
+            break
+        marker = flow.after.get(marker)
+    return default if default is not None else (None if marker is None else marker + 1)
+
+
+def call(m: Machine, s: Call) -> int | None:
+    if s.condition is not None and not test(m, s.condition):
+        return None
+    name = _routine_name(m, s)
+    if s.spelling == "macro" and m.jobs.find(name, m.frame.job.source) is None:
+        m.assume(f"the macro {name} is taken to take no time and to change nothing")
+        m.recorder.signal(m.frame.job.source, s.line)
+        return None
+    job = _found(m, name)
+    frame = _new_frame(m, job, s.arguments)
+    frame.result = s.result
+    if s.jump:
+        if _again(m, job.key, name):
+            return None
+        m.frame = frame
+        return OTHER_FRAME
+    _check_depth(m)
+    if not m.frames:
+        m.spans.append(CallSpan(s.line, len(m.recorder), len(m.recorder)))
+    m.frames.append(m.frame)
+    m.frame = frame
+    return OTHER_FRAME
+
+
+def _found(m: Machine, name: str) -> Job:
+    job = m.jobs.find(name, m.frame.job.source)
+    if job is not None:
+        return job
+    near = m.jobs.near(name)
+    did = f"did you mean {', '.join(near)}? Else " if near else ""
+    raise StatementError(
+        "I102",
+        f"the routine {name[:60]} was not found: its call is left out",
+        f"{did}put its file into the same folder",
+    )
+
+
+def _new_frame(m: Machine, job: Job, arguments: tuple[Expression, ...]) -> Frame:
+    if not job.routine.parameters:
+        values = tuple(evaluate(m, argument) for argument in arguments)
+        m.load(job)
+        return Frame(job, values)
+    from olp.runtime.scope import bind
+
+    m.load(job)
+    names, outs = bind(m, job.routine.parameters, arguments)
+    return Frame(job, names=names, outs=outs)
+
+
+def _check_depth(m: Machine) -> None:
+    if len(m.frames) >= _DEPTH:
+        m.stop(f"calls go more than {_DEPTH} deep")
+        raise StatementError(
+            "I106", f"calls go more than {_DEPTH} deep: the run ends here", "the routine calls itself"
+        )
+
+
+def value_of_call(m: Machine, e: CallValue) -> Value:
+    """Runs a routine inside an expression, to its return."""
+    frame = _new_frame(m, _found(m, e.routine), e.arguments)
+    _check_depth(m)
+    if m.nested >= _NESTED:
+        m.stop(f"calls within expressions go more than {_NESTED} deep")
+        raise StatementError(
+            "I106", f"calls within expressions go more than {_NESTED} deep: the run ends here"
+        )
+    depth, caller = len(m.frames), m.frame
+    m.frames.append(caller)
+    m.frame = frame
+    m.returned = None
+    m.nested += 1
+    m.operations.run_until(m, depth)
+    m.nested -= 1
+    returned: Value | None = m.returned
+    if returned is None and m.stop_reason:
+        raise EndedError
+    if returned is None:
+        raise StatementError("I225", f"{e.routine} returns no value", "end it with a return of one")
+    return returned
+
+
+def _routine_name(m: Machine, s: Call) -> str:
+    if s.macro is None:
+        return s.routine
+    macro = whole(m, s.macro)
+    macros = m.world.backup.macros if m.world.backup is not None else {}
+    if macro not in macros:
+        raise StatementError(
+            "I107",
+            f"macro {macro} is not defined: its call is left out",
+            "put MACRO.DAT beside the job",
+            Severity.WARNING,
+        )
+    return macros[macro]
+
+
+def _again(m: Machine, key: int, name: str) -> bool:
+    """Whether a chain of jumps between routines has come round often enough. Stops the run then."""
+    times = m.jumped.get(key, 1 if key == m.first_job else 0)
+    m.jumped[key] = times + 1
+    if times < m.cycles:
+        return False
+    m.assume(
+        f"the routines jump in a circle: stopped after {m.cycles} {'cycle' if m.cycles == 1 else 'cycles'}"
+    )
+    m.stop(f"one cycle ends where line {m.line} jumps to {name} again")
+    return True
+
+
+def return_(m: Machine, s: Return) -> int | None:
+    if s.condition is not None and not test(m, s.condition):
+        return None
+    if s.value is not None:
+        m.returned = evaluate(m, s.value)
+    leave(m)
+    return OTHER_FRAME
+
+
+def end(m: Machine, _: Statement) -> int:
+    leave(m)
+    return OTHER_FRAME
+
+
+def leave(m: Machine) -> None:
+    """Goes back to the caller; without one the program has ended."""
+    if not m.frames:
+        m.ended = True
+        return
+    done = m.frame
+    m.frame = m.frames.pop()
+    if done.outs or done.result is not None:
+        _hand_back(m, done)
+    if not m.frames and m.spans:
+        m.spans[-1] = m.spans[-1]._replace(stop=len(m.recorder))
+
+
+def _hand_back(m: Machine, done: Frame) -> None:
+    """Stores what a routine returned or changed in its parameters where the caller wants it."""
+    from olp.runtime.data import store_value
+
+    for key, target in done.outs:
+        value = done.names[key].value
+        if value is not None:
+            store_value(m, target, value)
+    if done.result is not None and m.returned is not None:
+        store_value(m, done.result, m.returned)

@@ -1,0 +1,99 @@
+"""The variables of a run: what each kind can hold, initial values, and what was changed when."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from olp.ir.expressions import POSITION_STORES, Store
+from olp.ir.points import PointKind, PointState
+from olp.runtime.assumptions import SignalKey
+
+
+class PositionValue(NamedTuple):
+    """A position as a variable holds it: pulses, radians, or metres and radians, as `state` says.
+
+    `external`: further axes as written, mm or deg.
+    """
+
+    state: PointState
+    values: tuple[float, ...]
+    external: tuple[float, ...] = ()
+
+
+class SystemPosition(NamedTuple):
+    """Robot, base and station together."""
+
+    parts: tuple[tuple[Store, PositionValue], ...]
+
+
+@dataclass(slots=True)
+class Record:
+    """A structure's value. Copied when it is assigned."""
+
+    type: str
+    members: dict[str, Value]
+
+
+@dataclass(slots=True)
+class Array:
+    """An array's value; `None` where nothing was stored yet. Copied when it is assigned."""
+
+    items: list[Value | None]
+
+
+@dataclass(slots=True)
+class Slot:
+    """A named variable: what it holds (None: nothing yet) and its type as in `Declare.type`.
+
+    `shared`: other files see it.
+    """
+
+    value: Value | None
+    type: str = ""
+    shared: bool = False
+
+
+Value = int | float | str | bool | PositionValue | SystemPosition | Record | Array
+Scope = dict[str, Slot]
+Key = tuple[Store, int]
+
+# Controller manuals: B 0..255, I and D two's complement of 16 and 32 bit.
+RANGES: Mapping[Store, tuple[int, int]] = {
+    Store.BYTE: (0, 255),
+    Store.INTEGER: (-(2**15), 2**15 - 1),
+    Store.DOUBLE: (-(2**31), 2**31 - 1),
+}
+INTEGERS = frozenset(RANGES)
+ACTIVE = "active"  # the frame of a pose that stands in whatever frame holds when it is moved to
+EMPTY_PULSES = PositionValue(PointState(PointKind.PULSE), (0.0,) * 6)
+
+
+@dataclass(slots=True)
+class Memory:
+    """Global variables and signals. `stamp` counts changes.
+
+    `changed`: (kind or bus, index) -> stamp of the last change by the program; a local variable n counts as -1 - n.
+    """
+
+    values: dict[Key, Value] = field(default_factory=dict)
+    signals: dict[SignalKey, int] = field(default_factory=dict)
+    stamp: int = 0
+    changed: dict[tuple[str, int | str], int] = field(default_factory=dict)
+
+    def put(self, key: Key, value: Value) -> None:
+        """Stores a global value."""
+        if self.values.get(key) != value:
+            self.stamp += 1
+            self.changed[key] = self.stamp
+        self.values[key] = value
+
+
+def zero(store: Store) -> Value:
+    """What a variable holds when nobody says."""
+    if store in INTEGERS:
+        return 0
+    if store is Store.REAL:
+        return 0.0
+    return EMPTY_PULSES if store in POSITION_STORES else ""

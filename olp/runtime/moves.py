@@ -1,0 +1,268 @@
+"""Moves: who goes where, how fast, and how the end is passed."""
+
+from __future__ import annotations
+
+import math
+
+from olp.core.diagnostic import Severity
+from olp.ir.expressions import (
+    POSITION_STORES,
+    Expression,
+    Position,
+    Store,
+    SystemValue,
+    Taught,
+    Unknown,
+    Variable,
+)
+from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move
+from olp.runtime.columns import NO_EXTRA, NOWHERE, Extra
+from olp.runtime.evaluate import quantity, whole
+from olp.runtime.memory import SystemPosition
+from olp.runtime.modal import RATE_ABSOLUTE, RATE_FRACTION
+from olp.runtime.places import place_of
+from olp.runtime.plan import BlendCode
+from olp.runtime.speeds import FRACTION, JOINT, PATH_CODES, TIME, move_speed, part_speed, share, turn_rate
+from olp.runtime.spelling import spell
+from olp.runtime.state import Machine, StatementError, role
+from olp.runtime.targets import place
+from olp.runtime.variables import read_variable
+
+_EXACT, _ZONE, _UNTAGGED, _RADIUS = (
+    int(c) for c in (BlendCode.EXACT, BlendCode.ZONE, BlendCode.UNTAGGED, BlendCode.RADIUS)
+)
+_HIGHEST_LEVEL = 8
+_NAN = math.nan
+# Looked up once: every move asks.
+_ROBOT, _BY_RADIUS, _BY_SPEED = Store.ROBOT, BlendKind.RADIUS, BlendKind.SPEED
+_UNCHANGED = (BlendKind.LEVEL, BlendKind.CONTINUOUS)  # kinds whose number is no length
+# KUKA's defaults in $config.dat, where a program sets none: 50 %, 3 mm, 100 %, 5 deg.
+_MODAL_BLENDS = {
+    BlendKind.SHARE: 0.5,
+    BlendKind.RADIUS: 0.003,
+    BlendKind.SPEED: 1.0,
+    BlendKind.TURN: math.radians(5.0),
+}
+
+
+def move(m: Machine, s: Move) -> None:
+    """Executes a move."""
+    targets = s.targets
+    if (
+        m.plain
+        and m.conventions.taught_frames
+        and not s.parts
+        and len(targets) == 1
+        and type(targets[0]) is Taught
+        and _is_simple(s)
+    ):
+        taught = targets[0]
+        job = m.frame.job
+        store = taught.store
+        mechanism = job.roles.get((0, store))
+        if mechanism is None:
+            mechanism = role(m, 0, store)
+        recorder = m.recorder
+        target = recorder.taught(mechanism, job.key, job.points, store, taught.number)
+        if target is None:
+            raise _missing(taught)
+        path = PATH_CODES[s.path]
+        unit, speed = move_speed(m, s.speed, path)
+        code, zone = (_UNTAGGED, _NAN) if s.blend is None else _blend(m, s.blend, mechanism)
+        recorder.step(job.source, s.line)
+        recorder.row(mechanism, target, path, unit, speed, code, zone, 1.0, 1.0, s.end_of_arc)
+        m.moves += 1
+        return
+    _compound(m, s)
+
+
+def _is_simple(s: Move) -> bool:
+    return (
+        s.search is None
+        and s.relative is None
+        and s.until is None
+        and s.acceleration is None
+        and s.deceleration is None
+        and not s.coordinated
+        and not s.no_wait
+        and not s.passes
+        and s.tool is None
+        and s.frame is None
+        and s.via is None
+        and s.rate is None
+        and s.turn is None
+        and s.offset is None
+        and s.tool_offset is None
+    )
+
+
+def _missing(position: Position) -> StatementError:
+    return StatementError(
+        "I206", f"the routine teaches no {spell(position)}", "add the point, or correct its number"
+    )
+
+
+def _compound(m: Machine, s: Move) -> None:
+    """A move of several mechanisms, or with anything besides target, speed and blend."""
+    path = PATH_CODES[s.path]
+    if _stays(m, s):
+        m.assume("the move goes to where the arm stands, which nobody says: it is taken to go nowhere")
+        return
+    rows = _targets_of(m, s.targets, 0, s)
+    for number_, part in enumerate(s.parts, 1):
+        if part.path is not None:
+            rows += _targets_of(m, part.targets, number_, s)
+    if not rows:
+        return
+    unit, speed = move_speed(m, s.speed, path)
+    if m.override != 1.0 and unit != TIME:
+        speed *= m.override
+    modal = m.rates.get((path == JOINT, RATE_FRACTION), 1.0)
+    acceleration = modal if s.acceleration is None else share(m, quantity(m, s.acceleration), "acceleration")
+    deceleration = (
+        (modal if s.acceleration is None else acceleration)
+        if s.deceleration is None
+        else share(m, quantity(m, s.deceleration), "deceleration")
+    )
+    extra = _extra(m, s, path, rows[0][1])
+    _report_unknowables(m, s)
+    arm = rows[0][1]
+    if len(rows) > 1:
+        arm = next((mech for _, mech, _ in rows if m.world.mechanisms[mech].is_robot), arm)
+    recorded = []
+    for part_number, mechanism, target in rows:
+        row_path, row_unit, row_speed = path, unit, speed
+        if part_number:
+            row_path, row_unit, row_speed = part_speed(m, s.parts[part_number - 1], (unit, speed))
+        if row_unit != FRACTION and not m.world.mechanisms[mechanism].is_robot:
+            # A track or table under a linear move keeps step; only its own rated speed bounds it.
+            row_path, row_unit, row_speed = JOINT, FRACTION, 1.0
+        blend = (s.parts[part_number - 1].blend if part_number else None) or s.blend
+        code, zone, kind = (_UNTAGGED, _NAN, "") if blend is None else _any_blend(m, blend, arm)
+        if kind:
+            extra = extra._replace(blend=kind)
+        recorded.append((mechanism, target, row_path, row_unit, row_speed, code, zone))
+    # Only now: a tag without a value leaves the whole move out, and a step without rows would be none.
+    recorder = m.recorder
+    recorder.step(m.frame.job.source, s.line)
+    if extra is not NO_EXTRA:
+        recorder.extra(extra)
+    for row in recorded:
+        recorder.row(*row, acceleration, deceleration, s.end_of_arc)
+    m.moves += 1
+
+
+def _stays(m: Machine, s: Move) -> bool:
+    """Whether a program begins by moving to where the arm stands, as KUKA's do so that a block selection is safe."""
+    here = len(s.targets) == 1 and isinstance(s.targets[0], SystemValue) and s.relative is None
+    return here and not m.conventions.taught_frames and m.recorder.at[role(m, 0, Store.ROBOT)] == NOWHERE
+
+
+def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:
+    """What a move of another language than INFORM says besides; NO_EXTRA where it says nothing."""
+    rate = m.rates.get((path == JOINT, RATE_ABSOLUTE), _NAN)
+    if s.rate is not None:
+        given = quantity(m, s.rate.value)
+        if given > 0.0 and s.rate.unit is not AccelerationUnit.FRACTION:
+            rate = given
+    turn = m.turn if s.turn is None else turn_rate(m, s.turn)
+    if s.via is None and math.isnan(rate) and math.isnan(turn):
+        return NO_EXTRA
+    via = -1
+    if s.via is not None:
+        via = place_of(m, mechanism, s, s.via)
+    arc = _NAN if s.arc is None else quantity(m, s.arc)
+    return Extra(rate, turn, via, arc)
+
+
+def _targets_of(
+    m: Machine, targets: tuple[Expression, ...], part: int, s: Move
+) -> list[tuple[int, int, int]]:
+    """(part, mechanism, index in the pool) of each written position."""
+    rows = []
+    for position in targets:
+        if _is_general(m, position, s):
+            mechanism = role(m, part, _ROBOT)
+            rows.append((part, mechanism, place_of(m, mechanism, s, position)))
+            continue
+        if not isinstance(position, (Taught, Variable)) or position.store not in POSITION_STORES:
+            raise StatementError(
+                "I209", f"{spell(position)} is no position", "use a position variable or a taught point"
+            )
+        for store in _stores(m, position):
+            rows.append(
+                (part, mechanism := role(m, part, store), place(m, mechanism, position, store, s.relative))
+            )
+    return rows
+
+
+def _is_general(m: Machine, position: Expression, s: Move) -> bool:
+    """Whether a target is more than a point or variable of an INFORM job."""
+    if m.conventions.taught_frames and isinstance(position, (Taught, Variable, Unknown)):
+        return s.tool is not None or s.frame is not None
+    return not isinstance(position, Unknown) and getattr(position, "store", _ROBOT) is _ROBOT
+
+
+def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
+    if position.store is not Store.SYSTEM:
+        return (position.store,)
+    assert isinstance(position, Variable)
+    whole_position = read_variable(m, Store.SYSTEM, whole(m, position.index), position.local)
+    assert isinstance(
+        whole_position, SystemPosition
+    )  # what else a system variable holds is an error of its own
+    return tuple(store for store, _ in whole_position.parts)
+
+
+def _any_blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float, str]:
+    """(blend code, zone or radius [m] or share, what has still to become metres once the path is known)."""
+    kind = blend.kind
+    if m.conventions.taught_frames or kind in _UNCHANGED:
+        return (*_blend(m, blend, mechanism), "")
+    value = (
+        m.blends.get(kind, _MODAL_BLENDS.get(kind, 0.0)) if blend.value is None else quantity(m, blend.value)
+    )
+    if value <= 0.0 and not (kind is _BY_SPEED and m.conventions.share_zones and blend.value is not None):
+        return _EXACT, _NAN, ""
+    if kind is _BY_RADIUS:
+        return (_RADIUS if m.conventions.share_zones else _ZONE), value, ""
+    if kind is _BY_SPEED and m.conventions.share_zones:
+        return _ZONE, min(value, 1.0), ""
+    return _ZONE, value, str(kind)
+
+
+def _blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float]:
+    """(blend code, zone or radius [m])."""
+    if blend.kind is BlendKind.CONTINUOUS or blend.value is None:
+        return _UNTAGGED, _NAN
+    value = quantity(m, blend.value)
+    if blend.kind is BlendKind.RADIUS:
+        return (_RADIUS, value) if value > 0.0 else (_EXACT, _NAN)
+    level = round(value)
+    if level <= 0:
+        return _EXACT, _NAN
+    if level > _HIGHEST_LEVEL:
+        m.fault(
+            StatementError("I304", f"position level {level} is taken as 8", "write 0 .. 8", Severity.WARNING)
+        )
+    zone = m.world.zone(mechanism, level)
+    if mechanism in m.world.default_zones:
+        m.world.default_zones.discard(mechanism)
+        m.assume(
+            "the blend zones of this controller are not known: 12.5 25 50 100 200 300 400 500 mm are taken"
+        )
+    return _ZONE, zone
+
+
+def _report_unknowables(m: Machine, s: Move) -> None:
+    if s.search is not None:
+        m.assume("the search is taken to move all the way to its target")
+    if s.until is not None:
+        m.assume("the condition that ends the move early is taken not to come before its target")
+    if s.coordinated:
+        says = "the speed relative to the moving work is taken as the tool's speed in the base frame"
+        m.assume_once("coordinated", says)
+    if s.passes:
+        m.assume_once("passes", "the tags of multi-pass welding are not followed: every pass runs as written")
+    if s.no_wait:
+        m.assume("the statements after this move are taken to run behind it, not beside it")

@@ -1,0 +1,215 @@
+"""Where a move leads when its target is any expression: in the frame and with the tool that hold for it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.ir.expressions import Expression, FrameRef, Number, PositionLiteral, Store
+from olp.ir.points import PointKind, PointState
+from olp.ir.program import Move, Path
+from olp.robots.coordinate_systems import EXTERNAL_AXES, in_frame
+from olp.robots.geometry import Pose
+from olp.runtime.columns import NOWHERE
+from olp.runtime.evaluate import evaluate
+from olp.runtime.functions import as_position
+from olp.runtime.memory import ACTIVE, PositionValue
+from olp.runtime.modal import frame_place, position_in, tool_number
+from olp.runtime.poses import current_frames, here, moved_by, pose_of, raw_pose
+from olp.runtime.scope import position_of
+from olp.runtime.spelling import spell
+from olp.runtime.state import Machine, StatementError
+from olp.runtime.structures import literal_position
+
+Place = tuple[str, int | None]
+_JOINT_PATH, _POSE = Path.JOINT, PointKind.POSE  # looked up once: every move asks
+
+
+def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
+    """The pool index of a move's target or via point."""
+    value = literal_position(target) if type(target) is PositionLiteral else evaluate(m, target)
+    if not isinstance(value, PositionValue):
+        value = position_of(value, spell(target))
+    tool = m.active_tool if s.tool is None else tool_number(m, s.tool)
+    place = m.active_frame if s.frame is None else frame_place(m, s.frame)
+    own_tool = value.state.frame not in (ACTIVE, "joint") and s.tool is None
+    value = position_in(value, place, value.state.tool if own_tool else tool)
+    if value.state.frame == "user" or own_tool:
+        # A taught point names its frame and tool by number; the program may have given them other values since.
+        value = value._replace(state=current_frames(m, value.state))
+    if not m.obeys_flags and s.path is _JOINT_PATH and value.state.configuration:
+        value = value._replace(state=replace(value.state, configuration=(), sectors=()))
+    state = value.state
+    if s.frame is not None and state.kind is _POSE and (state.frame, state.user) != place:
+        value = value._replace(state=state.at(place[0], place[1], state.tool))
+    if s.relative is not None:
+        value = _relative(m, mechanism, value, s.relative, place, tool)
+    elif any(map(math.isnan, value.values)):
+        value = _filled(m, mechanism, value)
+    if m.shift is not None:
+        value = _displaced(m, value)
+    if s.offset is not None or s.tool_offset is not None:
+        value = _offset(m, mechanism, s, value)
+    if value.external and any(v not in (0.0, 9e9) and not math.isnan(v) for v in value.external):
+        m.assume_once("external axes", EXTERNAL_AXES)
+    if s.tool is not None and s.frame is not None:
+        m.active_tool, m.active_frame = tool, place  # for RAPID's CRobT(), behind this move
+    return m.recorder.position(mechanism, value.state, value.values)
+
+
+def _relative(
+    m: Machine, mechanism: int, by: PositionValue, frame: FrameRef, place: Place, tool: int
+) -> PositionValue:
+    """Where the arm stands, moved by the written components; those that are not written do not move."""
+    values = tuple(0.0 if math.isnan(v) else v for v in by.values)
+    if by.state.kind is PointKind.JOINT:
+        start = _joints_here(m, mechanism)
+        width = max(len(values), len(start))
+        pairs = zip(_padded(start, width), _padded(values, width), strict=True)
+        return by._replace(values=tuple(a + b for a, b in pairs))
+    start_value = _seen(m, mechanism, here(m, mechanism), place, tool)
+    if frame.kind != "tool":
+        number = None if place[1] is None else Number(place[1])
+        frame = FrameRef(place[0], number) if frame.kind == "own" else frame
+    moved = moved_by(m, mechanism, start_value, by._replace(values=values), frame)
+    return moved._replace(state=replace(moved.state, tool=tool))
+
+
+def _filled(m: Machine, mechanism: int, value: PositionValue) -> PositionValue:
+    """Components that were not written keep what the arm has now."""
+    if value.state.kind is PointKind.JOINT:
+        now = _joints_here(m, mechanism)
+    else:
+        state = value.state
+        now = _seen(m, mechanism, here(m, mechanism), (state.frame, state.user), state.tool).values
+    width = max(len(value.values), len(now))
+    pairs = zip(_padded(value.values, width, math.nan), _padded(now, width), strict=True)
+    return value._replace(values=tuple(b if math.isnan(a) else a for a, b in pairs))
+
+
+def _padded(values: tuple[float, ...], width: int, by: float = 0.0) -> tuple[float, ...]:
+    return values + (by,) * (width - len(values))
+
+
+def _seen(m: Machine, mechanism: int, value: PositionValue, place: Place, tool: int) -> PositionValue:
+    """A position as a pose in a frame, at a tool's centre point."""
+    state = value.state
+    if state.kind is PointKind.POSE and (state.frame, state.user) == place and state.tool == tool:
+        return value
+    pose = pose_of(m, mechanism, value)
+    if state.tool != tool:
+        cell = m.world.cell
+        pose = pose @ cell.tool_pose(state.tool).inverse() @ cell.tool_pose(tool)
+    frame = FrameRef(place[0], None if place[1] is None else Number(place[1]))
+    origin = Pose.identity() if place[1] is None else m.world.cell.user_frame(place[1])
+    seen = in_frame(pose, origin)
+    state = replace(
+        PointState(PointKind.POSE, frame.kind, place[1], tool, state.configuration), sectors=state.sectors
+    )
+    return PositionValue(state, tuple(float(v) for v in seen.xyz_angles()), value.external)
+
+
+def _joints_here(m: Machine, mechanism: int) -> tuple[float, ...]:
+    """Axis values [rad] where the arm stands. Raises StatementError (I212) where no robot lets them be known."""
+    value = here(m, mechanism)
+    if value.state.kind is PointKind.JOINT:
+        return value.values
+    robot = m.world.cell.robot(mechanism)
+    axes = m.recorder.axes_here(mechanism)[: len(robot.axes) if robot is not None else 6]
+    if np.isnan(axes).any():
+        raise StatementError(
+            "I212",
+            "the axes of the arm are not known here",
+            "say which robot it is: --robot maker/model, or robot = … in olp.toml",
+        )
+    from olp.robots.kinematics.readings import readings_of_joints
+
+    return tuple(float(v) for v in (axes if robot is None else readings_of_joints(robot, axes[None])[0]))
+
+
+def _seed(m: Machine, mechanism: int) -> NDArray[np.float64] | None:
+    """(k,) axes where the arm stands, None where nobody knows."""
+    try:
+        return np.array(_joints_here(m, mechanism))
+    except StatementError:
+        return None
+
+
+def _displaced(m: Machine, value: PositionValue) -> PositionValue:
+    """A pose within the program displacement that holds (RAPID PDispSet): one more frame inside its own."""
+    if m.shift is None or value.state.kind is not PointKind.POSE:
+        return value
+    pose = raw_pose(m.shift.offset) @ raw_pose(value)
+    return value._replace(values=tuple(float(v) for v in pose.xyz_angles()))
+
+
+def _offset(m: Machine, mechanism: int, s: Move, value: PositionValue) -> PositionValue:
+    """The target moved by an offset in its frame, and by one along the tool's axes."""
+    if value.state.kind is not PointKind.POSE:
+        tool = value.state.tool
+        value = _seen(m, mechanism, value, m.active_frame, tool)
+    pose = raw_pose(value)
+    if s.offset is not None:
+        pose = raw_pose(as_position(evaluate(m, s.offset))) @ pose
+    if s.tool_offset is not None:
+        pose = pose @ raw_pose(as_position(evaluate(m, s.tool_offset)))
+    return value._replace(values=tuple(float(v) for v in pose.xyz_angles()))
+
+
+def current(
+    m: Machine, joints: bool, tool: Expression | None = None, frame: Expression | None = None
+) -> PositionValue:
+    """Where the arm stands: its axes, or its pose in a frame and at a tool, those that hold where none is named."""
+    from olp.runtime.state import role
+
+    mechanism = role(m, 0, Store.ROBOT)
+    if m.recorder.at[mechanism] == NOWHERE:
+        here(m, mechanism)  # says that it is not known
+    if joints:
+        return PositionValue(PointState(PointKind.JOINT, "joint"), _joints_here(m, mechanism))
+    place = m.active_frame if frame is None else frame_place(m, frame)
+    number = m.active_tool if tool is None else tool_number(m, tool)
+    seen = _seen(m, mechanism, here(m, mechanism), place, number)
+    return seen._replace(state=replace(seen.state, frame=ACTIVE, user=None))
+
+
+def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = None) -> PositionValue:
+    """The axes that reach a pose in the frame and with the tool that hold, nearest to `near`, or to where the arm is.
+
+    Raises StatementError (I212).
+    """
+    from olp.robots.kinematics.readings import joints_of_readings, readings_of_joints
+    from olp.runtime.state import role
+
+    if value.state.kind is PointKind.JOINT:
+        return value
+    mechanism = role(m, 0, Store.ROBOT)
+    placed = position_in(value, m.active_frame, m.active_tool)
+    rows = np.asarray([placed.values[:6]], dtype=np.float64)
+    robot = m.world.cell.robot(mechanism)
+    read = _seed(m, mechanism) if near is None else np.array(near.values)
+    seed = None
+    if robot is not None and read is not None and len(read) == len(robot.axes):
+        seed = joints_of_readings(robot, read[None])[0]
+    axes = m.world.cell.resolve(mechanism, placed.state, rows, seed).axes[0]
+    if robot is None or np.isnan(axes[: len(robot.axes)]).any():
+        raise StatementError(
+            "I212",
+            "the axes that reach this pose are not known",
+            "say which robot it is: --robot maker/model",
+        )
+    found = readings_of_joints(robot, axes[None, : len(robot.axes)])[0]
+    return PositionValue(PointState(PointKind.JOINT, "joint"), tuple(float(v) for v in found))
+
+
+def pose_at(m: Machine, value: PositionValue) -> PositionValue:
+    """The pose that joint values reach, in the frame and at the tool that hold. Raises StatementError (I212)."""
+    from olp.runtime.state import role
+
+    mechanism = role(m, 0, Store.ROBOT)
+    placed = position_in(value, m.active_frame, m.active_tool)
+    seen = _seen(m, mechanism, placed, m.active_frame, m.active_tool)
+    return seen._replace(state=replace(seen.state, frame=ACTIVE, user=None))

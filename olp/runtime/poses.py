@@ -1,0 +1,191 @@
+"""Positions as poses in the base and back into any frame; where the arm stands; shifts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from olp.ir.expressions import FrameRef, Number
+from olp.ir.points import PointKind, PointState
+from olp.robots.coordinate_systems import in_frame
+from olp.robots.geometry import Pose
+from olp.runtime.columns import NOWHERE
+from olp.runtime.evaluate import whole
+from olp.runtime.memory import ACTIVE, PositionValue
+from olp.runtime.state import Machine, StatementError
+from olp.runtime.variables import is_whole
+
+_POSE_SIZE = 6
+
+
+def pose_of(m: Machine, mechanism: int, value: PositionValue) -> Pose:
+    """The tool's pose in the base.
+
+    Raises StatementError: I213 for a pose cut short, I212 where the robot or its geometry is missing.
+    """
+    _check_whole(value)
+    pose = m.world.cell.pose(mechanism, current_frames(m, value.state), value.values)
+    if pose is None:
+        name = m.world.mechanisms[mechanism].name
+        raise StatementError(
+            "I212",
+            f"where {name} is in space is not known here",
+            "say which robot it is: --robot maker/model, or robot = … in olp.toml",
+        )
+    return pose
+
+
+def _check_whole(value: PositionValue) -> None:
+    if not is_whole(value):
+        raise StatementError("I213", "this needs the position of a robot", "use a P variable")
+
+
+def raw_pose(value: PositionValue) -> Pose:
+    """The six numbers as a pose in their own frame. Raises StatementError (I213) for pulses and joints."""
+    if value.state.kind is not PointKind.POSE or len(value.values) < _POSE_SIZE:
+        raise StatementError("I213", "this needs a Cartesian position", "convert it first")
+    return Pose.from_xyz_angles(value.values[:_POSE_SIZE])
+
+
+def with_pose(value: PositionValue, pose: Pose, state: PointState | None = None) -> PositionValue:
+    """`value` with its first six numbers replaced; further axes stay."""
+    values = tuple(float(v) for v in pose.xyz_angles()) + value.values[_POSE_SIZE:]
+    return PositionValue(state or value.state, values)
+
+
+def current_frames(m: Machine, state: PointState) -> PointState:
+    """`state` with the tool and user frame that hold now, where the program has changed them since."""
+    if state.frame == ACTIVE:
+        return replace(state, frame=m.active_frame[0], user=m.active_frame[1], tool=m.active_tool)
+    tool = m.tool_now.get(state.tool, state.tool)
+    user = state.user if state.user is None else m.user_now.get(state.user, state.user)
+    if tool == state.tool and user == state.user:
+        return state
+    return replace(state, tool=tool, user=user)
+
+
+def frame_pose(m: Machine, frame: FrameRef) -> Pose:
+    """A frame seen from the base. Raises StatementError for one that moves with the arm."""
+    if frame.kind in ("base", "robot"):
+        return Pose.identity()
+    if frame.kind == ACTIVE:
+        kind, place = m.active_frame
+        return Pose.identity() if kind == "base" else m.world.cell.user_frame(place or 0)
+    if frame.kind == "user":
+        number = whole(m, frame.number) if frame.number is not None else 0
+        return m.world.cell.user_frame(m.user_now.get(number, number))
+    raise StatementError("I214", f"the {frame.kind} frame is not known here", "use the base or a user frame")
+
+
+def own_frame(m: Machine, state: PointState) -> Pose:
+    """The frame that a pose is written in, seen from the base."""
+    number = Number(state.user) if state.frame == "user" and state.user is not None else None
+    return frame_pose(m, FrameRef(state.frame, number))
+
+
+def frame_state(m: Machine, frame: FrameRef, before: PointState) -> PointState:
+    """The state of a pose written in `frame`."""
+    number = whole(m, frame.number) if frame.kind == "user" and frame.number is not None else None
+    return replace(before, kind=PointKind.POSE, frame=frame.kind, user=number)
+
+
+def here(m: Machine, mechanism: int) -> PositionValue:
+    """Where the mechanism stands, as it was written. Raises StatementError (I215) before its first move."""
+    index = m.recorder.at[mechanism]
+    if index == NOWHERE:
+        name = m.world.mechanisms[mechanism].name
+        raise StatementError(
+            "I215",
+            f"where {name} stands before its first move is not known",
+            f"say it in olp.toml: [start] {name} = {{ pulse = [ … ] }}",
+        )
+    state, values = m.recorder.written(index)
+    return PositionValue(state, tuple(float(v) for v in values))
+
+
+def as_pulses(m: Machine, mechanism: int, value: PositionValue) -> PositionValue:
+    """The same position in motor pulses. Raises StatementError (I212) where the robot is missing."""
+    if value.state.kind is PointKind.PULSE:
+        return value
+    _check_whole(value)
+    robot = m.world.cell.robot(mechanism)
+    state = current_frames(m, value.state)
+    resolved = m.world.cell.resolve(mechanism, state, np.asarray([value.values], dtype=np.float64))
+    axes = resolved.axes[0]
+    if robot is None or not robot.knows_pulses or np.isnan(axes[: len(robot.axes)]).any():
+        name = m.world.mechanisms[mechanism].name
+        raise StatementError(
+            "I212",
+            f"this position is not known in pulses of {name}",
+            "say which robot it is: --robot maker/model, or robot = … in olp.toml",
+        )
+    from olp.robots.kinematics import joints_to_pulses
+
+    pulses = joints_to_pulses(robot, axes[None, : len(robot.axes)])[0]
+    return PositionValue(
+        replace(value.state, kind=PointKind.PULSE, frame="pulse", user=None), tuple(map(float, pulses))
+    )
+
+
+def as_pose(m: Machine, mechanism: int, value: PositionValue, frame: FrameRef) -> PositionValue:
+    """The same position as a pose in `frame`, with the arm's configuration where it is known."""
+    if not m.world.mechanisms[mechanism].is_robot:
+        return value
+    seen = in_frame(pose_of(m, mechanism, value), frame_pose(m, frame))
+    state = frame_state(m, frame, replace(value.state, configuration=_configuration(m, mechanism, value)))
+    return PositionValue(state, tuple(float(v) for v in seen.xyz_angles()))
+
+
+def _configuration(m: Machine, mechanism: int, value: PositionValue) -> tuple[int, ...]:
+    robot = m.world.cell.robot(mechanism)
+    if value.state.kind is PointKind.POSE or robot is None or robot.geometry is None:
+        return value.state.configuration
+    if robot.geometry.links is None:
+        return ()
+    from olp.robots.kinematics import configuration_of
+
+    axes = m.world.cell.resolve(mechanism, value.state, np.asarray([value.values], dtype=np.float64)).axes
+    return tuple(int(flag) for flag in configuration_of(robot, axes[:, : len(robot.axes)])[0])
+
+
+def shifted(pose: Pose, offset: Pose, frame: Pose) -> Pose:
+    """`pose` (in the base) moved by `offset`, whose numbers are given along the axes of `frame`.
+
+    The tool centre point is translated, and the tool is turned about it: it does not swing round the frame's origin.
+    """
+    turn = frame.rotation @ offset.rotation @ frame.rotation.T
+    return Pose(pose.position + frame.rotation @ offset.position, turn @ pose.rotation)
+
+
+def moved_by(
+    m: Machine, mechanism: int, start: PositionValue, offset: PositionValue, frame: FrameRef
+) -> PositionValue:
+    """`start` moved by `offset` in `frame`: base, robot, user or tool; "own" is the offset's own frame."""
+    if not m.world.mechanisms[mechanism].is_robot or offset.state.kind is not PointKind.POSE:
+        return _added(m, mechanism, start, offset)
+    if frame.kind == "own":
+        frame = FrameRef(offset.state.frame, None if offset.state.user is None else Number(offset.state.user))
+    pose = pose_of(m, mechanism, start)
+    by = raw_pose(offset)
+    axes = pose if frame.kind == "tool" else frame_pose(m, frame)
+    base = FrameRef("base")
+    state = frame_state(m, base, replace(start.state, configuration=_configuration(m, mechanism, start)))
+    return PositionValue(state, tuple(float(v) for v in shifted(pose, by, axes).xyz_angles()))
+
+
+def _added(m: Machine, mechanism: int, start: PositionValue, offset: PositionValue) -> PositionValue:
+    """Axis by axis, in pulses, radians or metres."""
+    if start.state.kind is not offset.state.kind and offset.state.kind is PointKind.PULSE:
+        start = as_pulses(m, mechanism, start)
+    if start.state.kind is not offset.state.kind:
+        raise StatementError(
+            "I211", "the position and its offset are of different kinds", "convert one of them first"
+        )
+    width = max(len(start.values), len(offset.values))
+    a = list(start.values) + [0.0] * (width - len(start.values))
+    b = list(offset.values) + [0.0] * (width - len(offset.values))
+    return PositionValue(
+        start.state, tuple(x + (0.0 if math.isnan(y) else y) for x, y in zip(a, b, strict=True))
+    )

@@ -1,0 +1,111 @@
+"""Signals: what the program set itself, what olp.toml says of the rest, and what is assumed otherwise."""
+
+from __future__ import annotations
+
+from olp.ir.expressions import Binary, Compare, Expression, Logic, Signal, State, Text, Unary
+from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_name
+from olp.runtime.evaluate import evaluate, whole
+from olp.runtime.memory import Value
+from olp.runtime.state import Machine
+
+# Buses that carry numbers; all others carry on and off.
+_NUMBERS = ("group", "analog", "register")
+_HALF = 8  # bits in the low and in the high half of a register
+
+
+# What stops an advance run that waits for the arm; flags and registers of the program do not.
+PERIPHERY = frozenset({"in", "out", "analog-in", "analog-out", "in-group", "out-group"})
+
+
+def key_of(m: Machine, signal: Signal) -> SignalKey:
+    if type(signal.index) is Text:
+        return SignalKey(NAMED_SIGNAL, signal.index.value.casefold())
+    return SignalKey(signal.bus, whole(m, signal.index))
+
+
+def is_number(bus: str) -> bool:
+    return any(word in bus for word in _NUMBERS)
+
+
+def read_signal(m: Machine, signal: Signal) -> Value:
+    """The signal's value: a bool, or a number for groups and registers."""
+    if signal.bus in PERIPHERY:
+        m.stop_advance()
+    key = key_of(m, signal)
+    value = _raw(m, key)
+    if signal.part:
+        value = value >> _HALF & 0xFF if signal.part == "high" else value & 0xFF
+    return value if is_number(signal.bus) else bool(value)
+
+
+def _raw(m: Machine, key: SignalKey) -> int:
+    given = m.assumptions.inputs.get(key)
+    if given is not None:
+        visit = m.visits.get(key, 0)
+        m.visits[key] = visit + 1
+        if visit < len(given) - 1:
+            m.memory.stamp += 1
+            m.listed = m.memory.stamp  # the next read may differ: a loop that waits for it makes progress
+        return given[min(visit, len(given) - 1)]
+    m.reads += 1
+    m.inputs_read[key] = m.reads
+    value = m.memory.signals.get(key)
+    if value is None:
+        shown = "0" if is_number(key.bus) else "OFF"
+        m.assume(f"{signal_name(key)} is taken as {shown}")
+        return 0
+    return value
+
+
+def write_signal(m: Machine, signal: Signal, value: Value) -> None:
+    """Sets an output or register."""
+    number = value if isinstance(value, (int, float)) else 0
+    key = key_of(m, signal)
+    new = int(number)
+    if signal.part:
+        old = m.memory.signals.get(key, 0)
+        new = (old & 0xFF) | (new & 0xFF) << _HALF if signal.part == "high" else (old & 0xFF00) | (new & 0xFF)
+    if m.memory.signals.get(key) != new:
+        m.memory.stamp += 1
+        m.memory.changed[key] = m.memory.stamp
+    m.memory.signals[key] = new
+
+
+def signals_of(condition: Expression) -> list[Signal]:
+    """All signals in a condition, in order of writing."""
+    if isinstance(condition, Signal):
+        return [condition]
+    if isinstance(condition, (Compare, Binary)):
+        return signals_of(condition.left) + signals_of(condition.right)
+    if isinstance(condition, Unary):
+        return signals_of(condition.operand)
+    if isinstance(condition, Logic):
+        parts = [condition.first, *(part for _, part in condition.rest)]
+        return [signal for part in parts for signal in signals_of(part)]
+    return []
+
+
+def impose(m: Machine, condition: Expression) -> None:
+    """Makes a condition `signal = value`, `signal` or `not signal` (also several joined by and) true from here on."""
+    if isinstance(condition, Signal):
+        condition = Compare("=", condition, State(True))
+    elif (
+        isinstance(condition, Unary) and condition.operator == "not" and isinstance(condition.operand, Signal)
+    ):
+        condition = Compare("=", condition.operand, State(False))
+    if isinstance(condition, Logic) and all(word == "and" for word, _ in condition.rest):
+        impose(m, condition.first)
+        for _, part in condition.rest:
+            impose(m, part)
+    elif isinstance(condition, Compare) and condition.operator == "=" and isinstance(condition.left, Signal):
+        value = evaluate(m, condition.right)
+        if isinstance(value, (bool, int)) and key_of(m, condition.left) not in m.assumptions.inputs:
+            m.memory.signals[key_of(m, condition.left)] = int(value)
+
+
+def flip(m: Machine, key: SignalKey) -> str:
+    """Turns an input over, and says so."""
+    new = 0 if m.memory.signals.get(key, 0) else 1
+    m.memory.signals[key] = new
+    shown = str(new) if is_number(key.bus) else ("ON" if new else "OFF")
+    return f"{signal_name(key)} is taken to change to {shown}"

@@ -1,0 +1,249 @@
+"""Elements of arrays, members of records and components of positions: read and written."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from olp.core.units import deg, mm
+from olp.ir.expressions import Expression, Item, Member, Named, PositionLiteral, Variable
+from olp.ir.points import PointKind, PointState, Sector
+from olp.robots.geometry import Pose, quaternion_from_rotation
+from olp.runtime.memory import ACTIVE, Array, PositionValue, Record, Value
+from olp.runtime.spelling import spell
+from olp.runtime.state import Machine, StatementError
+
+_JOINT = PointState(PointKind.JOINT, "joint")
+_COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+_SCALES = (mm, mm, mm, deg, deg, deg)
+_TURNS = ("q1", "q2", "q3", "q4", "rotation1", "rotation2", "rotation3")
+
+
+def literal_position(e: PositionLiteral) -> PositionValue:
+    """A position written out; a pose stands in the frame that holds when it is moved to."""
+    if e.kind == PointKind.JOINT:
+        return PositionValue(_JOINT, e.values, e.external)
+    return PositionValue(_written_state(e.configuration, e.sectors), e.values, e.external)
+
+
+@lru_cache(maxsize=4096)
+def _written_state(
+    configuration: tuple[int, ...], sectors: tuple[tuple[int, float, float], ...]
+) -> PointState:
+    """One object for all positions that are written alike, because every move asks."""
+    told = tuple(Sector(*one) for one in sectors)
+    return PointState(PointKind.POSE, ACTIVE, configuration=configuration, sectors=told)
+
+
+def pose_value(pose: Pose) -> PositionValue:
+    """A computed pose as a value, in the frame that holds when it is moved to."""
+    return PositionValue(PointState(PointKind.POSE, ACTIVE), tuple(float(v) for v in pose.xyz_angles()))
+
+
+def read_item(m: Machine, e: Item) -> Value:
+    """An element; of joint values in degrees. Raises StatementError (I223) outside of the array."""
+    from olp.runtime.evaluate import evaluate
+
+    value = evaluate(m, e.base)
+    for index in _indices(m, e):
+        value = _element(value, index, e)
+    return value
+
+
+def _element(value: Value, index: int, e: Item) -> Value:
+    items: list[Value | None]
+    if isinstance(value, Array):
+        items = value.items
+    elif isinstance(value, PositionValue) and value.state.kind is PointKind.JOINT:
+        items = [v / deg for v in value.values]
+    elif isinstance(value, PositionValue):
+        items = [v / scale for v, scale in zip(value.values, _SCALES, strict=False)]
+    elif isinstance(value, str):
+        items = list(value)
+    else:
+        raise StatementError("I223", f"{spell(e.base)} has no elements", "name an array")
+    if not 1 <= index <= len(items):
+        raise StatementError(
+            "I223", f"{spell(e)} is outside of the array, which has {len(items)} elements", "check the index"
+        )
+    found = items[index - 1]
+    if found is None:
+        raise StatementError("I203", f"{spell(e)} has no value yet", "give it one before it is used")
+    return found
+
+
+def _indices(m: Machine, e: Item) -> list[int]:
+    from olp.runtime.evaluate import whole
+
+    return [whole(m, index) for index in e.indices]
+
+
+def read_member(m: Machine, e: Member) -> Value:
+    """A component of a position [mm, deg], or a member of a record. Raises StatementError (I224) for another name."""
+    from olp.runtime.evaluate import evaluate
+
+    value = evaluate(m, e.base)
+    if isinstance(value, Record):
+        for name, member in value.members.items():
+            if name.casefold() == e.name.casefold():
+                return member
+    if isinstance(value, PositionValue):
+        return _component(value, e)
+    raise StatementError("I224", f"{spell(e.base)} has no member {e.name}", "check the name")
+
+
+def _component(value: PositionValue, e: Member) -> float:
+    name = _name(value, e)
+    if value.state.kind is PointKind.POSE and name in _COMPONENTS:
+        index = _COMPONENTS.index(name)
+        return value.values[index] / _SCALES[index]
+    if value.state.kind is PointKind.POSE and name in _TURNS:
+        return _turn(Pose.from_xyz_angles(value.values[:6]), name)
+    if name[:1] == "e" and name[1:].isdigit():
+        index = int(name[1:]) - 1
+        return value.external[index] if index < len(value.external) else 0.0
+    if value.state.kind is PointKind.JOINT and name[:1] in "aj" and name[1:].isdigit():
+        index = int(name[1:]) - 1
+        if index < len(value.values):
+            return value.values[index] / deg
+    raise StatementError("I224", f"{spell(e.base)} has no component {e.name}", "check the name")
+
+
+def _name(value: PositionValue, e: Member) -> str:
+    """The component, lower case; of a register that holds joint values (FANUC's PR[1,2]) the second is axis 2."""
+    name = e.name.lower()
+    if value.state.kind is PointKind.JOINT and isinstance(e.base, Variable) and name in _COMPONENTS:
+        return f"j{_COMPONENTS.index(name) + 1}"
+    return name
+
+
+def _turn(pose: Pose, name: str) -> float:
+    if name[0] == "q":
+        return float(quaternion_from_rotation(pose.rotation[None])[0][int(name[1]) - 1])
+    return float(rotation_vector(pose)[int(name[-1]) - 1])
+
+
+def rotation_vector(pose: Pose) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """(3,) [rad]: the axis times the angle, 0 to pi."""
+    w, *v = (float(x) for x in quaternion_from_rotation(pose.rotation[None])[0])
+    if w < 0:
+        w, v = -w, [-x for x in v]
+    sine = math.sqrt(sum(x * x for x in v))
+    angle = 2.0 * math.atan2(sine, w)
+    return np.array(v) * (angle / sine if sine > 0 else 2.0)
+
+
+def pose_of_rotation_vector(x: float, y: float, z: float, vector: tuple[float, float, float]) -> Pose:
+    """The pose at x y z [m] turned by a rotation vector [rad]."""
+    from olp.robots.geometry import rotation_from_quaternion
+
+    angle = math.sqrt(sum(v * v for v in vector))
+    half = math.sin(angle / 2) / angle if angle > 0 else 0.5
+    quaternion = np.array([[math.cos(angle / 2), *(v * half for v in vector)]])
+    return Pose(np.array([x, y, z]), rotation_from_quaternion(quaternion)[0])
+
+
+def write_item(m: Machine, target: Item, value: Value) -> None:
+    """Stores an element. Raises StatementError (I223) outside of the array."""
+    from olp.runtime.evaluate import evaluate
+
+    if not target.indices:  # the array as a whole
+        _store(m, target.base, value)
+        return
+    *before, last = _indices(m, target)
+    held = evaluate(m, target.base)
+    for index in before:
+        held = _element(held, index, target)
+    if isinstance(held, Array):
+        if not 1 <= last <= len(held.items):
+            says = f"{spell(target)} is outside of the array, which has {len(held.items)} elements"
+            raise StatementError("I223", says, "check the index")
+        held.items[last - 1] = value
+        _changed(m, target.base)
+    elif isinstance(held, PositionValue) and not before and 1 <= last <= len(held.values):
+        if not isinstance(value, (int, float)):
+            raise StatementError("I204", "an element of a position holds a number", "check the value")
+        scales = (deg,) * len(held.values) if held.state.kind is PointKind.JOINT else _SCALES
+        _store(m, target.base, _replaced(held, last - 1, value * scales[last - 1]))
+    else:
+        raise StatementError("I223", f"{spell(target.base)} has no such element", "name an array")
+
+
+def write_member(m: Machine, target: Member, value: Value) -> None:
+    """Stores a component of a position [mm, deg] or a member of a record."""
+    from olp.runtime.evaluate import evaluate
+
+    name = target.name.lower()
+    try:
+        old = evaluate(m, target.base)
+    except StatementError:
+        if name not in _COMPONENTS:
+            raise
+        old = PositionValue(PointState(PointKind.POSE, ACTIVE), (0.0,) * 6)
+    if isinstance(old, Record):
+        known = next((key for key in old.members if key.casefold() == name), target.name)
+        old.members[known] = value
+        _store(m, target.base, old)
+        return
+    if not isinstance(old, PositionValue) or not isinstance(value, (int, float)):
+        raise StatementError("I224", f"{spell(target.base)} has no member {target.name}", "check the name")
+    _store(m, target.base, _with_component(old, target, _name(old, target), float(value)))
+
+
+def _with_component(old: PositionValue, target: Member, name: str, value: float) -> PositionValue:
+    if old.state.kind is PointKind.POSE and name in _COMPONENTS:
+        index = _COMPONENTS.index(name)
+        return _replaced(old, index, value * _SCALES[index])
+    if old.state.kind is PointKind.POSE and name in _TURNS:
+        return _turned(old, name, value)
+    if name[:1] == "e" and name[1:].isdigit():
+        index = int(name[1:]) - 1
+        external = list(old.external) + [0.0] * (index + 1 - len(old.external))
+        external[index] = value
+        return old._replace(external=tuple(external))
+    if old.state.kind is PointKind.JOINT and name[:1] in "aj" and name[1:].isdigit():
+        index = int(name[1:]) - 1
+        if 0 <= index < len(old.values):
+            return _replaced(old, index, value * deg)
+    raise StatementError("I224", f"{spell(target.base)} has no component {target.name}", "check the name")
+
+
+def _turned(old: PositionValue, name: str, value: float) -> PositionValue:
+    """One number of the turn changed; a quaternion is brought back to unit length."""
+    pose = Pose.from_xyz_angles(old.values[:6])
+    if name[0] == "q":
+        q = [float(v) for v in quaternion_from_rotation(pose.rotation[None])[0]]
+        q[int(name[1]) - 1] = value
+        size = math.sqrt(sum(v * v for v in q)) or 1.0
+        from olp.robots.geometry import rotation_from_quaternion
+
+        turned = Pose(pose.position, rotation_from_quaternion(np.array([[v / size for v in q]]))[0])
+    else:
+        v = [float(x) for x in rotation_vector(pose)]
+        v[int(name[-1]) - 1] = value
+        x, y, z = (float(p) for p in pose.position)
+        turned = pose_of_rotation_vector(x, y, z, (v[0], v[1], v[2]))
+    return old._replace(values=tuple(float(x) for x in turned.xyz_angles()) + old.values[6:])
+
+
+def _replaced(old: PositionValue, index: int, value: float) -> PositionValue:
+    values = list(old.values)
+    values[index] = value
+    return old._replace(values=tuple(values))
+
+
+def _store(m: Machine, target: Expression, value: Value) -> None:
+    m.operations.store(m, target, value)
+    _changed(m, target)
+
+
+def _changed(m: Machine, target: Expression) -> None:
+    """Tells the loops that wait for it which variable has changed inside."""
+    from olp.runtime.scope import note_change
+
+    while isinstance(target, (Item, Member)):
+        target = target.base
+    if isinstance(target, Named):
+        note_change(m, target.name)

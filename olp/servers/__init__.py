@@ -1,0 +1,1 @@
+"""Programs that stay: language server, language service, assistants' server, stepping controller."""

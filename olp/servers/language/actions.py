@@ -1,0 +1,69 @@
+"""Quick fixes: what findings of rules carry, a word that was meant, a finding that is excused."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from olp.checks.lint.fix import Edit, fixed, fixes
+from olp.languages.vendor import find_vendor, vendor_names
+from olp.reports.batch import time_program
+from olp.reports.outcome.model import Finding
+from olp.servers.language.analysis import Analysis, folder_of
+from olp.servers.language.edits import Action, TextEdit
+
+_MEANT = re.compile(r"did you mean ([\w.$#-]+)\?")
+
+
+def actions(analysis: Analysis, first: int, last: int) -> list[Action]:
+    """What is offered for lines `first` to `last`."""
+    findings = [finding for finding in analysis.lint if first <= finding.line <= last]
+    found = [*_meant(analysis, first, last), *_fixes(analysis, findings)]
+    for finding in findings:
+        found += _excuse(analysis, finding)
+    return found
+
+
+def _fixes(analysis: Analysis, findings: list[Finding]) -> Iterator[Action]:
+    """What mends the findings, each tried before it is offered: olp/checks/lint/fix.py says what it has to hold."""
+    program, job = analysis.program, analysis.settings.job
+    if program is None or not findings:
+        return
+    folder = folder_of(analysis.path)
+    for edit in fixes(program, findings):
+        held = fixed(program, [edit], lambda changed: time_program(changed, job, folder)).done
+        if edit in held:
+            title = f"{edit.says[:1].upper()}{edit.says[1:]} ({edit.code}{'' if edit.safe else ', changes the motion'})"
+            yield Action(title, edit.code, (_text_edit(analysis, edit),), edit.safe)
+
+
+def _text_edit(analysis: Analysis, edit: Edit) -> TextEdit:
+    if not edit.text:
+        return TextEdit(edit.first, 1, edit.last + 1, 1, "")
+    end = len(analysis.source.line(edit.last)) + 1
+    return TextEdit(edit.first, 1, edit.last, end, "\n".join(edit.text))
+
+
+def _meant(analysis: Analysis, first: int, last: int) -> Iterator[Action]:
+    """A misspelt word that the reader has guessed."""
+    for found in analysis.diagnostics:
+        match = _MEANT.search(found.help)
+        if match and first <= found.line <= last and found.file in ("", analysis.path):
+            edit = TextEdit(found.line, found.column, found.line, found.end_column, match[1])
+            if found.end_column > found.column:
+                yield Action(f"Write {match[1]}", found.code, (edit,), True)
+
+
+def _excuse(analysis: Analysis, finding: Finding) -> Iterator[Action]:
+    """A comment of its own above the line, where the language has such lines without a number."""
+    program = analysis.program
+    if program is None or program.vendor not in vendor_names() or not finding.line:
+        return
+    vendor = find_vendor(program.vendor)
+    prefix = vendor.comment_prefix
+    if not prefix.strip() or vendor.numbered_lines:
+        return
+    text = analysis.source.line(finding.line)
+    indent = text[: len(text) - len(text.lstrip())] if vendor.indented_comments else ""
+    above = TextEdit(finding.line, 1, finding.line, 1, f"{indent}{prefix}olp: ignore {finding.code}\n")
+    yield Action(f"Excuse {finding.code} here, with a comment", finding.code, (above,))

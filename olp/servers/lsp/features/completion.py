@@ -1,0 +1,49 @@
+"""`textDocument/completion`: words of the language, names of the text, jobs of the folder."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from olp.languages.tokens import Kind
+from olp.servers.language.completion import Proposal, completion
+from olp.servers.language.service import Service
+from olp.servers.lsp.places import Json, path_of
+from olp.servers.lsp.protocol import Raw
+from olp.servers.lsp.server import Server
+
+_KINDS = {
+    None: types.CompletionItemKind.Keyword,
+    Kind.ROUTINE: types.CompletionItemKind.Function,
+    Kind.LABEL: types.CompletionItemKind.Reference,
+    Kind.POINT: types.CompletionItemKind.Constant,
+    Kind.VARIABLE: types.CompletionItemKind.Variable,
+    Kind.FRAME: types.CompletionItemKind.Struct,
+    Kind.TOOL: types.CompletionItemKind.Struct,
+    Kind.SIGNAL: types.CompletionItemKind.Event,
+}
+
+
+def register(server: Server, service: Service) -> None:
+    options = types.CompletionOptions(trigger_characters=[":", "*", "$", "[", "#"])
+
+    @server.feature(types.TEXT_DOCUMENT_COMPLETION, options)
+    async def on_completion(params: types.CompletionParams) -> Raw:
+        analysis = await server.work.current(params.text_document.uri)
+        document = service.documents.get(path_of(params.text_document.uri))
+        if analysis is None or document is None:
+            return Raw([])
+        place = server.places.place(document.line, params.position)
+
+        def item(proposal: Proposal) -> Json:
+            where = server.places.range(document.line, place.line, proposal.column, place.column)
+            return {
+                "label": proposal.text,
+                "kind": _KINDS[proposal.kind].value,
+                "detail": proposal.detail,
+                "filterText": proposal.text,
+                "sortText": f"{proposal.kind is None:d}{proposal.text}",
+                "textEdit": {"range": where, "newText": proposal.text},
+            }
+
+        found = completion(analysis, document.line(place.line), place.line, place.column)
+        return Raw([item(proposal) for proposal in found])

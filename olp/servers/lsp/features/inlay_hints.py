@@ -1,0 +1,29 @@
+"""`textDocument/inlayHint`: the time of every line behind it."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from olp.servers.language.hints import hints
+from olp.servers.language.service import Service
+from olp.servers.lsp.protocol import Raw
+from olp.servers.lsp.server import Server
+
+
+def register(server: Server, service: Service) -> None:
+    @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
+    async def inlay_hints(params: types.InlayHintParams) -> Raw:
+        analysis = await server.work.current(params.text_document.uri)
+        if analysis is None:
+            return Raw([])
+        line, first, last = analysis.source.line, params.range.start.line + 1, params.range.end.line + 1
+        return Raw(
+            [
+                {
+                    "position": server.places.position(line, hint.line, len(line(hint.line)) + 1),
+                    "label": hint.text,
+                    "paddingLeft": True,
+                }
+                for hint in hints(analysis, first, last)
+            ]
+        )

@@ -1,0 +1,180 @@
+"""The protocol: lists the tools, and gives each call to a worker that can be ended. Nothing is known here about robots.
+
+Codes: Z005 out of time, Z006 no such tool, Z007 the server only reads, Z008 unexpected.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import os
+import signal
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import mcp_types as types
+from mcp.server.lowlevel import Server
+from mcp.server.stdio import stdio_server
+
+from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.version import __version__
+from olp.servers.mcp.arguments import check
+from olp.servers.mcp.limits import Limits
+from olp.servers.mcp.tool import Tool, load_tool, tool_names
+
+log = logging.getLogger("olp.mcp")
+_AT_ONCE = 2  # workers
+_INSTRUCTIONS = """\
+olp predicts how long industrial robot programs take, line by line, and why; it judges, compares, translates and \
+explains them. Paths are relative to one folder. Times are in s, lengths in mm, speeds in mm/s. Everything that a \
+program does not say is listed as assumed: tell the user. Robots move by programs: never present a translation without \
+its losses."""
+
+
+class Service:
+    """One folder, served. `root`: absolute, without links."""
+
+    def __init__(self, root: Path, write: bool = False, limits: Limits | None = None) -> None:
+        self.root = root
+        self.write = write
+        self.limits = limits or Limits()
+        self.places = asyncio.Semaphore(_AT_ONCE)
+
+    def tools(self) -> list[Tool[Any]]:
+        """Those that may be called here."""
+        found = map(load_tool, tool_names())
+        return [tool for tool in found if self.write or not tool.writes]
+
+    async def list_tools(self, context: object, asked: object) -> types.ListToolsResult:
+        """For `tools/list`."""
+        return types.ListToolsResult(tools=[self.described(tool) for tool in self.tools()])
+
+    def described(self, tool: Tool[Any]) -> types.Tool:
+        """A tool as the protocol describes it."""
+        name = type(tool).__module__.rpartition(".")[2]
+        reads = not tool.writes and not (self.write and "output" in tool.given.model_fields)
+        return types.Tool(
+            name=name,
+            title=tool.title,
+            description=tool.description,
+            input_schema=tool.given.model_json_schema(),
+            output_schema=tool.answer.model_json_schema(),
+            annotations=types.ToolAnnotations(
+                title=tool.title,
+                read_only_hint=reads,
+                destructive_hint=not reads,
+                idempotent_hint=True,
+                open_world_hint=False,
+            ),
+        )
+
+    async def call_tool(self, context: object, asked: types.CallToolRequestParams) -> types.CallToolResult:
+        """For `tools/call`: never raises, whatever is wrong is in the result."""
+        try:
+            tool = load_tool(asked.name[:100])
+            if tool.writes and not self.write:
+                help = "have the user start olp mcp with --write"
+                raise OlpError(error("Z007", f"{asked.name} writes, and this server only reads", help=help))
+            told = await self.worked(asked.name, check(tool, asked.arguments))
+        except OlpError as refused:
+            return refusal(refused.diagnostics)
+        except Exception as problem:
+            log.exception("a call of %r failed", asked.name[:100])
+            says = f"olp failed in a way that it does not know ({type(problem).__name__})"
+            return refusal([error("Z008", says, help="the server's log has the details")])
+        text = json.dumps(told, ensure_ascii=False)
+        content: list[types.ContentBlock] = [types.TextContent(type="text", text=text)]
+        return types.CallToolResult(
+            content=content, structured_content=told, is_error=told.get("exit_status") == 2
+        )
+
+    async def worked(self, name: str, arguments: dict[str, Any]) -> dict[str, Any]:
+        """The answer of a worker. Raises OlpError: what it refuses, and Z005 when it is out of time."""
+        async with self.places:
+            with tempfile.TemporaryDirectory(prefix="olp-mcp-", ignore_cleanup_errors=True) as temporary:
+                request = {
+                    "tool": name,
+                    "arguments": arguments,
+                    "root": str(self.root),
+                    "temporary": os.path.realpath(temporary),
+                    "write": self.write,
+                    "limits": self.limits.as_json(),
+                }
+                printed = await self._ran(json.dumps(request).encode())
+        try:
+            told = json.loads(printed)
+        except ValueError:
+            says = "this call ended without an answer: too much memory, or too long"
+            raise OlpError(error("Z005", says, help="ask about fewer or smaller programs")) from None
+        if "diagnostics" in told:
+            raise OlpError(*(_diagnostic(row) for row in told["diagnostics"]))
+        answer: dict[str, Any] = told["answer"]
+        return answer
+
+    async def _ran(self, request: bytes) -> bytes:
+        package = Path(__file__).resolve().parents[2]
+        # -P and an absolute path: nothing that lies in the served folder is ever imported.
+        worker = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-P",
+            str(package / "assistant_worker.py"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            cwd=package / "servers" / "mcp",
+            env=_environment(package.parent),
+            start_new_session=os.name != "nt",
+        )
+        try:
+            printed, _ = await asyncio.wait_for(worker.communicate(request), self.limits.seconds)
+        except TimeoutError:
+            says = f"no answer after {self.limits.seconds:g} s"
+            help = "ask about fewer or smaller programs, or fewer max_steps"
+            raise OlpError(error("Z005", says, help=help)) from None
+        finally:
+            await _end(worker)
+        return printed
+
+
+async def _end(worker: asyncio.subprocess.Process) -> None:
+    """Also what the worker started, whether the call was answered, late or taken back."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        if os.name == "nt":
+            worker.kill()
+        else:
+            os.killpg(worker.pid, signal.SIGKILL)
+    await worker.wait()
+
+
+def _environment(source: Path) -> dict[str, str]:
+    """The server's, with this olp first on the path; relative folders would be looked for in another place."""
+    given = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    path = os.pathsep.join([str(source), *(folder for folder in given if os.path.isabs(folder))])
+    return {**os.environ, "PYTHONPATH": path, "PYTHONUTF8": "1"}
+
+
+def _diagnostic(row: dict[str, Any]) -> Diagnostic:
+    return error(row["code"], row["message"], file=row["file"], help=row["help"])
+
+
+def refusal(diagnostics: tuple[Diagnostic, ...] | list[Diagnostic]) -> types.CallToolResult:
+    """Why there is no answer, and what would have worked."""
+    text = "\n\n".join(diagnostic.render() for diagnostic in diagnostics[:50])
+    return types.CallToolResult(content=[types.TextContent(type="text", text=text)], is_error=True)
+
+
+async def serve(service: Service) -> None:
+    """Until the client hangs up."""
+    server: Server[Any] = Server(
+        "olp",
+        version=__version__,
+        title="olp",
+        instructions=_INSTRUCTIONS,
+        on_list_tools=service.list_tools,
+        on_call_tool=service.call_tool,
+    )
+    async with stdio_server() as (reads, writes):
+        await server.run(reads, writes, server.create_initialization_options())

@@ -1,0 +1,149 @@
+"""What every tool has: typed arguments, a typed answer, and the words of the command line between them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from olp.core.registry import file_names, load_from
+from olp.servers.mcp.folder import Folder
+
+
+class Given(BaseModel):
+    """The arguments of a tool. Each has its unit in its name."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    rows: int = Field(
+        200,
+        ge=1,
+        le=10_000,
+        description="at most so many rows of each list of the answer; what is cut is said",
+    )
+
+
+class Answer(BaseModel):
+    """What every tool answers besides its own."""
+
+    model_config = ConfigDict(extra="allow")
+
+    exit_status: int = Field(
+        description="0: done and held, 1: a finding (a budget exceeded, a rule broken), 2: could not be answered"
+    )
+    told: str = Field(description="notes, warnings and problems, as a person at a terminal would see them")
+    truncated: list[str] = Field(
+        description="the lists that were cut, and how long they are; [] when all is here"
+    )
+
+
+class Ran(NamedTuple):
+    """What one command line did."""
+
+    status: int
+    printed: bytes
+    told: str
+
+
+class Call(Protocol):
+    """What a tool may use."""
+
+    folder: Folder
+    temporary: Path  # empty, and gone after the call
+    write: bool
+
+    def run(self, *words: str) -> Ran:
+        """Runs `olp WORD…`. Raises OlpError for bad input."""
+
+
+Arguments = TypeVar("Arguments", bound=Given)
+
+
+class Tool(ABC, Generic[Arguments]):
+    """One file of `tools/` has one subclass; the file's name is the tool's."""
+
+    title: ClassVar[str]
+    description: ClassVar[str]
+    writes: ClassVar[bool] = False  # whether it is there with --write only
+    given: ClassVar[type[Given]]
+    answer: ClassVar[type[Answer]]
+
+    @abstractmethod
+    def ask(self, given: Arguments, call: Call) -> dict[str, Any]:
+        """The answer, without `truncated`. Raises OlpError for bad input."""
+
+
+def tool_names() -> tuple[str, ...]:
+    """Every tool, sorted."""
+    return file_names(Tool, "tools")
+
+
+def load_tool(name: str) -> Tool[Any]:
+    """Raises OlpError (Z006) for a name that is none."""
+    return load_from(Tool, name, "tool", "Z006", folder="tools")
+
+
+class Timed(Given):
+    """What every tool takes that has to time a program; the same as the options of `olp time`."""
+
+    robot: str | None = Field(
+        None,
+        max_length=200,
+        description="the robot: a name of the tool robots (yaskawa/gp25), or a robot file; default: the program's",
+    )
+    accel_mm_s2: float | None = Field(
+        None, gt=0, description="acceleration of linear moves in mm/s²; default: the robot's"
+    )
+    override_pct: float | None = Field(
+        None, gt=0, le=1000, description="speed override in percent; default: 100"
+    )
+    signature: str | None = Field(
+        None,
+        max_length=1024,
+        description="the robot's timing signature, a file; gives the interval low_s to high_s",
+    )
+    assumptions: str | None = Field(
+        None,
+        max_length=1024,
+        description="an olp.toml that says what inputs and waits do; default: the nearest",
+    )
+    max_steps: int = Field(
+        2_000_000, ge=1, le=2_000_000, description="stop after this many executed statements"
+    )
+
+    def words(self, folder: Folder) -> Iterator[str]:
+        """These as options. Raises OlpError for a path that is refused."""
+        if self.robot is not None:
+            yield f"--robot={robot_word(self.robot, folder)}"
+        for option, path in (("signature", self.signature), ("assumptions", self.assumptions)):
+            if path is not None:
+                yield f"--{option}={folder.inside(path)}"
+        if self.accel_mm_s2 is not None:
+            yield f"--accel={self.accel_mm_s2!r}"
+        if self.override_pct is not None:
+            yield f"--override={self.override_pct!r}"
+        yield f"--max-steps={self.max_steps}"
+
+
+def robot_word(text: str, folder: Folder) -> str:
+    """A robot's name as it is, a robot file below the folder. Raises OlpError."""
+    return folder.inside(text)
+
+
+class Listed(Timed):
+    """Timed programs."""
+
+    jobs: list[str] = Field(
+        min_length=1,
+        max_length=200,
+        description="programs, or folders of programs, as paths below the server's folder; '.' is all of it",
+    )
+
+    def programs(self, folder: Folder) -> Sequence[str]:
+        """The paths for the command line. Raises OlpError for what is refused, missing or too much."""
+        from olp.languages.vendor import vendor_suffixes
+
+        return folder.programs(self.jobs, vendor_suffixes())

@@ -1,0 +1,46 @@
+"""`olp annotate`: predicted times as comments in a program."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from olp.servers.mcp.tool import Answer, Call, Timed, Tool
+
+
+class AnnotateGiven(Timed):
+    """One program, and where the new one goes."""
+
+    job: str = Field(max_length=1024, description="the program, a path below the server's folder")
+    output: str = Field(max_length=1024, description="the file to write; never the program itself")
+    force: bool = Field(False, description="write over another program that is there")
+    remove: bool = Field(False, description="take the annotations out again instead")
+
+
+class AnnotateAnswer(Answer):
+    """What was written."""
+
+    file: str
+
+
+class Annotate(Tool[AnnotateGiven]):
+    """Writes."""
+
+    title: ClassVar[str] = "Write predicted times into a program"
+    description: ClassVar[str] = (
+        "Writes a copy of a robot program with the predicted time of each line as a comment, or one without"
+        " these comments. All else stays byte for byte."
+    )
+    writes: ClassVar[bool] = True
+    given = AnnotateGiven
+    answer = AnnotateAnswer
+
+    def ask(self, given: AnnotateGiven, call: Call) -> dict[str, Any]:
+        from olp.languages.vendor import vendor_suffixes
+
+        (job,) = call.folder.programs([given.job], vendor_suffixes())
+        target = call.folder.new(given.output, vendor_suffixes(), force=given.force)
+        words = [*given.words(call.folder), *(["--remove"] if given.remove else [])]
+        ran = call.run("annotate", f"--output={target}", *words, "--", job)
+        return {"exit_status": ran.status, "told": ran.told, "file": target}

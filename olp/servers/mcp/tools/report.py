@@ -1,0 +1,43 @@
+"""`olp report`: a page that people look at."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from olp.servers.mcp.tool import Answer, Call, Listed, Tool
+
+
+class ReportGiven(Listed):
+    """Programs, and the page."""
+
+    output: str = Field(max_length=1024, description="the file to write, such as report.html")
+    force: bool = Field(False, description="write over the page that is there; its totals make the trend")
+    title: str = Field("", max_length=200, description="stands on top")
+
+
+class ReportAnswer(Answer):
+    """What was written."""
+
+    file: str
+
+
+class Report(Tool[ReportGiven]):
+    """Writes."""
+
+    title: ClassVar[str] = "A page with Gantt, speed and path"
+    description: ClassVar[str] = (
+        "Writes one HTML page about robot programs for people: Gantt, speed over time, path in 3D, text "
+        "with times."
+    )
+    writes: ClassVar[bool] = True
+    given = ReportGiven
+    answer = ReportAnswer
+
+    def ask(self, given: ReportGiven, call: Call) -> dict[str, Any]:
+        target = call.folder.new(given.output, (".html", ".htm"), force=given.force)
+        jobs = given.programs(call.folder)
+        words = list(given.words(call.folder))
+        ran = call.run("report", f"--output={target}", f"--title={given.title}", *words, "--", *jobs)
+        return {"exit_status": ran.status, "told": ran.told, "file": target}

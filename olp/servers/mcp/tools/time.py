@@ -1,0 +1,44 @@
+"""`olp time`: every line's time."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from olp.servers.mcp.rows import Program
+from olp.servers.mcp.tool import Answer, Call, Listed, Tool
+
+
+class TimeGiven(Listed):
+    """Programs, and how they are timed."""
+
+    summary: bool = Field(False, description="only the totals, no segments")
+
+
+class TimeAnswer(Answer):
+    """One object per program."""
+
+    programs: list[Program]
+
+
+class Time(Tool[TimeGiven]):
+    """The keys of a program are those of `olp time --format json`."""
+
+    title: ClassVar[str] = "Cycle time of robot programs"
+    description: ClassVar[str] = (
+        "Predicts how long robot programs take (Yaskawa INFORM .jbi, KUKA KRL .src, ABB RAPID .mod, FANUC "
+        "TP .ls, Universal Robots .script, …): total, motion, waiting and I/O in seconds, and for every "
+        "executed line its distance in mm, speeds in mm/s, duration in s and what limits it. What the "
+        "program does not say is listed under assumptions. Ask with summary=true first when there are many "
+        "programs."
+    )
+    given = TimeGiven
+    answer = TimeAnswer
+
+    def ask(self, given: TimeGiven, call: Call) -> dict[str, Any]:
+        words = [*given.words(call.folder), *(["--summary"] if given.summary else [])]
+        jobs = given.programs(call.folder)
+        ran = call.run("time", "--format=json", "--workers=1", *words, "--", *jobs)
+        return {"exit_status": ran.status, "told": ran.told, "programs": json.loads(ran.printed)}

@@ -1,0 +1,141 @@
+"""What is known of an arm's joint moves before any of them was recorded: each number with its source and its
+spread.
+
+Rated speeds of the robot file, times to speed that are published or learnt over arms of the same class,
+what is known of the controller's generation. Of an arm without a name: the arms of the library.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache, lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.robots.controller_effects import Known, generation_of
+from olp.robots.robot import Robot
+from olp.timing.arm import MAIN, POSTURE, ArmTiming, names_of
+
+Floats = NDArray[np.float64]
+
+_RATED_DOUBT: Final = (
+    0.03  # of the logarithm: what rated speeds of data sheets differ from those that arms reach
+)
+_TIME_DOUBT_IN_COMMON: Final = (
+    0.5  # share of the variance of times to speed that all axes of an arm have in common
+)
+_GIVEN_DOUBT: Final = 0.25  # of the logarithm of an acceleration that the robot file holds
+_AT_TOOL_SPEED: Final = 0.3  # of the logarithm of an acceleration that is a default of programs
+_UNKNOWN_TIME: Final = (
+    0.25,
+    0.6,
+)  # [s], of the logarithm: middle of the arms of which times are known, any axis
+_STOP: Final = (
+    0.05,
+    0.05,
+)  # [s] usual profile filters are 0.1 s, part of which ends before a program goes on
+_PERCENT: Final = (0.3, 0.5)  # [1] between ramps of the same acceleration and ramps of the same time
+_OVERRIDE: Final = (1.5, 0.7)  # [1] between a stretched time axis and scaled speeds
+_KNOWN_EXPONENT_DOUBT: Final = 0.15
+_SHARING: Final = (np.log(0.03), 0.7)  # of the logarithm; 0.03 lengthens two equally slow axes by 2 %
+_SHARES: Final = (
+    (-1.7, 0.8),
+    (-0.4, 0.8),
+    (-0.4, 1.0),
+    (0.4, 1.0),
+)  # log odds: rotor and load, main axes and wrist
+_POSTURE_KNOWN, _POSTURE_UNKNOWN = 0.1, 0.3  # [1] sd of each weight, with and without the arm's geometry
+_SCATTER: Final = 0.04  # [1] what a law of few numbers leaves on arms that it was not made for
+
+
+def inferred_arm(robot: Robot) -> bool:
+    """Whether nobody has published the accelerations of the main axes of this arm."""
+    return robot.kind == "arm" and bool(np.isnan(robot.accelerations[:MAIN]).any())
+
+
+@lru_cache(maxsize=64)
+def arm_prior_of(robot: Robot) -> ArmTiming:
+    """The prior of a robot of the library, which a service asks for again and again."""
+    return arm_prior(robot)
+
+
+def arm_prior(robot: Robot | None, controllers: Sequence[str] = (), axes: Sequence[str] = ()) -> ArmTiming:
+    """Of a robot, else of an unknown arm with the named `axes`. `controllers`: instead of the robot's."""
+    names = robot.axis_names if robot is not None else tuple(axes)
+    speed, speed_spread, speed_source = _speeds(robot, len(names))
+    known = generation_of(controllers or (robot.controllers if robot is not None else ()))
+    time, time_spread, time_source = _times(robot, np.exp(speed), known.joint_acceleration)
+    stop, stop_source = _STOP, "usual filters of controllers"
+    if robot is not None and robot.settling_time is not None:
+        stop, stop_source = (robot.settling_time, _STOP[1]), robot.sources.get("settling_time", "robot file")
+    percent, percent_source = _exponent(known.percent_exponent, _PERCENT)
+    override, override_source = _exponent(known.override_exponent, _OVERRIDE)
+    posture = _POSTURE_UNKNOWN if robot is None or robot.geometry is None else _POSTURE_KNOWN
+    weights = min(MAIN, len(names)) * POSTURE
+    rest = [stop, percent, override, _SHARING, *_SHARES, *([(0.0, posture)] * weights)]
+    count = len(names)
+    covariance = np.zeros((2 * count + len(rest),) * 2)
+    covariance[:count, :count], covariance[count : 2 * count, count : 2 * count] = speed_spread, time_spread
+    covariance[2 * count :, 2 * count :] = np.diag([sd**2 for _, sd in rest])
+    sources = (
+        *speed_source, *time_source, stop_source, percent_source, override_source,
+        *["a guess that holds for any arm"] * (5 + weights),
+    )  # fmt: skip
+    mean = np.concatenate([speed, time, [value for value, _ in rest]])
+    assert len(mean) == len(names_of(names)) == len(sources)
+    return ArmTiming(tuple(names), mean, covariance, tuple(sources), _SCATTER)
+
+
+def _exponent(known: Known | None, guess: tuple[float, float]) -> tuple[tuple[float, float], str]:
+    if known is None:
+        return guess, "not known of this controller"
+    return (known.value, _KNOWN_EXPONENT_DOUBT), known.source
+
+
+def _speeds(robot: Robot | None, count: int) -> tuple[Floats, Floats, list[str]]:
+    """Logarithms (k,), their covariance (k, k), sources."""
+    if robot is not None:
+        source = robot.sources.get("speed", "robot file")
+        return np.log(robot.speeds), np.eye(count) * _RATED_DOUBT**2, [source] * count
+    mean, spread = _library_speeds()
+    if count != len(mean):
+        return np.full(count, mean.mean()), np.eye(count) * 0.7**2, ["arms of the library"] * count
+    return mean, spread, ["arms of the library"] * count
+
+
+@cache
+def _library_speeds() -> tuple[Floats, Floats]:
+    """Mean and covariance of the logarithms of the rated speeds [rad/s] of all six-axis arms."""
+    from olp.robots.library import load_robot, robot_names
+
+    arms = [load_robot(name) for name in robot_names()]
+    rows = [arm.speeds for arm in arms if arm.kind == "arm" and len(arm.axes) == 6]
+    rows = [speeds for speeds in rows if np.isfinite(speeds).all()]
+    logs = np.log(np.array(rows))
+    return logs.mean(axis=0), np.cov(logs.T)
+
+
+def _times(robot: Robot | None, speeds: Floats, program: Known | None) -> tuple[Floats, Floats, list[str]]:
+    """Logarithms (k,) of the times to rated speed, their covariance, sources."""
+    count = len(speeds)
+    if robot is None:
+        median, doubt = np.full(count, _UNKNOWN_TIME[0]), np.full(count, _UNKNOWN_TIME[1])
+        sources = ["arms of which times are known"] * count
+    else:
+        from olp.robots.times_to_speed import times_to_speed
+
+        found = times_to_speed(robot)
+        median, doubt, sources = found.median.copy(), found.doubt.copy(), list(found.sources)
+        given = robot.accelerations
+        told = np.isfinite(given)
+        median[told], doubt[told] = speeds[told] / given[told], _GIVEN_DOUBT
+        for axis in np.flatnonzero(told).tolist():
+            sources[axis] = robot.sources.get("acceleration", "robot file")
+    if program is not None:
+        median, doubt = speeds / program.value, np.full(count, _AT_TOOL_SPEED)
+        sources = [program.source] * count
+    shared = np.sqrt(_TIME_DOUBT_IN_COMMON) * doubt
+    own = np.sqrt(1.0 - _TIME_DOUBT_IN_COMMON) * doubt
+    return np.log(median), np.outer(shared, shared) + np.diag(own**2), sources

@@ -1,0 +1,151 @@
+"""The arm's law in a plan: what each joint move takes, and the speed and acceleration of a profile that takes it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.ir.program import Path
+from olp.runtime.plan import PATHS, Plan
+from olp.timing.arm_moves import JointLaw, JointMoves, JointTimes, joint_moves, total_half
+from olp.timing.demand import Demand, fractions
+
+if TYPE_CHECKING:
+    from olp.robots.robot import Robot
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+_JOINT = PATHS.index(Path.JOINT)
+_AT_MOST = 0.5  # of a move that is for its stop
+_NORMAL = 1.96
+_KNOWN_DOUBT = 0.25  # of the logarithm of accelerations that somebody has published
+_LINE_DOUBT = 0.7  # of those of lines where nobody has
+_CRUISE = 0.9  # of a move faster than its rated speeds that it runs at constant speed
+
+
+class TimedJoints(NamedTuple):
+    """`rows` (m,) of Moves that `law` timed from rest to rest; `stop` (m,) [s]: the part of `times` for the stop."""
+
+    rows: Rows
+    moves: JointMoves
+    times: JointTimes
+    stop: Floats
+    law: JointLaw
+
+
+def time_joints(
+    plan: Plan, wanted: Demand, law: JointLaw, override: float, payload: float | None
+) -> TimedJoints:
+    """The arm's joint moves; those that program an acceleration or a time of their own keep it.
+
+    `payload` [kg], None: not known. Puts speeds and accelerations into `wanted`, with which a profile of constant
+    acceleration takes what the law says but the stop.
+    """
+    robot, moves = plan.robot, plan.moves
+    if robot is None or len(robot.axes) != len(law.timing.axes):
+        return _none(law)
+    mine = np.array([other is robot for other in plan.robots], dtype=bool)[moves.mechanism]
+    mine &= (moves.path == _JOINT) & ~wanted.unknown & (wanted.length > 0)
+    mine &= np.isnan(moves.rate) & np.isnan(moves.duration)
+    rows = np.flatnonzero(mine)
+    if not len(rows):
+        return _none(law)
+    joints = _moves(plan, robot, rows, override, payload)
+    times = law.predict(joints)
+    good = np.isfinite(times.duration) & (times.duration > 0)
+    rows, joints = rows[good], joints.take(good)
+    times = JointTimes(*(values[good] for values in times))
+    stop = np.clip(law.timing.stop, 0.0, _AT_MOST * times.duration)
+    _demand(wanted, rows, times.duration - stop)
+    _name(wanted, rows, robot, law.timing.axis_times(joints.motions))
+    return TimedJoints(rows, joints, times, stop, law)
+
+
+def _none(law: JointLaw) -> TimedJoints:
+    from olp.timing.arm import JointMotions
+
+    axes, nothing = np.zeros((0, len(law.timing.axes))), np.zeros(0)
+    motions = JointMotions(axes, np.zeros((0, 6)), axes, axes, nothing, nothing, nothing)
+    moves = JointMoves(motions, axes, axes)
+    return TimedJoints(np.zeros(0, dtype=np.intp), moves, JointTimes(nothing, nothing, nothing), nothing, law)
+
+
+def _moves(plan: Plan, robot: Robot, rows: Rows, override: float, payload: float | None) -> JointMoves:
+    moves, axes = plan.moves, plan.positions.axes[:, : len(robot.axes)]
+    start, end = axes[moves.start[rows]], axes[moves.target[rows]]
+    fraction = fractions(moves, rows, np.abs(end - start), robot)
+    fraction = np.where(np.isfinite(fraction) & (fraction > 0), fraction, 1.0)
+    acceleration = np.where(moves.acceleration[rows] > 0, moves.acceleration[rows], 1.0)
+    load = np.full(len(rows), np.nan if payload is None else payload)
+    return joint_moves(robot, start, end, fraction, acceleration, np.full(len(rows), override), load)
+
+
+def _demand(wanted: Demand, rows: Rows, seconds: Floats) -> None:
+    """Speed and acceleration of a profile that takes `seconds` from rest to rest."""
+    length = wanted.length[rows]
+    speed = np.maximum(wanted.speed[rows], length / (_CRUISE * seconds))
+    cruise = length / speed
+    ramp = seconds - cruise
+    acceleration = np.where(ramp <= cruise, speed / ramp, 4.0 * length / seconds**2)
+    wanted.speed[rows] = speed
+    wanted.acceleration[rows] = acceleration
+    wanted.deceleration[rows] = acceleration
+
+
+def _name(wanted: Demand, rows: Rows, robot: Robot, axis_times: Floats) -> None:
+    """The slowest axis by the law is the one that rules."""
+    places = {name: place for place, name in enumerate(wanted.names)}
+    code = np.array([places.get(f"axis {axis}", -1) for axis in robot.axis_names])
+    found = code[np.argmax(axis_times, axis=1)]
+    wanted.rule[rows] = np.where(found >= 0, found, wanted.rule[rows])
+
+
+def expected_total(
+    plan: Plan, wanted: Demand, rows: Floats, total: float, timed: TimedJoints | None, known: bool
+) -> tuple[float, float]:
+    """[s] Both ends of a 95 % interval of `total` by what is known of such arms.
+
+    `rows` (k,) [s] per row of Moves; `known`: the acceleration of lines is given. Of what is not timed by the law of
+    the arm the time beyond length over speed is known by a factor: errors of all rows are one error.
+    """
+    half = 0.0 if timed is None else _half(plan, timed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ramps = np.nan_to_num(np.maximum(rows - wanted.length / wanted.speed, 0.0), posinf=0.0)
+    if timed is not None:
+        ramps[timed.rows] = 0.0
+    joint = plan.moves.path == _JOINT
+    doubts = np.where(joint | known, _KNOWN_DOUBT, _LINE_DOUBT)
+    below = float(np.sum(ramps * (1.0 - np.exp(-_NORMAL * doubts))))
+    above = float(np.sum(ramps * (np.exp(_NORMAL * doubts) - 1.0)))
+    return max(total - float(np.hypot(half, below)), 0.0), total + float(np.hypot(half, above))
+
+
+def _half(plan: Plan, timed: TimedJoints) -> float:
+    """[s] of the sum of these moves; repeats of a move have one error, many times."""
+    if not len(timed.rows):
+        return 0.0
+    moves, runs = _distinct(plan, timed)
+    return total_half(timed.law, moves, runs)
+
+
+def _distinct(plan: Plan, timed: TimedJoints) -> tuple[JointMoves, Floats]:
+    """The moves without repeats, and how often each runs."""
+    keys = np.stack([plan.moves.start[timed.rows], plan.moves.target[timed.rows]], axis=1)
+    _, first, often = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    return timed.moves.take(first), often.astype(np.float64)
+
+
+def doubt_of(plan: Plan, timed: TimedJoints) -> list[str]:
+    """How sure the time of these moves is, what makes most of that, and what would narrow it."""
+    if not len(timed.rows) or plan.robot is None:
+        return []
+    moves, half = _distinct(plan, timed)[0], _half(plan, timed)
+    seconds = float(timed.times.duration.sum())
+    names = [name for name, _ in timed.law.timing.doubts(moves.motions)[:2]]
+    return [
+        f"joint moves of {plan.robot.name}: {seconds:.2f} s ± {half:.2f} (95 %), most of it by {' and '.join(names)}, "
+        "which nobody has published; twenty recorded moves would tell them (olp probe, olp calibrate)"
+    ]

@@ -1,0 +1,111 @@
+"""How long a line or an arc takes, alone or as a piece of a path with rounded corners: one law for both.
+
+A piece of length L at speed u takes L/u, and each of its ends costs time. Speeding up from rest, or
+braking to it, costs
+
+    u/(2 a) + (s/2) u/(u + w)
+
+a the tool's acceleration, s what a stop costs beyond it: a ramp of the acceleration needs a time of its
+own, less at speeds below w. An end in a corner is passed rolling and costs
+
+    c (u/(2 a)) (2 - cos t - cos r) / (1 + z/h)
+
+t the turn of the direction, r that of the tool's own turning, z the corner's zone. Where a controller or
+a recorder parts a path at its corners is a convention: b goes from the piece behind a corner to the piece
+before it, and the first piece of a run takes f longer. The speed is
+
+    u = (V^-6 + m^-6)^(-1/6)     m = sqrt(2 a L / n)
+
+V the programmed speed, at most what the axes can do (e^k L over the time that the slowest axis needs at
+its rated speed) and the tool's highest; n the ends' share of u/(2 a): a short piece never gets to V. Arcs
+have the acceleration a e^q: speeding up shares the axes with turning, in equal parts 1/sqrt(2) each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+
+_SHARPNESS: Final = (
+    6.0  # of the smaller of two speeds: a piece that just reaches its speed is a little slower
+)
+_LEAST: Final = 0.2  # of L/u: corners of a convention take no more than that off a piece
+
+
+class PathNumber(NamedTuple):
+    """A number of the law: what is known of any arm, its spread, and whether both are of its logarithm."""
+
+    name: str
+    unit: str
+    mean: float
+    sd: float
+    logarithmic: bool
+    source: str
+
+
+NUMBERS: Final = (
+    PathNumber("acceleration", "m/s²", float(np.log(3.05)), 0.7, True, "a measured arm, by a factor of two"),
+    PathNumber("arc exponent", "1", -0.35, 0.2, False, "an acceleration shared by speeding up and turning"),
+    PathNumber("stop", "s", 0.05, 0.05, False, "usual filters of controllers"),
+    PathNumber("stop speed", "m/s", float(np.log(0.1)), 0.7, True, "a guess that holds for any arm"),
+    PathNumber("corner share", "1", float(np.log(0.5)), 1.0, True, "a guess that holds for any arm"),
+    PathNumber("corner zone", "m", float(np.log(0.01)), 1.0, True, "a guess that holds for any arm"),
+    PathNumber("corner convention", "s", 0.0, 0.05, False, "a recorder may part a path anywhere"),
+    PathNumber("highest speed", "m/s", float(np.log(6.0)), 0.6, True, "a guess that holds for any arm"),
+    PathNumber("override exponent", "1", 1.5, 0.7, False, "not known of this controller"),
+    PathNumber("axis share", "1", 0.0, 0.2, False, "rated speeds of the axes, turned evenly along the path"),
+    PathNumber("first piece", "s", 0.0, 0.05, False, "a recorder may begin anywhere"),
+)
+# Of the logarithm, where rows write the acceleration that the controller was told.
+WRITTEN_ACCELERATION_DOUBT: Final = 0.2
+USUAL_ACCELERATION: Final = 3.05  # [m/s²] that `acceleration` of pieces is a share of
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathPieces:
+    """n pieces of paths, in their order; ends in corners are told by zone and turns there, 0 at stops."""
+
+    length: Floats  # (n,) [m] along the path
+    speed: Floats  # (n,) [m/s] programmed
+    acceleration: Floats  # (n,) [1] as written, over USUAL_ACCELERATION; 1 where nothing is written
+    arc: Mask  # (n,)
+    override: Floats  # (n,) [1]
+    rolling: Mask  # (n, 2) whether it begins and ends in a corner
+    zone: Floats  # (n, 2) [m] of the corner there
+    turn: Floats  # (n, 2) [rad] of the direction there
+    tilt: Floats  # (n, 2) [rad/m] change of how much the tool turns along the way there, at most 1.5
+    axis: Floats  # (n,) [s] that the slowest axis needs at its rated speed, 0 where not known
+    first: Mask  # (n,) no piece leads to where it begins
+
+    def __len__(self) -> int:
+        return len(self.length)
+
+    def take(self, rows: Mask | Rows) -> PathPieces:
+        return PathPieces(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+def path_durations(numbers: Floats, pieces: PathPieces) -> Floats:
+    """(n,) [s] for the numbers in the order of NUMBERS, logarithms where they are `logarithmic`."""
+    acceleration, slow, share, zone, highest = np.exp(numbers[[0, 3, 4, 5, 7]]).tolist()
+    arc, stop, convention, override, axis, first = numbers[[1, 2, 6, 8, 9, 10]].tolist()
+    push = acceleration * pieces.acceleration * np.exp(arc * pieces.arc) * pieces.override**override
+    with np.errstate(divide="ignore", invalid="ignore"):
+        able = np.where(pieces.axis > 0, np.exp(axis) * pieces.length / pieces.axis, np.inf)
+        wanted = np.minimum(np.minimum(pieces.speed, highest), able) * pieces.override
+        bend = 2.0 - np.cos(pieces.turn) - np.cos(pieces.tilt)
+        ends = np.where(pieces.rolling, share * bend / (1.0 + pieces.zone / zone), 1.0).sum(axis=1)
+        top = np.sqrt(2.0 * push * pieces.length / np.maximum(ends, 1e-9))
+        speed = (wanted**-_SHARPNESS + top**-_SHARPNESS) ** (-1.0 / _SHARPNESS)
+        settled = speed / (speed + slow)
+    stops = 2 - pieces.rolling.sum(axis=1)
+    moved = pieces.rolling[:, 1].astype(np.float64) - pieces.rolling[:, 0]
+    cruise = pieces.length / speed
+    extra = (stops * stop / 2 - moved * convention) * settled + first * pieces.first
+    return np.asarray(np.maximum(cruise + ends * speed / (2.0 * push) + extra, _LEAST * cruise))

@@ -1,0 +1,216 @@
+"""What the terms of moves see: the judged simulation's motion, and all of a move that a cause could hang on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from olp.timing.physics._motion import Motion
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rates:
+    """How fast k axes turn per unit of way, from kinematics (or from joint points alone, then the same all along).
+
+    `path`: at m places spread evenly over the way, signed; rows of waits and of moves whose axes are not known are 0.
+    """
+
+    path: Floats  # (n, m, k) [rad/m | rad/rad | m/m]
+    known: Mask  # (n,) rows whose rates are known
+    exact: bool  # from the robot's kinematics along the way
+    names: tuple[str, ...]  # (k,) of the axes
+    rated: Floats | None = None  # (k,) [rad/s | m/s] rated speeds, where a robot file tells them
+    rated_acceleration: Floats | None = None  # (k,) [rad/s² | m/s²]
+    bodies: Floats | None = None  # (n, m, 2, 3) [m] elbow and wrist centre along the way, nan where not known
+
+    @property
+    def start(self) -> Floats:
+        """(n, k)"""
+        return np.asarray(self.path[:, 0, :])
+
+    @property
+    def end(self) -> Floats:
+        """(n, k)"""
+        return np.asarray(self.path[:, -1, :])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """n executed moves with a measured duration, in order of execution. Columns that nobody wrote are nan.
+
+    `base`: the motion that the judged simulation seems to have used; `simulated` is what it said, and a model's
+    prediction is `simulated` plus the difference that terms make to `base`.
+    """
+
+    move: NDArray[np.int64]  # the recording's own numbers
+    measured: Floats  # [s]
+    simulated: Floats  # [s]
+    base: Motion
+    moving: Mask  # not a wait
+    joint: Mask  # joint moves: their ways are angles
+    start: Floats  # (n, 3) [m]
+    end: Floats  # (n, 3) [m]
+    turn: Floats  # [rad] of the tool, nan where not known
+    stop_start: Mask  # begins at an exact stop
+    stop_end: Mask  # ends with one
+    blend: Floats  # [m] rounding at the move's end, 0: exact stop
+    blend_start: Floats  # [m] rounding at the move's start
+    corner: Floats  # [rad] change of direction at the move's end, nan where not known
+    payload: Floats  # [kg]
+    payload_inertia: Floats  # [kg m²]
+    t_start: Floats  # [s]
+    cycle: NDArray[np.int64]  # -1: none
+    job: tuple[str, ...]
+    line: NDArray[np.int64]  # 0: none
+    rates: Rates | None = None
+    resolution: float = 0.0  # [s] of `measured`
+    covariates: Mapping[str, Floats] = field(default_factory=dict)
+    repeats: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(0, np.int64)
+    )  # (n,) equal: programmed alike
+    place: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(0, np.int64)
+    )  # (n,) of the moves in the order of execution, where some are left out
+    sim_payload: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [kg] that the simulation was told
+    sim_payload_inertia: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [kg m²] likewise
+    override: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [1] real over simulated
+    began: float = float("nan")  # [s] when the recording did, on the clock of `t_start`
+    derived: dict[str, Floats] = field(default_factory=dict)  # what terms work out once per case
+    numbers: Mapping[str, float] = field(
+        default_factory=dict
+    )  # of the moves a model was fitted to, see `number`
+
+    def __len__(self) -> int:
+        return len(self.move)
+
+    @property
+    def residual(self) -> Floats:
+        """(n,) [s] measured less simulated."""
+        return self.measured - self.simulated
+
+    @property
+    def follows(self) -> Mask:
+        """(n,) moves that were executed right after the one in the row before."""
+        if len(self.place) != len(self):
+            return np.arange(len(self)) > 0
+        return np.concatenate([[False], np.diff(self.place) == 1])
+
+    @property
+    def leading(self) -> tuple[str, ...]:
+        """(n,) the axis that turns farthest in each move; "" where that is not known."""
+        rates = self.rates
+        if rates is None:
+            return ("",) * len(self)
+        turned = np.abs(rates.path).mean(axis=1)
+        most = np.argmax(turned, axis=1).tolist()
+        return tuple(
+            rates.names[k] if known else "" for k, known in zip(most, rates.known.tolist(), strict=True)
+        )
+
+    @property
+    def length(self) -> Floats:
+        """(n,) [m] straight from start to end, nan without points."""
+        return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
+
+    @property
+    def rise(self) -> Floats:
+        """(n,) sine of the incline, up is positive; 0 where it is not known."""
+        length = self.length
+        up = self.end[:, 2] - self.start[:, 2]
+        return np.asarray(np.nan_to_num(up / np.where(length > 0, length, np.nan)))
+
+    @property
+    def bodies_known(self) -> bool:
+        """Whether elbow and wrist are known along every straight move."""
+        if self.rates is None or self.rates.bodies is None:
+            return False
+        return bool(np.isfinite(self.rates.bodies[self.moving & ~self.joint]).all())
+
+    def once(self, name: str, make: Callable[[], Floats]) -> Floats:
+        """A column that a term works out from this case, kept for its next call."""
+        if name not in self.derived:
+            self.derived[name] = make()
+        return self.derived[name]
+
+    def number(self, name: str, make: Callable[[], float]) -> float:
+        """One number of all moves that a form refers to (a median, a least value).
+
+        Moves of another program are predicted with the number of the moves that the model was fitted to, `numbers`.
+        """
+        if name in self.numbers:
+            return self.numbers[name]
+        return float(self.once(f"{_NUMBER}{name}", lambda: np.array([make()]))[0])
+
+    @property
+    def numbers_used(self) -> dict[str, float]:
+        """Those that the terms have asked for so far."""
+        own = {
+            key.removeprefix(_NUMBER): float(value[0])
+            for key, value in self.derived.items()
+            if key.startswith(_NUMBER)
+        }
+        return {**self.numbers, **own}
+
+    @property
+    def unit(self) -> str:
+        """ "m" of ways, "rad" when all moves are joint moves."""
+        return "rad" if bool((self.joint | ~self.moving).all()) else "m"
+
+    @property
+    def ratio(self) -> Floats:
+        """(n,) what a number in `unit` is for each move: joint moves beside straight ones count by accelerations."""
+        return self.once("ratio", self._ratio)
+
+    def _ratio(self) -> Floats:
+        return np.where(self.joint & self.moving, self.number("ratio", self._angular), 1.0)
+
+    def _angular(self) -> float:
+        """[rad/m] of joint moves beside straight ones; 1 where all are of one kind."""
+        angular, straight = self.joint & self.moving, ~self.joint & self.moving
+        if not angular.any() or not straight.any():
+            return 1.0
+        pace = self.base.accelerate
+        return float(np.median(pace[angular]) / np.median(pace[straight]))
+
+    @property
+    def pace(self) -> float:
+        """[unit/s²] the middle of the simulation's accelerations."""
+        of = self.moving & np.isfinite(self.base.accelerate)
+        return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
+
+    def take(self, rows: NDArray[np.int64]) -> Case:
+        """Some of the moves; what the neighbours were stays as it was."""
+        from dataclasses import replace
+
+        columns = {
+            name: getattr(self, name)[rows] for name in _COLUMNS if len(getattr(self, name)) == len(self)
+        }
+        rates = self.rates
+        if rates is not None:
+            bodies = None if rates.bodies is None else rates.bodies[rows]
+            rates = replace(rates, path=rates.path[rows], known=rates.known[rows], bodies=bodies)
+        return replace(
+            self,
+            base=self.base.take(rows),
+            job=tuple(self.job[i] for i in rows.tolist()),
+            rates=rates,
+            derived={},
+            covariates={name: values[rows] for name, values in self.covariates.items()},
+            **columns,
+        )
+
+
+_NUMBER = "number "
+_COLUMNS = (
+    *("move", "measured", "simulated", "moving", "joint", "start", "end", "turn", "stop_start", "stop_end"),
+    *("blend", "blend_start", "corner", "payload", "payload_inertia", "t_start", "cycle", "line", "repeats"),
+    *("place", "sim_payload", "sim_payload_inertia", "override"),
+)

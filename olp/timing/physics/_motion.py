@@ -1,0 +1,198 @@
+"""The time law that all terms of moves act on: ramps at both ends, a speed between, and what is added.
+
+A ramp from rest to v with acceleration a and jerk j takes v/a + a/j (or 2 √(v/j) when a is not reached) and covers
+v/2 of that time. At a rounded corner the next ramp begins while the last one ends: what overlaps is saved, and a
+recorder books it on the move before the corner, on the one after, or on both. With ways that are too short, the peak
+speed is the one whose ramps cover the way (L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines
+and Robots, Springer 2008, sections 3.2 and 3.4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+_STEPS = 25  # of the bisection for the peak speed: a factor of 3e-8
+
+
+# What a corner with rounding r saves, κ being `overlap`: nothing; what braking over the last κ r takes; a share κ of
+# what braking over the last r takes; 2 κ r at full speed, at most a ramp; the same without that limit; a share κ of the
+# ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds.
+LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed")
+EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
+_REACH = 0.5  # [1] of the shorter move: no corner is rounded beyond its middle
+_MOST = 0.9  # of a move's own time that corners may save
+
+
+class Corners(NamedTuple):
+    """What a move's corners hang on beside the move itself; each (n,)."""
+
+    way: Floats  # [m] of the move before
+    speed: Floats  # [m/s] of the move before
+    slow: Floats  # [1] braking of the move before over that of this one
+    shorter_start: Floats  # [m] way of this move or the one before, whichever is shorter
+    shorter_end: Floats  # [m] of this move or the next
+
+    def take(self, rows: NDArray[np.intp]) -> Corners:
+        """Of some of the moves."""
+        return Corners(*(column[rows] for column in self))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """n moves; units of a way are metres, or radians of the leading axis in joint moves."""
+
+    way: Floats  # (n,) [m | rad]; 0 for waits
+    speed: Floats  # (n,) [m/s | rad/s]
+    accelerate: Floats  # (n,) [m/s² | rad/s²]
+    decelerate: Floats  # (n,)
+    jerk: Floats  # (n,) [m/s³ | rad/s³], inf: none
+    round_start: Floats  # (n,) [m] rounding at the start; 0 from an exact stop
+    round_end: Floats  # (n,) [m]
+    least: Floats  # (n,) [s] that the move takes whatever the ways says
+    added: Floats  # (n,) [s]
+    rate: Floats  # (n,) [1] by which whole durations are longer
+    cycle: float = 0.0  # [s] of which whole durations are multiples; 0: not
+    early: float = 0.0  # [1] of a cycle by which rounding up begins early: 0.5 rounds to the nearest
+    law: str = "stop"  # how rounded corners are passed, one of LAWS, with EACH or without
+    overlap: float = 1.0  # [1] of the rounding, of its time or of the ramps that the law uses; [s] of "fixed"
+    split: float = 0.5  # [1] of what a corner saves that the move before it gets
+    reach: float = _REACH  # [1] of the shorter of its two moves that a corner is rounded over at most
+    corners: Corners | None = None  # None: all moves are like their neighbours
+
+    def with_(self, **changes: Floats | float | str | Corners) -> Motion:
+        """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
+        copy = object.__new__(Motion)
+        for name in _NAMES:
+            object.__setattr__(copy, name, changes[name] if name in changes else getattr(self, name))
+        return copy
+
+    def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
+        """The rows of `other` in the moves of `mask` (n,), these rows in all others."""
+        return self.with_(
+            **{name: np.where(mask, getattr(other, name), getattr(self, name)) for name in _COLUMNS}
+        )
+
+    def duration(self) -> Floats:
+        """(n,) [s] before `rate` and `cycle`, which hold for whole durations."""
+        travel, top = self._travel()
+        whole = np.maximum(travel, self.least) + self.added
+        if self.law == "stop" or not ((self.round_start > 0) | (self.round_end > 0)).any():
+            return np.asarray(whole)
+        return np.asarray(whole - np.minimum(self._saved(top), _MOST * travel))
+
+    def _saved(self, top: Floats) -> Floats:
+        """(n,) [s] by both corners; `top` (n,) [m/s]: the highest speed of each move."""
+        corners = self.corners or Corners(self.way, self.speed, np.ones(1), self.way, self.way)
+        law = self.law.removesuffix(EACH)
+        start = np.minimum(self.round_start, self.reach * corners.shorter_start)
+        end = np.minimum(self.round_end, self.reach * corners.shorter_end)
+        if law != self.law:
+            saved = 0.5 * self._saving(law, start, top, self.accelerate)
+            return saved + 0.5 * self._saving(law, end, top, self.decelerate)
+        saved = self.split * self._saving(law, end, top, self.decelerate)
+        if self.split == 1.0:
+            return saved
+        slow = self.decelerate * corners.slow
+        fast = np.minimum(corners.speed, np.sqrt(corners.way * slow)) if self.corners is not None else top
+        return saved + (1.0 - self.split) * self._saving(law, start, fast, slow)
+
+    def _saving(self, law: str, rounding: Floats, fast: Floats, slow: Floats) -> Floats:
+        """(n,) [s] by one corner, for both of its moves; `fast` [m/s], `slow` [m/s²]: of the ramp that ends there."""
+        fast, ramp = np.maximum(fast, 1e-9), fast / slow
+        reach = rounding if law == "share" else self.overlap * rounding
+        if law == "full":
+            saved = self.overlap * _ramp(fast, slow, self.jerk)
+        elif law == "fixed":
+            saved = np.full(len(fast), self.overlap)
+        elif law in ("distance", "flight"):
+            saved = 2.0 * reach / fast
+            saved = saved if law == "flight" else np.minimum(saved, ramp)
+        elif law == "radius":
+            passed = np.minimum(np.sqrt(reach * slow) / fast, 1.0)
+            saved = ramp * (2.0 - passed) * passed
+        else:
+            inside = 2.0 * reach * slow <= fast**2
+            saved = np.where(inside, np.sqrt(2.0 * reach / slow), 0.5 * ramp + reach / fast)
+            saved = self.overlap * saved if law == "share" else saved
+        return np.asarray(np.where(rounding > 0, saved, 0.0))
+
+    def _travel(self) -> tuple[Floats, Floats]:
+        """(n,) [s] of the way alone, and (n,) [m/s] the highest speed."""
+        speed, ramps = self.speed, self._ramps(self.speed)
+        short = np.nonzero((speed * ramps > self.way) & (self.way > 0))[0]
+        if len(short):
+            speed = speed.copy()
+            speed[short] = self._some(short)._peak()
+            ramps = self._ramps(speed)
+        moving = self.way > 0
+        return np.where(moving, self.way / np.where(moving, speed, 1.0) + ramps, 0.0), speed
+
+    def _ramps(self, speed: Floats) -> Floats:
+        """(n,) [s] half the ramps' time: what they cost beyond the way at full speed."""
+        return np.asarray(
+            0.5 * (_ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk))
+        )
+
+    def _peak(self) -> Floats:
+        """(n,) [m/s] whose ramps cover the way exactly: closed where both ends reach their acceleration, or neither."""
+        slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
+        if not np.isfinite(self.jerk).any():
+            return np.minimum(self.speed, np.sqrt(self.way / np.maximum(slow, 1e-12)))
+        build = 0.5 * (self.accelerate + self.decelerate) / self.jerk
+        root = np.sqrt(build**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
+        reached = 2.0 * self.way / (build + root)
+        unreached = np.cbrt(self.jerk * (0.5 * self.way) ** 2)
+        most = np.maximum(self.accelerate, self.decelerate) ** 2
+        least = np.minimum(self.accelerate, self.decelerate) ** 2
+        peak = np.where(reached * self.jerk >= most, reached, unreached)
+        mixed = np.nonzero((reached * self.jerk < most) & (unreached * self.jerk > least))[0]
+        if len(mixed):
+            peak[mixed] = self._some(mixed)._bisected()
+        return np.minimum(peak, self.speed)
+
+    def _bisected(self) -> Floats:
+        """(n,) [m/s] the same, by halving."""
+        low, high = np.zeros_like(self.speed), self.speed.copy()
+        for _ in range(_STEPS):
+            middle = 0.5 * (low + high)
+            over = middle * self._ramps(middle) > self.way
+            high, low = np.where(over, middle, high), np.where(over, low, middle)
+        return 0.5 * (low + high)
+
+    def top(self) -> Floats:
+        """(n,) [m/s] that is reached without jerk: the programmed speed, or less on short ways."""
+        slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
+        return np.asarray(np.minimum(self.speed, np.sqrt(np.maximum(self.way, 1e-9) / slow)))
+
+    def take(self, rows: NDArray[np.intp]) -> Motion:
+        """Some of the moves."""
+        some = self._some(rows)
+        return some if self.corners is None else replace(some, corners=self.corners.take(rows))
+
+    def _some(self, rows: NDArray[np.intp]) -> Motion:
+        """Some of the moves, as if each were between its like."""
+        parts = {name: getattr(self, name)[rows] for name in _COLUMNS}
+        return replace(self, corners=None, **parts)
+
+
+_NAMES = tuple(Motion.__slots__)
+_COLUMNS = tuple(
+    name
+    for name in Motion.__slots__
+    if name not in ("cycle", "early", "law", "overlap", "split", "reach", "corners")
+)
+
+
+def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
+    """(n,) [s] from rest to a speed."""
+    plain = speed / acceleration
+    if not np.isfinite(jerk).any():
+        return plain
+    reached = speed * jerk >= acceleration**2
+    return np.asarray(np.where(reached, plain + acceleration / jerk, 2.0 * np.sqrt(speed / jerk)))

@@ -1,0 +1,76 @@
+"""`acceleration`: the real constant acceleration differs from the simulated one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._motion import Motion
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_WIDEST = 8.0  # times the simulated acceleration, and one over it
+_ALIKE = 1e-3
+_FEWEST = 6  # joint moves that an axis leads
+
+
+class Acceleration(MoveTerm):
+    summary = "the real constant acceleration differs from the simulated one"
+    does = "every ramp is longer or shorter by the same ratio: time lost grows with the speed, not with the length"
+    source = (
+        "N. Apostolovic, An innovative method …, Memorial University of Newfoundland, equation 4.6 and 6.1"
+    )
+    confusable = ("coulomb-friction", "jerk", "settling", "dispatch", "torque-speed", "speed-scale")
+    stage = Stage.SCALES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        if not case.moving.any():
+            return ()
+        nominal = (case.base.accelerate / case.ratio)[case.moving]
+        pace = case.pace
+        if np.ptp(nominal) <= _ALIKE * pace:
+            unit = f"{case.unit}/s^2"
+            one = Parameter("acceleration", unit, pace / _WIDEST, pace * _WIDEST, pace, True, "of every ramp")
+            return (Form("", (one,), r"T = L/v + v/a"),)
+        one = Parameter("scale", "1", 1 / _WIDEST, _WIDEST, 1.0, True, "real over simulated acceleration")
+        whole = Form("", (one,), r"T = L/v + v/(k\,a)")
+        return (whole, *_of_axes(case))
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        return np.array([[0.75], [1.3]]) * form.parameters[0].null
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        scale = np.full(len(case), values[0] / form.parameters[0].null)
+        if form.axis >= 0:
+            scale = np.where(case.once(f"led by {form.axis}", lambda: _led(case, form.axis)) > 0, scale, 1.0)
+        return motion.with_(accelerate=motion.accelerate * scale, decelerate=motion.decelerate * scale)
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        ratio = values[0] / form.parameters[0].null
+        absolute = f"{values[0]:.4g} {form.parameters[0].unit}, " if form.parameters[0].unit != "1" else ""
+        if form.axis >= 0:
+            return f"where {form.key} leads, the real acceleration is {ratio:.1%} of the simulated one"
+        return f"the real acceleration is {absolute}{ratio:.1%} of the simulated one"
+
+
+def _of_axes(case: Case) -> tuple[Form, ...]:
+    """One factor per axis, of joint moves in which it turns farthest; where several axes lead."""
+    if case.rates is None:
+        return ()
+    forms = []
+    for axis, name in enumerate(case.rates.names):
+        led = _led(case, axis) > 0
+        if _FEWEST <= led.sum() < (case.moving & case.joint).sum():
+            of = f"scale_{name.lower().replace(' ', '_')}"
+            one = Parameter(
+                of, "1", 1 / _WIDEST, _WIDEST, 1.0, True, f"real over simulated acceleration of {name}"
+            )
+            forms.append(Form(name, (one,), r"T = L/v + v/(k_j\,a)", axis))
+    return tuple(forms)
+
+
+def _led(case: Case, axis: int) -> Floats:
+    """(n,) 1 in the joint moves in which the axis turns farthest."""
+    assert case.rates is not None
+    led = np.array([name == case.rates.names[axis] for name in case.leading], dtype=bool)
+    return np.asarray(led & case.joint & case.moving, dtype=np.float64)

@@ -1,0 +1,55 @@
+"""A dead band at reversals: the axis stands still until the gear has crossed its play."""
+
+from __future__ import annotations
+
+import itertools
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.timing.physics.term import LogTerm, Parameter
+
+Floats = NDArray[np.float64]
+
+
+class Backlash(LogTerm):
+    summary = "a dead band at reversals"
+    does = "after a reversal the axis stands still until the play is crossed, then is off by half of it the other way"
+    source = "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash, Automatica 38(10), 2002"
+    confusable = ("coulomb-friction",)
+    equation: ClassVar[str] = r"q = \min(\max(q^-, \theta - \tfrac{b}{2}), \theta + \tfrac{b}{2})"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("play", "rad", 0.0, 0.1, 0.0, meaning="whole width of the dead band"),
+    )
+
+    def seen_in(self, columns: frozenset[str]) -> bool:
+        return bool(columns & {"command", "sim"})
+
+
+def play(motor: Floats, width: float) -> Floats:
+    """(n,) where the axis is less where the motor is, both [rad | m], for a dead band `width` wide.
+
+    Within a stretch of one direction the play operator is a running maximum (or minimum), so only stretches are
+    gone through one by one.
+    """
+    half = width / 2
+    if half <= 0:
+        return np.zeros_like(motor)
+    # Less than a hundredth of the play is no reversal: at rest a computed curve is never quite still.
+    direction = np.sign(np.diff(np.round(motor / (half / 50))))
+    moves = np.nonzero(direction)[0]
+    if not len(moves):
+        return np.zeros_like(motor)
+    turns = moves[1:][direction[moves[1:]] != direction[moves[:-1]]]
+    edges = [0, *turns.tolist(), len(motor)]
+    axis = np.empty_like(motor)
+    # Nobody knows where in the play the log begins: on the side of the first motion.
+    rises = bool(direction[moves[0]] > 0)
+    at = motor[0] - half if rises else motor[0] + half
+    for begin, end in itertools.pairwise(edges):
+        stretch = motor[begin:end]
+        part = np.maximum(stretch - half, at) if rises else np.minimum(stretch + half, at)
+        axis[begin:end] = part
+        at, rises = float(part[-1]), not rises
+    return axis - motor

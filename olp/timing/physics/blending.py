@@ -1,0 +1,109 @@
+"""`blending`: corners are rounded, so ramps at blended ends overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._motion import EACH, Motion
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_EQUATIONS = {
+    "full": r"s = \kappa\,v/a",
+    "fixed": r"s = \kappa",
+    "braking": r"s = t_{brake}(\min(\kappa r, L/2))",
+    "share": r"s = \kappa\,t_{brake}(\min(r, L/2))",
+    "distance": r"s = \min(2 \kappa r / v,\, v/a)",
+    "flight": r"s = 2 \kappa r / v",
+    "radius": r"s = \frac{v}{a}\,x\,(2 - x),\; x = \min(\sqrt{\kappa a r}/v, 1)",
+}
+_HOW = {
+    "braking": "moves overlap over {0:.0%} of the rounding, as long as braking there takes",
+    "share": "moves overlap for {0:.0%} of the time that braking over the rounding takes",
+    "distance": "moves overlap over {0:.0%} of the rounding, as long as it takes at full speed",
+    "flight": "a corner saves {0:.0%} of the time that the rounding takes at full speed",
+    "full": "at rounded corners {0:.0%} of the braking overlaps with the next ramp",
+    "fixed": "every rounded corner saves {1:.1f} ms",
+    "radius": "rounded corners are passed at the speed that {0:.0%} of the rounding allows as a radius",
+}
+_SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
+_OWN = ("full", "braking", "distance", "radius")
+_UNKNOWN = 1e-6  # [m] a rounding that nobody tells the size of
+_CUT = ", cut"  # behind the key of a form: how much of the shorter move may be rounded is fitted too
+_FEWEST = 4  # such corners
+_SPLITS = (1.0, 0.5, 0.0)
+_OVERLAPS = {"full": (0.5,), "fixed": (0.1,), "flight": (0.5,), "share": (0.5,)}
+
+
+class Blending(MoveTerm):
+    summary = "corners are rounded: time is saved (or not saved) at blended ends"
+    does = "moves with a rounded end, or those after them, differ; moves between exact stops are as simulated"
+    source = (
+        "overlap of the braking and the next ramp (measured on a DX200, docs/blending.md); the recorder decides on "
+        "which of the two moves it is booked"
+    )
+    confusable = ("settling", "dispatch")
+    stage = Stage.SHAPES
+    phase = "corner"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        rounded = case.base.round_end[case.moving] > 0
+        if rounded.sum() < 2:
+            return ()
+        sized = bool(case.base.round_end.max() > _UNKNOWN)
+        split = Parameter("split", "1", -0.2, 1.2, 0.5, False, "of what is saved that the move before gets")
+        reach = Parameter("reach", "1", 0.1, 1.0, 0.5, False, "of the shorter move that is rounded at most")
+        shared = ("full", "fixed", *(_SIZED if sized else ()))
+        own = _OWN if sized else _OWN[:1]
+        cut = _SIZED if sized and _cut(case) >= _FEWEST else ()
+        return (
+            *(Form(law, (_amount(law), split), _EQUATIONS[law]) for law in shared),
+            *(Form(law + _CUT, (_amount(law), split, reach), _EQUATIONS[law]) for law in cut),
+            *(Form(law + EACH, (_amount(law),), _EQUATIONS[law]) for law in own),
+        )
+
+    def lacks(self, case: Case) -> str:
+        return "" if self.forms(case) else "moves with rounded ends (blend_mm or pl)"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        overlaps = _OVERLAPS.get(_law(form), (0.05, 0.5, 1.0))
+        if len(form.parameters) == 1:
+            return np.array([[overlap] for overlap in overlaps])
+        rest = (0.3,) if len(form.parameters) == 3 else ()
+        return np.array([[overlap, split, *rest] for overlap in overlaps for split in _SPLITS])
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        overlap, split, reach = (*values.tolist(), *(0.5, 0.5)[len(values) - 1 :])[:3]
+        return motion.with_(law=_law(form), overlap=overlap, split=split, reach=reach)
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        law = _law(form).removesuffix(EACH)
+        if values[0] < (0.0005 if law == "fixed" else 0.02):
+            return "rounded corners save no time: they take as long as exact stops"
+        how = _HOW[law].format(values[0], 1000.0 * values[0])
+        if len(values) == 1:
+            return f"{how}; both moves at a corner gain"
+        share = float(np.clip(values[1], 0.0, 1.0))
+        return f"{how}; the move before the corner gains {share:.0%} of it"
+
+
+def _law(form: Form) -> str:
+    """The law of a form, as `Motion` names it."""
+    return form.key.removesuffix(_CUT)
+
+
+def _cut(case: Case) -> int:
+    """How many corners have a rounding that a third of the shorter move could not hold."""
+    corners, base = case.base.corners, case.base
+    shorter = base.way if corners is None else corners.shorter_end
+    return int(((base.round_end > shorter / 3.0) & case.moving).sum())
+
+
+def _amount(law: str) -> Parameter:
+    """The number that says how much a corner saves."""
+    if law == "fixed":
+        return Parameter("saving", "s", 0.0, 2.0, np.nan, False, "by every rounded corner")
+    if law == "full":
+        return Parameter("overlap", "1", 0.0, 1.3, np.nan, False, "of a braking and the next ramp")
+    meaning = "of the braking's time" if law == "share" else "of the rounding that is used"
+    return Parameter("overlap", "1", 0.0, 1.5 if law == "share" else 3.0, np.nan, False, meaning)

@@ -1,0 +1,132 @@
+"""`cycle-quantisation`: durations are whole multiples of the controller's cycle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._motion import Motion
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_SHORTEST, _LONGEST = 5e-4, 0.25  # [s]
+_FEWEST = 12
+_LOOKED_AT = 240  # moves
+_SURE = 0.12  # of the coherence: durations that are multiples have 1, any others about 1/√n
+_DOUBT = 7.0  # that scatter passes in no frequency with probability 1 - exp(-7)
+_STEP, _NEAR = 0.12, 3  # of a cycle at the longest duration, and so many steps to both sides
+_DIGITS = 0.8  # of the frequency of the clock's digits: shorter cycles cannot be seen
+_OTHERS = 3  # cycles that are tried
+_NEARLY = 0.6  # of the coherence of the best: less is no candidate
+
+
+class CycleQuantisation(MoveTerm):
+    summary = "durations are whole multiples of the controller's cycle"
+    does = "durations fall on a lattice; what is missing is spread evenly between nothing and one cycle"
+    source = "interpolation cycle of controllers (4, 8, 12 ms); lattice found by the coherence |Σ exp(2πi T/c)| / n"
+    confusable = ("dispatch", "settling")
+    stage = Stage.CLOCKS
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        found = _found(case)
+        forms = []
+        for rank, cycle in enumerate(found.tolist()):
+            one = Parameter("cycle", "s", cycle * 0.999, cycle * 1.001, 0.0, False, "of the controller")
+            other = f"other {rank}" if rank else ""
+            forms.append(Form(other, (one,), r"T = c \lceil T_0 / c \rceil"))
+            forms.append(Form(f"nearest {other}".strip(), (one,), r"T = c \lfloor T_0 / c + 1/2 \rfloor"))
+        return tuple(forms)
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        one = form.parameters[0]
+        middle = 0.5 * (one.low + one.high)
+        # Scatter leaves the cycle open by a part of what makes one multiple more of the longest duration.
+        step = _STEP * middle / max(float(case.measured[case.moving].max()), middle)
+        steps = np.arange(1, _NEAR + 1)
+        near = middle * (1.0 + step * np.concatenate([[0], -steps, steps]))
+        return np.asarray(np.clip(near, one.low, one.high)[:, None])
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        return motion.with_(cycle=float(values[0]), early=0.5 if form.key.startswith("nearest") else 0.0)
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        return f"durations are whole multiples of {values[0] * 1000:.3g} ms"
+
+
+def _found(case: Case) -> Floats:
+    return case.once("lattice", lambda: _lattices(case))
+
+
+def _lattices(case: Case) -> Floats:
+    """(c,) [s] cycles that the durations may be multiples of, the likeliest first; none when none stands out.
+
+    Durations that a recorder has rounded to r look the same at the frequencies f and 1/r - f: both are candidates.
+    """
+    moving = np.nonzero(case.moving)[0]
+    times = case.measured[moving]
+    alike = len(np.unique(case.repeats[moving])) if len(case.repeats) == len(case) else len(times)
+    spread = float(np.ptp(times)) if len(times) else 0.0
+    shortest = max(_SHORTEST, 2.0 * case.resolution)
+    # A cycle as long as durations differ would be told by anything that is not spread evenly.
+    longest = min(_LONGEST, 0.5 * spread)
+    if alike < _FEWEST or shortest >= longest:
+        return np.zeros(0)
+    # Short durations have few multiples to choose from: they tell the lattice with the fewest frequencies to try.
+    few = np.sort(times)[:: max(1, len(times) // _LOOKED_AT)]
+    few = few[: max(_FEWEST, (3 * len(few)) // 4)]
+    # Frequencies so fine that the longest duration is no more than a sixth of a turn off between two of them.
+    step = 0.33 / max(float(few.max()), 1e-3)
+    frequency = np.arange(1.0 / longest, 1.0 / shortest, step)
+    if len(frequency) < 2:
+        return np.zeros(0)
+    strong = _coherence(few, frequency)
+    needed = max(_SURE, float(np.sqrt((np.log(len(frequency)) + _DOUBT) / min(alike, len(few)))))
+    peaks = _peaks(frequency, strong, needed)
+    fine = [_finest(times, f, step) for f in peaks]
+    if case.resolution > 0:
+        mirrored = [1.0 / case.resolution - f for f in fine]
+        fine += [f for f in mirrored if f * case.resolution < _DIGITS]
+    return 1.0 / np.array(fine) if fine else np.zeros(0)
+
+
+def _peaks(frequency: Floats, strong: Floats, needed: float) -> list[float]:
+    """[1/s] the strongest ones, the fundamental instead of its multiples."""
+    left, found = strong.copy(), list[float]()
+    while len(found) < _OTHERS:
+        at = int(np.argmax(left))
+        if left[at] < needed or left[at] < _NEARLY * float(strong.max()):
+            break
+        best = float(frequency[at])
+        # A lattice of c is also one of c/2, c/3, …: the longest that is as good leads.
+        for part in range(8, 1, -1):
+            near = np.abs(frequency - best / part) <= 1.5 * (frequency[1] - frequency[0])
+            if near.any() and strong[near].max() > 0.93 * left[at]:
+                best = float(frequency[near][np.argmax(strong[near])])
+                break
+        found.append(best)
+        multiple = np.abs(frequency / best - np.round(frequency / best)) * best
+        left[multiple <= 4.0 * (frequency[1] - frequency[0])] = 0.0
+    return found
+
+
+def _finest(times: Floats, frequency: float, step: float) -> float:
+    """[1/s] the best one near, with ever longer durations."""
+    ordered = np.sort(times)
+    count = min(_LOOKED_AT, len(ordered))
+    while True:
+        some = ordered[:count]
+        near = np.linspace(frequency - step, frequency + step, 81)
+        near = near[near > 0]
+        frequency = float(near[np.argmax(_coherence(some, near))])
+        if count == len(ordered):
+            return frequency
+        step = min(step, 0.33 / max(float(some.max()), 1e-3))
+        count = min(2 * count, len(ordered))
+
+
+def _coherence(times: Floats, frequency: Floats) -> Floats:
+    """(f,) [1]"""
+    parts = [
+        np.abs(np.exp(2j * np.pi * np.outer(chunk, times)).mean(axis=1))
+        for chunk in np.array_split(frequency, max(1, len(frequency) * len(times) // 2_000_000))
+    ]
+    return np.concatenate(parts)

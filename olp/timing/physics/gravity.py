@@ -1,0 +1,232 @@
+"""`gravity`: acceleration and deceleration depend on how steeply the move goes up or down."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._motion import Motion
+from olp.timing.physics._ramps import longer, over_ramp, where_passed
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_STEEP = 0.2  # sine of the steepest incline that has to be there
+_UPWARD, _SIDEWAYS = 0.25, 120.0  # of the other numbers, and in BIC what less of going up costs
+_PLACES = 9  # along a straight move
+_LEAST = 0.05  # of the acceleration remains, whatever gravity takes
+
+
+class Gravity(MoveTerm):
+    summary = "acceleration and deceleration depend on how steeply the move goes up or down"
+    does = "ramps change with the sine of the incline: up against down, or steep against level"
+    source = (
+        "N. Apostolovic, An innovative method …, chapter 6 (factors over the incline); Newton's second law"
+    )
+    confusable = ("reach-inertia", "joint-acceleration-limit", "acceleration")
+    stage = Stage.SCALES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        rise = case.rise[case.moving & ~case.joint]
+        if len(rise) < 4 or np.ptp(rise) < _STEEP:
+            return ()
+        share = Parameter(
+            "share", "1", -0.9, 0.9, 0.0, False, "of the acceleration that a vertical move loses"
+        )
+        steep = Parameter(
+            "share", "1", 0.0, 0.95, 0.0, False, "of the acceleration that gravity takes upright"
+        )
+        arm = [
+            Parameter(
+                name,
+                "1",
+                0.0,
+                1.5,
+                0.0,
+                False,
+                f"of the acceleration that lifting the {name} straight up takes",
+            )
+            for name in ("wrist", "elbow")
+        ]
+        whole = Form("whole arm", tuple(arm), r"a_{acc,dec} = a\,(1 \mp k_w z_w'(s) \mp k_e z_e'(s))")
+        inward = Parameter(
+            "inward", "1", -1.0, 1.0, 0.0, False, "of the acceleration that drawing the arm in takes"
+        )
+        guessed = Form(
+            "lift and reach", (arm[0], inward), r"a_{acc,dec} = a\,(1 \mp k_w z'(s) \pm k_r r'(s))"
+        )
+        return (
+            *((whole,) if case.bodies_known else (guessed, _anywhere())),
+            Form("both ramps", (share,), r"a_\uparrow = a\,(1 - k\sin\gamma)"),
+            Form("steep", (share,), r"a = a_0\,(1 - k\,|\sin\gamma|)"),
+            Form(
+                "against and with",
+                (steep,),
+                r"a_{acc} = a\,(1 - k\sin\gamma),\; a_{dec} = a\,(1 + k\sin\gamma)",
+            ),
+            Form(
+                "against alone",
+                (steep,),
+                r"a_{acc} = a\,\min(1, 1 - k\sin\gamma),\; a_{dec} = a\,\min(1, 1 + k\sin\gamma)",
+            ),
+            Form(
+                "up and down apart",
+                _apart(),
+                r"a_\gamma = a\,(1 - k_u \max(\sin\gamma, 0) - k_d \max(-\sin\gamma, 0))",
+            ),
+        )
+
+    def lacks(self, case: Case) -> str:
+        return "" if self.forms(case) else "moves with points at several inclines"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        if form.key == "any arm":
+            return np.array([[0.2, 0.0, 0.0, 0.0, 0.0], [0.4, 0.2, 0.0, 0.0, 0.0]])
+        if form.key == "lift and reach":
+            return np.array([[0.2, 0.0], [0.3, 0.2], [0.5, 0.3]])
+        if form.key == "whole arm":
+            return np.array([[0.2, 0.2], [0.5, 0.1], [0.1, 0.5]])
+        if form.key == "up and down apart":
+            return np.array([[0.3, 0.0], [0.0, 0.3], [0.3, 0.3]])
+        return np.array([[-0.2], [0.2]]) if form.key in ("both ramps", "steep") else np.array([[0.2], [0.5]])
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == "whole arm":
+            start, end = (case.once(f"lift {k}", lambda k=k: _lifts(case, k)) @ values for k in (0, 1))  # type: ignore[misc]
+            return motion.with_(
+                accelerate=motion.accelerate * np.maximum(1.0 - start, _LEAST),
+                decelerate=motion.decelerate * np.maximum(1.0 + end, _LEAST),
+            )
+        if form.key == "any arm":
+            start, end = (case.once(f"work {k}", lambda k=k: _works(case, k)) for k in (0, 1))  # type: ignore[misc]
+            pulls = [at.reshape(len(case), -1, len(values)) @ values for at in (start, end)]
+            return motion.with_(
+                accelerate=motion.accelerate / longer(np.maximum(1.0 - pulls[0], _LEAST)),
+                decelerate=motion.decelerate / longer(np.maximum(1.0 + pulls[1], _LEAST)),
+            )
+        if form.key == "lift and reach":
+            pull = case.once("lift and reach", lambda: _outside(case)) @ values
+            return motion.with_(
+                accelerate=motion.accelerate * np.maximum(1.0 - pull, _LEAST),
+                decelerate=motion.decelerate * np.maximum(1.0 + pull, _LEAST),
+            )
+        rise = case.once("rise", lambda: np.where(case.joint, 0.0, case.rise))
+        if form.key == "up and down apart":
+            pull = values[0] * np.maximum(rise, 0.0) + values[1] * np.maximum(-rise, 0.0)
+            start = end = 1.0 - pull
+        else:
+            pull = values[0] * (np.abs(rise) if form.key == "steep" else rise)
+            start, end = (
+                1.0 - pull,
+                1.0 + (pull if form.key in ("against and with", "against alone") else -pull),
+            )
+        most = 1.0 if form.key == "against alone" else np.inf
+        return motion.with_(
+            accelerate=motion.accelerate * np.clip(start, _LEAST, most),
+            decelerate=motion.decelerate * np.clip(end, _LEAST, most),
+        )
+
+    def doubt(self, form: Form, values: Floats) -> float:
+        # Weight that is felt in many ways, and hardly in going up, is none.
+        sideways = form.key == "any arm" and values[0] < _UPWARD * float(np.abs(values[1:]).max())
+        return _SIDEWAYS if sideways else 0.0
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.key == "whole arm":
+            return (
+                f"lifting takes up to {values.sum():.0%} of the acceleration (wrist {values[0]:.0%}, "
+                f"elbow {values[1]:.0%}) and gives it to the braking"
+            )
+        if form.key == "lift and reach":
+            return (
+                f"lifting takes up to {values[0]:.0%} of the acceleration and drawing the arm in {values[1]:.0%}, "
+                "and they give it to the braking"
+            )
+        if form.key == "any arm":
+            return (
+                f"lifting takes up to {values[0]:.0%} of the acceleration in the middle of the space, more or less "
+                "elsewhere, and gives it to the braking"
+            )
+        if form.key == "steep":
+            less = f"{abs(values[0]):.0%} {'less' if values[0] > 0 else 'more'} acceleration"
+            return f"straight up and straight down both ramps have {less} than level moves"
+        if form.key == "both ramps":
+            way, back = ("up", "down") if values[0] > 0 else ("down", "up")
+            less = f"{abs(values[0]):.0%} less acceleration"
+            return f"straight {way} both ramps have {less}, straight {back} as much more"
+        if form.key == "up and down apart":
+            up, down = (f"{abs(v):.0%} {'less' if v >= 0 else 'more'}" for v in values)
+            return f"straight up both ramps have {up} acceleration, straight down {down}"
+        if form.key == "against alone":
+            return f"gravity takes {values[0]:.0%} of the acceleration straight up, and of the braking straight down"
+        return f"straight up gravity takes {values[0]:.0%} of the acceleration and gives it to the braking"
+
+
+def _apart() -> tuple[Parameter, Parameter]:
+    """One number for moves that go up, one for those that go down: whatever sign a controller's table has."""
+    up, down = (
+        Parameter(name, "1", -0.9, 0.9, 0.0, False, f"of the acceleration that a move straight {name} loses")
+        for name in ("up", "down")
+    )
+    return up, down
+
+
+def _lifts(case: Case, end: int) -> Floats:
+    """(n, 2) how much wrist and elbow rise per way, over the ramp at one end; 0 for joint moves."""
+    assert case.rates is not None
+    assert case.rates.bodies is not None
+    height = case.rates.bodies[:, :, ::-1, 2]
+    slope = (
+        np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]
+    )
+    return np.where((case.joint | ~case.moving)[:, None], 0.0, np.nan_to_num(over_ramp(case, slope, end)))
+
+
+def _outside(case: Case) -> Floats:
+    """(n, 2) rise of the tool, and how much nearer to the first axis it comes, per way.
+
+    What tool points alone tell of how an arm's bodies rise: the elbow goes up as the arm is drawn in.
+    """
+    length = np.maximum(np.nan_to_num(case.length), 1e-9)
+    near, far = (np.hypot(p[:, 0], p[:, 1]) for p in (case.start, case.end))
+    both = np.stack([case.rise, np.nan_to_num(near - far) / length], axis=1)
+    return np.where((case.joint | ~case.moving)[:, None], 0.0, both)
+
+
+def _anywhere() -> Form:
+    """The work against gravity as a quadratic function of height and reach: any arm's, near enough, in one posture."""
+    parameters = (
+        Parameter("up", "1", 0.0, 1.5, 0.0, False, "of the acceleration that going up takes in the middle"),
+        Parameter("inward", "1", -1.0, 1.0, 0.0, False, "of it that drawing the arm in takes in the middle"),
+        Parameter("higher", "1", -3.0, 3.0, 0.0, False, "by which going up takes more at the top"),
+        Parameter("farther", "1", -3.0, 3.0, 0.0, False, "by which drawing in takes more far out"),
+        Parameter("mixed", "1", -3.0, 3.0, 0.0, False, "by which each takes more with the other"),
+    )
+    return Form(
+        "any arm",
+        parameters,
+        r"a_{acc,dec} = a\,(1 \mp U'(s)),\; U' = (k_u + k_h \zeta - k_m \rho) z' - (k_i + k_f \rho - k_m \zeta) r'",
+    )
+
+
+def _works(case: Case, end: int) -> Floats:
+    """(n, k 5) what each number of `any arm` adds to the pull, where the simulation's ramp passes the speeds `PASSED`.
+
+    zeta and rho: height and reach from the middle of all moves' ends, in units of how far they spread.
+    """
+    linear = case.moving & ~case.joint
+    places = np.linspace(0.0, 1.0, _PLACES)[None, :, None]
+    points = case.start[:, None, :] + places * (case.end - case.start)[:, None, :]
+    height, reach = points[:, :, 2], np.hypot(points[:, :, 0], points[:, :, 1])
+    shape = []
+    for name, values in (("height", height), ("reach", reach)):
+        both = values[linear][:, [0, -1]]
+        middle = case.number(f"middle {name}", lambda both=both: float(np.nanmean(both)))  # type: ignore[misc]
+        spread = case.number(f"spread {name}", lambda both=both: max(2.0 * float(np.nanstd(both)), 1e-3))  # type: ignore[misc]
+        shape.append((values - middle) / spread)
+    zeta, rho = shape
+    way = np.maximum(np.nan_to_num(case.length), 1e-9)[:, None]
+    up = np.gradient(height, axis=1) * (_PLACES - 1) / way
+    inward = -np.gradient(reach, axis=1) * (_PLACES - 1) / way
+    basis = [up, inward, zeta * up, rho * inward, zeta * inward - rho * up]
+    passed = [where_passed(case, np.where(linear[:, None], np.nan_to_num(b), 0.0), end) for b in basis]
+    return np.stack(passed, axis=2).reshape(len(case), -1)

@@ -1,0 +1,38 @@
+"""`jerk`: acceleration ramps up and down at a finite rate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._motion import Motion
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+
+class Jerk(MoveTerm):
+    summary = "acceleration ramps up and down at a finite rate"
+    does = "every full ramp takes a/j longer whatever the speed; slow moves, which never reach a, lose less"
+    source = "Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, section 3.4"
+    confusable = ("settling", "dispatch", "acceleration")
+    stage = Stage.SHAPES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        if not case.moving.any():
+            return ()
+        pace = case.pace
+        one = Parameter("jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, np.inf, True, "of every ramp")
+        return (Form("", (one,), r"T = L/v + v/a + a/j"),)
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        return np.array([[2.0], [6.0], [20.0], [70.0]]) * case.pace
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        return motion.with_(jerk=np.minimum(motion.jerk, values[0] * case.ratio))
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        ramp, unit = case.pace / values[0], form.parameters[0].unit
+        return (
+            f"acceleration builds up at {values[0]:.4g} {unit}: a full ramp at the simulated acceleration takes "
+            f"{ramp * 1000:.0f} ms longer"
+        )

@@ -1,0 +1,96 @@
+"""`joint-acceleration-limit`: an axis reaches its acceleration limit, so the path accelerates more slowly there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._limits import limits_reached
+from olp.timing.physics._motion import Motion
+from olp.timing.physics._ramps import longer, where_passed
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+ALL = -1  # axes together, by their rated accelerations
+
+
+class JointAccelerationLimit(MoveTerm):
+    summary = "an axis reaches its acceleration limit, so the path accelerates more slowly in some poses and directions"
+    does = "ramps are longer where the axis has to turn far per millimetre of way, and as simulated elsewhere"
+    source = "q'' = q' s'' + q'' s'²; J. Bobrow, S. Dubowsky, J. Gibson, Int. J. Robotics Research 4(3), 1985"
+    confusable = ("reach-inertia", "gravity", "torque-speed", "joint-speed-limit")
+    stage = Stage.LIMITS
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        if case.rates is None:
+            return ()
+        forms = []
+        if case.rates.rated_acceleration is not None and (_asked(case, ALL) > 0).sum() >= 4:
+            asked = _asked(case, ALL)
+            share = Parameter(
+                "share",
+                "1",
+                0.2 * float(np.quantile(asked[asked > 0], 0.05)),
+                float(asked.max()),
+                np.inf,
+                True,
+                "of the rated axis accelerations",
+            )
+            forms.append(Form("all", (share,), r"a \le k \min_j A_j / |q_j'|"))
+        for axis, name in enumerate(case.rates.names):
+            asked = _asked(case, axis)
+            if (asked > 0).sum() < 4:
+                continue
+            high, low = float(asked.max()), float(np.quantile(asked[asked > 0], 0.05))
+            if high <= 1.02 * low:
+                continue
+            says = f"that axis {name} can give"
+            limit = Parameter(f"limit_{name.lower()}", "rad/s^2", 0.2 * low, high, np.inf, True, says)
+            forms.append(Form(name, (limit,), r"a \le A_j / |q_j'|", axis))
+        return tuple(forms)
+
+    def lacks(self, case: Case) -> str:
+        return "" if case.rates is not None else "a robot, or joint points"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        limit = form.parameters[0]
+        return np.clip(limits_reached(_asked(case, form.axis)), limit.low, limit.high)[:, None]
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        start, end = (_passed(case, form.axis, k) for k in (0, 1))
+        return motion.with_(
+            accelerate=motion.accelerate / _longer(start * motion.accelerate[:, None], values[0]),
+            decelerate=motion.decelerate / _longer(end * motion.decelerate[:, None], values[0]),
+        )
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.axis == ALL:
+            return f"no axis accelerates at more than {values[0]:.1%} of what it is rated for"
+        return f"axis {form.key} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
+
+
+def _passed(case: Case, axis: int, end: int) -> Floats:
+    """(n, k) [rad/m] of the axis where one ramp of the simulation passes the speeds of `PASSED`."""
+    return case.once(f"ramp {axis} {end}", lambda: where_passed(case, _rates(case, axis), end))
+
+
+def _longer(asked: Floats, limit: float) -> Floats:
+    """(n,) by how much a ramp costs more that asks (n, k) [rad/s²] of an axis."""
+    return longer(np.minimum(1.0, limit / np.maximum(asked, 1e-12)))
+
+
+def _rates(case: Case, axis: int) -> Floats:
+    """(n, m) of an axis per unit of way; for ALL the largest share of a rated acceleration."""
+    assert case.rates is not None
+    if axis != ALL:
+        return np.abs(case.rates.path[:, :, axis])
+    rated = case.rates.rated_acceleration
+    assert rated is not None
+    rates = case.rates
+    return case.once("rated slopes", lambda: (np.abs(rates.path) / rated).max(axis=2))
+
+
+def _asked(case: Case, axis: int) -> Floats:
+    """(n,) [rad/s²] of the axis in the simulation's ramps, at most."""
+    start, end = (_passed(case, axis, k).max(axis=1) for k in (0, 1))
+    return np.asarray(np.maximum(start * case.base.accelerate, end * case.base.decelerate))

@@ -1,0 +1,143 @@
+"""`joint-speed-limit`: an axis reaches its speed limit, so the path is slowed there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._limits import limits_reached
+from olp.timing.physics._motion import Motion
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_AT_ONCE = " at once"  # behind the key of a form
+ALL = -1  # axes together, by their rated speeds
+_SLOWEST = 0.25  # of a rated speed: no drive is slower
+_FEWEST = 4  # moves
+_FINER = 4  # times as many places as the rates are known at
+
+
+class JointSpeedLimit(MoveTerm):
+    summary = "an axis reaches its speed limit, so the path is slowed there (near a singularity, say)"
+    does = "moves in which the axis has to turn fast are longer, in cruise; all others are as simulated"
+    source = "q' = J⁻¹ x'; B. Siciliano et al., Robotics (Springer 2009), section 3.5"
+    confusable = ("speed-clamp", "orientation-limit", "joint-acceleration-limit")
+    stage = Stage.LIMITS
+    phase = "cruise"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        if case.rates is None:
+            return ()
+        rated = case.rates.rated
+        forms = []
+        if rated is not None:
+            forms += _form(case, ALL, "all", "share", "1", _SLOWEST, "of the rated axis speeds")
+        elif len(case.rates.names) > 1:
+            forms += _form(case, ALL, "alike", "limit", "rad/s", 0.0, "of all axes")
+        forms += [form._replace(key=f"{form.key}{_AT_ONCE}") for form in forms]
+        for axis, name in enumerate(case.rates.names):
+            least = 0.0 if rated is None else _SLOWEST * float(rated[axis])
+            forms += _form(case, axis, name, f"limit_{name.lower()}", "rad/s", least, f"of axis {name}")
+        return tuple(forms)
+
+    def lacks(self, case: Case) -> str:
+        return "" if case.rates is not None else "a robot, or joint points"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        asked, limit = _asked(case, form.axis), form.parameters[0]
+        return np.clip(limits_reached(asked), limit.low, limit.high)[:, None]
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        """Where the axis would be too fast, the path is slowed: it brakes and speeds up, or changes speed at once."""
+        touched = np.nonzero(_asked(case, form.axis) > values[0])[0]
+        if not len(touched):
+            return motion
+        mine, rate = motion.take(touched), _rates(case, form.axis)[touched].T
+        if form.key.endswith(_AT_ONCE):
+            lost = np.maximum(rate / values[0] - 1.0 / mine.top(), 0.0)
+            added = motion.added.copy()
+            added[touched] += mine.way * 0.5 * (lost[1:] + lost[:-1]).mean(axis=0)
+            return motion.with_(added=added)
+        free = np.repeat(mine.speed[None, :], len(rate), axis=0)
+        limited = np.minimum(free, values[0] / np.maximum(rate, 1e-12))
+        added = motion.added.copy()
+        added[touched] += _swept(mine, limited) - _swept(mine, free)
+        return motion.with_(added=added)
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.key.startswith("alike"):
+            return f"no axis turns faster than {np.degrees(values[0]):.1f} deg/s"
+        if form.axis == ALL:
+            return f"no axis turns faster than {values[0]:.1%} of its rated speed"
+        return (
+            f"axis {form.key.removesuffix(_AT_ONCE)} turns no faster than {np.degrees(values[0]):.1f} deg/s"
+        )
+
+
+def _form(case: Case, axis: int, key: str, name: str, unit: str, least: float, meaning: str) -> list[Form]:
+    """The form of an axis that some moves ask more of than `least`."""
+    asked = _asked(case, axis)
+    if (asked > 0).sum() < _FEWEST:
+        return []
+    high = float(asked.max())
+    low = max(0.2 * float(np.quantile(asked[asked > 0], 0.05)), least)
+    if low >= 0.98 * high:
+        return []
+    limit = Parameter(name, unit, low, high, np.inf, True, meaning)
+    share = {"all": r"k \min_j V_j", "alike": r"V \min_j 1"}.get(key, "V_j")
+    return [Form(key, (limit,), rf"\dot s \le {share} / |q_j'(s)|", axis)]
+
+
+def _rates(case: Case, axis: int) -> Floats:
+    """(n, m) of an axis per unit of way; for ALL the largest share of a rated speed."""
+    rates = case.rates
+    assert rates is not None
+
+    def finer() -> Floats:
+        if axis == ALL:
+            rated = rates.rated if rates.rated is not None else np.ones(len(rates.names))
+            coarse = (np.abs(rates.path) / rated).max(axis=2)
+        else:
+            coarse = np.abs(rates.path[:, :, axis])
+        part = np.arange(_FINER) / _FINER
+        pieces = coarse[:, :-1, None] + (coarse[:, 1:] - coarse[:, :-1])[:, :, None] * part
+        return np.concatenate([pieces.reshape(len(coarse), -1), coarse[:, -1:]], axis=1)
+
+    return case.once(f"rates {axis}", finer)
+
+
+def _swept(motion: Motion, most: Floats) -> Floats:
+    """(n,) [s] along the way, at no more than `most` (m, n) [m/s] and with no more than the ramps' accelerations.
+
+    Forwards and backwards over the squares of the speed (J. Bobrow, S. Dubowsky, J. Gibson, 1985): exact for constant
+    acceleration between two places.
+    """
+    square = most**2
+    step = motion.way / (len(most) - 1)
+    # At rounded corners the ramps are whole too: they overlap with the neighbours' ones.
+    square[0], square[-1] = 0.0, 0.0
+    gain, loss = 2.0 * motion.accelerate * step, 2.0 * motion.decelerate * step
+    for k in range(1, len(square)):
+        np.minimum(square[k], square[k - 1] + gain, out=square[k])
+    for k in range(len(square) - 2, -1, -1):
+        np.minimum(square[k], square[k + 1] + loss, out=square[k])
+    speed = np.sqrt(square)
+    return np.asarray(step * (2.0 / np.maximum(speed[1:] + speed[:-1], 1e-9)).sum(axis=0))
+
+
+def _profile(motion: Motion, places: int) -> Floats:
+    """(n, m) [m/s] speed along the way, without jerk."""
+    share = np.linspace(0.0, 1.0, places)[None, :]
+    way = motion.way[:, None]
+    rising = np.sqrt(2.0 * motion.accelerate[:, None] * share * way)
+    falling = np.sqrt(2.0 * motion.decelerate[:, None] * (1.0 - share) * way)
+    return np.maximum(np.minimum(np.minimum(rising, falling), motion.speed[:, None]), 1e-9)
+
+
+def _asked(case: Case, axis: int) -> Floats:
+    """(n,) [rad/s] the fastest that the axis turns in the simulation."""
+
+    def work_out() -> Floats:
+        rate = _rates(case, axis)
+        return np.asarray((rate * _profile(case.base, rate.shape[1])).max(axis=1))
+
+    return case.once(f"axis speed {axis}", work_out)

@@ -1,0 +1,63 @@
+"""`orientation-limit`: the reorientation, not the travel, sets the time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._limits import limits_reached
+from olp.timing.physics._motion import Motion
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_TURN = 0.02  # [rad] that a few moves have to turn
+
+
+class OrientationLimit(MoveTerm):
+    summary = "the reorientation, not the travel, sets the time"
+    does = "moves that turn the tool far on a short way take as long as the turn; all others are as simulated"
+    source = "orientation speed VR of INFORM, v_reori of RAPID, $VEL.ORI of KRL: the slower of travel and turn leads"
+    confusable = ("joint-speed-limit", "speed-clamp")
+    stage = Stage.LIMITS
+    phase = "cruise"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        turn = _turns(case)
+        if (turn > _TURN).sum() < 3:
+            return ()
+        needed = turn[turn > _TURN] / np.maximum(case.simulated[turn > _TURN], 1e-3)
+        low, high = 0.1 * float(np.quantile(needed, 0.1)), 3.0 * float(needed.max())
+        rate = Parameter("rate", "rad/s", low, high, np.inf, True, "the fastest turn of the tool")
+        ramp = Parameter("acceleration", "rad/s^2", low, 400.0 * high, np.inf, True, "of the turn")
+        return (
+            Form("slows the path", (rate,), r"v \le \omega L / \theta"),
+            Form("of its own", (rate, ramp), r"T \ge \theta/\omega + \omega/\alpha"),
+        )
+
+    def lacks(self, case: Case) -> str:
+        return "" if self.forms(case) else "moves with orientations that change"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        turn = _turns(case)
+        needed = turn[turn > _TURN] / np.maximum(case.simulated[turn > _TURN], 1e-3)
+        rates = limits_reached(needed)
+        if len(form.parameters) == 1:
+            return rates[:, None]
+        return np.array([[rate, rate / time] for rate in rates for time in (0.1, 0.4)])
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        turn = _turns(case)
+        if form.key == "slows the path":
+            # Waits have no way, and keep a speed that can be divided by.
+            slow = np.where(motion.way > 0, values[0] * motion.way / np.maximum(turn, 1e-9), np.inf)
+            return motion.with_(speed=np.minimum(motion.speed, slow))
+        rate, ramp = values
+        whole = np.where(turn >= rate**2 / ramp, turn / rate + rate / ramp, 2.0 * np.sqrt(turn / ramp))
+        return motion.with_(least=np.maximum(motion.least, np.where(turn > 1e-6, whole, 0.0)))
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        return f"the tool turns no faster than {np.degrees(values[0]):.1f} deg/s"
+
+
+def _turns(case: Case) -> Floats:
+    """(n,) [rad] of straight moves, 0 where it is not known."""
+    return case.once("turn", lambda: np.where(case.moving & ~case.joint, np.nan_to_num(case.turn), 0.0))

@@ -1,0 +1,145 @@
+"""`payload-inertia`: acceleration of the wrist axes falls with the load's moment of inertia."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._motion import Motion
+from olp.timing.physics._ramps import over_ramp
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_FIRST_OF_WRIST = 3
+_RATIO = "real over simulated"
+_OTHER = 0.01  # of the load's inertia
+_FEWEST = 4  # moves that an axis leads
+
+
+class PayloadInertia(MoveTerm):
+    summary = "acceleration of the wrist axes falls with the load's moment of inertia"
+    does = "moves that turn the wrist are longer with bulky loads; moves that do not are as simulated"
+    source = "Euler's equation with a constant torque: rate of the wrist = torque / (I0 + I)"
+    confusable = ("payload", "orientation-limit")
+    stage = Stage.SCALES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        if _told(case):
+            return _ratios(case)
+        inertia = case.payload_inertia[case.moving]
+        known = inertia[np.isfinite(inertia)]
+        if not len(known) or np.ptp(known) <= 1e-4 * max(1.0, float(np.max(known))) or not _wrist(case).any():
+            return ()
+        one = Parameter(
+            "growth", "1/(kg m^2)", 0.0, 8.0 / float(np.max(known)), 0.0, False, "of the wrist's inertia"
+        )
+        share = Form("", (one,), r"a(I) = a / (1 + k I w)")
+        every = Form("every move", (one,), r"a(I) = a / (1 + k I)")
+        if case.rates is None or case.rates.rated_acceleration is None:
+            return (share, every)
+        return (share, every, Form("limit", (one,), r"a(I) \le A_j / (1 + k I) / |q_j'|, \quad j = 4, 5, 6"))
+
+    def lacks(self, case: Case) -> str:
+        return (
+            "" if self.forms(case) else "payload_inertia_kg_m2 with two values, and moves that turn the wrist"
+        )
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        return np.array([[0.02], [0.15], [0.5]]) * form.parameters[0].high
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == "limit":
+            less = 1.0 + values[0] * np.nan_to_num(case.payload_inertia)
+            start, end = (case.once(f"wrist limit {k}", lambda k=k: _limits(case, k)) for k in (0, 1))  # type: ignore[misc]
+            return motion.with_(
+                accelerate=_limited(motion.accelerate, start, less),
+                decelerate=_limited(motion.decelerate, end, less),
+            )
+        if form.key.startswith(_RATIO):
+            wrist = case.once(f"wrist {form.axis}", lambda: _led(case, form.axis))
+            real, simulated = (
+                1.0 + values[0] * wrist * i for i in (case.payload_inertia, case.sim_payload_inertia)
+            )
+            ratio = np.where(case.moving, np.nan_to_num(simulated / real, nan=1.0), 1.0)
+            return motion.with_(accelerate=motion.accelerate * ratio, decelerate=motion.decelerate * ratio)
+        share = case.once("wrist inertia", lambda: _wrist(case) * np.nan_to_num(case.payload_inertia))
+        if form.key == "every move":
+            share = np.nan_to_num(case.payload_inertia)
+        less = 1.0 + values[0] * share
+        return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.key.startswith(_RATIO):
+            off = int(np.nanargmax(np.abs(case.payload_inertia - case.sim_payload_inertia)))
+            real, simulated = float(case.payload_inertia[off]), float(case.sim_payload_inertia[off])
+            ratio = (1.0 + values[0] * simulated) / (1.0 + values[0] * real)
+            of = "the wrist" if form.axis < 0 else form.key.removeprefix(_RATIO).strip()
+            return (
+                f"the load's inertia is {real:.3g} kg m², not {simulated:.3g} as simulated: "
+                f"{of} has {ratio:.0%} of the acceleration"
+            )
+        most = float(np.nanmax(case.payload_inertia))
+        return f"with {most:.3g} kg m² moves of the wrist have {1 - 1 / (1 + values[0] * most):.0%} less acceleration"
+
+
+def _told(case: Case) -> bool:
+    """Whether the simulation was told another inertia of the load than the robot's in moves that turn the wrist."""
+    if len(case.sim_payload_inertia) != len(case) or not np.isfinite(case.payload_inertia).any():
+        return False
+    off = np.abs(case.payload_inertia - case.sim_payload_inertia)
+    return bool(
+        (
+            np.nan_to_num(off)[case.moving & (_wrist(case) > 0)] > _OTHER * np.nanmax(case.payload_inertia)
+        ).any()
+    )
+
+
+def _ratios(case: Case) -> tuple[Form, ...]:
+    """Of the whole wrist, and of each of its axes by itself."""
+    most = float(np.nanmax(np.concatenate([case.payload_inertia, case.sim_payload_inertia])))
+    equation = r"a = a_{sim} (1 + k I_{sim} w) / (1 + k I w)"
+    growth = Parameter("growth", "1/(kg m^2)", 0.0, 200.0 / most, 0.0, False, "of the wrist's inertia")
+    forms = [Form(_RATIO, (growth,), equation)]
+    assert case.rates is not None
+    for axis, name in enumerate(case.rates.names):
+        if axis >= _FIRST_OF_WRIST and (_led(case, axis) > 0).sum() >= _FEWEST:
+            one = growth._replace(
+                name=f"growth_{name.lower().replace(' ', '_')}", meaning=f"of the inertia of {name}"
+            )
+            forms.append(Form(f"{_RATIO} {name}", (one,), equation, axis))
+    return tuple(forms)
+
+
+def _led(case: Case, axis: int) -> Floats:
+    """(n,) share of the turning that the wrist does; of one `axis`: 1 in the moves that it leads."""
+    if axis < 0:
+        return _wrist(case)
+    assert case.rates is not None
+    return np.array([float(name == case.rates.names[axis]) for name in case.leading])
+
+
+def _wrist(case: Case) -> Floats:
+    """(n,) share of the turning that the wrist does: its fastest axis over the fastest of all."""
+    rates = case.rates
+    if rates is None or rates.path.shape[2] <= _FIRST_OF_WRIST:
+        return np.zeros(len(case))
+    mean = np.abs(rates.path).mean(axis=1)
+    most = mean.max(axis=1)
+    return np.asarray(
+        np.where(most > 0, mean[:, _FIRST_OF_WRIST:].max(axis=1) / np.where(most > 0, most, 1.0), 0.0)
+    )
+
+
+def _limited(slow: Floats, limit: Floats, less: Floats) -> Floats:
+    """(n,) an acceleration under a limit that is `less` times smaller; the whole limit is simulated already."""
+    return np.asarray(slow * np.minimum(slow, np.maximum(limit / less, 1e-6)) / np.minimum(slow, limit))
+
+
+def _limits(case: Case, end: int) -> Floats:
+    """(n,) of the path by the wrist's rated accelerations over one ramp, inf where the wrist does not turn."""
+    rates = case.rates
+    assert rates is not None
+    assert rates.rated_acceleration is not None
+    wrist = np.abs(rates.path[:, :, _FIRST_OF_WRIST:]) / rates.rated_acceleration[_FIRST_OF_WRIST:]
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / over_ramp(case, wrist.max(axis=2), end))

@@ -1,0 +1,142 @@
+"""`reach-inertia`: acceleration falls as the load is farther from the first axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats, Mask
+from olp.timing.physics._motion import Motion
+from olp.timing.physics._ramps import over_ramp
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_LEAST = 0.1  # of the inertia that any reach leaves
+_SPREAD = 0.05  # [m] of the distances from the first axis that has to be there
+
+
+class ReachInertia(MoveTerm):
+    summary = "acceleration falls as the load is farther from the first axis"
+    does = "ramps far out are longer than ramps near the base, with the square of the distance"
+    source = "Steiner's theorem: inertia about the first axis is I0 + m r²; Apostolovic, equation 6.3 (radial distance)"
+    confusable = ("gravity", "joint-acceleration-limit", "payload")
+    stage = Stage.SCALES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        near, far = _reaches(case)
+        both = np.concatenate([near, far])[np.tile(_swings(case) & np.isfinite(near + far), 2)]
+        if len(both) < 8 or not np.isfinite(both).all() or np.ptp(both) < _SPREAD:
+            return ()
+        top = 8.0 / float(np.max(both)) ** 2
+        one = Parameter("growth", "1/m^2", 0.0, top, 0.0, False, "of the inertia with the distance squared")
+        first = Parameter(
+            "growth", "1/m", 0.0, 8.0 / float(np.max(both)), 0.0, False, "of the inertia with distance"
+        )
+        simulated = Parameter(
+            "simulated", "m", float(np.min(both)), float(np.max(both)), np.nan, False, "reach as simulated"
+        )
+        arm: tuple[Form, ...] = ()
+        if case.bodies_known:
+            level = Parameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
+            bodies = tuple(
+                Parameter(
+                    name, "1/m^2", 0.0, top, 0.0, False, f"of the inertia with the {name}'s distance squared"
+                )
+                for name in ("wrist", "elbow")
+            )
+            arm = (Form("whole arm", (level, *bodies), r"a = a_0 / (c + k_w r_w^2 + k_e r_e^2)"),)
+        return (
+            *arm,
+            Form("", (one,), r"a(r) = a / (1 + k r^2)"),
+            Form("from a reach", (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
+            Form("middle", (one,), r"a(r) = a / (1 + k r_m^2)"),
+            Form("linear", (first,), r"a(r) = a / (1 + k r)"),
+            Form("across", (one,), r"a(r) = a / (1 + k r^2 \cos^2\varphi)"),
+        )
+
+    def lacks(self, case: Case) -> str:
+        return "" if self.forms(case) else "moves with points at several distances from the first axis"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        if form.key == "whole arm":
+            top = form.parameters[1].high
+            return np.array([[1.0, 0.1 * top, 0.05 * top], [1.1, 0.02 * top, 0.02 * top]])
+        growth = np.array([[0.02], [0.12]]) * form.parameters[0].high
+        if len(form.parameters) == 1:
+            return growth
+        reaches = 0.5 * (form.parameters[1].low + form.parameters[1].high)
+        return np.array([[k[0], reaches] for k in growth])
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == "whole arm":
+            near, far = (case.once(f"arm {k}", lambda k=k: _squares(case, k)) for k in (0, 1))  # type: ignore[misc]
+            linear = case.moving & ~case.joint
+            return motion.with_(
+                accelerate=motion.accelerate / np.where(linear, values[0] + near @ values[1:], 1.0),
+                decelerate=motion.decelerate / np.where(linear, values[0] + far @ values[1:], 1.0),
+            )
+        start = case.once(f"reach {form.key} 0", lambda: _weight(case, form.key, 0))
+        end = case.once(f"reach {form.key} 1", lambda: _weight(case, form.key, 1))
+        if len(values) > 1:
+            start, end = (np.where(at > 0, at - values[1] ** 2, 0.0) for at in (start, end))
+        return motion.with_(
+            accelerate=motion.accelerate / np.maximum(1.0 + values[0] * start, _LEAST),
+            decelerate=motion.decelerate / np.maximum(1.0 + values[0] * end, _LEAST),
+        )
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        start, end = _reaches(case)
+        if form.key == "whole arm":
+            linear = case.moving & ~case.joint
+            heavy = values[0] + np.concatenate([_squares(case, k)[linear] @ values[1:] for k in (0, 1)])
+            less = 1.0 - float(heavy.min() / heavy.max())
+            far = "where the arm is stretched out from the first axis"
+            return f"{far} there is up to {less:.0%} less acceleration than near it"
+        low, high = float(np.nanmin([start, end])), float(np.nanmax([start, end]))
+        power = 1 if form.key == "linear" else 2
+        base = 1.0 - values[0] * values[1] ** 2 if len(values) > 1 else 1.0
+        heavy = [max(base + values[0] * at**power, _LEAST) for at in (low, high)]
+        less = 1.0 - heavy[0] / heavy[1]
+        far = f"at {high * 1000:.0f} mm from the first axis"
+        return f"{far} there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
+
+
+def _reaches(case: Case) -> tuple[Floats, Floats]:
+    """(n,), (n,) [m] from the first axis at start and end."""
+    return np.hypot(case.start[:, 0], case.start[:, 1]), np.hypot(case.end[:, 0], case.end[:, 1])
+
+
+def _weight(case: Case, key: str, end: int) -> Floats:
+    """(n,) [m², m] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
+    reach = _reaches(case)[end]
+    if key == "middle":
+        # A controller may ask once per move.
+        middle = 0.5 * (case.start + case.end)
+        reach = np.hypot(middle[:, 0], middle[:, 1])
+    weight = reach if key == "linear" else reach**2
+    if key == "across":
+        weight = weight * _across(case, end) ** 2
+    return np.where(_swings(case), np.nan_to_num(weight), 0.0)
+
+
+def _swings(case: Case) -> Mask:
+    """(n,) moves whose ramps the first axis' load may stretch: straight ones, and joint moves that it leads."""
+    first = case.rates.names[0] if case.rates is not None else ""
+    led = np.array([name == first != "" for name in case.leading], dtype=bool)
+    return np.asarray(case.moving & (~case.joint | led))
+
+
+def _across(case: Case, end: int) -> Floats:
+    """(n,) share of the way that turns the first axis."""
+    place = case.end if end else case.start
+    way = case.end - case.start
+    unit = way / np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+    reach = np.maximum(np.hypot(place[:, 0], place[:, 1]), 1e-9)
+    return np.asarray((place[:, 0] * unit[:, 1] - place[:, 1] * unit[:, 0]) / reach)
+
+
+def _squares(case: Case, end: int) -> Floats:
+    """(n, 2) [m²] squared distances of wrist and elbow from the first axis, over the ramp at one end."""
+    assert case.rates is not None
+    assert case.rates.bodies is not None
+    square = (case.rates.bodies[:, :, ::-1, :2] ** 2).sum(axis=3)
+    return np.asarray(np.nan_to_num(over_ramp(case, square, end)))

@@ -1,0 +1,127 @@
+"""`torque-speed`: less acceleration is available at high axis speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._motion import Motion
+from olp.timing.physics._ramps import PASSED, longer, where_passed
+from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+
+_SPREAD = 1.3  # the fastest over the slowest speed that has to be there
+_MOST = 0.98
+
+
+class TorqueSpeed(MoveTerm):
+    summary = "less acceleration is available at high axis speed"
+    does = "ramps to high speeds are longer than in proportion to the speed; slow moves are as simulated"
+    source = "torque-speed line of a servo motor: ∫ dv / (a (1 - v/v0)); constant power above a base speed"
+    confusable = ("acceleration", "viscous-friction", "joint-acceleration-limit", "speed-clamp")
+    stage = Stage.SCALES
+    phase = "accelerate"
+
+    def forms(self, case: Case) -> tuple[Form, ...]:
+        forms = []
+        for key in ("path", "axes"):
+            used = _speed(case, key)[case.moving]
+            if len(used) < 4 or float(used.max()) < _SPREAD * max(float(np.quantile(used, 0.1)), 1e-9):
+                continue
+            top, unit = float(used.max()), _unit(case, key)
+            idle = Parameter(
+                "idle_speed", unit, 0.3 * top, top * 60.0, np.inf, True, "at which nothing is left"
+            )
+            knee = Parameter(
+                "knee", "1", 0.0, 0.95, 0.0, False, "share of the idle speed up to which all is there"
+            )
+            base = Parameter(
+                "base_speed",
+                unit,
+                max(0.1 * float(used.min()), 1e-3 * top),  # axes of moves that nobody knows turn at 0
+                top,
+                np.inf,
+                True,
+                "above which power is constant",
+            )
+            forms.append(Form(f"{key} line", (idle,), r"a(v) = a\,(1 - v/v_0)"))
+            forms.append(Form(f"{key} knee", (idle, knee), r"a(v) = a\,\min(1, (1 - v/v_0)/(1 - k))"))
+            forms.append(Form(f"{key} power", (base,), r"a(v) = a\,\min(1, v_b/v)"))
+        return tuple(forms)
+
+    def lacks(self, case: Case) -> str:
+        return "" if self.forms(case) else "moves at several speeds"
+
+    def guesses(self, form: Form, case: Case) -> Floats:
+        key, law = form.key.split()
+        top = float(_speed(case, key)[case.moving].max())
+        if law == "knee":
+            return np.array([[0.8 * top, 0.4], [1.1 * top, 0.6], [1.3 * top, 0.3]])
+        return np.array([[0.9], [1.3], [3.0], [10.0]] if law == "line" else [[0.25], [0.5], [0.8]]) * top
+
+    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        key, law = form.key.split()
+        speed = motion.speed
+        if law != "power":
+            # No motor passes the speed at which nothing is left.
+            speed = np.minimum(speed, _MOST * values[0] / np.maximum(_per_speed(case, key), 1e-12))
+        knee = float(values[1]) if law == "knee" else 0.0
+        slower = motion.with_(speed=speed)
+        top = slower.top()
+        start, end = (_along(case, key, k) * top[:, None] for k in (0, 1))
+        return slower.with_(
+            accelerate=motion.accelerate / longer(_force(start / values[0], knee, law)),
+            decelerate=motion.decelerate / longer(_force(end / values[0], knee, law)),
+        )
+
+    def says(self, form: Form, values: Floats, case: Case) -> str:
+        key, law = form.key.split()
+        of = "the path's" if key == "path" else "the fastest axis's"
+        unit = (
+            form.parameters[0].unit.replace("1", "of the rated") if key == "axes" else form.parameters[0].unit
+        )
+        if law == "power":
+            return f"above {values[0]:.3g} {unit} of {of} speed the acceleration falls as one over the speed"
+        above = f" above {values[0] * values[1]:.3g} {unit}" if law == "knee" else ""
+        return f"acceleration falls with {of} speed{above} and would be nothing at {values[0]:.3g} {unit}"
+
+
+def _force(share: Floats, knee: float, law: str) -> Floats:
+    """(n, k) of the acceleration that is left. `share`: what the axes' speed is, of the idle or base speed, at the full
+    speed of the path at the places where the ramp passes the speeds of `PASSED`."""
+    share = share * PASSED
+    if law == "power":
+        return np.asarray(np.minimum(1.0, 1.0 / np.maximum(share, 1e-9)))
+    return np.asarray(np.minimum(1.0, np.maximum((1.0 - share) / (1.0 - knee), 1.0 - _MOST)))
+
+
+def _unit(case: Case, key: str) -> str:
+    if key == "path":
+        return f"{case.unit}/s"
+    return "1" if case.rates is not None and case.rates.rated is not None else "rad/s"
+
+
+def _speed(case: Case, key: str) -> Floats:
+    """(n,) that the simulation asks of the path, or of the fastest axis."""
+    return np.asarray(_per_speed(case, key) * case.base.top())
+
+
+def _per_speed(case: Case, key: str) -> Floats:
+    """(n,) the most that the path, or the fastest axis, has per speed of the path."""
+    return case.once(f"fastest {key}", lambda: _fastest(case, key).max(axis=1))
+
+
+def _fastest(case: Case, key: str) -> Floats:
+    """(n, m) speed of the path, or of the fastest axis (as a share of rated speeds, where they are known), per speed of
+    the path, along the way."""
+    rates = case.rates
+    if key == "path" or rates is None:
+        even = 1.0 / case.ratio if key == "path" else np.zeros(len(case))
+        return np.repeat(even[:, None], 2, axis=1)
+    rated = rates.rated if rates.rated is not None else np.ones(rates.path.shape[2])
+    return np.asarray((np.abs(rates.path) / rated).max(axis=2))
+
+
+def _along(case: Case, key: str, end: int) -> Floats:
+    """(n, k) the same where the simulation's ramp at one end passes the speeds of `PASSED`."""
+
+    return case.once(f"fastest {key} {end}", lambda: where_passed(case, _fastest(case, key), end))

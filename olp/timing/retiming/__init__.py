@@ -1,0 +1,21 @@
+"""How fast a path can be followed when every axis has limits, and which axis limits where."""
+
+from olp.timing.retiming.along import along_path
+from olp.timing.retiming.limits import PathLimits, Singular
+from olp.timing.retiming.path import SampledPath
+from olp.timing.retiming.retime import Further, Kind, Limiter, Retimed, retime
+from olp.timing.retiming.spline import Spline, spline_through
+
+__all__ = [
+    "Further",
+    "Kind",
+    "Limiter",
+    "PathLimits",
+    "Retimed",
+    "SampledPath",
+    "Singular",
+    "Spline",
+    "along_path",
+    "retime",
+    "spline_through",
+]

@@ -1,0 +1,254 @@
+"""What the axes allow along every line, arc and spline of a plan: how fast, which axis, where, and where not at all."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.units import deg, mm
+from olp.ir.program import Path
+from olp.robots.kinematics import clearance, within_limits
+from olp.robots.robot import Robot
+from olp.runtime.plan import PATHS, Plan
+from olp.timing.retiming.cache import Known
+from olp.timing.retiming.findings import findings
+from olp.timing.retiming.limits import PathLimits, Singular
+from olp.timing.retiming.path import SampledPath
+from olp.timing.retiming.retime import retime
+from olp.timing.retiming.sampling import MOST, Rows, Samples, coarse, groups, measure, sample
+from olp.timing.retiming.spline import spline_through
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+_JOINT = PATHS.index(Path.JOINT)
+_TURN = 2.0 * np.pi
+_NEAR = np.array([1.0 * deg, 1.0 * deg, 10.0 * mm])  # nearer to a singularity no speed is worth telling
+_FREE = 1e6  # [rad/s²] an acceleration that limits nothing
+_CLOSER = 8  # times as many samples where a singularity may be near
+_SLACK = 1e-9  # a limit that is met to this share is not broken
+
+
+def along_path(
+    plan: Plan, programmed: Floats | None = None, acceleration: Floats | None = None
+) -> PathLimits:
+    """Limits along all lines, arcs and splines of arms whose axes are known.
+
+    `programmed` [m/s] and `acceleration` [m/s²] of the tool, (m,): what each row would be run with, by default the
+    plan's own speed and no limit. Short rows are looked at at both ends, others every 20 mm and 2.5 deg of an axis
+    (more sparsely in a plan of more than 400,000 such places).
+    """
+    count = len(plan.moves)
+    speeds = plan.moves.travel if programmed is None else programmed
+    pushes = np.full(count, np.inf) if acceleration is None else acceleration
+    result = PathLimits.nothing(count, speeds)
+    told: list[str] = []
+    for mechanism, robot in enumerate(plan.robots):
+        if robot is None:
+            continue
+        driven = np.flatnonzero((plan.moves.path == _JOINT) & (plan.moves.mechanism == mechanism))
+        result.outside[driven] = _outside_at_ends(plan, robot, driven)
+        if robot.kind != "arm" or robot.geometry is None:
+            continue
+        rows = _rows(plan, mechanism, len(robot.axes))
+        if not len(rows):
+            continue
+        result.known[rows] = True
+        change = _change(plan, robot, rows)
+        if robot.geometry.links is None:
+            told.append(f"the axes of {robot.name} along lines are looked at at the ends of each line only")
+            _ends(plan, robot, rows, change, speeds, result)
+            continue
+        for samples, part in groups(plan, rows, change).items():
+            if samples == 2:
+                _ends(plan, robot, part, change[np.searchsorted(rows, part)], speeds, result)
+                continue
+            known = Known(plan, robot, samples, part, speeds, pushes)
+            fresh = known.fresh(result)
+            if not len(fresh):
+                known.keep(result)
+                continue
+            looked = sample(plan, robot, fresh, samples)
+            _inside(plan, robot, looked, speeds, pushes, result)
+            # Where axes move further between two samples than was wanted, a singularity may be near: look closer.
+            doubtful = fresh[coarse(looked)]
+            again = doubtful[: MOST // (_CLOSER * samples)]
+            if len(again):
+                _inside(plan, robot, sample(plan, robot, again, _CLOSER * samples), speeds, pushes, result)
+            if len(again) == len(doubtful):
+                known.keep(result)
+    unsure = (result.singular >= 0) | ~np.isnan(result.lost) | ~result.known
+    for column in (result.speed, result.place, result.acceleration):
+        column[unsure] = np.nan
+    result.axis[unsure] = -1
+    result.assumptions = tuple(told)
+    result.diagnostics = findings(plan, result)
+    return result
+
+
+def _rows(plan: Plan, mechanism: int, width: int) -> Rows:
+    """Rows of one mechanism whose path and axes at both ends are known and that move at all."""
+    moves = plan.moves
+    rows = np.flatnonzero((moves.path != _JOINT) & (moves.mechanism == mechanism) & (measure(plan) > 1e-9))
+    axes = plan.positions.axes[:, :width]
+    sound = ~np.any(np.isnan(axes), axis=1) & ~np.any(np.isnan(plan.positions.position), axis=1)
+    found: Rows = rows[sound[moves.start[rows]] & sound[moves.target[rows]]]
+    return found
+
+
+def _change(plan: Plan, robot: Robot, rows: Rows) -> Floats:
+    """(r, k): what each axis changes by, the short way round."""
+    axes = plan.positions.axes[:, : len(robot.axes)]
+    change = axes[plan.moves.target[rows]] - axes[plan.moves.start[rows]]
+    turning = np.array([not axis.linear for axis in robot.axes])
+    short: Floats = np.where(turning, change - _TURN * np.rint(change / _TURN), change)
+    return short
+
+
+def _ends(plan: Plan, robot: Robot, rows: Rows, change: Floats, programmed: Floats, out: PathLimits) -> None:
+    """Short rows: mean change of the axes, and how the two ends stand."""
+    slope = np.abs(change) / measure(plan)[rows][:, None]
+    _limit(robot, rows, slope[:, None, :], np.zeros((len(rows), 1)), out)
+    out.outside[rows] = _outside_at_ends(plan, robot, rows)
+    if robot.geometry is not None and robot.geometry.links is not None:
+        used, start, target = _positions(plan, rows)
+        table = np.stack(clearance(robot, plan.positions.axes[used][:, : len(robot.axes)]), axis=1)
+        _approach(rows, np.stack((table[start], table[target]), axis=1), out)
+    slower = (out.speed[rows] < programmed[rows] * (1 - _SLACK)) & (out.singular[rows] < 0)
+    out.paced[rows[slower]] = out.speed[rows[slower]]
+
+
+def _inside(
+    plan: Plan, robot: Robot, samples: Samples, programmed: Floats, pushes: Floats, out: PathLimits
+) -> None:
+    """Rows sampled along their way."""
+    rows, joints = samples.rows, samples.joints
+    # A closer look replaces what was found before.
+    out.known[rows], out.paced[rows] = True, programmed[rows]
+    _reach(plan, robot, samples, out)
+    whole = np.flatnonzero(~np.any(np.isnan(joints), axis=(1, 2)))
+    if not len(whole):
+        return
+    path = _paths(samples.place[whole], joints[whole])
+    _limit(robot, rows[whole], np.abs(path.first), path.place, out)
+    slower = out.speed[rows[whole]] < programmed[rows[whole]] * (1 - _SLACK)
+    slower &= out.singular[rows[whole]] < 0
+    if slower.any():
+        _pace(robot, rows[whole][slower], path, slower, programmed, pushes, out)
+
+
+def _reach(plan: Plan, robot: Robot, samples: Samples, out: PathLimits) -> None:
+    """Singularities, places out of reach and soft limits of sampled rows."""
+    rows, joints = samples.rows, samples.joints
+    out.singular[rows], out.nearness[rows], out.lost[rows] = Singular.NONE, np.nan, np.nan
+    clear = np.stack(clearance(robot, joints.reshape(-1, joints.shape[2])), axis=1)
+    _approach(rows, clear.reshape(*joints.shape[:2], 3), out)
+    ends = np.stack(
+        [plan.positions.axes[at[rows]][:, : joints.shape[2]] for at in (plan.moves.start, plan.moves.target)],
+        axis=1,
+    )
+    for end in (ends[:, 0], ends[:, 1]):
+        _approach(rows, np.stack(clearance(robot, end), axis=1)[:, None, :], out)
+    gone = ~samples.reached.all(axis=1)
+    out.lost[rows[gone]] = samples.place[gone, np.argmin(samples.reached[gone], axis=1)]
+    jumped = ~gone & (samples.jump < joints.shape[1])
+    # With the arm's flags held, axes jump where the path runs through a singularity: S above axis S, else R and T.
+    crossed = jumped & (samples.jump > 0) & (out.singular[rows] < 0)
+    above = samples.leap[:, 0] > 0.5 * np.pi
+    out.singular[rows[crossed]] = np.where(above[crossed], Singular.SHOULDER, Singular.WRIST)
+    out.nearness[rows[crossed]] = 0.0
+    sure = out.singular[rows] < 0
+    out.known[rows[jumped & sure]] = False
+    # Beyond a singularity the axes depend on how the controller passes it: only both ends are certain there.
+    out.outside[rows] = np.where(sure, _outside(robot, joints), _outside(robot, ends))
+
+
+def _paths(place: Floats, joints: Floats) -> SampledPath:
+    """Derivatives over the place (r, n) of joints (r, n, k), from splines over the sample number."""
+    number = np.arange(place.shape[1], dtype=np.float64)
+    columns = np.concatenate((joints, place[:, :, None]), axis=2)
+    _, first, second = spline_through(number, np.moveaxis(columns, 1, 0))(number)
+    first, second = np.moveaxis(first, 0, 1), np.moveaxis(second, 0, 1)
+    pace, change = first[:, :, -1:], second[:, :, -1:]
+    slope = first[:, :, :-1] / pace
+    return SampledPath(place, slope, (second[:, :, :-1] - slope * change) / pace**2)
+
+
+def _limit(robot: Robot, rows: Rows, slope: Floats, place: Floats, out: PathLimits) -> None:
+    """Speed and acceleration of the path where |dq/ds| is `slope` (r, n, k) at `place` (r, n)."""
+    steep = slope.max(axis=1)
+    with np.errstate(divide="ignore"):
+        by_axis = robot.speeds / steep
+        pushed = np.nan_to_num(robot.accelerations, nan=np.inf) / steep
+    axis = np.argmin(by_axis, axis=1)
+    pick = np.arange(len(rows))
+    out.speed[rows] = by_axis[pick, axis]
+    out.axis[rows] = np.where(np.isfinite(by_axis[pick, axis]), axis, -1)
+    out.place[rows] = place[pick, np.argmax(slope[pick, :, axis], axis=1)]
+    out.acceleration[rows] = np.nan_to_num(pushed, nan=np.inf, posinf=np.inf).min(axis=1)
+
+
+def _pace(
+    robot: Robot,
+    rows: Rows,
+    path: SampledPath,
+    at: Bools,
+    programmed: Floats,
+    pushes: Floats,
+    out: PathLimits,
+) -> None:
+    """Runs the rows with local slowing."""
+    speed = np.minimum(programmed[rows], 1e3)
+    part = SampledPath(path.place[at], path.first[at], path.second[at])
+    wide = np.ones_like(part.place)
+    run = retime(
+        part,
+        robot.speeds,
+        np.full(len(robot.axes), _FREE),
+        speed[:, None] * wide,
+        pushes[rows][:, None] * wide,
+        speed,
+        speed,
+    )
+    out.paced[rows] = np.minimum(part.place[:, -1] / run.duration, programmed[rows])
+
+
+def _approach(rows: Rows, clear: Floats, out: PathLimits) -> None:
+    """How near rows come to singularities, from clearances (r, n, 3); between two signs lies zero."""
+    near = np.nan_to_num(np.abs(clear), nan=np.inf).min(axis=1)
+    both = np.any(np.nan_to_num(clear) < 0, axis=1) & np.any(np.nan_to_num(clear) > 0, axis=1)
+    both[:, Singular.ELBOW] = False  # its sign also changes halfway between stretched and folded
+    near[both] = 0.0
+    which = np.argmin(near / _NEAR, axis=1)
+    pick = np.arange(len(rows))
+    share = near[pick, which] / _NEAR[which]
+    before = np.where(
+        out.singular[rows] < 0, 1.0, np.nan_to_num(out.nearness[rows]) / _NEAR[out.singular[rows]]
+    )
+    found = share < before
+    out.singular[rows[found]] = which[found]
+    out.nearness[rows[found]] = near[pick, which][found]
+
+
+def _positions(plan: Plan, rows: Rows) -> tuple[Rows, Rows, Rows]:
+    """The positions at which rows start and end, each once, and where start and target of each row stand there."""
+    ends = np.concatenate((plan.moves.start[rows], plan.moves.target[rows]))
+    used, where = np.unique(ends, return_inverse=True)
+    return used.astype(np.intp), where[: len(rows)], where[len(rows) :]
+
+
+def _outside_at_ends(plan: Plan, robot: Robot, rows: Rows) -> NDArray[np.int8]:
+    """(r,): as `_outside`, at the start and the target of each row."""
+    used, start, target = _positions(plan, rows)
+    found = _outside(robot, plan.positions.axes[used][:, None, : len(robot.axes)])
+    either: NDArray[np.int8] = np.where(found[target] >= 0, found[target], found[start])
+    return either
+
+
+def _outside(robot: Robot, joints: Floats) -> NDArray[np.int8]:
+    """(r,): the first axis of joints (r, n, k) that leaves its soft limits, -1 where none does."""
+    inside = within_limits(robot, joints.reshape(-1, joints.shape[2])).reshape(joints.shape)
+    beyond = np.any(~inside & ~np.isnan(joints), axis=1)
+    anywhere = np.any(beyond, axis=1)
+    found: NDArray[np.int8] = np.where(anywhere, np.argmax(beyond, axis=1), -1).astype(np.int8)
+    return found

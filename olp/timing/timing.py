@@ -1,0 +1,399 @@
+"""A plan and a motion model give seconds per step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.units import deg, mm, percent
+from olp.identification.signature.correction import (
+    Signed,
+    axis_scale,
+    measured_stops,
+    settled,
+    sign,
+    turn_corners,
+)
+from olp.identification.signature.correction_interval import interval
+from olp.identification.signature.correction_terms import by_terms
+from olp.ir.program import Path
+from olp.robots.controller_effects import Effects, effects_of, settling_of
+from olp.runtime.plan import PATHS, Assumption, Plan, StepKind
+from olp.runtime.plan_findings import of_rows
+from olp.timing.acceleration import load_law
+from olp.timing.accelerations import Limits, filter_time
+from olp.timing.additions import Additions, additions
+from olp.timing.arm_moves import KnownArm
+from olp.timing.arm_prior import arm_prior_of, inferred_arm
+from olp.timing.chain import Caps, Chain, chain
+from olp.timing.demand import Demand, demand
+from olp.timing.inferred import report_inferred
+from olp.timing.joint_times import TimedJoints, doubt_of, expected_total, time_joints
+from olp.timing.motion import MotionModel, Problem, Profile, load_model
+from olp.timing.result import COLUMNS, RowTimes, Timing
+from olp.timing.warnings import oddities
+
+if TYPE_CHECKING:
+    from olp.identification.signature.document import Signature
+
+__all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
+
+DEFAULT_MODEL = "constant"
+DEFAULT_LAW = "constant"
+Floats = NDArray[np.float64]
+
+
+def time_plan(
+    plan: Plan,
+    model: str | None = None,
+    acceleration: float | None = None,
+    override: float | None = None,
+    acceleration_law: str | None = None,
+    signature: Signature | None = None,
+    **parameters: float,
+) -> Timing:
+    """Times every step of `plan`.
+
+    `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` beat olp.toml,
+    which beats the robot; `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a
+    diagnostic. Raises OlpError for an unknown model, law or parameter, and for an override that no controller has.
+    `signature`: corrects straight moves and what else it learnt, settling included, and gives an interval.
+    It holds for constant acceleration only (H013).
+    """
+    settings = plan.settings
+    if signature is not None:
+        model = _model_of_signature(model)
+    chosen = load_model(model or str(settings.get("model", DEFAULT_MODEL)))
+    if acceleration is None and "accel_mm_s2" in settings:
+        acceleration = float(settings["accel_mm_s2"]) * mm
+    assumed: dict[str, Assumption] = {}
+    law = load_law(acceleration_law or str(settings.get("acceleration_law", DEFAULT_LAW)))
+    limits = Limits(
+        acceleration,
+        lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
+        law,
+        axis_scale(signature),
+    )
+    effects = effects_of(settings, override)
+    for says in effects.told:
+        limits.report(says)
+    if law.name != DEFAULT_LAW:
+        limits.report(f"{law.name} acceleration law: {law.summary}")
+    wanted = demand(_at_override(plan, effects.override), limits)
+    signed = None if signature is None else sign(plan, wanted, signature, limits.report)
+    if signed is not None and signature is not None and signature.arm is not None:
+        signed = signed._replace(
+            timed=time_joints(plan, wanted, signature.arm, effects.override, signature.payload)
+        )
+    prior = None
+    if signed is None and law.name == DEFAULT_LAW and plan.robot is not None and inferred_arm(plan.robot):
+        prior = time_joints(plan, wanted, KnownArm(arm_prior_of(plan.robot)), effects.override, None)
+    joined = _feasible(plan, chosen, wanted, chain(plan, wanted), parameters)
+    if signed is not None:
+        joined = turn_corners(plan, signed, joined)
+        signed = by_terms(plan, wanted, joined, signed, effects.override, limits.report)
+    profile = _profile(chosen, wanted, joined, parameters)
+    report_inferred(plan, wanted.length > 0, limits.report)
+    settling = _settling(plan, joined, limits, effects, signed, prior)
+    durations = np.where(wanted.unknown, np.nan, np.maximum(_moving(profile, joined) + settling, 0.0))
+    if not np.isnan(plan.moves.duration).all():
+        least = _moving(_profile(chosen, _at_limits(plan, wanted), joined, parameters), joined)
+        durations = _programmed(plan.moves.duration / effects.override, durations, least)
+    if prior is not None:
+        for says in doubt_of(plan, prior):
+            limits.report(says)
+    if signed is not None and signed.told is not None:
+        durations[signed.told.rows] = signed.told.duration
+    timing = _gather(plan, chosen.name, wanted, profile, durations, settling, joined, effects, signed)
+    if signed is not None:
+        seen = interval(plan, signed, wanted, joined, settling, timing.duration_s, limits.report)
+        timing = replace(timing, interval=seen)
+    else:
+        given = limits.linear_acceleration or (plan.robot and plan.robot.linear_acceleration)
+        ends = expected_total(plan, wanted, durations, timing.total_s, prior, given is not None)
+        timing = replace(timing, expected=ends)
+    problems = [*_problems(plan, wanted, durations), *oddities(plan, wanted)]
+    return replace(
+        timing,
+        assumptions=(*plan.assumptions, *assumed.values()),
+        diagnostics=(*plan.diagnostics, *wanted.diagnostics, *problems),
+    )
+
+
+def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dict[str, float]) -> Profile:
+    """Speed over time of every row of Moves; those that cannot be timed go nowhere."""
+    return chosen.profile(
+        np.where(wanted.unknown, 0.0, _left(wanted.length - joined.trim)),
+        np.where(wanted.unknown, 1.0, wanted.speed),
+        np.where(wanted.unknown, 1.0, wanted.acceleration),
+        np.where(wanted.unknown, 1.0, wanted.deceleration),
+        joined.start_speed,
+        joined.end_speed,
+        **parameters,
+    )
+
+
+def _feasible(
+    plan: Plan, chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dict[str, float]
+) -> Chain:
+    """The chain with corners so slow that `chosen` can change its speed between them: jerk takes more way than none."""
+    caps = Caps(*np.full((2, len(plan.moves)), np.inf))
+    for turn in range(_MOST_SWEEPS):
+        profile = _profile(chosen, wanted, joined, parameters)
+        late = profile.problem == Problem.CANNOT_REACH
+        early = profile.problem == Problem.CANNOT_BRAKE
+        if not (late | early).any():
+            return joined
+        # Backwards in time braking is gaining speed: how fast a row may begin to be able to end so.
+        swapped = replace(wanted, acceleration=wanted.deceleration, deceleration=wanted.acceleration)
+        back = replace(joined, start_speed=joined.end_speed, end_speed=joined.start_speed)
+        backwards = _profile(chosen, swapped, back, parameters)
+        keep = 1.0 if turn < _MOST_SWEEPS // 2 else 0.0
+        caps.end[late] = np.minimum(caps.end, profile.end_speed * keep)[late]
+        caps.start[early] = np.minimum(caps.start, backwards.end_speed * keep)[early]
+        joined = chain(plan, wanted, caps)
+    return joined
+
+
+_MOST_SWEEPS = (
+    40  # one for each row that a chain of short ones brakes over; from the middle on it stops instead
+)
+
+
+def _programmed(told: Floats, durations: Floats, least: Floats) -> Floats:
+    """Durations with programmed times in their place [s]: they include the ramps, and no arm is faster than `least`."""
+    return np.where(np.isnan(told) | np.isnan(durations), durations, np.maximum(told, least))
+
+
+def _at_limits(plan: Plan, wanted: Demand) -> Demand:
+    """The demand with the speed of timed moves at the most that olp grants any line: their least duration."""
+    timed = ~np.isnan(plan.moves.duration)
+    return replace(wanted, speed=np.where(timed, np.maximum(wanted.speed, _FASTEST), wanted.speed))
+
+
+_FASTEST = 10.0  # [m/s] no arm's tool is faster; for the least time of moves whose time is programmed
+
+
+def _left(length: Floats) -> Floats:
+    """What corners leave of a move [m]: two that meet in its middle leave nothing, and not less by a rounding."""
+    return np.where(np.abs(length) < _ROUNDING, 0.0, length)
+
+
+_ROUNDING = 1e-12  # [m]
+
+
+def _model_of_signature(model: str | None) -> str:
+    """The motion model that 1/a of equation 6.1 belongs to. Raises OlpError (H013) when another one was asked for."""
+    if model not in (None, DEFAULT_MODEL):
+        says = f"a signature holds for the constant acceleration model, not for {model}"
+        raise OlpError(error("H013", says, help="leave out --model, or --signature"))
+    return DEFAULT_MODEL
+
+
+def _at_override(plan: Plan, override: float) -> Plan:
+    """The plan with its programmed speeds as the controller's speed override makes them; VJ ends at rated speed."""
+    if override == 1.0:
+        return plan
+    moves = plan.moves
+    fraction = np.minimum(moves.fraction * override, np.maximum(moves.fraction, 1.0))
+    slowed = replace(
+        moves,
+        fraction=fraction,
+        travel=moves.travel * override,
+        turn=moves.turn * override,
+        axis_speed=moves.axis_speed * override,
+        duration=moves.duration / override,
+    )
+    return replace(plan, moves=slowed)
+
+
+def _settling(
+    plan: Plan,
+    joined: Chain,
+    limits: Limits,
+    effects: Effects,
+    signed: Signed | None,
+    prior: TimedJoints | None,
+) -> Floats:
+    """[s] per row of Moves that its stop takes beyond the motion."""
+    settling, assumed = settling_of(effects, plan.robot)
+    told = np.zeros(len(joined.exact_stop), dtype=bool) if signed is None else measured_stops(signed)
+    if prior is not None:
+        told[prior.rows] = True
+    if assumed and (joined.exact_stop & ~told).any():
+        limits.report(assumed)
+    # What an exact stop was measured to cost holds the filter's time, which the law has counted already.
+    settling = max(0.0, settling - filter_time(plan, limits))
+    if signed is not None:
+        return settled(plan, signed, joined.exact_stop, settling)
+    result = np.where(joined.exact_stop, settling, 0.0)
+    if prior is not None:
+        result[prior.rows] = np.where(joined.exact_stop[prior.rows], prior.stop, 0.0)
+    return result
+
+
+def _gather(
+    plan: Plan,
+    model: str,
+    wanted: Demand,
+    profile: Profile,
+    rows: Floats,
+    settling: Floats,
+    joined: Chain,
+    effects: Effects,
+    signed: Signed | None,
+) -> Timing:
+    """From rows of Moves to steps: a move lasts as long as its slowest mechanism, and is told by its leading one."""
+    count = len(plan)
+    is_move = plan.kind == StepKind.MOVE
+    first = plan.row[is_move]
+    duration, kind = np.zeros(count), [""] * count
+    if len(first):
+        duration[is_move] = np.maximum.reduceat(rows, first)
+    timed = ~is_move
+    duration[timed] = plan.durations[plan.row[timed]]
+    measured = None if signed is None else measured_stops(signed)
+    added = additions(plan, joined.end_speed, duration, effects, measured)
+    moves = plan.moves
+
+    def column(values: Floats) -> Floats:
+        result = np.full(count, np.nan)
+        result[is_move] = values[first]
+        return result
+
+    names = [str(path) for path in PATHS]
+    steps = np.nonzero(is_move)[0].tolist()
+    for step, path in zip(steps, moves.path[first].tolist(), strict=True):
+        kind[step] = names[path]
+    for step in np.nonzero(timed)[0].tolist():
+        kind[step] = "wait" if plan.kind[step] == StepKind.WAIT else "signal"
+    # The tool's path in a joint move is no line, so its speed along the chord would mislead.
+    travelling = wanted.metric & ~wanted.unknown & (moves.path != PATHS.index(Path.JOINT))
+    metric = np.where(travelling, 1.0, np.nan)
+    return Timing(
+        plan=plan,
+        model=model,
+        rows=_row_times(plan, duration, added, wanted, profile, joined, settling),
+        kind=tuple(kind),
+        distance_mm=column(moves.length / mm),
+        speed_mm_s=column(moves.travel / mm),
+        reached_mm_s=column(profile.peak_speed * metric / mm),
+        accel_mm_s2=column(wanted.acceleration * metric / mm),
+        limited_by=_limited_by(plan, _rules(wanted, profile), rows),
+        duration_s=duration + added.total,
+        speed_pct=column(moves.fraction / percent),
+        speed_deg_s=column(np.where(np.isnan(moves.turn), moves.axis_speed, moves.turn) / deg),
+        angle_deg=column(moves.angle / deg),
+        assumptions=(),
+        diagnostics=(),
+    )
+
+
+def _limited_by(plan: Plan, rules: list[str], rows: Floats) -> tuple[str, ...]:
+    """Per step: the rule of its slowest mechanism, named where that is not the leading one."""
+    limited = [""] * len(plan)
+    steps = np.nonzero(plan.kind == StepKind.MOVE)[0].tolist()
+    first = plan.row[steps].tolist()
+    for step, start, stop in zip(steps, first, [*first[1:], len(rows)][: len(first)], strict=True):
+        limited[step] = rules[start]
+        if stop - start > 1:
+            part = rows[start:stop]
+            slowest = start + int(np.argmax(part))  # an unknown one counts as the slowest
+            if np.isnan(part).any():
+                limited[step] = ""
+            elif rows[slowest] > rows[start] * (1 + 1e-9):
+                mechanism = plan.mechanisms[int(plan.moves.mechanism[slowest])]
+                rule = rules[slowest]  # of a station it names the station already
+                limited[step] = rule if rule.startswith(mechanism) else f"{mechanism} {rule}"
+    return tuple(limited)
+
+
+def _row_times(
+    plan: Plan,
+    duration: Floats,
+    added: Additions,
+    wanted: Demand,
+    profile: Profile,
+    joined: Chain,
+    settling: Floats,
+) -> RowTimes:
+    """Each row's own clock: see RowTimes."""
+    is_move = plan.kind == StepKind.MOVE
+    per_step = np.diff(np.append(plan.row[is_move], len(plan.moves)))
+    ends = np.cumsum(np.nan_to_num(duration + added.total))
+    begins = np.concatenate(([0.0], ends))[:-1] + added.before
+    step_time = np.repeat(duration[is_move], per_step)
+    own, moving = _moving(profile, joined), step_time - settling
+    # A programmed or learnt time may leave nothing for settling.
+    moving = np.where(moving > 0, moving, step_time)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = np.where((moving > 0) & (own > 0) & np.isfinite(own), own / moving, 1.0)
+    rate = np.where(np.abs(rate - 1.0) < _SAME_RATE, 1.0, rate)
+    lead = np.where(joined.previous >= 0, joined.corners.lead[joined.previous], 0.0)
+    start = np.repeat(begins[is_move], per_step) - lead / rate
+    length = np.where(wanted.unknown, 0.0, wanted.length)
+    return RowTimes(profile, start, rate, length, joined.corners, joined.previous)
+
+
+def _moving(profile: Profile, joined: Chain) -> Floats:
+    """[s] per row of Moves that its motion takes: its body and its corners."""
+    moving: Floats = profile.duration + joined.cornering - joined.saving
+    return moving
+
+
+_SAME_RATE = 1e-9  # [1] a clock that differs by less runs at one second per second
+
+
+def _rules(wanted: Demand, profile: Profile) -> list[str]:
+    """Per row: what a faster move would need more of."""
+    reached = profile.reached
+    words = []
+    for rule in wanted.names:
+        words.append((f"{rule} acceleration".strip(), f"{rule} speed".strip()))
+    # An axis that slows a line says nothing of how the tool accelerates on it.
+    codes = np.where(wanted.slowed & ~reached, 0, wanted.rule)
+    rows = zip(codes.tolist(), reached.tolist(), (wanted.length > 0).tolist(), strict=True)
+    return [words[code][ok] if moves else "" for code, ok, moves in rows]
+
+
+def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
+    """One diagnostic per file and reason why statements cannot be timed, at the first of them."""
+    bad = np.nonzero(~np.isfinite(rows))[0]
+    if not len(bad):
+        return []
+    from olp.runtime.robots import ROBOT_IS_ASKED_FOR
+
+    reasons: dict[tuple[str, str], list[int]] = {}
+    robot_asked_for = any(d.code in ROBOT_IS_ASKED_FOR for d in plan.diagnostics)
+    for row in bad.tolist():
+        if robot_asked_for and plan.robots[int(plan.moves.mechanism[row])] is None:
+            continue
+        reasons.setdefault(_why(plan, wanted, row), []).append(row)
+    return [
+        finding
+        for (says, how), found in reasons.items()
+        for finding in of_rows(plan, np.array(found), error, "T101", says, how)
+    ]
+
+
+def _why(plan: Plan, wanted: Demand, row: int) -> tuple[str, str]:
+    moves = plan.moves
+    if not wanted.unknown[row]:
+        return "this move never ends: its speed is zero", "give it a speed above zero"
+    speeds = (moves.fraction, moves.travel, moves.turn, moves.axis_speed, moves.duration)
+    if all(np.isnan(speed[row]) for speed in speeds):
+        return (
+            "the speed of this move is not known",
+            "write V= or VJ=, or give the variable a value in olp.toml",
+        )
+    mechanism = int(moves.mechanism[row])
+    if plan.robots[mechanism] is None:
+        says = f"this move needs the robot's axes, and the robot of {plan.mechanisms[mechanism]} is not known"
+        return says, "name it with --robot, or robot = … in olp.toml; `olp robots` lists the library"
+    return "this move's start or target is not known, or cannot be reached", (
+        "check the frame, the tool and the arm configuration of its points, and of the move before"
+    )

@@ -1,0 +1,168 @@
+"""Where the source's controller reads ahead of the arm and has to wait for it: the move before ends exactly.
+
+KUKA's advance run stops before every statement that sets outputs or reads the periphery, whatever approximation the
+move before asks for, unless CONTINUE stands before it (KSS 8, system integrators' manual, "Computer advance run").
+The target's controller would pass the corner and switch early: the move gets an exact stop there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from olp.core.units import mm
+from olp.ir.expressions import Number, Quantity, Signal, SystemValue, Text
+from olp.ir.moves import Blend, BlendKind
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Comment,
+    Declare,
+    Dwell,
+    Move,
+    Pause,
+    Process,
+    Program,
+    PulseOutput,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOutput,
+    SetSpeed,
+    SetTool,
+    Statement,
+    Wait,
+)
+from olp.ir.transformer import expressions_of
+from olp.languages.vendor import find_vendor, vendor_names
+from olp.runtime.plan import BlendCode, StepKind
+from olp.runtime.signals import PERIPHERY
+from olp.transpile.context import Fate, Work
+from olp.transpile.occurrences import with_routines, with_rows
+
+_STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
+_WAITING: Final = (PulseOutput, Wait, Dwell, Pause)
+_QUIET: Final = (Comment, Declare, Begin, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame)
+_ACTUAL: Final = frozenset({"current-pose", "current-joints", "timer"})
+CONTINUE: Final = "continue"  # what the statement is called as which it is read and written
+_WORD: Final = (("", Text("CONTINUE")),)
+_SAYS: Final = "what follows waits for the arm, so it stops here whatever its blend"
+_SOMETIMES: Final = "on some ways what follows waits for the arm: an exact stop is written"
+_UNSEEN: Final = "whether what follows waits for the arm is not seen in this run: the blend is written"
+
+
+def stopped_advance(program: Program, work: Work) -> Program:
+    """Moves whose blend the advance run takes from them, with an exact stop."""
+    if program.vendor not in vendor_names():
+        return program
+    if not find_vendor(program.vendor).advance_stops:
+        return program
+    own = _Stops(work)
+    # What is left out by now has stopped the arm all the same.
+    stopped = {line for r in work.source.routines for line in own.stopped(r.body)}
+    if not stopped:
+        return program
+    routines = []
+    for routine in program.routines:
+        rows = [
+            replace(s, blend=_STOP) if isinstance(s, Move) and s.line in stopped else s for s in routine.body
+        ]
+        routines.append(with_rows(routine, rows))
+    return with_routines(program, routines)
+
+
+def continued(program: Program, work: Work) -> Program:
+    """Before what would wait for the arm in the target a CONTINUE, as it does not in the source."""
+    moves = [s for s in program.statements() if isinstance(s, Move)]
+    blended = any(s.blend is None or not _is_exact(s.blend) for s in moves)
+    if not blended or not find_vendor(work.target).advance_stops:
+        return program
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        blended = routine is not program.routines[0]  # by the move before the call
+        for s in routine.body:
+            if isinstance(s, Move):
+                blended = s.blend is None or not _is_exact(s.blend)
+            elif blended and not isinstance(s, (Dwell, Pause)) and waits_for_the_arm(s):
+                rows.append(Process(s.line, CONTINUE, _WORD))
+            if not isinstance(s, (Move, *_QUIET, *_WAITING, Process, SetOutput, Assign)):
+                blended = True  # other ways lead here
+            rows.append(s)
+        routines.append(with_rows(routine, rows))
+    return with_routines(program, routines)
+
+
+class _Stops:
+    def __init__(self, work: Work) -> None:
+        self._work = work
+        self._runs: dict[int, set[bool]] | None = None
+
+    def stopped(self, rows: Sequence[Statement]) -> Iterator[int]:
+        """The lines of moves that lose their blend."""
+        for at, s in enumerate(rows):
+            if not isinstance(s, Move) or s.blend is None or _is_exact(s.blend):
+                continue
+            stops = _stops_behind(rows, at)
+            if stops is None:
+                stops = self._in_the_run(s)
+            if stops:
+                self._work.note_at(s, _SAYS)
+                yield s.line
+
+    def _in_the_run(self, s: Move) -> bool:
+        """Whether the run of the source stops at a move, where the text does not show what follows it."""
+        seen = self._seen().get(s.line, set())
+        if len(seen) > 1:
+            self._work.lose(s, Fate.APPROXIMATED, "blend", _SOMETIMES)
+        elif not seen:
+            self._work.lose(s, Fate.APPROXIMATED, "blend", _UNSEEN)
+        return True in seen
+
+    def _seen(self) -> dict[int, set[bool]]:
+        """Line -> whether its moves ended exactly."""
+        if self._runs is None:
+            self._runs = {}
+            plan = self._work.plan()
+            if plan is not None:
+                steps = np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))
+                exact = plan.moves.blend_code[plan.row[steps]] == BlendCode.EXACT
+                for line, stopped in zip(plan.line[steps].tolist(), exact.tolist(), strict=True):
+                    self._runs.setdefault(line, set()).add(stopped)
+        return self._runs
+
+
+def _is_exact(blend: Blend) -> bool:
+    return blend.value is not None and blend.value.literal is not None and blend.value.literal <= 0.0
+
+
+def _stops_behind(rows: Sequence[Statement], at: int) -> bool | None:
+    """Whether what follows a move waits for the arm before the next move; None where the text does not show it."""
+    continued = False
+    for s in rows[at + 1 :]:
+        if isinstance(s, Process) and s.name == CONTINUE:
+            continued = True
+            continue
+        if isinstance(s, Move):
+            return False
+        if not continued and waits_for_the_arm(s):
+            return True
+        if not isinstance(s, (*_QUIET, *_WAITING, Process, SetOutput, Assign)):
+            return None
+        continued = continued and isinstance(s, Comment)
+    return None
+
+
+def waits_for_the_arm(s: Statement) -> bool:
+    """Whether a statement sets or reads what belongs to the moment when it runs."""
+    if isinstance(s, _WAITING):
+        return True
+    if isinstance(s, (Process, *_QUIET)):
+        return False
+    return any(
+        e.bus in PERIPHERY if isinstance(e, Signal) else isinstance(e, SystemValue) and e.name in _ACTUAL
+        for e in expressions_of(s)
+    )

@@ -1,0 +1,248 @@
+"""Arcs: chains of points, as INFORM and FANUC's A write them, or through a point to their end, as all others do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.ir.expressions import Expression, FrameRef, Named, Number, PositionLiteral, SystemValue
+from olp.ir.program import Assign, Comment, Declare, Move, Path, Program, Routine, Statement
+from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion, slerp
+from olp.transpile.context import Fate, Work
+from olp.transpile.records import literal_of, pose_of_literal
+from olp.transpile.symbols import Symbols, symbols_of
+
+Floats = NDArray[np.float64]
+# What runs between two moves without leading elsewhere.
+_STRAIGHT: Final = frozenset(
+    {
+        "Comment",
+        "SetOutput",
+        "PulseOutput",
+        "Dwell",
+        "Wait",
+        "Assign",
+        "Update",
+        "Message",
+        "Declare",
+        "Begin",
+    }
+)
+
+
+def arcs(program: Program, work: Work) -> Program:
+    """Every arc in the target's form."""
+    if not any(isinstance(s, Move) and s.path is Path.CIRCULAR for s in program.statements()):
+        return program
+    own = _Arcs(work, symbols_of(program))
+    routines = tuple(own.routine(routine) for routine in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+@dataclass(slots=True)
+class _Arcs:
+    work: Work
+    symbols: Symbols
+    declared: list[Declare] = field(default_factory=list)
+    name: str = ""
+
+    def routine(self, routine: Routine) -> Routine:
+        self.name = routine.name
+        if self.work.limits.chained_arcs:
+            return replace(routine, body=tuple(self._chained(routine.body)))
+        return replace(routine, body=tuple(self._whole(list(routine.body))))
+
+    # --- chains -----------------------------------------------------------------------------------------
+
+    def _chained(self, body: Sequence[Statement]) -> list[Statement]:
+        """INFORM: an arc begins with a circular move to where the arm stands."""
+        rows: list[Statement] = []
+        before: Move | None = None  # the move that ends where the arm is known to stand
+        for s in body:
+            if isinstance(s, Move):
+                if s.path is Path.CIRCULAR and s.via is not None:
+                    rows += self._chain(s, before)
+                else:
+                    rows.append(s)
+                before = s
+                continue
+            if type(s).__name__ not in _STRAIGHT:
+                before = None
+            rows.append(s)
+        return rows
+
+    def _chain(self, s: Move, before: Move | None) -> list[Statement]:
+        if s.arc is not None:
+            self.work.lose(s, Fate.REFUSED, "arc", "an arc that is given by its angle")
+        assert s.via is not None
+        through = replace(s, targets=(s.via,), via=None, blend=None, comment="")
+        end = replace(s, via=None, end_of_arc=True)
+        start = None if before is None else self._seen(before, s)
+        if before is None or start is None:
+            # Where the arm stands is asked of the controller: the chain's first point is that one.
+            entry = replace(s, targets=(SystemValue("current-pose"),), via=None, blend=None, comment="")
+            return [entry, through, end]
+        if before.path is Path.CIRCULAR and before.via is not None and start == before.targets[0]:
+            return [through, end]
+        return [replace(s, targets=(start,), via=None, blend=before.blend, comment=""), through, end]
+
+    def _seen(self, before: Move, s: Move) -> Expression | None:
+        """The target of the move before, in this move's frame and with its tool; None where it is not known."""
+        target = before.targets[0]
+        if before.relative is not None or before.offset is not None or before.tool_offset is not None:
+            return None
+        same = before.tool == s.tool and before.frame == s.frame
+        literal = self._literal(target)
+        if literal is not None and literal.kind == "joint":
+            return None
+        if same:
+            return target
+        poses = [self._pose(e) for e in (before.frame, before.tool, s.frame, s.tool)]
+        if literal is None or any(pose is None for pose in poses):
+            return None
+        frame, tool, new_frame, new_tool = (pose for pose in poses if pose is not None)
+        seen = new_frame.inverse() @ frame @ pose_of_literal(literal) @ tool.inverse() @ new_tool
+        return self._declared("arc_start", literal_of(seen))
+
+    def _literal(self, e: Expression | None) -> PositionLiteral | None:
+        value = self.symbols.fixed_value(self.name, e)
+        return value if isinstance(value, PositionLiteral) else None
+
+    def _pose(self, e: Expression | None) -> Pose | None:
+        if e is None or (isinstance(e, FrameRef) and (e.kind == "base" or e.number == Number(0))):
+            return Pose.identity()
+        literal = self._literal(e)
+        return None if literal is None else pose_of_literal(literal)
+
+    def _declared(self, stem: str, literal: PositionLiteral) -> Named:
+        name = Named(self.work.helper(stem))
+        declare = Declare(0, name.name, "position", literal, storage="constant", shared=True)
+        self.declared.append(declare)
+        from olp.transpile.symbols import Symbol
+
+        self.symbols.table[("", name.name)] = Symbol(name.name, "position", value=literal)
+        return name
+
+    # --- whole arcs -------------------------------------------------------------------------------------
+
+    def _whole(self, body: list[Statement]) -> list[Statement]:
+        rows: list[Statement | None] = list(body)
+        at = 0
+        while at < len(body):
+            s = body[at]
+            if isinstance(s, Move) and s.path is Path.CIRCULAR and s.via is None:
+                chain = self._collect(body, at)
+                self._replace(rows, body, chain)
+                at = chain[-1] if len(chain) > 1 and self._ends(body, chain[-1]) else chain[-1] + 1
+                continue
+            at += 1
+        return [row for row in rows if row is not None]
+
+    def _ends(self, body: list[Statement], at: int) -> bool:
+        """Whether this point ends an arc and begins the next one."""
+        s = body[at]
+        if not isinstance(s, Move) or not s.end_of_arc:
+            return False
+        following = next((x for x in body[at + 1 :] if type(x).__name__ not in _STRAIGHT), None)
+        return isinstance(following, Move) and following.path is Path.CIRCULAR and following.via is None
+
+    def _collect(self, body: list[Statement], at: int) -> list[int]:
+        """The moves of one chain: to a point marked as its end, or up to another kind of move."""
+        chain = [at]
+        for index in range(at + 1, len(body)):
+            s = body[index]
+            if isinstance(s, Move):
+                if s.path is not Path.CIRCULAR or s.via is not None:
+                    break
+                chain.append(index)
+                if s.end_of_arc:
+                    break
+            elif type(s).__name__ not in _STRAIGHT:
+                break
+        return chain
+
+    def _replace(self, rows: list[Statement | None], body: list[Statement], chain: list[int]) -> None:
+        moves = [body[index] for index in chain]
+        assert all(isinstance(move, Move) for move in moves)
+        points: list[Any] = [move.targets[0] for move in moves]  # type: ignore[union-attr]
+        first = moves[0]
+        assert isinstance(first, Move)
+        entered = rows[chain[0]] is not body[chain[0]]  # the end of the chain before
+        whole = len(chain) >= 3 and self._pairs(body, chain)
+        asked = _asked_for(body, chain[0], points[0])
+        if asked is not None and whole and len(chain) == 3:
+            rows[asked] = rows[chain[0]] = None  # the chain's first point is where the arm stands anyway
+        elif not entered:
+            rows[chain[0]] = replace(first, path=Path.LINEAR, end_of_arc=False)
+        if len(chain) == 2:
+            second: Any = moves[1]
+            rows[chain[1]] = replace(second, path=Path.LINEAR, end_of_arc=False)
+        if len(chain) < 3:
+            return
+        last = len(chain) - 1
+        for k in range(1, last - 1 if whole else last + 1):
+            third = points[k + 1] if k < last else points[k - 2]
+            move: Any = moves[k]
+            via = self._middle(points[k - 1], points[k], third, move)
+            rows[chain[k]] = replace(move, via=via, end_of_arc=False)
+        if whole:
+            rows[chain[last - 1]] = None
+            end: Any = moves[last]
+            rows[chain[last]] = replace(end, via=points[last - 1], end_of_arc=False)
+
+    def _pairs(self, body: list[Statement], chain: list[int]) -> bool:
+        """Whether the chain's last two moves are one arc: at one speed, and nothing happens between them."""
+        one, two = body[chain[-2]], body[chain[-1]]
+        assert isinstance(one, Move)
+        assert isinstance(two, Move)
+        between = body[chain[-2] + 1 : chain[-1]]
+        same = one.speed == two.speed and one.acceleration == two.acceleration
+        return same and one.frame == two.frame and all(isinstance(s, Comment) for s in between)
+
+    def _middle(self, start: Any, end: Any, third: Any, s: Move) -> Expression:
+        """A point half-way on the arc from `start` to `end` of the circle through `third`, which lies beyond it."""
+        literals = [self._literal(e) for e in (start, end, third)]
+        if any(literal is None or literal.kind == "joint" for literal in literals):
+            self.work.lose(s, Fate.REFUSED, "arc", "a chain of arcs over positions that are computed")
+            return end  # type: ignore[no-any-return]
+        a, b, c = (pose_of_literal(literal) for literal in literals if literal is not None)
+        where = half_way(a.position, b.position, c.position)
+        turn = slerp(quaternion_from_rotation(a.rotation), quaternion_from_rotation(b.rotation), 0.5)
+        return self._declared("arc_point", literal_of(Pose(where, rotation_from_quaternion(turn))))
+
+
+def _asked_for(body: list[Statement], at: int, point: Expression) -> int | None:
+    """The statement just before that reads where the arm stands into this position, if there is one."""
+    for index in range(at - 1, -1, -1):
+        s = body[index]
+        if isinstance(s, Assign) and s.target == point:
+            return index if s.value == SystemValue("current-pose") else None
+        if not isinstance(s, Comment):
+            return None
+    return None
+
+
+def half_way(start: Floats, end: Floats, third: Floats) -> Floats:
+    """The middle [m] of the arc from `start` to `end` that does not run through `third`, on the circle of all three."""
+    u, v = end - start, third - start
+    normal = np.cross(u, v)
+    area = float(normal @ normal)
+    if area < 1e-24:
+        middle: Floats = (start + end) / 2
+        return middle
+    centre = start + (np.cross(normal, u) * (v @ v) + np.cross(v, normal) * (u @ u)) / (2 * area)
+    radius = float(np.linalg.norm(start - centre))
+    chord = (start + end) / 2 - centre
+    size = float(np.linalg.norm(chord))
+    # The third point lies on the other side of the chord than the wanted middle.
+    away = -(third - (start + end) / 2)
+    across = away - u * float(away @ u) / float(u @ u)
+    direction = across / float(np.linalg.norm(across)) if size < 1e-12 else chord / size
+    if float(direction @ across) < 0.0:
+        direction = -direction
+    result: Floats = centre + radius * direction
+    return result

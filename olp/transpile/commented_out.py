@@ -1,0 +1,199 @@
+"""What the target was found not to say, as comments: statements, values of data, data, and routines by their heads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+from olp.ir.expressions import Function, Named
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Call,
+    Comment,
+    Declare,
+    End,
+    Program,
+    Routine,
+    StartTask,
+    Statement,
+)
+from olp.ir.transformer import expressions_of, note_names
+from olp.ir.tree import Block, Node, flat, parse
+from olp.transpile.context import Fate, Work
+from olp.transpile.source_only import untranslated
+from olp.transpile.symbols import base_of
+
+
+@dataclass(slots=True)
+class LeftOut:
+    """Lines of the source that become comments, and why.
+
+    `gone`: declarations that the target could not say without their value either; whoever names them goes with them.
+    """
+
+    lines: dict[int, str] = field(default_factory=dict)
+    gone: dict[int, str] = field(default_factory=dict)
+
+    def add(self, found: Mapping[int, str]) -> bool:
+        """Whether this leaves out more than before."""
+        new = {line: says for line, says in found.items() if line not in self.lines}
+        again = {line: says for line, says in found.items() if line in self.lines and line not in self.gone}
+        self.lines.update(new)
+        self.gone.update(again)
+        return bool(new or again)
+
+
+def leave_out(program: Program, out: LeftOut, work: Work) -> Program:
+    """The program without what `out` names; each statement that goes is a comment and a loss."""
+    if not out.lines:
+        return program
+    lost: dict[str, str] = {}  # name, case folded -> why
+    program = _without_data(program, out, lost, work)
+    program, bodies = _without_heads(program, out, lost)
+    lines = {**_users(program, lost), **bodies, **out.lines}
+    _tell_users(program, lines, work)
+    return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
+
+
+def _without_data(program: Program, out: LeftOut, lost: dict[str, str], work: Work) -> Program:
+    routines = []
+    for routine in program.routines:
+        body: list[Statement] = []
+        for s in routine.body:
+            body += _declared([s], out, lost, work) if isinstance(s, Declare) else [s]
+        data = tuple(_declared(routine.data, out, lost, work))
+        routines.append(replace(routine, body=tuple(body), data=data))
+    return replace(program, data=tuple(_declared(program.data, out, lost, work)), routines=tuple(routines))
+
+
+def _declared(data: Iterable[Declare], out: LeftOut, lost: dict[str, str], work: Work) -> list[Declare]:
+    """Of data that the target cannot say first the value goes, then the name."""
+    kept = []
+    for one in data:
+        if one.line not in out.lines or not one.line:
+            kept.append(one)
+        elif one.value is not None and one.line not in out.gone:
+            says = f"the first value of {one.name} is left out: {out.lines[one.line]}"
+            work.lose(one, Fate.APPROXIMATED, "value", says)
+            kept.append(replace(one, value=None))
+        else:
+            says = out.gone.get(one.line, out.lines[one.line])
+            work.lose(one, Fate.COMMENTED, "statement", says)
+            lost[one.name.casefold()] = says
+    return kept
+
+
+def _without_heads(program: Program, out: LeftOut, lost: dict[str, str]) -> tuple[Program, dict[int, str]]:
+    """A routine whose head cannot be said takes and gives nothing, and the lines that it held are to go."""
+    routines, bodies = [], {}
+    for routine in program.routines:
+        if routine.line in out.lines and (routine.parameters or routine.returns):
+            says = lost[routine.name.casefold()] = out.lines[routine.line]
+            bodies.update({s.line: says for s in routine.body if s.line})
+            routine = replace(routine, parameters=(), returns="", arguments=())
+        routines.append(routine)
+    return replace(program, routines=tuple(routines)), bodies
+
+
+def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
+    """Lines that name what is gone, and why that is."""
+    if not lost:
+        return {}
+    found = {}
+    for s in program.statements():
+        names: set[str] = set()
+        note_names(s, names)
+        names.update(e.name for e in expressions_of(s) if isinstance(e, Function))
+        if isinstance(s, (Call, StartTask)):
+            names.add(s.routine)
+        why = next((name for name in sorted(names) if name.casefold() in lost), None)
+        if why is not None:
+            found[s.line] = f"it needs {why}: {lost[why.casefold()]}"
+    return found
+
+
+def _tell_users(program: Program, lines: Mapping[int, str], work: Work) -> None:
+    """Statements that stay, but need what one that goes would have set, at first or second hand."""
+    unset = _unset(program, lines)
+    before = -1
+    while unset and len(unset) != before:
+        before = len(unset)
+        for s in program.statements():
+            target = _set_by(s)
+            if target is not None and s.line not in lines:
+                line = next((unset[name] for name in _read_by(s) if name in unset), None)
+                if line is not None:
+                    unset.setdefault(target, line)
+    for s in program.statements() if unset else ():
+        if s.line in lines or isinstance(s, Declare):
+            continue
+        for name, spelled in sorted(_read_by(s).items()):
+            if name not in unset:
+                continue
+            setting = program.source.line(unset[name]).strip()
+            says = f"it needs {spelled}, which '{setting}' sets in a way that the target cannot"
+            work.lose(s, Fate.APPROXIMATED, "value", says)
+
+
+def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
+    """Name, case folded -> the first line that sets it and goes."""
+    found: dict[str, int] = {}
+    for s in (*program.data, *(d for r in program.routines for d in r.data), *program.statements()):
+        name = _set_by(s) if s.line in lines else None
+        if name is not None:
+            found.setdefault(name, s.line)
+    return found
+
+
+def _set_by(s: Statement) -> str | None:
+    if isinstance(s, Declare):
+        return s.name.casefold()
+    base = base_of(s.target) if isinstance(s, Assign) else None
+    return None if base is None else base.name.casefold()
+
+
+def _read_by(s: Statement) -> dict[str, str]:
+    """Names whose values a statement takes: case folded -> as written."""
+    names: set[str] = set()
+    note_names(s.value if isinstance(s, Assign) and isinstance(s.target, Named) else s, names)
+    return {name.casefold(): name for name in sorted(names)}
+
+
+def _commented(program: Program, routine: Routine, lines: Mapping[int, str], work: Work) -> Routine:
+    nodes = parse(routine.body)
+    if nodes is None:
+        return routine
+    return replace(routine, body=tuple(flat(_nodes(program, nodes, lines, work))))
+
+
+def _nodes(program: Program, nodes: list[Node], lines: Mapping[int, str], work: Work) -> list[Node]:
+    result: list[Node] = []
+    for node in nodes:
+        if isinstance(node, Block):
+            markers = [*(m for m, _ in node.branches), node.closer]
+            if any(m.line in lines for m in markers):
+                says = next(lines[m.line] for m in markers if m.line in lines)
+                result += _all(program, list(flat([node])), says, work)
+            else:
+                branches = [(m, _nodes(program, inside, lines, work)) for m, inside in node.branches]
+                result.append(Block(branches, node.closer))
+        elif node.line in lines and not isinstance(node, (Begin, End, Declare, Comment)):
+            result += _all(program, [node], lines[node.line], work)
+        else:
+            result.append(node)
+    return result
+
+
+def _all(program: Program, statements: list[Statement], says: str, work: Work) -> list[Node]:
+    rows: list[Node] = []
+    last = 0
+    for s in statements:
+        if isinstance(s, Comment):
+            rows.append(s)
+            continue
+        work.lose(s, Fate.COMMENTED, "statement", says)
+        if s.line != last:
+            rows.append(Comment(s.line, untranslated(program, s)))
+        last = s.line
+    return rows

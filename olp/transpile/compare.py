@@ -1,0 +1,527 @@
+"""Do two plans do the same? Their steps are paired by the statements that make them, and each pair is compared.
+
+A move to where the arm stands is left out where the other program has none, and an arc may be one step or several.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.units import deg, mm
+from olp.ir.program import Path
+from olp.runtime.paths import circle, point_on_arc
+from olp.runtime.plan import PATHS, BlendCode, Event, Plan, StepKind
+from olp.runtime.state import VALUE_IS_UNKNOWN
+from olp.timing.blending import load_law
+
+Floats = NDArray[np.float64]
+Place = tuple[str, int]  # a file of the translation and a line there
+_STILL = 0.002 * mm  # [m] a shorter move goes nowhere
+_TURN = 0.0002 * deg  # [rad]
+_INSTANT = 1e-6  # [s] by which points that are rounded change a move
+_AHEAD = 64  # steps that are looked at for the next pair
+_ARC = 8  # steps of one program that may be one arc in the other
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What may differ and still is the same: [m], [rad], a share of the speed [1], [m], [s]."""
+
+    position: float = 0.001 * mm
+    angle: float = 0.0001 * deg
+    speed: float = 1e-4
+    blend: float = 1e-6
+    wait: float = 1e-6
+
+
+# What the numbers that controllers write, three decimals of mm and degrees and two of seconds, leave open.
+WRITTEN = Tolerances(0.01 * mm, 0.01 * deg, 0.001, 0.1 * mm, 0.005)
+
+
+class Step(NamedTuple):
+    """One thing that happens: a move, a wait or a signal, in SI. nan where the plan does not know."""
+
+    kind: StepKind
+    line: int
+    path: Path | None = None
+    position: tuple[float, ...] = ()
+    rotation: tuple[float, ...] = ()  # quaternion
+    axes: tuple[float, ...] = ()
+    travel: float = math.nan
+    turn: float = math.nan
+    time: float = math.nan  # of a joint move: what its programmed speed asks for
+    blend: float = math.nan
+    exact: bool = False  # the arm stops at the end
+    duration: float = math.nan
+    seconds: float = 0.0  # what the step takes as timed, with those that were put together with it
+    length: float = math.nan  # of the tool's path
+    middle: tuple[float, ...] = ()  # a point half on the way of an arc
+    circle: tuple[tuple[float, ...], ...] = ()  # three points of an arc's circle
+    passed: tuple[tuple[float, ...], ...] = ()  # where the steps that were put together as one arc meet
+    still: bool = False  # goes nowhere
+    event: Event | None = None
+    file: str = ""
+
+
+class Difference(NamedTuple):
+    """What differs: in the step of `line` of the first program and `other` of the second, 0 where it has none.
+
+    `part`: path, position, orientation, speed, blend, wait, signal, or order for a step that the other has not.
+    """
+
+    line: int
+    other: int
+    part: str
+    says: str
+
+
+@dataclass(slots=True)
+class Comparison:
+    """What differs. The worst of matching steps: position and blend [m], angle [rad], speed [1], wait [s].
+
+    `unknown`: lines of the first program that its run left out, for it does not know their values. `until`: the first
+    of them where the two go different ways from there on, which is not compared; 0: all was. `steps`: pairs. `times`:
+    of each pair the line and the seconds in both programs, as they were timed.
+    """
+
+    steps: int = 0
+    found: list[Difference] = field(default_factory=list)
+    worst_position: float = 0.0
+    worst_angle: float = 0.0
+    worst_speed: float = 0.0
+    worst_blend: float = 0.0
+    worst_wait: float = 0.0
+    unknown: tuple[int, ...] = ()
+    until: int = 0
+    tolerances: Tolerances = Tolerances()
+    times: list[tuple[int, float, int, float]] = field(default_factory=list)
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether nothing differs but, within the tolerances, numbers."""
+        return not self.found
+
+    @property
+    def differences(self) -> list[str]:
+        return [one.says for one in self.found]
+
+    def differ(self, a: Step | None, b: Step | None, part: str, says: str) -> None:
+        lines = (0 if a is None else a.line), (0 if b is None else b.line)
+        where = ", ".join(str(line) if line else "none" for line in lines)
+        self.found.append(Difference(*lines, part, f"step {self.steps} (line {where}): {says}"))
+
+
+def compare_plans(
+    one: Plan,
+    other: Plan,
+    *,
+    speeds: bool = True,
+    blends: bool = True,
+    tolerances: Tolerances | None = None,
+    without: Set[int] = frozenset(),
+    loose: Mapping[str, Set[int]] | None = None,
+    origins: Mapping[Place, int] | None = None,
+    renamed: Callable[[Event], Event] | None = None,
+    seconds: tuple[Sequence[float], Sequence[float]] = ((), ()),
+) -> Comparison:
+    """The differences of two plans.
+
+    `without`: lines of `one` that are known to have no counterpart. `loose`: "speed" and "blend", the lines of `one`
+    where they are known to differ. `origins`: the line of `one` that each line of `other` was made from; without it
+    steps are paired in their order. `renamed`: an event of `one` with the signals of `other`. `seconds`: of the steps
+    of both plans, as they were timed.
+    """
+    rules = _Rules(tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed)
+    first, second = steps_of(one, without, seconds[0]), steps_of(other, seconds=seconds[1])
+    result = _compared(first, second, rules)
+    result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
+    if one.unknown < 0 or result.is_equal:
+        return result
+    known = steps_of(one, without, seconds[0], one.unknown)
+    until = _compared(known, second, rules, cut=True)
+    until.unknown, until.until = result.unknown, result.unknown[0]
+    return until
+
+
+class _Rules(NamedTuple):
+    tolerances: Tolerances
+    speeds: bool
+    blends: bool
+    loose: Mapping[str, Set[int]]
+    origins: Mapping[Place, int] | None
+    renamed: Callable[[Event], Event] | None
+
+    def belong(self, a: Step, b: Step) -> bool:
+        """Whether two steps may come from one statement."""
+        if a.kind is not b.kind:
+            return False
+        origin = None if self.origins is None else self.origins.get((b.file, b.line))
+        return origin is None or origin == a.line
+
+    def made(self, some: Sequence[Step], b: Step) -> bool:
+        """Whether it is known that one of these steps of the first program is what the other one's was made from."""
+        origin = None if self.origins is None else self.origins.get((b.file, b.line))
+        return origin is not None and any(s.line == origin and s.kind is b.kind for s in some)
+
+
+# --- pairs ----------------------------------------------------------------------------------------------
+
+
+def paired(
+    first: Sequence[Step], second: Sequence[Step], rules: _Rules, cut: bool = False
+) -> Iterator[tuple[Step | None, Step | None]]:
+    """Steps of both programs that belong together; None where the other has none. `cut`: the first one ends early."""
+    i, j = 0, 0
+    while i < len(first) and j < len(second):
+        a, b = first[i], second[j]
+        more, others = _arc_steps(first, second, i, j, rules)
+        if not (more or others) and not rules.belong(a, b):
+            skip = _next_pair(first, second, i, j, rules)
+            if skip is None:
+                yield a, b
+                return
+            yield from ((s, None) for s in first[i : i + skip[0]] if not s.still)
+            yield from ((None, s) for s in second[j : j + skip[1]] if not s.still)
+            i, j = i + skip[0], j + skip[1]
+            continue
+        i, j = i + more, j + others
+        a, b = _joined(first[i - more : i + 1]), _joined(second[j - others : j + 1])
+        i, j = i + 1, j + 1
+        if a.kind is StepKind.MOVE:
+            # A move to where the arm stands that only one of the programs has: how it ends is how the one before does.
+            while j < len(second) and second[j].still and not rules.made(first[i : i + 1], second[j]):
+                b, j = _ending(b, second[j]), j + 1
+            while (
+                i < len(first)
+                and first[i].still
+                and not any(rules.made([first[i]], s) for s in second[j : j + 1])
+            ):
+                a, i = _ending(a, first[i]), i + 1
+        yield a, b
+    yield from ((s, None) for s in first[i:] if not s.still)
+    if not cut:
+        yield from ((None, s) for s in second[j:] if not s.still)
+
+
+def _next_pair(
+    first: Sequence[Step], second: Sequence[Step], i: int, j: int, rules: _Rules
+) -> tuple[int, int] | None:
+    """How many steps of both come before the next ones that belong together, as few as can be."""
+    for total in range(1, _AHEAD):
+        for more in range(total + 1):
+            x, y = i + more, j + total - more
+            if x < len(first) and y < len(second) and rules.belong(first[x], second[y]):
+                return more, total - more
+    return None
+
+
+def _arc_steps(
+    first: Sequence[Step], second: Sequence[Step], i: int, j: int, rules: _Rules
+) -> tuple[int, int]:
+    """How many further steps of each program lead on along one arc, until both are at the same point."""
+    a, b = first[i], second[j]
+    tolerance = rules.tolerances.position
+    if a.path is not Path.CIRCULAR or b.path is not Path.CIRCULAR:
+        return 0, 0
+    if rules.belong(a, b) and _distance(a.position, b.position) <= tolerance:
+        return 0, 0
+    for total in range(1, _ARC):
+        for more in range(total + 1):
+            run, other = first[i : i + more + 1], second[j : j + total - more + 1]
+            if len(run) <= more or len(other) <= total - more or not rules.belong(run[-1], other[-1]):
+                continue
+            if not all(s.path is Path.CIRCULAR for s in (*run, *other)):
+                continue
+            if _distance(run[-1].position, other[-1].position) <= tolerance:
+                return more, total - more
+    return 0, 0
+
+
+def _joined(run: Sequence[Step]) -> Step:
+    """Steps along one arc as one; its middle is not known where they are several."""
+    if len(run) == 1:
+        return run[0]
+    return run[-1]._replace(
+        length=sum(s.length for s in run),
+        seconds=sum(s.seconds for s in run),
+        middle=(),
+        passed=tuple(s.position for s in run[:-1]),
+        path=Path.CIRCULAR,
+        still=False,
+    )
+
+
+def _ending(step: Step, last: Step) -> Step:
+    return step._replace(exact=last.exact, blend=last.blend, seconds=step.seconds + last.seconds)
+
+
+# --- comparing pairs ------------------------------------------------------------------------------------
+
+
+def _compared(first: Sequence[Step], second: Sequence[Step], rules: _Rules, cut: bool = False) -> Comparison:
+    result = Comparison(tolerances=rules.tolerances)
+    for a, b in paired(first, second, rules, cut):
+        result.steps += 1
+        result.times.append(
+            (
+                *((0, 0.0) if a is None else (a.line, a.seconds)),
+                *((0, 0.0) if b is None else (b.line, b.seconds)),
+            )
+        )
+        if a is None or b is None:
+            which, step = ("the source", a) if b is None else ("the translation", b)
+            assert step is not None
+            result.differ(a, b, "order", f"only {which} has this {step.kind.name.lower()}")
+        elif a.kind is not b.kind:
+            result.differ(a, b, "order", f"{a.kind.name.lower()} and {b.kind.name.lower()}")
+        elif a.kind is StepKind.MOVE:
+            _compare_moves(a, b, result, rules)
+        else:
+            _compare_events(a, b, result, rules)
+    return result
+
+
+def _compare_events(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+    if a.kind is StepKind.WAIT:
+        off = abs(a.duration - b.duration)
+        result.worst_wait = max(result.worst_wait, off)
+        if off > rules.tolerances.wait:
+            result.differ(a, b, "wait", f"waits of {a.duration:g} s and {b.duration:g} s")
+    if a.event is None or b.event is None:
+        return
+    one = a.event if rules.renamed is None else rules.renamed(a.event)
+    if rules.renamed is not None and one.signals != b.event.signals:
+        says = f"{_named(a.event)}, which is {_named(one)} there, and {_named(b.event)}"
+        result.differ(a, b, "signal", f"signals {says}")
+    elif one.value != b.event.value and not (math.isnan(one.value) or math.isnan(b.event.value)):
+        result.differ(a, b, "signal", f"{_named(a.event)} to {one.value:g} and to {b.event.value:g}")
+
+
+def _named(event: Event) -> str:
+    return " and ".join(event.signals) or "no signal"
+
+
+def _compare_moves(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+    tolerances = rules.tolerances
+    shapes = _shape(a), _shape(b)
+    if shapes[0] is not shapes[1] and not (a.still and b.still):
+        result.differ(a, b, "path", f"{shapes[0]} and {shapes[1]}")
+    off = _distance(a.position, b.position)
+    result.worst_position = max(result.worst_position, off)
+    if off > tolerances.position:
+        result.differ(a, b, "position", f"{off / mm:.6f} mm apart")
+    turned = _between(a.rotation, b.rotation)
+    result.worst_angle = max(result.worst_angle, turned)
+    if turned > tolerances.angle:
+        result.differ(a, b, "orientation", f"turned by {turned / deg:.6f} deg")
+    if a.path is Path.JOINT and any(map(math.isnan, (*a.position, *b.position))):
+        apart = _distance(a.axes, b.axes)
+        result.worst_angle = max(result.worst_angle, apart)
+        if apart > tolerances.angle * 3:
+            result.differ(a, b, "orientation", f"axes turned by {apart / deg:.6f} deg")
+    if shapes == (Path.CIRCULAR, Path.CIRCULAR):
+        _compare_arcs(a, b, result, rules)
+    if rules.speeds and a.line not in rules.loose.get("speed", frozenset()):
+        _compare_speeds(a, b, result, rules)
+    if rules.blends and a.line not in rules.loose.get("blend", frozenset()):
+        _compare_blends(a, b, result, rules)
+
+
+def _shape(step: Step) -> Path | None:
+    """An arc through points of one line is straight, and so is the way to the first point of a chain."""
+    straight = step.path is Path.CIRCULAR and not step.circle
+    return Path.LINEAR if straight else step.path
+
+
+def _compare_arcs(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+    """The middle of the arc; of one that is several steps its length, and the points where these meet."""
+    limit = rules.tolerances.position
+    if a.middle and b.middle:
+        off = _distance(a.middle, b.middle)
+    else:
+        off = 0.0 if math.isnan(a.length) or math.isnan(b.length) else abs(a.length - b.length)
+        off = max([off, *_off_circle(a.passed, b.circle), *_off_circle(b.passed, a.circle)])
+    # The middle of a flat arc moves further than the points that it is made from.
+    if off > 10.0 * limit:
+        result.differ(a, b, "path", f"arcs that are {off / mm:.6f} mm apart on the way")
+
+
+def _off_circle(points: tuple[tuple[float, ...], ...], on: tuple[tuple[float, ...], ...]) -> Iterator[float]:
+    """[m] from each point to the circle through three others."""
+    if not points or not on:
+        return
+    centre, radius, axis = (part[0] for part in circle(*(np.array([p]) for p in on)))
+    for point in points:
+        spoke = np.array(point) - centre
+        height = float(spoke @ axis)
+        if math.isfinite(float(radius)):
+            yield math.hypot(float(np.linalg.norm(spoke - height * axis)) - float(radius), height)
+
+
+def _compare_speeds(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+    for name, x, y in (("speed", a.travel, b.travel), ("time at speed", a.time, b.time)):
+        if math.isnan(x) or math.isnan(y) or max(x, y) <= 0.0:
+            continue
+        off = abs(x - y) / max(x, y)
+        if off > rules.tolerances.speed and name != "speed" and abs(x - y) <= _INSTANT:
+            continue
+        result.worst_speed = max(result.worst_speed, off)
+        if off > rules.tolerances.speed:
+            result.differ(a, b, "speed", f"{name} {x:g} and {y:g}")
+
+
+def _compare_blends(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+    x, y = (0.0 if s.exact else s.blend for s in (a, b))
+    if a.exact is b.exact and (math.isnan(x) or math.isnan(y)):
+        return
+    off = abs((0.0 if math.isnan(x) else x) - (0.0 if math.isnan(y) else y))
+    result.worst_blend = max(result.worst_blend, off)
+    if off > rules.tolerances.blend or a.exact is not b.exact:
+        result.differ(a, b, "blend", f"blends of {x / mm:g} mm and {y / mm:g} mm")
+
+
+def _distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    pairs = [(x, y) for x, y in zip(a, b, strict=False) if not math.isnan(x) and not math.isnan(y)]
+    if a and b and any(math.isnan(v) for v in (*a, *b)) and not pairs:
+        return 0.0
+    return math.sqrt(sum((x - y) ** 2 for x, y in pairs))
+
+
+def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    if any(map(math.isnan, (*a, *b))) or not a or not b:
+        return 0.0
+    x, y = np.array(a), np.array(b)
+    chord = min(float(np.linalg.norm(x - y)), float(np.linalg.norm(x + y)))
+    return 4.0 * math.asin(min(chord / 2.0, 1.0))
+
+
+# --- steps ----------------------------------------------------------------------------------------------
+
+
+def steps_of(
+    plan: Plan, without: Set[int] = frozenset(), seconds: Sequence[float] = (), stop: int | None = None
+) -> list[Step]:
+    """What happens, in order.
+
+    `without`: lines of the program's own file whose steps are left out. `seconds`: of each step, as it was timed.
+    `stop`: how many of the plan's steps are looked at.
+    """
+    found: list[Step] = []
+    moved = False
+    middles = _middles(plan)
+    names = [source.path for source in plan.sources]
+    for at in range(len(plan) if stop is None else stop):
+        kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
+        if without and line in without and plan.source[at] == 0:
+            continue
+        row = int(plan.row[at])
+        took = float(seconds[at]) if len(seconds) else 0.0
+        file = names[int(plan.source[at])]
+        if kind is StepKind.MOVE:
+            step = _move(plan, row, line, middles)
+            found.append(step._replace(seconds=took, still=moved and _goes_nowhere(plan, row), file=file))
+            moved = True
+            continue
+        lasts = float(plan.durations[row])
+        if kind is StepKind.WAIT and lasts > 0.0:
+            _stop_before(found)
+        found.append(Step(kind, line, duration=lasts, seconds=took, event=plan.events.get(row), file=file))
+    return found
+
+
+def _stop_before(found: list[Step]) -> None:
+    """A move whose end is passed comes to rest all the same where the program then waits for a time."""
+    at = next((n for n in range(len(found) - 1, -1, -1) if found[n].kind is StepKind.MOVE), None)
+    if at is not None and not found[at].exact:
+        found[at] = found[at]._replace(exact=True, blend=0.0)
+
+
+def _middles(plan: Plan) -> Mapping[int, tuple[float, ...]]:
+    """Row -> the point half on the way of each arc."""
+    moves, positions = plan.moves, plan.positions.position
+    rows = np.flatnonzero((moves.path == PATHS.index(Path.CIRCULAR)) & (moves.via >= 0))
+    if not len(rows):
+        return {}
+    start, target = positions[moves.start[rows]], positions[moves.target[rows]]
+    third = positions[moves.via[rows]]
+    _, radius, _ = circle(start, target, third)
+    points = point_on_arc(start, target, third, moves.before[rows], np.full(len(rows), 0.5))
+    round_ = np.isfinite(radius).tolist()
+    return {
+        row: tuple(point)
+        for row, point, is_round in zip(rows.tolist(), points.tolist(), round_, strict=True)
+        if is_round
+    }
+
+
+def _goes_nowhere(plan: Plan, row: int) -> bool:
+    moves, positions = plan.moves, plan.positions
+    a, b = int(moves.start[row]), int(moves.target[row])
+    if a == b:
+        return True
+    if not np.isnan(positions.position[[a, b]]).any():
+        close = float(np.linalg.norm(positions.position[a] - positions.position[b])) < _STILL
+        return close and _between(tuple(positions.quaternion[a]), tuple(positions.quaternion[b])) < _TURN
+    difference = positions.axes[a] - positions.axes[b]
+    known = difference[~np.isnan(difference)]
+    return bool(len(known)) and bool((np.abs(known) < _TURN).all())
+
+
+def _move(plan: Plan, row: int, line: int, middles: Mapping[int, tuple[float, ...]]) -> Step:
+    moves, positions = plan.moves, plan.positions
+    target = int(moves.target[row])
+    path = PATHS[int(moves.path[row])]
+    code = int(moves.blend_code[row])
+    size = (
+        math.nan
+        if code == BlendCode.ZONE and load_law(plan.zone_law).share_zones
+        else float(moves.blend[row])
+    )
+    return Step(
+        StepKind.MOVE,
+        line,
+        path,
+        tuple(positions.position[target].tolist()),
+        tuple(positions.quaternion[target].tolist()),
+        tuple(positions.axes[target].tolist()),
+        float(moves.travel[row]) if path is not Path.JOINT else math.nan,
+        float(moves.turn[row]),
+        _asked(plan, row) if path is Path.JOINT else float(moves.duration[row]),
+        0.0 if code == 0 else size,
+        code == 0,
+        length=float(moves.length[row]),
+        middle=middles.get(row, ()),
+        circle=_circle_of(plan, row) if row in middles else (),
+    )
+
+
+def _circle_of(plan: Plan, row: int) -> tuple[tuple[float, ...], ...]:
+    moves = plan.moves
+    places = (moves.start[row], moves.target[row], moves.via[row])
+    return tuple(tuple(plan.positions.position[int(place)].tolist()) for place in places)
+
+
+def _asked(plan: Plan, row: int) -> float:
+    """[s] that a joint move's programmed speed asks for, no less than its axes need; nan without a robot."""
+    moves, robot = plan.moves, plan.robot
+    start, target = int(moves.start[row]), int(moves.target[row])
+    turned = np.abs(plan.positions.axes[target] - plan.positions.axes[start])
+    least = 0.0
+    if robot is not None and not np.isnan(turned[: len(robot.axes)]).any():
+        least = float((turned[: len(robot.axes)] / robot.speeds).max())
+    if not math.isnan(moves.duration[row]):
+        return max(float(moves.duration[row]), least)
+    if not math.isnan(moves.axis_speed[row]):
+        known = turned[~np.isnan(turned)]
+        return max(float(known.max() / moves.axis_speed[row]), least) if len(known) else math.nan
+    if not math.isnan(moves.travel[row]):
+        return max(float(moves.length[row] / moves.travel[row]), least)
+    if robot is None or math.isnan(moves.fraction[row]) or np.isnan(turned[: len(robot.axes)]).any():
+        return math.nan
+    return least / float(moves.fraction[row])

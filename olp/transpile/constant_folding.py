@@ -1,0 +1,287 @@
+"""For languages whose routines share all variables: unique names, arguments and results in variables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Expression,
+    Function,
+    Item,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    State,
+    Text,
+    Unary,
+)
+from olp.ir.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
+from olp.ir.transformer import calls_nothing, expressions_of, is_written_out, mapped
+from olp.languages.limits import Limits
+from olp.transpile.context import Fate, Handed, Work
+from olp.transpile.occurrences import with_routines, with_rows
+
+_SHARING = frozenset({Declare, Return, Call})
+_SYSTEMS_AND_PLACES = ("tool", "frame", "position", "joints")
+
+
+def share_variables(program: Program, work: Work) -> Program:
+    """No local variable, no parameter and no returned value is left; routines hand over by variables."""
+    if not any(_hands_over(routine) for routine in program.routines):
+        for routine in program.routines:
+            work.handed.setdefault(routine.name.casefold(), Handed((), {}, None))
+        return program
+    own = _Shared(program, work)
+    routines = tuple(own.routine(routine) for routine in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+def _hands_over(routine: Routine) -> bool:
+    """Whether anything of a routine may be its own: variables, arguments, a result; or it calls another one."""
+    own = routine.parameters or routine.returns or routine.data
+    return bool(own) or not _SHARING.isdisjoint(map(type, routine.body))
+
+
+@dataclass(slots=True)
+class _Shared:
+    """`names`: (routine, local name) -> its name in the whole program. `results`: of each routine that returns."""
+
+    program: Program
+    work: Work
+    names: dict[tuple[str, str], str] = field(default_factory=dict)
+    results: dict[str, Named] = field(default_factory=dict)
+    declared: list[Declare] = field(default_factory=list)
+    parameters: dict[str, tuple[Parameter, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        taken: set[str] = {d.name.casefold() for d in self.program.data}
+        for routine in self.program.routines:
+            self.parameters[routine.name.casefold()] = routine.parameters
+            for name, kind, declare in _locals(routine):
+                unique = name if name.casefold() not in taken else self.work.fresh(f"{routine.name}_{name}")
+                taken.add(unique.casefold())
+                self.names[(routine.name, name)] = unique
+                if declare is None:
+                    self.declared.append(Declare(0, unique, kind or "real", None, shared=True))
+            if routine.returns or any(isinstance(s, Return) and s.value is not None for s in routine.body):
+                returned = Named(self.work.fresh(f"{routine.name}_result"))
+                self.results[routine.name.casefold()] = returned
+                self.declared.append(Declare(0, returned.name, routine.returns or "real", None, shared=True))
+            self._hand_over(routine)
+        self._refuse_recursion()
+
+    def _hand_over(self, routine: Routine) -> None:
+        """Calls that come up later, out of expressions, are handed their arguments as the first ones were."""
+        key = routine.name.casefold()
+        known = self.work.handed.get(key)
+        if known is None:
+            names = {p.name: self.names[(routine.name, p.name)] for p in routine.parameters}
+            self.work.handed[key] = Handed(routine.parameters, names, self.results.get(key))
+            return
+        self.parameters[key] = known.parameters
+        if known.result is not None:
+            self.results[key] = known.result
+
+    def _refuse_recursion(self) -> None:
+        calls = {
+            r.name.casefold(): {c.casefold() for s in r.body for c in called_in(s)}
+            for r in self.program.routines
+        }
+        for name in calls:
+            seen: set[str] = set()
+            todo = [name]
+            while todo:
+                for other in calls.get(todo.pop(), ()):
+                    if other == name:
+                        routine = next(r for r in self.program.routines if r.name.casefold() == name)
+                        if _locals(routine):
+                            says = f"{routine.name} calls itself and has variables of its own"
+                            self.work.lose(routine.line, Fate.REFUSED, "recursion", says)
+                        todo, seen = [], seen | {other}
+                        break
+                    if other not in seen:
+                        seen.add(other)
+                        todo.append(other)
+
+    def routine(self, routine: Routine) -> Routine:
+        def change(e: Expression) -> Expression:
+            if type(e) is Named:
+                name = self.names.get((routine.name, e.name))
+                return e if name is None or name == e.name else Named(name)
+            return e
+
+        rows: list[Statement] = []
+        renamed = any(where == routine.name and old != new for (where, old), new in self.names.items())
+        for s in routine.body:
+            if type(s) is Move and not renamed and calls_nothing(s):
+                rows.append(s)
+            elif isinstance(s, Declare):
+                rows += self._local(routine, s, change)
+            else:
+                rows += self._statement(routine, mapped(s, change))
+        # Data of a file beside the routine keep their values between runs: they are the program's.
+        for declare in routine.data:
+            name = self.names.get((routine.name, declare.name), declare.name)
+            self.declared.append(replace(mapped(declare, change), name=name, shared=True))
+        return replace(routine, body=tuple(rows), parameters=(), returns="", data=())
+
+    def _local(self, routine: Routine, s: Declare, change: Any) -> Iterator[Statement]:
+        name = self.names.get((routine.name, s.name), s.name)
+        value = mapped(s.value, change)
+        again = s.storage == "variable" and not s.shared and value is not None
+        rows = _listed(value) if s.sizes else None
+        if again and rows is not None:
+            self.declared.append(replace(s, line=0, name=name, value=None, shared=True, comment=""))
+            for at, one in enumerate(rows, 1):
+                yield Assign(s.line, Item(Named(name), (Number(at),)), one)
+            return
+        again = again and not s.sizes
+        literal = isinstance(value, (PositionLiteral, RecordLiteral)) or s.type in ("tool", "frame")
+        kept = value if not again or (literal and s.type in _SYSTEMS_AND_PLACES) else None
+        self.declared.append(replace(s, line=0, name=name, value=kept, shared=True, comment=""))
+        if again and kept is None:
+            assert value is not None
+            yield Assign(s.line, Named(name), value, s.comment)
+
+    # --- calls ------------------------------------------------------------------------------------------
+
+    def _statement(self, routine: Routine, s: Statement) -> list[Statement]:
+        if isinstance(s, Return) and s.value is not None:
+            own = self.results[routine.name.casefold()]
+            return [Assign(s.line, own, s.value), replace(s, value=None)]
+        if not isinstance(s, Call) or s.routine.casefold() not in self.parameters:
+            return [s]
+        before, after = self.handed_over(s.routine, s.arguments, s.line)
+        result = self.results.get(s.routine.casefold())
+        if s.result is not None and result is not None:
+            after = [Assign(s.line, s.result, result), *after]
+        return [*before, replace(s, arguments=(), result=None), *after]
+
+    def handed_over(
+        self, called: str, arguments: tuple[Expression, ...], line: int
+    ) -> tuple[list[Statement], list[Statement]]:
+        """What sets the variables of a routine's parameters, and what takes back those passed by reference."""
+        parameters = self.parameters[called.casefold()]
+        names = self.work.handed[called.casefold()].names
+        before: list[Statement] = []
+        after: list[Statement] = []
+        given = dict(paired(parameters, arguments))
+        for parameter in parameters:
+            target = Named(names[parameter.name])
+            value = given.get(parameter.name, parameter.default)
+            if parameter.switch:
+                value = State(parameter.name in given)
+            if value is None:
+                continue
+            before.append(Assign(line, target, value))
+            if parameter.by_reference and isinstance(value, (Named, Item, Member)):
+                after.append(Assign(line, value, target))
+        return before, after
+
+
+def _listed(value: Expression | None) -> list[Expression] | None:
+    """The elements of an array of numbers or texts that is written out, None for any other value."""
+    if not isinstance(value, RecordLiteral) or any(name for name, _ in value.members):
+        return None
+    found = [one for _, one in value.members]
+    return found if all(isinstance(one, (Number, Text, State)) for one in found) else None
+
+
+def paired(
+    parameters: tuple[Parameter, ...], arguments: tuple[Expression, ...]
+) -> Iterator[tuple[str, Expression | None]]:
+    """Each argument with the name of its parameter."""
+    positional = iter(
+        [p for p in parameters if not p.optional and not p.switch] + [p for p in parameters if p.optional]
+    )
+    for argument in arguments:
+        if isinstance(argument, NamedArgument):
+            yield argument.name, argument.value
+        else:
+            parameter = next(positional, None)
+            if parameter is not None:
+                yield parameter.name, argument
+
+
+def called_in(s: Statement) -> list[str]:
+    """The routines that a statement calls."""
+    if calls_nothing(s):
+        return []
+    found = [s.routine] if isinstance(s, Call) else []
+    return found + [e.routine for e in expressions_of(s) if type(e) is CallValue]
+
+
+def _locals(routine: Routine) -> list[tuple[str, str, Declare | None]]:
+    """(name, type, declaration) of what is local to a routine; parameters have no declaration."""
+    found: list[tuple[str, str, Declare | None]] = [(p.name, p.type, None) for p in routine.parameters]
+    found += [(d.name, d.type, d) for d in routine.data if not d.shared]
+    known = {name for name, _, _ in found}
+    for s in routine.body:
+        if isinstance(s, Declare) and not s.shared and s.name not in known:
+            known.add(s.name)
+            found.append((s.name, s.type, s))
+    return found
+
+
+_MEMBERS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+_FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
+    "sin": lambda angle: math.sin(math.radians(angle)),
+    "cos": lambda angle: math.cos(math.radians(angle)),
+    "tan": lambda angle: math.tan(math.radians(angle)),
+    "sqrt": math.sqrt,
+    "abs": abs,
+}
+
+
+def _computed(e: Expression, limits: Limits) -> Expression:
+    """Where functions take variables only and no sign stands before one: what comes out of the numbers."""
+    if not limits.register_arguments:
+        return e
+    if type(e) is Unary and e.operator == "-":
+        if isinstance(e.operand, Number):
+            return Number(-e.operand.value)
+        return Binary("-", Number(0), e.operand)
+    if type(e) is Function and e.name in _FUNCTIONS and len(e.arguments) == 1:
+        value = e.arguments[0]
+        if isinstance(value, Number) and (value.value >= 0 or e.name != "sqrt"):
+            return Number(float(f"{_FUNCTIONS[e.name](value.value):.10g}"))
+    return e
+
+
+def fold_constants(program: Program, work: Work) -> Program:
+    """Names that always hold the same number, text or state are written as it."""
+    symbols = work.symbols(program)
+
+    def change(e: Expression) -> Expression:
+        if type(e) is Named and e.name not in work.registers:
+            value = symbols.fixed_value("", e)
+            if isinstance(value, (Number, Text, State)):
+                return value
+        if type(e) is Member and isinstance(e.base, Named) and e.name in _MEMBERS:
+            literal = symbols.fixed_value("", e.base)
+            if isinstance(literal, PositionLiteral) and literal.kind == "pose":
+                at = _MEMBERS.index(e.name)
+                written = literal.values[at] / (mm if at < 3 else deg)
+                return Number(float(f"{written:.10g}"))
+        return _computed(e, work.limits)
+
+    def folded(s: Statement) -> Statement:
+        # A move to a plain name, nearly every one: a point is no number.
+        if type(s) is Move and is_written_out(s):
+            e = s.targets[0]
+            if type(symbols.fixed_value("", e) if type(e) is Named else e) is PositionLiteral:
+                return s
+        return mapped(s, change)
+
+    return with_routines(program, (with_rows(r, list(map(folded, r.body))) for r in program.routines))

@@ -1,0 +1,360 @@
+"""Control flow in the target's own words: blocks for jumps where it has no GOTO, jumps for blocks that it lacks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from olp.ir.expressions import Binary, Compare, Expression, Logic, Named, Number, State, Text
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Break,
+    Call,
+    Case,
+    Comment,
+    Continue,
+    Declare,
+    Default,
+    Else,
+    ElseIf,
+    EndIf,
+    EndWhile,
+    For,
+    If,
+    Jump,
+    Label,
+    Pause,
+    Program,
+    PulseOutput,
+    Return,
+    Routine,
+    StartTask,
+    Statement,
+    Switch,
+    Until,
+    While,
+)
+from olp.ir.transformer import expressions_of
+from olp.ir.tree import LOOPS, Block, Node, flat, negated, parse
+from olp.transpile.context import Fate, Work
+from olp.transpile.structuring import flattened, machine, needs_flattening, structured
+
+_CONDITIONAL: Final = (Call, Return, Pause, PulseOutput, StartTask)
+
+
+def flow(program: Program, work: Work) -> Program:
+    """Every routine with the blocks and jumps that the target has."""
+    return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
+
+
+def _routine(routine: Routine, work: Work) -> Routine:
+    body = routine.body
+    kinds = set(map(type, body))
+    if not work.limits.conditional_statements and not kinds.isdisjoint(_CONDITIONAL):
+        body = tuple(s for statement in body for s in _unconditional(statement))
+    if Jump in kinds:
+        body = tuple(s for statement in body for s in _uncomputed(statement, body))
+    nodes = parse(body)
+    if nodes is None:
+        work.lose(routine.line, Fate.REFUSED, "blocks", f"the blocks of {routine.name} are not closed")
+        return routine
+    target = _Target(work, routine, {s.name for s in body if isinstance(s, Label)})
+    if needs_flattening(nodes):
+        nodes = flattened(nodes, target.label)
+    if not work.limits.has_goto and any(isinstance(s, (Label, Jump)) for s in flat(nodes)):
+        nodes = structured(nodes)
+        if any(isinstance(s, (Label, Jump)) for s in flat(nodes)):
+            counter = target.variable("step", "integer")
+            nodes = machine(flattened(nodes, target.label, jumping=True), counter)
+    nodes = target.lowered(nodes, None)
+    rows = list(flat(nodes))
+    rows[1 if rows and isinstance(rows[0], Begin) else 0 : 0] = target.declared
+    return replace(routine, body=tuple(rows))
+
+
+def _unconditional(s: Statement) -> list[Statement]:
+    """A statement with a condition of its own as a block."""
+    condition = getattr(s, "condition", None)
+    if not isinstance(s, _CONDITIONAL) or condition is None:
+        return [s]
+    inside: Any = replace(s, condition=None)
+    return [If(s.line, condition), inside, EndIf(s.line)]
+
+
+def _uncomputed(s: Statement, body: tuple[Statement, ...]) -> list[Statement]:
+    """A jump to a computed label as a choice between all labels."""
+    if not isinstance(s, Jump) or isinstance(s.target, str):
+        return [s]
+    rows: list[Statement] = [] if s.condition is None else [If(s.line, s.condition)]
+    value = s.target
+    first = True
+    for label in (s for s in body if isinstance(s, Label)):
+        known: Expression = Number(int(label.name)) if label.name.isdecimal() else Text(label.name)
+        test = Compare("=", value, known)
+        rows.append(If(s.line, test) if first else ElseIf(s.line, test))
+        rows.append(Jump(s.line, label.name))
+        first = False
+    rows += [] if first else [EndIf(s.line)]
+    return rows if s.condition is None else [*rows, EndIf(s.line)]
+
+
+@dataclass(slots=True)
+class _Loop:
+    """Where Break and Continue of the innermost loop go, once something asks for it."""
+
+    leave: str = ""
+    again: str = ""
+    before_again: list[Statement] = field(default_factory=list)  # what a Continue has to do first
+    keeps_break: bool = True
+    keeps_continue: bool = True
+
+
+@dataclass(slots=True)
+class _Target:
+    work: Work
+    routine: Routine
+    labels: set[str]
+    declared: list[Statement] = field(default_factory=list)
+
+    def label(self) -> str:
+        count = len(self.labels) + 1
+        while f"L{count}" in self.labels:
+            count += 1
+        self.labels.add(f"L{count}")
+        return f"L{count}"
+
+    def variable(self, stem: str, kind: str) -> Named:
+        name = Named(self.work.helper(stem))
+        self.declared.append(Declare(0, name.name, kind, Number(0)))
+        return name
+
+    def lowered(self, nodes: list[Node], loop: _Loop | None) -> list[Node]:
+        result: list[Node] = []
+        for node in nodes:
+            if isinstance(node, Block):
+                result += self._block(node, loop)
+            elif isinstance(node, Break) and loop is not None and not loop.keeps_break:
+                loop.leave = loop.leave or self.label()
+                result.append(Jump(node.line, loop.leave, comment=node.comment))
+            elif isinstance(node, Continue) and loop is not None:
+                result += self._continue(node, loop)
+            else:
+                result.append(node)
+        return result
+
+    def _continue(self, s: Continue, loop: _Loop) -> list[Node]:
+        if loop.keeps_continue:
+            return [*loop.before_again, s]
+        loop.again = loop.again or self.label()
+        return [Jump(s.line, loop.again, comment=s.comment)]
+
+    def _block(self, block: Block, loop: _Loop | None) -> list[Node]:
+        match block.opener:
+            case If():
+                return self._if(block, loop)
+            case Switch():
+                return self._switch(block, loop)
+            case While():
+                return self._while(block)
+            case For():
+                return self._for(block)
+            case _:
+                return self._repeat(block)
+
+    # --- branches ---------------------------------------------------------------------------------------
+
+    def _if(self, block: Block, loop: _Loop | None) -> list[Node]:
+        branches = [(marker, self.lowered(inside, loop)) for marker, inside in block.branches]
+        if self.work.limits.has_elseif or not any(isinstance(m, ElseIf) for m, _ in branches):
+            return [Block(branches, block.closer)]
+        return [_nested(branches, block.closer)]
+
+    def _switch(self, block: Block, loop: _Loop | None) -> list[Node]:
+        limits = self.work.limits
+        if limits.has_switch and all(
+            isinstance(value, (Number, Text))
+            for m, _ in block.branches
+            if isinstance(m, Case)
+            for value in m.values
+        ):
+            return [Block([(m, self.lowered(inside, loop)) for m, inside in block.branches], block.closer)]
+        switch = block.opener
+        assert isinstance(switch, Switch)
+        before: list[Node] = []
+        value = switch.value
+        if not isinstance(value, (Named, Number)):
+            name = self.variable("choice", "integer")
+            before.append(Assign(switch.line, name, value, switch.comment))
+            value = name
+        else:
+            before += _comment_of(switch)
+        branches: list[tuple[Statement, list[Node]]] = []
+        for marker, inside in block.branches[1:]:
+            if isinstance(marker, Case):
+                test = _any_of(value, marker.values)
+                kind = ElseIf if branches else If
+                branches.append((kind(marker.line, test, marker.comment), inside))
+        default = next((pair for pair in block.branches[1:] if isinstance(pair[0], Default)), None)
+        end = EndIf(block.closer.line, getattr(block.closer, "comment", ""))
+        if not branches:
+            inside = self.lowered(default[1], loop) if default else []
+            return [*before, *(_comment_of(default[0]) if default else []), *inside, *_comment_of(end)]
+        if default is not None:
+            branches.append((Else(default[0].line, getattr(default[0], "comment", "")), default[1]))
+        return [*before, *self._if(Block(branches, end), loop)]
+
+    # --- loops ------------------------------------------------------------------------------------------
+
+    def _inside(
+        self, block: Block, before_again: list[Statement] | None = None, jumps: bool = False
+    ) -> tuple[_Loop, list[Node]]:
+        limits = self.work.limits
+        loop = _Loop(
+            before_again=before_again or [],
+            keeps_break=limits.has_break and not jumps,
+            keeps_continue=limits.has_continue and not jumps,
+        )
+        inside = self.lowered(block.branches[0][1], loop)
+        if loop.again:
+            inside.append(Label(block.closer.line, loop.again))
+        return loop, inside
+
+    def _while(self, block: Block) -> list[Node]:
+        head, closer = block.opener, block.closer
+        assert isinstance(head, While)
+        endless = head.condition == State(True)
+        if self.work.limits.has_while and (self.work.limits.has_endless or not endless):
+            loop, inside = self._inside(block)
+            return [Block([(head, inside)], closer), *self._end(loop, closer)]
+        start = self.label()
+        loop, inside = self._inside(block, jumps=True)
+        if not endless:
+            loop.leave = loop.leave or self.label()
+        test: list[Node] = [] if endless else [Jump(head.line, loop.leave, negated(head.condition))]
+        first: list[Node] = [Label(head.line, start, head.comment), *test]
+        back = Jump(closer.line, start, comment=getattr(closer, "comment", ""))
+        return [*first, *inside, back, *self._end(loop, closer)]
+
+    def _end(self, loop: _Loop, closer: Statement) -> list[Node]:
+        return [Label(closer.line, loop.leave)] if loop.leave else []
+
+    def _repeat(self, block: Block) -> list[Node]:
+        limits, head, until = self.work.limits, block.opener, block.closer
+        assert isinstance(until, Until)
+        comment = getattr(head, "comment", "")
+        if limits.has_repeat:
+            loop, inside = self._inside(block)
+            return [Block([(head, inside)], until), *self._end(loop, until)]
+        if limits.has_goto:
+            start = self.label()
+            loop, inside = self._inside(block, jumps=True)
+            back = Jump(until.line, start, negated(until.condition), until.comment)
+            return [Label(head.line, start, comment), *inside, back, *self._end(loop, until)]
+        leave: list[Statement] = [If(until.line, until.condition), Break(until.line), EndIf(until.line)]
+        loop, inside = self._inside(block, leave)
+        test = Block([(leave[0], [leave[1]])], leave[2])
+        head = While(head.line, State(True), comment)
+        return [Block([(head, [*inside, test])], EndWhile(until.line, until.comment))]
+
+    def _for(self, block: Block) -> list[Node]:
+        limits, head, closer = self.work.limits, block.opener, block.closer
+        assert isinstance(head, For)
+        step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
+        if (
+            limits.has_for
+            and step_fits
+            and not (self.work.target_conventions.for_declares and self._is_used_outside(head))
+        ):
+            loop, inside = self._inside(block)
+            return [Block([(head, inside)], closer), *self._end(loop, closer)]
+        before: list[Node] = [Assign(head.line, head.variable, head.start, head.comment)]
+        stop = self._kept(head.stop, before, head.line)
+        step = self._kept(head.step or Number(1), before, head.line)
+        count: Statement = Assign(closer.line, head.variable, Binary("+", head.variable, step))
+        as_while = Block(
+            [(While(head.line, _not_beyond(head.variable, stop, step)), block.branches[0][1])],
+            EndWhile(closer.line, getattr(closer, "comment", "")),
+        )
+        if limits.has_continue or not limits.has_goto:
+            loop, inside = self._inside(as_while, [count])
+            again: list[Node] = [Block([(as_while.opener, [*inside, count])], as_while.closer)]
+            return [*before, *again, *self._end(loop, closer)]
+        # A Continue jumps to the label before the count.
+        loop, inside = self._inside(as_while, jumps=not limits.has_while)
+        counted = Block([(as_while.opener, [*inside, count])], as_while.closer)
+        return [*before, *self._while_of(counted), *self._end(loop, closer)]
+
+    def _while_of(self, block: Block) -> list[Node]:
+        """A while block whose inside is done already."""
+        if self.work.limits.has_while:
+            return [block]
+        head = block.opener
+        assert isinstance(head, While)
+        start, leave = self.label(), self.label()
+        return [
+            Label(head.line, start),
+            Jump(head.line, leave, negated(head.condition)),
+            *block.branches[0][1],
+            Jump(block.closer.line, start, comment=getattr(block.closer, "comment", "")),
+            Label(block.closer.line, leave),
+        ]
+
+    def _kept(self, value: Expression, before: list[Node], line: int) -> Expression:
+        """A bound as it was when the loop began."""
+        if isinstance(value, Number):
+            return value
+        name = self.variable("bound", "integer")
+        before.append(Assign(line, name, value))
+        return name
+
+    def _is_used_outside(self, head: For) -> bool:
+        """Whether the loop's variable is read or written outside of the loops that count it."""
+        depth = 0
+        for s in self.routine.body:
+            if isinstance(s, For) and s.variable == head.variable:
+                depth += 1
+            elif isinstance(s, LOOPS):
+                depth += depth > 0
+            elif type(s).__name__ in ("EndWhile", "Next", "Until"):
+                depth -= depth > 0
+            elif depth == 0 and not isinstance(s, Declare) and head.variable in expressions_of(s):
+                return True
+        others = (r for r in self.work.source.routines if r.name != self.routine.name)
+        local = any(
+            isinstance(s, Declare) and s.name == getattr(head.variable, "name", "") for s in self.routine.body
+        )
+        return not local and any(head.variable in expressions_of(s) for r in others for s in r.body)
+
+
+def _not_beyond(variable: Expression, stop: Expression, step: Expression) -> Expression:
+    up, down = Compare("<=", variable, stop), Compare(">=", variable, stop)
+    if isinstance(step, Number):
+        return up if step.value > 0 else down
+    rising: Expression = Logic(Compare(">", step, Number(0)), (("and", up),))
+    falling: Expression = Logic(Compare("<", step, Number(0)), (("and", down),))
+    return Logic(rising, (("or", falling),))
+
+
+def _any_of(value: Expression, values: tuple[Expression, ...]) -> Expression:
+    tests = [Compare("=", value, one) for one in values]
+    return tests[0] if len(tests) == 1 else Logic(tests[0], tuple(("or", test) for test in tests[1:]))
+
+
+def _nested(branches: list[tuple[Statement, list[Node]]], closer: Statement) -> Block:
+    """ElseIf as an If within an Else."""
+    for at in range(len(branches) - 1, 0, -1):
+        marker, inside = branches[at]
+        if isinstance(marker, ElseIf):
+            inner = Block(
+                [(If(marker.line, marker.condition, marker.comment), inside), *branches[at + 1 :]],
+                EndIf(closer.line),
+            )
+            branches = [*branches[:at], (Else(marker.line), [inner])]
+    return Block(branches, closer)
+
+
+def _comment_of(s: Statement) -> list[Node]:
+    """The comment behind a statement that goes, in a line of its own."""
+    text = getattr(s, "comment", "")
+    return [Comment(s.line, text)] if text else []

@@ -1,0 +1,252 @@
+"""A program of one language as the files of another: the passes, the writer, one file per routine where it takes that.
+
+Codes: X011 something that the target cannot say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
+from olp.core.garbage_collection import no_garbage_collection
+from olp.ir.program import Program, Routine
+from olp.languages.limits import limits_of
+from olp.languages.vendor import language_of
+from olp.transpile.commented_out import LeftOut
+from olp.transpile.context import Context, Fate
+from olp.transpile.data_only import name_of
+from olp.transpile.export import refuse_unwritable
+from olp.transpile.pipeline import Translated, canonical
+from olp.transpile.split import split
+
+if TYPE_CHECKING:
+    from olp.robots.robot import Robot
+    from olp.runtime.assumptions import Assumptions, SignalKey
+    from olp.runtime.plan import Plan
+
+_MOST_STEPS = 200_000  # statements of a run
+_MOST_AGAIN = 20_000  # of one with other inputs, in which loops may have no end
+_ROUNDS = 20  # of commenting out what the writer refuses
+
+
+@dataclass(frozen=True, slots=True)
+class Converted:
+    """`files`: name -> bytes; `main`: the one that runs. `translated`: the passes' losses and mapping."""
+
+    files: dict[str, bytes]
+    main: str
+    translated: Translated
+    problems: tuple[Diagnostic, ...] = field(default=())
+
+
+def convert(
+    program: Program,
+    vendor: str,
+    context: Context | None = None,
+    *,
+    encoding: str | None = None,
+    date: str | None = None,
+) -> Converted:
+    """`program` as files of the language `vendor`.
+
+    Raises OlpError with the program's own errors, with what the target cannot say (X002, X011, X014), and where the
+    question needs a robot (X012). With `on_loss` "comment" statements that cannot be said become comments.
+    """
+    refuse_unwritable(vendor)
+    context = context or Context()
+    raise_errors([found.at(program.path) for found in program.diagnostics])
+    # Statements are many, small and without cycles.
+    with no_garbage_collection():
+        return _converted(program, vendor, context, encoding, date)
+
+
+def _converted(
+    program: Program, vendor: str, context: Context, encoding: str | None, date: str | None
+) -> Converted:
+    left_out = LeftOut()
+    for _ in range(_ROUNDS):
+        translated = canonical(program, vendor, context, left_out)
+        raise_errors(translated.problems)
+        files, main, problems = _written(translated.program, vendor, encoding, date)
+        lines = {found.line: _reason(found) for found in problems if found.line}
+        if context.on_loss != "comment" or not left_out.add(lines):
+            break
+    told = refusals(program, vendor, translated)
+    refused = {found.line for found in told}
+    # What a pass refuses the writer cannot say either, and in less fitting words.
+    told += [found for found in problems if not found.line or found.line not in refused]
+    if told:
+        raise OlpError(*dict.fromkeys(told))
+    return Converted(files, main, translated)
+
+
+def _reason(found: Diagnostic) -> str:
+    """Why the writer cannot say something, as the receipt tells it: "a computed index (…)"."""
+    says = found.message.partition(": ")[2] or found.message
+    return f"{says} ({found.help})" if found.help else says
+
+
+def refusals(program: Program, vendor: str, translated: Translated) -> list[Diagnostic]:
+    """An error (X011) for every statement that the passes refuse."""
+    found = []
+    for loss in translated.losses:
+        if loss.fate is Fate.REFUSED:
+            text = program.source.line(loss.line)
+            span = (
+                Span(loss.line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+                if loss.line
+                else None
+            )
+            message = f"{language_of(vendor)} cannot say this: {loss.says}"
+            help = loss.help or "--on-loss comment writes it as a comment"
+            found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
+    return found
+
+
+def _written(
+    program: Program, vendor: str, encoding: str | None, date: str | None
+) -> tuple[dict[str, bytes], str, list[Diagnostic]]:
+    """The files, which of them runs, and what the writer cannot say."""
+    from olp.languages.vendor import find_vendor
+
+    limits = limits_of(vendor)
+    suffix = find_vendor(vendor).written_suffix or find_vendor(vendor).suffixes[0]
+    files: dict[str, bytes] = {}
+    problems: list[Diagnostic] = []
+    main = ""
+    for part in split(program, limits):
+        routine = _main_of(part)
+        stem = routine.name if routine is not None else name_of(part)
+        texts, found = _texts(part, vendor, date)
+        problems += found
+        for ending, text in texts.items():
+            name = f"{stem}{ending or suffix}"
+            if not found:
+                files[name] = _encoded(text, part, vendor, encoding)
+            main = main or name
+    return files, main, problems
+
+
+def _main_of(program: Program) -> Routine | None:
+    return next(
+        (r for r in program.routines if r.name == program.main),
+        program.routines[0] if program.routines else None,
+    )
+
+
+def _texts(program: Program, vendor: str, date: str | None) -> tuple[dict[str, str], list[Diagnostic]]:
+    """The text of the file ("") and of those beside it, by suffix."""
+    from olp.transpile.export import now, rendered
+
+    writer: Any = import_module(f"olp.languages.vendors.{vendor}.writer")
+    pair = {"pair": True} if limits_of(vendor).data_beside else {}
+    values, problems = writer.write(program, date or now(), **pair)
+    companions: dict[str, str] = values.pop("companions", {})
+    if problems:
+        return {"": ""}, list(problems)
+    text = rendered(values, vendor, program)
+    return ({"": text, **companions} if text else companions), []  # of data alone there is nothing that runs
+
+
+def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> bytes:
+    from olp.transpile.export import encoded, encoding_of
+
+    return encoded(text, program, vendor, encoding or encoding_of(program, vendor))
+
+
+@dataclass(frozen=True, slots=True)
+class Rerun:
+    """The files read again. `origins`: the line of the source that each line of a file was made from.
+
+    `plans`: with the inputs as olp.toml and the usual assumptions have them, then for each further set of inputs.
+    """
+
+    plans: tuple[Plan, ...]
+    origins: Mapping[tuple[str, int], int]
+
+
+def run_converted(
+    converted: Converted, vendor: str, robot: Robot | None, source: Program | None = None
+) -> Plan:
+    """The plan of the files, read again and run beside each other; see `rerun`."""
+    return rerun(converted, vendor, robot, source).plans[0]
+
+
+def rerun(
+    converted: Converted,
+    vendor: str,
+    robot: Robot | None,
+    source: Program | None = None,
+    inputs: Sequence[Mapping[SignalKey, tuple[int, ...]]] = (),
+) -> Rerun:
+    """The files, read again and run beside each other.
+
+    `source`: what stands around that program (its olp.toml, its controller's tools and frames) stands around them.
+    `inputs`: sets of the source's inputs with which they run once more.
+    """
+    import tempfile
+    from pathlib import Path
+
+    from olp.languages.read import read
+    from olp.languages.vendor import find_vendor
+    from olp.runtime.interpreter import run
+    from olp.transpile.correspondence import origins_of
+
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder, name) for name in converted.files]
+        for path, data in zip(paths, converted.files.values(), strict=True):
+            path.write_bytes(data)
+        main = Path(folder, converted.main)
+        program = read(main, vendor=vendor)
+        raise_errors(program.diagnostics)
+        suffixes = find_vendor(vendor).suffixes
+        others = [p for p in paths if p != main and p.suffix.lower() in suffixes]
+        written = [program, *(read(path, vendor=vendor) for path in others)]
+        plans = []
+        for given, steps in [({}, _MOST_STEPS), *((one, _MOST_AGAIN) for one in inputs)]:
+            around = None if source is None else _surroundings(source, converted, robot, given)
+            plans.append(run(program, robot=robot, folder=folder, assumptions=around, max_steps=steps))
+        return Rerun(tuple(plans), origins_of(converted.translated.program, written))
+
+
+def _surroundings(
+    source: Program,
+    converted: Converted,
+    robot: Robot | None,
+    more: Mapping[SignalKey, tuple[int, ...]],
+) -> Assumptions:
+    """olp.toml beside the source, with its tools and frames under the numbers that they have in the target."""
+    from pathlib import Path
+
+    from olp.ir.points import PointKind, PointState
+    from olp.runtime.assumptions import Assumptions, WrittenPosition, load_assumptions, nearest_assumptions
+    from olp.runtime.memory import ACTIVE
+    from olp.transpile.context import cell_of
+    from olp.transpile.correspondence import signals_there
+
+    folder = Path(source.path).parent if source.path and Path(source.path).is_file() else None
+    path = nearest_assumptions(folder) if folder is not None else None
+    given = load_assumptions(path) if path is not None else Assumptions()
+    cell = cell_of(source, robot)
+    mapping = converted.translated.mapping
+
+    def number(kind: str, n: int) -> int:
+        new = mapping.get((kind, str(n)), "")
+        return int(new) if new.isdecimal() else n
+
+    tools = {number("tool", n): tuple(map(float, t.pose.xyz_angles())) for n, t in cell.tools.items()}
+    frames = {number("frame", n): tuple(map(float, p.xyz_angles())) for n, p in cell.user_frames.items()}
+    names = dict(given.names)
+    for (kind, name), literal in converted.translated.held.items():
+        if name.isdecimal():
+            (tools if kind == "tool" else frames)[int(name)] = literal.values[:6]
+        else:
+            names[name.casefold()] = WrittenPosition(PointState(PointKind.POSE, ACTIVE), literal.values[:6])
+
+    there = signals_there(mapping)
+    inputs = {there.get(signal, signal): values for signal, values in {**more, **given.inputs}.items()}
+    waits = {there.get(signal, signal): seconds for signal, seconds in given.waits.items()}
+    return replace(given, tools=tools, frames=frames, names=names, inputs=inputs, waits=waits)

@@ -1,0 +1,258 @@
+"""Positions that are computed, in the few functions that most languages have: products, offsets, turns by literals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from olp.core.units import deg
+from olp.ir.expressions import Binary, Expression, FrameRef, Function, Named, Number, PositionLiteral
+from olp.ir.program import Assign, Call, Move, Path, Program, Return, Routine, Statement
+from olp.ir.transformer import mapped
+from olp.robots.geometry import Pose, rotation_from_angles, rotation_from_quaternion
+from olp.runtime.plan import StepKind
+from olp.transpile.context import Fate, Work
+from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.records import literal_of
+from olp.transpile.symbols import Symbols, kind_of_value
+from olp.transpile.typed_values import whole_decimals
+
+_NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that reach a pose
+
+
+def functions(program: Program, work: Work) -> Program:
+    """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
+    symbols = work.symbols(program)
+    flagged = any(r is not None and r.geometry and r.geometry.links for r in (work.robot, work.target_robot))
+    goals = _goals(program)
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+
+        def change(e: Expression, name: str = routine.name) -> Expression:
+            e = _shorter(e, symbols, name)
+            if work.conventions.rounds_to_decimals:
+                e = whole_decimals(e)
+            return e if work.limits.pose_functions else _plain(e)
+
+        for s in routine.body:
+            if isinstance(s, Move) and s.path is Path.JOINT and not work.limits.near_joints:
+                s = _in_frame(s, goals, symbols, routine.name)
+                s = replace(
+                    s, targets=tuple(_joints(t, symbols, routine.name, flagged, work, s) for t in s.targets)
+                )
+            if work.limits.integer_type and isinstance(s, Assign):
+                s = _rounded(s, symbols, routine.name)
+            elif not work.limits.has_integers:
+                s = _whole(s, symbols, routine)
+            plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
+            rows.append(s if plain else mapped(s, change))
+        routines.append(with_rows(routine, rows))
+    return with_routines(program, routines)
+
+
+def _shorter(e: Expression, symbols: Symbols, routine: str) -> Expression:
+    """A product with a pose that changes nothing is the other pose."""
+    if isinstance(e, Function) and e.name == "pose-product" and len(e.arguments) == 2:
+        for at in (0, 1):
+            value = symbols.fixed_value(routine, e.arguments[at])
+            if value is not None and _is_identity(value):
+                return e.arguments[1 - at]
+    return e
+
+
+def _rounded(s: Assign, symbols: Symbols, routine: str) -> Assign:
+    """Where an assignment to an integer rounds, no function does."""
+    value = s.value
+    rounds = isinstance(value, Function) and value.name == "round" and len(value.arguments) == 1
+    if isinstance(value, Function) and rounds and kind_of_value(symbols, routine, s.target) == "integer":
+        return replace(s, value=value.arguments[0])
+    return s
+
+
+def _whole(s: Statement, symbols: Symbols, routine: Routine) -> Statement:
+    """What becomes an integer in the source is rounded there: the target has one kind of numbers."""
+    if isinstance(s, Assign) and kind_of_value(symbols, routine.name, s.target) == "integer":
+        value = _as_integer(s.value, symbols, routine.name)
+        return s if value is s.value else replace(s, value=value)
+    if isinstance(s, Return) and s.value is not None and routine.returns == "integer":
+        value = _as_integer(s.value, symbols, routine.name)
+        return s if value is s.value else replace(s, value=value)
+    if isinstance(s, Call) and s.arguments:
+        return replace(s, arguments=_handed(s.routine, s.arguments, symbols, routine.name))
+    return s
+
+
+def _handed(
+    name: str, arguments: tuple[Expression, ...], symbols: Symbols, routine: str
+) -> tuple[Expression, ...]:
+    """Arguments, rounded where the parameter is an integer of its own."""
+    called = symbols.routines.get(name)
+    if called is None or len(arguments) > len(called.parameters):
+        return arguments
+    wanted = [p.type == "integer" and not p.by_reference for p in called.parameters]
+    return tuple(
+        _as_integer(a, symbols, routine) if is_wanted else a
+        for a, is_wanted in zip(arguments, wanted, strict=False)
+    )
+
+
+def _as_integer(e: Expression, symbols: Symbols, routine: str) -> Expression:
+    if isinstance(e, Number):
+        return (
+            e
+            if float(e.value).is_integer()
+            else Number(math.floor(abs(e.value) + 0.5) * (1 if e.value > 0 else -1))
+        )
+    return Function("round", (e,)) if kind_of_value(symbols, routine, e) == "real" else e
+
+
+def _goals(program: Program) -> set[str]:
+    """Names that moves go to: the first pose of a product is a frame where it is none of them."""
+    found: set[str] = set()
+    for s in program.statements():
+        if type(s) is not Move:
+            continue
+        for e in (*s.targets, s.via):
+            while type(e) is Function and e.name == "inverse":
+                e = e.arguments[0]
+            if type(e) is Named:
+                found.add(e.name)
+    return found
+
+
+def _in_frame(s: Move, goals: set[str], symbols: Symbols, routine: str) -> Move:
+    """inverse(frame : pose, near) as a move in that frame, where other languages say how the arm stands at the pose."""
+    e = s.targets[0]
+    if type(e) is not Function or e.name != "inverse" or s.frame != FrameRef("base"):
+        return s
+    product = e.arguments[0]
+    if type(product) is not Function or product.name != "pose-product" or len(product.arguments) != 2:
+        return s
+    frame, pose = product.arguments
+    if type(frame) is not Named or frame.name in goals or len(s.targets) > 1:
+        return s
+    if type(symbols.fixed_value(routine, frame)) is not PositionLiteral:
+        return s
+    return replace(s, frame=frame, targets=(replace(e, arguments=(pose, *e.arguments[1:])),))
+
+
+def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool, work: Work, s: Move) -> Expression:
+    """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints written beside it."""
+    if not isinstance(e, Function) or e.name != "inverse":
+        return e
+    if len(e.arguments) > 1 and not flagged:
+        near = symbols.fixed_value(routine, e.arguments[1])
+        if isinstance(near, PositionLiteral) and near.kind == "joint":
+            return _reached(near, work, s) or e.arguments[1]
+    return e.arguments[0]
+
+
+def _reached(near: PositionLiteral, work: Work, s: Move) -> PositionLiteral | None:
+    """The joints with which the plan reaches the pose of a move, None where they are `near` or nobody knows them."""
+    plan = None if work.robot is None else work.plan()
+    if plan is None or work.robot is None:
+        return None
+    steps = np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0) & (plan.line == s.line))
+    axes = plan.positions.axes[plan.moves.target[plan.row[steps]]][:, : len(work.robot.axes)]
+    if not len(axes) or np.isnan(axes).any() or len(near.values) != axes.shape[1]:
+        return None
+    if np.abs(axes - np.array(near.values)).max() < _NEAR:
+        return None
+    if np.ptp(axes, axis=0).max() > _NEAR:
+        says = "the joint values beside the pose do not reach it, and those that do are not always the same"
+        work.lose(s, Fate.APPROXIMATED, "joints", says)
+        return None
+    return replace(near, values=tuple(map(float, axes[0])))
+
+
+def _plain(e: Expression) -> Expression:
+    if not isinstance(e, Function):
+        return e
+    arguments = e.arguments
+    match e.name:
+        case "pose-add":
+            return _sum(e)
+        case "pose-product":
+            inner = arguments[1]
+            if (
+                isinstance(inner, Function)
+                and inner.name == "pose-offset"
+                and _is_identity(inner.arguments[0])
+            ):
+                return Function("pose-relative-tool", (arguments[0], *inner.arguments[1:], *[Number(0)] * 3))
+            return e
+        case "pose-vector":
+            turn = _numbers(arguments[3:6])
+            return (
+                e
+                if turn is None
+                else _offset(_turned(_from_vector(turn)), [_times(a, 1000) for a in arguments[:3]])
+            )
+        case "pose-angles":
+            angles = _numbers(arguments[3:6])
+            return (
+                e
+                if angles is None
+                else _offset(_turned(rotation_from_angles(angles * deg)), list(arguments[:3]))
+            )
+        case "pose-quaternion":
+            parts = _numbers(arguments[3:7])
+            if parts is None or not np.linalg.norm(parts) > 0:
+                return e
+            return _offset(_turned(rotation_from_quaternion(parts)), list(arguments[:3]))
+        case _:
+            return e
+
+
+def _sum(e: Function) -> Expression:
+    """Positions add; a second pose that does not turn is an offset."""
+    first, second = e.arguments[:2]
+    if isinstance(second, Function) and second.name == "pose-offset" and _is_identity(second.arguments[0]):
+        return _offset(first, list(second.arguments[1:]))
+    if isinstance(second, PositionLiteral) and second.kind == "pose" and not any(second.values[3:6]):
+        return _offset(first, [Number(float(f"{v * 1000:.9g}")) for v in second.values[:3]])
+    return e
+
+
+def _offset(start: Expression, by: list[Expression]) -> Expression:
+    if isinstance(start, PositionLiteral) and all(isinstance(a, Number) for a in by):
+        shift = [a.value / 1000 for a in by if isinstance(a, Number)]
+        values = tuple(v + d for v, d in zip(start.values[:3], shift, strict=True))
+        return replace(start, values=(*values, *start.values[3:]))
+    return Function("pose-offset", (start, *by))
+
+
+def _is_identity(e: Expression) -> bool:
+    return isinstance(e, PositionLiteral) and e.kind == "pose" and not any(e.values[:6])
+
+
+def _turned(rotation: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> PositionLiteral:
+    literal = literal_of(Pose(np.zeros(3), rotation))
+    return replace(literal, values=tuple(v + 0.0 for v in literal.values))
+
+
+def _from_vector(
+    vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """A rotation vector [rad] as a matrix, by way of its quaternion."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0.0:
+        return np.eye(3)
+    axis = vector / angle
+    return rotation_from_quaternion(np.array([math.cos(angle / 2), *(math.sin(angle / 2) * axis)]))
+
+
+def _numbers(
+    arguments: tuple[Expression, ...],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
+    values = [float(a.value) for a in arguments if isinstance(a, Number)]
+    return np.array(values) if len(values) == len(arguments) else None
+
+
+def _times(e: Expression, factor: int) -> Expression:
+    if isinstance(e, Number):
+        return Number(float(f"{e.value * factor:.12g}"))
+    return Binary("*", e, Number(factor))

@@ -1,0 +1,304 @@
+"""Where a language counts and indexes with integers only: numbers that only ever hold whole values become integers,
+other indices are rounded.
+
+RAPID has one type for both, URScript none that is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Expression,
+    Function,
+    Item,
+    Named,
+    Number,
+    RecordLiteral,
+    Signal,
+    Unary,
+)
+from olp.ir.program import (
+    Assign,
+    Call,
+    Case,
+    Clear,
+    Declare,
+    ElseIf,
+    For,
+    Program,
+    ReadInput,
+    Routine,
+    Statement,
+    Until,
+    Update,
+    While,
+)
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.languages.vendor import language_of
+from olp.transpile.constant_folding import paired
+from olp.transpile.context import Fate, Work
+from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
+
+_ROUNDED: Final = frozenset({"round", "trunc", "floor", "ceil"})
+_HEADS: Final = (While, Until, ElseIf, Case)  # before which nothing can run each time
+Key = tuple[str, str]  # routine ("" for the whole program), name
+
+
+def whole_numbers(program: Program, work: Work) -> Program:
+    """Where loops and indices need integers: every counter and every index one."""
+    if not work.limits.integer_type or not _counts(program, work):
+        return program
+    symbols = symbols_of(program)
+    held = _Held(symbols)
+    wanted = {key for routine in program.routines for key in _wanted(symbols, routine)}
+    if wanted:
+        for routine in program.routines:
+            held.note(routine)
+        program = _retyped(program, wanted & held.whole())
+    return _rounded(program, work)
+
+
+def _counts(program: Program, work: Work) -> bool:
+    """Whether there is a loop that counts, or an index."""
+    looks = [work.look(r) for r in program.routines]
+    loops = any(type(s) is For for look in looks for _, s in look.rare)
+    return loops or any(type(e) is Item for look in looks for e in look.expressions)
+
+
+def _key(symbols: Symbols, routine: str, e: Expression | None) -> Key | None:
+    """The declared number that an expression names."""
+    symbol = symbols.find(routine, e.name) if type(e) is Named else None
+    return (symbol.scope, symbol.name) if symbol is not None and symbol.type == "real" else None
+
+
+def _wanted(symbols: Symbols, routine: Routine) -> Iterator[Key]:
+    """Numbers that count a loop, or of which an index is computed."""
+    for s in routine.body:
+        if calls_nothing(s) or sets_numbers(s):
+            continue
+        found: list[Expression | None] = [s.variable, s.start, s.stop, s.step] if type(s) is For else []
+        found += [index for e in expressions_of(s) if type(e) is Item for index in e.indices]
+        for part in found:
+            for e in expressions_of(part) if part is not None else ():
+                key = _key(symbols, routine.name, e)
+                if key is not None:
+                    yield key
+
+
+@dataclass(slots=True)
+class _Held:
+    """`values`: what each number is set to, with the routine where that stands; None: nobody knows."""
+
+    symbols: Symbols
+    values: dict[Key, list[tuple[str, Expression | None]]] = field(default_factory=dict)
+
+    def _set(self, routine: str, target: Expression | None, value: Expression | None) -> None:
+        key = _key(self.symbols, routine, base_of(target))
+        if key is not None:
+            self.values.setdefault(key, []).append((routine, value))
+
+    def note(self, routine: Routine) -> None:
+        for s in routine.body:
+            if calls_nothing(s) or sets_numbers(s):
+                continue
+            match s:
+                case Assign(target=target, value=value):
+                    self._set(routine.name, target, value)
+                case Update(operator=operator, target=target, operand=operand):
+                    self._set(
+                        routine.name, target, None if operand is None else Binary(operator, target, operand)
+                    )
+                case For(variable=variable, start=start, step=step):
+                    self._set(routine.name, variable, start)
+                    self._set(routine.name, variable, step or Number(1))
+                case ReadInput(target=target, signal=signal):
+                    self._set(routine.name, target, signal)
+                case Clear(target=target):
+                    self._set(routine.name, target, Number(0))
+                case Call(routine=name, arguments=arguments, result=result):
+                    self._set(routine.name, result, None)
+                    self._hand(routine.name, name, arguments)
+            for e in expressions_of(s):
+                if type(e) is CallValue:
+                    self._hand(routine.name, e.routine, e.arguments)
+
+    def _hand(self, caller: str, name: str, arguments: tuple[Expression, ...]) -> None:
+        called = self.symbols.routines.get(name)
+        if called is None:
+            return
+        by_name = {p.name: p for p in called.parameters}
+        for parameter, value in paired(called.parameters, arguments):
+            self._set(called.name, Named(parameter), None)  # other files may hand it a fraction
+            if by_name[parameter].by_reference:
+                self._set(caller, value, None)
+
+    def whole(self) -> set[Key]:
+        """Numbers that never hold a fraction, whatever way the program takes."""
+        numbers = [symbol for symbol in self.symbols if symbol.type == "real" and symbol.parameter is None]
+        kept = {(symbol.scope, symbol.name) for symbol in numbers}
+        for symbol in numbers:
+            if symbol.value is not None:
+                self.values.setdefault((symbol.scope, symbol.name), []).append((symbol.scope, symbol.value))
+        while True:
+            left = {
+                key for key in kept if all(self._is_whole(r, e, kept) for r, e in self.values.get(key, ()))
+            }
+            if left == kept:
+                return kept
+            kept = left
+
+    def _is_whole(self, routine: str, e: Expression | None, whole: set[Key]) -> bool:
+        match e:
+            case Number(value):
+                return float(value).is_integer()
+            case Unary("-", operand):
+                return self._is_whole(routine, operand, whole)
+            case Binary("div" | "mod"):
+                return True
+            case Binary("+" | "-" | "*", left, right):
+                return self._is_whole(routine, left, whole) and self._is_whole(routine, right, whole)
+            case Function(name) if name in _ROUNDED:
+                return True
+            case Signal(bus):
+                return "analog" not in bus
+            case RecordLiteral(_, members):
+                return all(not name and self._is_whole(routine, one, whole) for name, one in members)
+        key = _key(self.symbols, routine, e)
+        return key in whole if key is not None else kind_of_value(self.symbols, routine, e) == "integer"
+
+
+def _retyped(program: Program, whole: set[Key]) -> Program:
+    """These numbers as integers, where they are declared."""
+    if not whole:
+        return program
+
+    def declare(scope: str, s: Declare) -> Declare:
+        if ("" if s.shared else scope, s.name) not in whole:
+            return s
+        value = s.value
+        if isinstance(value, Number):
+            value = Number(int(value.value))
+        return replace(s, type="integer", value=value)
+
+    def row(scope: str, s: Statement) -> Statement:
+        return declare(scope, s) if isinstance(s, Declare) else s
+
+    routines = tuple(
+        replace(
+            r,
+            body=tuple([row(r.name, s) for s in r.body]),
+            data=tuple(declare(r.name, d) for d in r.data),
+        )
+        for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(declare("", d) for d in program.data))
+
+
+# --- indices that may be fractions --------------------------------------------------------------------------
+
+
+def _rounded(program: Program, work: Work) -> Program:
+    """An index that is no integer goes into one before the statement, which rounds it."""
+    symbols = symbols_of(program)
+    own = _Rounding(symbols, work)
+    routines = tuple(replace(r, body=tuple(own.rows(r))) for r in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *own.declared, *own.declared_bounds))
+
+
+@dataclass(slots=True)
+class _Rounding:
+    symbols: Symbols
+    work: Work
+    declared: list[Declare] = field(default_factory=list)
+    declared_bounds: list[Declare] = field(default_factory=list)
+    used: int = 0  # integers of the statement under way
+
+    @property
+    def language(self) -> str:
+        return language_of(self.work.target)
+
+    @property
+    def integers(self) -> str:
+        """What the target calls its integers."""
+        return self.work.limits.integer_type
+
+    def rows(self, routine: Routine) -> list[Statement]:
+        rows: list[Statement] = []
+        for s in routine.body:
+            if calls_nothing(s) or sets_numbers(s):
+                rows.append(s)
+                continue
+            before: list[Statement] = []
+            self.used = 0
+            if type(s) is For:
+                s = self._counted(routine.name, s, before)
+
+            def change(e: Expression, s: Statement = s, before: list[Statement] = before) -> Expression:
+                if type(e) is not Item or not self._is_array(routine.name, e.base):
+                    return e
+                indices = tuple(self._index(routine.name, index, s, before) for index in e.indices)
+                return e if indices == e.indices else Item(e.base, indices)
+
+            changed = mapped(s, change)
+            rows += [*before, changed]
+        return rows
+
+    def _counted(self, routine: str, s: For, before: list[Statement]) -> For:
+        """A loop with bounds that are whole numbers."""
+        if kind_of_value(self.symbols, routine, s.variable) != "integer":
+            self.work.lose(
+                s,
+                Fate.REFUSED,
+                "loop",
+                f"{self.language} counts loops with {self.integers}, and this one may count fractions",
+            )
+            return s
+        bounds: dict[str, Any] = {}
+        for part in ("start", "stop", "step"):
+            e = getattr(s, part)
+            if e is None or self._is_integer(routine, e):
+                continue
+            name = Named(self.work.helper("whole_bound"))
+            self.declared_bounds.append(Declare(0, name.name, "integer", None, shared=True))
+            before.append(Assign(s.line, name, e))
+            bounds[part] = name
+            says = f"a bound of a loop that may be a fraction is rounded: {self.language} has {self.integers}"
+            self.work.lose(s, Fate.APPROXIMATED, "loop", says)
+        return replace(s, **bounds) if bounds else s
+
+    def _is_integer(self, routine: str, e: Expression) -> bool:
+        return (isinstance(e, Number) and float(e.value).is_integer()) or kind_of_value(
+            self.symbols, routine, e
+        ) == "integer"
+
+    def _is_array(self, routine: str, base: Expression) -> bool:
+        symbol = self.symbols.find(routine, base.name) if type(base) is Named else None
+        return symbol is not None and bool(symbol.sizes)
+
+    def _index(self, routine: str, e: Expression, s: Statement, before: list[Statement]) -> Expression:
+        if type(e) is Number and float(e.value).is_integer():
+            return Number(int(e.value))
+        if self._is_integer(routine, e):
+            return e
+        if isinstance(s, _HEADS):
+            says = "an index that may be a fraction, in a condition before which nothing can round it"
+            self.work.lose(s, Fate.REFUSED, "index", says)
+            return e
+        self.used += 1
+        if self.used > len(self.declared):
+            name = self.work.helper("whole_index")
+            self.declared.append(Declare(0, name, "integer", None, shared=True))
+        kept = Named(self.declared[self.used - 1].name)
+        before.append(Assign(s.line, kept, e))
+        self.work.lose(
+            s,
+            Fate.APPROXIMATED,
+            "index",
+            f"an index that may be a fraction is rounded: {self.language} has {self.integers}",
+        )
+        return kept

@@ -1,0 +1,204 @@
+"""A program together with the routines and the data that it names from the files beside it, as one program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from olp.core.diagnostic import Diagnostic
+from olp.core.source import Source
+from olp.ir.expressions import CallValue, Expression, Named
+from olp.ir.program import Call, Declare, Move, Program, Routine, Statement
+from olp.ir.transformer import edited, expressions_of, mapped, note_names
+from olp.languages.vendor import find_vendor
+from olp.transpile.occurrences import Look, names_of_data
+
+if TYPE_CHECKING:
+    from olp.runtime.jobs import Jobs
+
+S = TypeVar("S", bound=Statement)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One file of a linked program: its lines stand behind those of the parts before, from `offset` + 1 on."""
+
+    path: str
+    offset: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Linked:
+    program: Program
+    parts: tuple[Part, ...]
+
+    def place(self, line: int) -> tuple[str, int]:
+        """The file and the line there of a line of the linked program."""
+        for part in reversed(self.parts):
+            if line > part.offset:
+                return part.path, line - part.offset
+        return self.program.path, line
+
+    def located(self, found: Diagnostic) -> Diagnostic:
+        """A diagnostic of the linked program with the file and the line that people know."""
+        path, line = self.place(found.line)
+        if not found.line or line == found.line:
+            return found
+        # The text of another file is not at hand, so there is nothing to draw a caret under.
+        return replace(found, file=path, line=line, column=1, end_column=1, source_line="")
+
+
+def link(program: Program) -> Linked:
+    """`program` with what it names and does not declare, from the files of its folder: routines that its calls name,
+    data that its statements and those of the routines name. The lines of other files follow its own."""
+    from olp.runtime.jobs import Jobs
+
+    path = Path(program.path) if program.path else None
+    folder = path.parent if path is not None and path.is_file() else None
+    own = Part(program.path, 0, len(program.source.lines))
+    if folder is None:
+        return Linked(program, (own,))
+    joined = _Joined(program, Jobs(program, folder), [own], list(program.source.lines))
+    joined.add_routines()
+    joined.add_data()
+    return joined.linked()
+
+
+@dataclass(slots=True)
+class _Joined:
+    """The program and what has been added to it so far. `offsets`: of each file's lines, by its program's id."""
+
+    program: Program
+    jobs: Jobs
+    parts: list[Part]
+    lines: list[str]
+    routines: list[Routine] = field(default_factory=list)
+    data: list[Declare] = field(default_factory=list)
+    offsets: dict[int, int] = field(default_factory=dict)
+    looks: dict[int, Look] = field(default_factory=dict)  # at routines, by the id of their body
+
+    def __post_init__(self) -> None:
+        self.routines += self.program.routines
+        self.data += self.program.data
+        self.offsets[id(self.program)] = 0
+
+    def linked(self) -> Linked:
+        program = self.program
+        if len(self.parts) == 1:
+            return Linked(program, tuple(self.parts))
+        source = Source(program.source.path, program.source.raw, program.source.encoding, tuple(self.lines))
+        main = program.main or (program.routines[0].name if program.routines else "")
+        routines, data = self._respelt()
+        joined = replace(program, source=source, routines=routines, data=data, main=main)
+        return Linked(joined, tuple(self.parts))
+
+    def _respelt(self) -> tuple[tuple[Routine, ...], tuple[Declare, ...]]:
+        """Routines and data with the names of other files spelt as these declare them."""
+        routines, data = tuple(self.routines), tuple(self.data)
+        if find_vendor(self.program.vendor).case_sensitive:
+            return routines, data
+        own = {id(declare) for declare in self.program.data}
+        spelt = {d.name.casefold(): d.name for d in data if id(d) not in own}
+        used: set[str] = set()
+        for row in (*data, *(row for r in routines for row in (*r.data, *r.body))):
+            note_names(row, used)
+        wrong = {name: spelt[name.casefold()] for name in used if spelt.get(name.casefold(), name) != name}
+        if not wrong:
+            return routines, data
+
+        def change(e: Expression) -> Expression:
+            return Named(wrong[e.name]) if type(e) is Named and e.name in wrong else e
+
+        return tuple([mapped(r, change) for r in routines]), tuple([mapped(d, change) for d in data])
+
+    def add_routines(self) -> None:
+        """The routines that calls name, and those that they call; with the data of their files."""
+        todo = [name for routine in self.routines for name in self._called(routine)]
+        have = {routine.name.casefold() for routine in self.routines}
+        while todo:
+            name = todo.pop(0)
+            job = None if name.casefold() in have else self.jobs.find(name)
+            have.add(name.casefold())
+            if job is None or any(routine is job.routine for routine in self.routines):
+                continue
+            other = job.program
+            if id(other) not in self.offsets:
+                known = {declare.name.casefold() for declare in self.data}
+                self._add(other, [d for d in other.data if d.name.casefold() not in known])
+            routine = _shifted(job.routine, self.offsets[id(other)])
+            have.add(routine.name.casefold())
+            self.routines.append(routine)
+            todo += self._called(routine)
+
+    def add_data(self) -> None:
+        """The declarations of names that nothing declares so far, and of the names that their values need."""
+        open_names = self._undeclared()
+        if not open_names or not find_vendor(self.program.vendor).shares_names:
+            return
+        self.jobs.read_all()  # which a routine that is nowhere may have done already
+        while open_names:
+            before = len(self.data)
+            for other in self.jobs.programs[1:]:
+                rows = [d for d in other.data if d.shared and d.name.casefold() in open_names]
+                open_names -= {d.name.casefold() for d in rows}
+                if rows:
+                    self._add(other, rows)
+            if len(self.data) == before:
+                return
+            open_names = self._undeclared()
+
+    def _called(self, routine: Routine) -> list[str]:
+        found: list[str] = []
+        for _, s in self._look(routine).rare:
+            if isinstance(s, Call) and s.routine:
+                found.append(s.routine)
+            elif type(s).__name__ in ("Assign", "If", "While", "Return", "SetOutput"):
+                found += [e.routine for e in expressions_of(s) if type(e) is CallValue]
+        return found
+
+    def _look(self, routine: Routine) -> Look:
+        known = self.looks.get(id(routine.body))
+        if known is None:
+            known = self.looks[id(routine.body)] = Look(routine.body)  # which keeps the body, and so its id
+        return known
+
+    def _undeclared(self) -> set[str]:
+        """Names that are used and declared nowhere, in lower case."""
+        known = {declare.name.casefold() for declare in self.data}
+        found = names_of_data((*self.data, *(row for r in self.routines for row in r.data)))
+        for routine in self.routines:
+            look = self._look(routine)
+            known |= {p.name.casefold() for p in routine.parameters}
+            known |= {d.name.casefold() for d in routine.data}
+            known |= {s.name.casefold() for _, s in look.rare if isinstance(s, Declare)}
+            found |= look.names()
+        return {name.casefold() for name in found if not name.startswith("$")} - known
+
+    def _add(self, other: Program, rows: list[Declare]) -> None:
+        """Declarations of another file, whose lines are added where they are not yet."""
+        if id(other) not in self.offsets:
+            self.offsets[id(other)] = len(self.lines)
+            self.parts.append(Part(other.path, len(self.lines), len(other.source.lines)))
+            self.lines += other.source.lines
+        offset = self.offsets[id(other)]
+        self.data += [_moved(d, offset) for d in rows]
+
+
+def _shifted(routine: Routine, offset: int) -> Routine:
+    return replace(
+        routine,
+        body=tuple([_moved(s, offset) for s in routine.body]),
+        data=tuple([_moved(d, offset) for d in routine.data]),
+        line=routine.line + offset,
+    )
+
+
+def _moved(s: S, offset: int) -> S:
+    """A statement `offset` lines further down."""
+    statement: Any = s
+    if not s.line:
+        return s
+    line = s.line + offset
+    return cast(S, edited(statement, {"line": line}) if type(s) is Move else replace(statement, line=line))

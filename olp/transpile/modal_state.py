@@ -1,0 +1,419 @@
+"""What held for all following moves is written into each of them.
+
+Where it depends on the way there, a variable holds it, which is set where the modal statement stood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from olp.core.units import deg, mm, percent
+from olp.ir.expressions import Binary, Expression, FrameRef, Item, Named, Number, Quantity
+from olp.ir.program import (
+    Acceleration,
+    AccelerationUnit,
+    Assign,
+    Blend,
+    BlendKind,
+    Comment,
+    Declare,
+    Move,
+    Path,
+    Program,
+    Routine,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOverride,
+    SetSpeed,
+    SetTool,
+    Speed,
+    SpeedUnit,
+    Statement,
+)
+from olp.ir.transformer import edited, expressions_of, mapped
+from olp.transpile.context import Fate, Work
+from olp.transpile.current_position import HERE, seen_in
+from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
+from olp.transpile.symbols import LITERALS, Symbols
+
+_MODAL: Final = (SetSpeed, SetAcceleration, SetBlend, SetTool, SetFrame, SetOverride)
+# What a variable that holds a modal value counts in, SI per unit.
+_SCALES: Final[Mapping[object, float]] = {
+    SpeedUnit.FRACTION: percent,
+    SpeedUnit.TRAVEL: mm,
+    SpeedUnit.TURN: deg,
+    SpeedUnit.AXIS: deg,
+    SpeedUnit.TIME: 1.0,
+    BlendKind.RADIUS: mm,
+    BlendKind.SHARE: percent,
+    BlendKind.SPEED: percent,
+    BlendKind.TURN: deg,
+}
+# What holds where a program sets nothing, as the interpreter takes it.
+_BLENDS: Final[Mapping[object, Quantity]] = {
+    BlendKind.SHARE: Quantity(Number(50.0), percent),
+    BlendKind.RADIUS: Quantity(Number(3.0), mm),
+    BlendKind.SPEED: Quantity(Number(100.0), percent),
+    BlendKind.TURN: Quantity(Number(5.0), deg),
+}
+_NO_BLEND: Final = Quantity(Number(0.0), 1.0)
+_FLANGE: Final = FrameRef("tool", Number(0))
+_BASE: Final = FrameRef("base")
+_CHANGING: Final = frozenset(
+    {"Named", "Item", "Member", "Signal", "Function", "CallValue", "SystemValue", "Variable"}
+)
+_MODAL_KINDS: Final = frozenset(_MODAL)
+_NEVER: Final[Values] = frozenset({UNSET})
+_NO_KEYS: Final[Mapping[Key, object]] = {}
+_SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
+_CALLED = {_LAST: "speed", _TURN: "turning speed", _RATE: "acceleration"}
+_TOOL: Final[Key] = ("tool",)
+_FRAME: Final[Key] = ("frame",)
+_OVERRIDE: Final[Key] = ("override",)
+_TURNING: Final[Key] = (_TURN,)
+_RATES: Final[Mapping[bool, tuple[Key, Key]]] = {
+    joint: ((_RATE, joint, True), (_RATE, joint, False)) for joint in (True, False)
+}
+
+
+@dataclass(slots=True)
+class _Modal:
+    """`definitions`: what each definition sets its key to, in order of finding."""
+
+    program: Program
+    work: Work
+    symbols: Symbols
+    definitions: list[object] = field(default_factory=list)
+    numbers: dict[tuple[int, Key], int] = field(default_factory=dict)
+    variables: dict[Key, Named] = field(default_factory=dict)
+    declared: list[Declare] = field(default_factory=list)
+    assigned: dict[int, tuple[Key, Named]] = field(default_factory=dict)  # definition -> its variable
+    routine: str = ""
+    flow: Reaching = field(default_factory=Reaching)
+    made: dict[tuple[SpeedUnit, int], Speed] = field(default_factory=dict)  # moves share their speeds
+    sized: dict[tuple[Blend, int], Blend] = field(default_factory=dict)  # and their blends
+    rates: dict[tuple[bool, int], Acceleration] = field(default_factory=dict)  # and their accelerations
+    keys: set[Key] = field(default_factory=set)  # that any statement sets
+    state: State | None = None  # before the statement that is looked at
+    current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
+
+    # --- definitions ------------------------------------------------------------------------------------
+
+    def of(self, s: Statement) -> Mapping[Key, int]:
+        """The keys that a statement sets."""
+        return {key: self._number(s, key, value) for key, value in self._given(s).items()}
+
+    def _given(self, s: Statement) -> Mapping[Key, object]:
+        """The keys that a statement sets, and to what."""
+        if type(s) is not Move:
+            return _settings(s)
+        if not self.work.conventions.speed_persists or s.speed is None:
+            return _NO_KEYS
+        return {(_LAST, s.speed.unit): s.speed.value}
+
+    def _number(self, s: Statement, key: Key, value: object) -> int:
+        number = self.numbers.get((id(s), key))
+        if number is None:
+            self.keys.add(key)
+            number = self.numbers[(id(s), key)] = len(self.definitions)
+            self.definitions.append(value)
+        return number
+
+    # --- values -----------------------------------------------------------------------------------------
+
+    def value(self, key: Key, unset: object = None) -> object:
+        """What holds at a statement: a value, a variable where it depends on the way there, or `unset`.
+
+        A key is always asked for with the same `unset`.
+        """
+        if key not in self.keys:
+            return unset
+        found = self.current.get(key, self)
+        if found is self:
+            found = self.current[key] = self._value(key, unset)
+        return found
+
+    def _value(self, key: Key, unset: object) -> object:
+        state = self.state
+        if (
+            state is not None
+            and len(reached := state.get(key, _NEVER)) == 1
+            and (number := next(iter(reached))) >= 0
+        ):
+            only = self.definitions[number]
+            if type(only) is Quantity and type(only.written) is Number:
+                return only
+            if type(only) is FrameRef and type(only.number) is Number:
+                return only
+        found = self.flow.held(self.routine, state, key)
+        if found == _NEVER:
+            return unset
+        values = [unset if number == UNSET else self.definitions[number] for number in found]
+        first = values[0]
+        if all(value == first for value in values) and self._is_fixed(first):
+            return first
+        if unset is None and UNSET in found and len(found) == 2:
+            known = next(value for value in values if value is not None)
+            if self._is_fixed(known):
+                part = _CALLED.get(str(key[0]), key[0])
+                self.work.note_once(
+                    f"{part}: taken as set, although one way leads past every statement that sets it"
+                )
+                return known
+        return self._variable(key, found, unset)
+
+    def _is_fixed(self, value: object) -> bool:
+        """Whether a value is the same whenever it is looked at."""
+        if isinstance(value, Named):
+            return self._never_changes(value)
+        if isinstance(value, Item):
+            written = all(type(index) is Number for index in value.indices)
+            return written and isinstance(value.base, Named) and self._never_changes(value.base)
+        if type(value) is FrameRef and type(value.number) is Number:
+            return True
+        return not any(
+            type(e).__name__ in _CHANGING and self.symbols.fixed_value(self.routine, e) is None
+            for e in expressions_of(value)
+        )
+
+    def _never_changes(self, e: Named) -> bool:
+        """Whether a name holds what it begins with; what that is need not be known here."""
+        symbol = self.symbols.find(self.routine, e.name)
+        return symbol is not None and not symbol.assigned and symbol.parameter is None
+
+    def _variable(self, key: Key, found: Values, unset: object) -> object:
+        name = self.variables.get(key)
+        if name is None:
+            name = self.variables[key] = Named(self.work.helper("_".join(str(part) for part in key)))
+            frame = key in (_TOOL, _FRAME)
+            value: Any = unset if frame else Number(0.0)
+            self.declared.append(Declare(0, name.name, str(key[0]) if frame else "real", value, shared=True))
+        for number in found:
+            if number != UNSET:
+                self.assigned[number] = (key, name)
+        if key in (_TOOL, _FRAME):
+            return name
+        return Quantity(name, _scale(key))
+
+    # --- statements -------------------------------------------------------------------------------------
+
+    def straight(self, routine: Routine, kinds: Set[type]) -> list[Statement]:
+        """The statements of a routine that is run from its first to its last one."""
+        held: dict[Key, Values] = {}
+        self.state, self.current = held, {}
+        rows: list[Statement] = []
+        for s in routine.body:
+            rows.append(self.move(s) if type(s) is Move else s)
+            if type(s) in kinds:
+                self._hold(s, held)
+        return rows
+
+    def _hold(self, s: Statement, held: dict[Key, Values]) -> None:
+        """Notes what a statement sets for those behind it; numbers that are written out need no definition."""
+        for key, value in self._given(s).items():
+            if type(value) is Quantity and type(value.written) is Number:
+                self.keys.add(key)
+                self.current[key] = value
+            else:
+                self.current.pop(key, None)
+                held[key] = frozenset((self._number(s, key, value),))
+
+    def routed(self, routine: Routine, states: list[State | None]) -> list[Statement]:
+        """The statements of a routine; `states`: what holds before each."""
+        self.current = {}
+        rows: list[Statement] = []
+        for s, state in zip(routine.body, states, strict=True):
+            if state is not self.state:
+                self.state, self.current = state, {}
+            rows.append(self.move(s) if type(s) is Move else self.placed(s))
+        return rows
+
+    def move(self, s: Move) -> Move:
+        changes: dict[str, Any] = {}
+        joint = s.path is Path.JOINT
+        if s.speed is None:
+            changes["speed"] = self._speed(s, joint)
+        if s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS:
+            changes["blend"] = self._blend(s.blend)
+        if s.acceleration is None and s.rate is None and not self.keys.isdisjoint(_RATES[joint]):
+            share, rate = (self.value(key) for key in _RATES[joint])
+            if share is not None:
+                changes["acceleration"] = share
+            if rate is not None:
+                changes["rate"] = self._rate(rate, joint)
+        if s.turn is None and (turn := self.value(_TURNING)) is not None:
+            changes["turn"] = turn
+        if s.tool is None:
+            changes["tool"] = self.value(_TOOL, _FLANGE)
+        if s.frame is None:
+            changes["frame"] = self.value(_FRAME, _BASE)
+        if _OVERRIDE in self.keys and not self.work.limits.has_override:
+            self._fold_override(s, changes)
+        return edited(s, changes) if changes else s
+
+    def _speed(self, s: Move, joint: bool) -> Speed | None:
+        units = (SpeedUnit.FRACTION, SpeedUnit.AXIS) if joint else (SpeedUnit.TRAVEL,)
+        for kind in (_SPEED, _LAST):
+            for unit in units:
+                value = self.value((kind, unit))
+                if value is not None:
+                    found = self.made.get((unit, id(value)))
+                    if found is None:
+                        found = Speed(unit, value)  # type: ignore[arg-type]
+                        if type(value) is Quantity and type(value.written) is Number:
+                            self.made[(unit, id(value))] = found  # which keeps the value, and so its id
+                    return found
+        self.work.lose(
+            s, Fate.APPROXIMATED, "speed", "no speed was set before this move: the target's default holds"
+        )
+        return None
+
+    def _rate(self, value: object, joint: bool) -> Acceleration:
+        found = self.rates.get((joint, id(value)))
+        if found is None:
+            unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
+            found = Acceleration(unit, value)  # type: ignore[arg-type]
+            self.rates[(joint, id(value))] = found  # which keeps the value, and so its id
+        return found
+
+    def _blend(self, blend: Blend) -> Blend:
+        size: Any = self.value((_BLEND, blend.kind), _BLENDS.get(blend.kind, _NO_BLEND))
+        known = self.sized.get((blend, id(size)))
+        if known is None:
+            known = blend._replace(value=size)
+            if type(size.written) is Number:
+                self.sized[(blend, id(size))] = known  # which keeps the size, and so its id
+        return known
+
+    def _fold_override(self, s: Move, changes: dict[str, Any]) -> None:
+        share = self.value(_OVERRIDE)
+        speed: Speed | None = changes.get("speed", s.speed)
+        if share is None or speed is None or speed.unit is SpeedUnit.TIME:
+            return
+        assert isinstance(share, Quantity)
+        known, written = share.literal, speed.value.literal
+        if known is not None and written is not None:
+            changes["speed"] = Speed(
+                speed.unit, Quantity(Number(written * known / speed.value.scale), speed.value.scale)
+            )
+            return
+        product = Binary("*", speed.value.written, share.written)
+        changes["speed"] = Speed(speed.unit, Quantity(product, speed.value.scale * share.scale))
+
+    def placed(self, s: Statement) -> Statement:
+        """KRL and FANUC read the position in the frame and with the tool that hold."""
+        if (
+            type(s) is not Assign
+            or HERE not in expressions_of(s)
+            or self.work.limits.position_read_in != "named"
+        ):
+            return s
+        tool: Any = self.value(_TOOL, _FLANGE)
+        frame: Any = self.value(_FRAME, _BASE)
+        return mapped(s, lambda e: seen_in(tool, frame) if e == HERE else e)
+
+    def kept(self, s: Statement) -> list[Statement]:
+        """What a modal statement becomes: assignments to the variables that need it, and its comment."""
+        rows: list[Statement] = []
+        for key, value in _settings(s).items() if self.assigned else ():
+            wanted = self.assigned.get(self.numbers.get((id(s), key), UNSET))
+            if wanted is not None:
+                rows.append(Assign(s.line, wanted[1], _counted(value, key)))
+        comment = getattr(s, "comment", "")
+        if isinstance(s, SetOverride) and self.work.limits.has_override:
+            return [s]
+        if comment:
+            rows.insert(0, Comment(s.line, comment))
+        return rows
+
+
+def _settings(s: Statement) -> dict[Key, object]:
+    """The keys that a modal statement sets, and to what."""
+    match s:
+        case SetSpeed(speeds=speeds, turn=turn):
+            found: dict[Key, object] = {(_SPEED, speed.unit): speed.value for speed in speeds}
+            if turn is not None:
+                found[(_TURN,)] = turn
+            return found
+        case SetBlend(blends=blends):
+            return {(_BLEND, blend.kind): blend.value for blend in blends if blend.value is not None}
+        case SetAcceleration(rates=rates, path=path):
+            found = {}
+            for rate in rates:
+                if rate.unit is AccelerationUnit.FRACTION:
+                    paths = (True, False) if path is None else (path is Path.JOINT,)
+                    found |= {(_RATE, joint, True): rate.value for joint in paths}
+                else:
+                    found[(_RATE, rate.unit is AccelerationUnit.AXIS, False)] = rate.value
+            return found
+        case SetTool(tool=tool):
+            return {_TOOL: tool}
+        case SetFrame(frame=frame):
+            return {_FRAME: frame}
+        case SetOverride(share=share):
+            return {_OVERRIDE: share}
+        case _:
+            return {}
+
+
+def _scale(key: Key) -> float:
+    if key[0] == _RATE:
+        return percent if key[2] else deg if key[1] else 1.0
+    if key[0] == _TURN:
+        return deg
+    return percent if key == _OVERRIDE else _SCALES[key[1]]
+
+
+def _counted(value: object, key: Key) -> Expression:
+    """A value in the unit that its variable counts in."""
+    if not isinstance(value, Quantity):
+        assert isinstance(value, (*LITERALS, Named, FrameRef)) or value is not None
+        return value  # type: ignore[return-value]
+    scale = _scale(key)
+    if isinstance(value.written, Number):
+        return Number(float(f"{value.written.value * value.scale / scale:.12g}"))
+    factor = value.scale / scale
+    return value.written if abs(factor - 1.0) < 1e-12 else Binary("*", value.written, Number(factor))
+
+
+def modal(program: Program, work: Work) -> Program:
+    """Every move with its speed, blend, accelerations, tool and frame; no modal statement is left."""
+    if not _needs(program):
+        return program
+    own = _Modal(program, work, work.symbols(program))
+    kinds = _MODAL_KINDS | {Move} if work.conventions.speed_persists else _MODAL_KINDS
+    if not is_straight(program):
+        own.flow = reaching(program, own.of, kinds)
+    bodies = []
+    for routine in program.routines:
+        own.routine = routine.name
+        states = own.flow.before.get(routine.name)
+        bodies.append(own.straight(routine, kinds) if states is None else own.routed(routine, states))
+    routines = []
+    for routine, body in zip(program.routines, bodies, strict=True):
+        own.routine = routine.name
+        rows: list[Statement] = []
+        for original, s in zip(routine.body, body, strict=True):
+            if type(original) in _MODAL_KINDS:
+                rows += own.kept(original)
+            else:
+                rows.append(s)
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines), data=(*program.data, *own.declared))
+
+
+def _needs(program: Program) -> bool:
+    for s in program.statements():
+        if isinstance(s, _MODAL):
+            return True
+        if isinstance(s, Move) and (
+            s.speed is None
+            or s.tool is None
+            or s.frame is None
+            or (s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS)
+        ):
+            return True
+    return False

@@ -1,0 +1,138 @@
+"""Positions of which components are left out (KRL): those stay as they are, which no other language can say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.ir.expressions import Expression, Named, PositionLiteral
+from olp.ir.program import Comment, Declare, Dwell, Move, Program, Routine, SetOutput, Statement
+from olp.ir.transformer import edited, expressions_of
+from olp.runtime.plan import Plan, StepKind
+from olp.transpile.context import Fate, Work
+from olp.transpile.occurrences import changed_rare
+from olp.transpile.symbols import Symbols, symbols_of
+
+_STEADY: Final = (Comment, Dwell, SetOutput, Declare)  # leave the arm, its tool and its frame where they are
+_SAME: Final = 1e-9  # [rad]
+
+
+def partial(program: Program, work: Work) -> Program:
+    """Targets with all components: as the move before names them, or as the run has them; else refused."""
+    if not work.conventions.partial_targets or not any(_leaves_out(r, work) for r in program.routines):
+        return _whole_data(program, work)
+    own = _Partial(work, symbols_of(program))
+    routines = tuple(replace(r, body=tuple(own.rows(r))) for r in program.routines)
+    return _whole_data(replace(program, routines=routines), work)
+
+
+@dataclass(slots=True)
+class _Partial:
+    work: Work
+    symbols: Symbols
+    last: PositionLiteral | None = None  # where the move before went, as the text tells
+    _axes: dict[int, list[Sequence[float]]] | None = field(default=None)
+
+    def rows(self, routine: Routine) -> list[Statement]:
+        self.last = None
+        rows: list[Statement] = []
+        for s in routine.body:
+            if isinstance(s, Move):
+                rows.append(self._move(s, routine.name))
+            else:
+                self.last = self.last if isinstance(s, _STEADY) else None
+                if _has_gaps(s):
+                    self.work.lose(s, Fate.REFUSED, "position", _SAYS)
+                rows.append(s)
+        return rows
+
+    def _move(self, s: Move, routine: str) -> Move:
+        if _has_gaps(s):
+            s = edited(s, {"targets": tuple(self._filled(t, s) for t in s.targets)})
+            if _has_gaps(s):
+                self.work.lose(s, Fate.REFUSED, "position", _SAYS)
+        target = self.symbols.fixed_value(routine, s.targets[-1])
+        self.last = target if isinstance(target, PositionLiteral) and not s.relative else None
+        return s
+
+    def _filled(self, e: Expression, s: Move) -> Expression:
+        if not isinstance(e, PositionLiteral) or not _is_partial(e):
+            return e
+        before = self.last
+        if before is not None and before.kind == e.kind and not _is_partial(before):
+            return _joined(e, before.values)
+        run = self._run_of(s.line) if e.kind == "joint" else None
+        if run is None:
+            return e
+        says = "its other axes stay as they are: written as this run has them there"
+        self.work.lose(s, Fate.APPROXIMATED, "position", says)
+        return _joined(e, run)
+
+    def _run_of(self, line: int) -> Sequence[float] | None:
+        """[rad] the axes at the end of a move, where all its executions have the same ones."""
+        if self._axes is None:
+            plan = self.work.plan()
+            self._axes = {} if plan is None else _axes_by_line(plan)
+        rows = self._axes.get(line, [])
+        if not rows or any(map(math.isnan, rows[0][:6])):
+            return None
+        if any(abs(a - b) > _SAME for row in rows[1:] for a, b in zip(row, rows[0], strict=True)):
+            return None
+        return rows[0]
+
+
+_SAYS: Final = "components that are left out are those of where the arm stands: write them all"
+
+
+def _axes_by_line(plan: Plan) -> dict[int, list[Sequence[float]]]:
+    found: dict[int, list[Sequence[float]]] = {}
+    axes = plan.positions.axes[plan.moves.target]
+    for step in ((plan.kind == StepKind.MOVE) & (plan.source == 0)).nonzero()[0].tolist():
+        found.setdefault(int(plan.line[step]), []).append(axes[int(plan.row[step])].tolist())
+    return found
+
+
+def _joined(e: PositionLiteral, values: Sequence[float]) -> PositionLiteral:
+    pairs = zip(e.values, values, strict=False)
+    return replace(e, values=tuple(b if math.isnan(a) else a for a, b in pairs))
+
+
+def _leaves_out(routine: Routine, work: Work) -> bool:
+    look = work.look(routine)
+    return any(map(_has_gaps, look.direct())) or any(_has_gaps(s) for _, s in look.rare)
+
+
+def _has_gaps(s: Statement) -> bool:
+    if type(s) is Move:
+        if type(s.targets[0]) is Named and s.via is None:
+            return False
+        return any(type(e) is PositionLiteral and _is_partial(e) for e in expressions_of(s))
+    if isinstance(s, (Comment, Declare)):
+        return False
+    return any(type(e) is PositionLiteral and _is_partial(e) for e in expressions_of(s))
+
+
+def _is_partial(e: PositionLiteral) -> bool:
+    total = sum(e.values[:6])  # one number to look at: there are as many as points
+    return total != total and any(v != v for v in e.values[:6])
+
+
+def _whole_data(program: Program, work: Work) -> Program:
+    """Zeros for what the value of a declaration leaves out."""
+
+    def whole(d: Declare) -> Declare:
+        if type(d.value) is not PositionLiteral or not _is_partial(d.value):
+            return d
+        work.lose(d, Fate.APPROXIMATED, "value", f"components of {d.name} are left out: zeros are declared")
+        values = tuple(0.0 if v != v else v for v in d.value.values)
+        return replace(d, value=replace(d.value, values=values))
+
+    def row(s: Statement) -> Statement:
+        return whole(s) if type(s) is Declare else s
+
+    routines = tuple(
+        replace(changed_rare(r, work.look(r), row), data=tuple(map(whole, r.data))) for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(map(whole, program.data)))

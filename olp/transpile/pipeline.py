@@ -1,0 +1,180 @@
+"""The passes in their order: a program of any language in the form that a language's writer takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from olp.core.diagnostic import Diagnostic
+from olp.ir.expressions import PositionLiteral
+from olp.ir.program import Program
+from olp.transpile.accelerations import accelerations
+from olp.transpile.advance import continued, stopped_advance
+from olp.transpile.arcs import arcs
+from olp.transpile.arguments import arguments
+from olp.transpile.arm_flags import with_flags
+from olp.transpile.array_values import array_values
+from olp.transpile.arrays import array_bounds
+from olp.transpile.blends import blends
+from olp.transpile.commented_out import LeftOut, leave_out
+from olp.transpile.configurations import configurations
+from olp.transpile.constant_folding import fold_constants, share_variables
+from olp.transpile.constant_frames import known_systems
+from olp.transpile.context import Context, Fate, Loss, Work, work_for
+from olp.transpile.control_flow import flow
+from olp.transpile.current_position import here
+from olp.transpile.current_position_moves import standing
+from olp.transpile.data_only import data_alone
+from olp.transpile.dead_code import prune
+from olp.transpile.expression_lowering import lift
+from olp.transpile.external_frames import elsewhere
+from olp.transpile.externals import externals
+from olp.transpile.first_values import first_values
+from olp.transpile.frames import frames
+from olp.transpile.functions import functions
+from olp.transpile.implicit_declarations import undeclared
+from olp.transpile.integer_inference import whole_numbers
+from olp.transpile.modal_state import modal
+from olp.transpile.move_end_actions import at_ends
+from olp.transpile.name_mangling import names, spelling
+from olp.transpile.partial_positions import partial
+from olp.transpile.postures import postures
+from olp.transpile.pulses import pulses
+from olp.transpile.records import records
+from olp.transpile.references import references
+from olp.transpile.register_allocation import number
+from olp.transpile.relative import relative
+from olp.transpile.schedules import schedules
+from olp.transpile.signals import signals
+from olp.transpile.source_only import comment_texts, foreign_words
+from olp.transpile.speeds import speeds
+from olp.transpile.tasks import tasks
+from olp.transpile.temporaries import hoist
+from olp.transpile.texts import texts
+from olp.transpile.typed_values import typed_values
+from olp.transpile.unroll import executed
+from olp.transpile.vectors import vectors
+from olp.transpile.written_systems import written_systems
+
+Pass = Callable[[Program, Work], Program]
+_ROUNDS = 12  # of commenting out what the passes refuse
+
+
+@dataclass(frozen=True, slots=True)
+class Translated:
+    """`mapping`: (kind, name in the source) -> name in the target.
+
+    Kinds: point, variable, tool, frame, routine, signal, task, label. `problems`: what no comment can stand for (X012).
+    `remarks`: on statements of which nothing is lost. `asks`: what is to be done before it runs, with what.
+    `held`: values of tools ("tool") and frames ("user") that the target's controller is to hold, by number or name.
+    """
+
+    program: Program
+    losses: tuple[Loss, ...]
+    mapping: dict[tuple[str, str], str]
+    notes: tuple[str, ...] = ()
+    problems: tuple[Diagnostic, ...] = ()
+    remarks: tuple[Loss, ...] = ()
+    asks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    held: Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
+
+
+def passes(work: Work) -> tuple[Pass, ...]:
+    """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
+    first: tuple[Pass, ...] = (
+        spelling,
+        stopped_advance,
+        at_ends,
+        foreign_words,
+        texts,
+        array_values,
+        schedules,
+        partial,
+        elsewhere,
+        written_systems,
+        pulses,
+        records,
+        vectors,
+        lift,
+        undeclared,
+        first_values,
+        array_bounds,
+        known_systems,
+        postures,
+        modal,
+        here,
+        externals,
+        *((executed,) if work.context.flat else ()),
+        configurations,
+        references,
+        arguments,
+        functions,
+        typed_values,
+        standing,
+        relative,
+        arcs,
+        frames,
+        with_flags,
+        speeds,
+        blends,
+        accelerations,
+        prune,
+    )
+    if work.limits.numbered:
+        return (
+            *first,
+            tasks,
+            signals,
+            share_variables,
+            fold_constants,
+            hoist,
+            share_variables,
+            flow,
+            names,
+            number,
+            comment_texts,
+        )
+    return (*first, flow, whole_numbers, signals, names, continued, comment_texts)
+
+
+def canonical(
+    program: Program, target: str, context: Context | None = None, left_out: LeftOut | None = None
+) -> Translated:
+    """`program` as the writer of the language `target` takes it.
+
+    Raises OlpError (X010) for a language that cannot be written, (X014) for data alone where it has no file for them.
+    A program of the same language stays as it is. `left_out`: what becomes a comment, and why. With `on_loss`
+    "comment" so does every line that a pass refuses, which is added there.
+    """
+    context = context or Context()
+    program = data_alone(program, target, context.flat)
+    if program.vendor == target and not context.flat:
+        return Translated(program, (), {})
+    out = LeftOut() if left_out is None else left_out
+    for _ in range(_ROUNDS):
+        result, work = _translated(program, target, context, out)
+        refused = {x.line: x.says for x in work.losses if x.fate is Fate.REFUSED and x.line}
+        if context.on_loss != "comment" or not out.add(refused):
+            break
+    return Translated(
+        result,
+        tuple(dict.fromkeys(work.losses)),
+        {
+            key: name
+            for key, name in work.names.items()
+            if key[1] not in work.helpers and key[0] != "position"
+        },
+        tuple(dict.fromkeys(work.notes)),
+        tuple(work.problems),
+        tuple(dict.fromkeys(work.remarks)),
+        {says: tuple(things) for says, things in work.asks.items()},
+        dict(work.held),
+    )
+
+
+def _translated(program: Program, target: str, context: Context, out: LeftOut) -> tuple[Program, Work]:
+    work = work_for(program, target, context)
+    result = leave_out(program, out, work)
+    for step in passes(work):
+        result = step(result, work)
+    return result, work

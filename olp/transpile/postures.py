@@ -1,0 +1,235 @@
+"""Joint values for another robot: those with which it stands as the source's robot does.
+
+One robot has one way of reading its joints, whatever the language: with `--robot` alone joint values and poses in the
+base are carried as written. With `--target-robot` each is read as its own robot's file says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.units import deg, mm
+from olp.ir.expressions import Expression, Function, PositionLiteral
+from olp.ir.program import Declare, Move, Program, Statement
+from olp.ir.transformer import expressions_of, mapped
+from olp.robots.robot import Robot
+from olp.transpile.context import Fate, Work
+from olp.transpile.symbols import symbols_of
+
+Floats = NDArray[np.float64]
+_SAME = 1e-7  # [m]
+_SIX = 6
+
+
+def postures(program: Program, work: Work) -> Program:
+    """The program with the target robot's joint values; what poses in its base mean there is told."""
+    robot, other = work.robot, work.target_robot
+    note = work.limits.joint_values_note
+    if note and robot is not None and _has_joints(program) and not _couples(other):
+        work.notes.append(note)
+    if robot is None or other is None or robot == other or robot.geometry is None or other.geometry is None:
+        return program
+    if len(robot.axes) != _SIX or len(other.axes) != _SIX:
+        if _has_joints(program):
+            work.notes.append(f"joint values are those of {robot.name}, carried as written to {other.name}")
+        return program
+    alike = robot.geometry.links is not None and other.geometry.links is not None
+    own = _Postures(work, robot, other) if alike else _Places(work, robot, other)
+    if not alike and _has_joints(program):
+        says = f"{other.name} is built otherwise than {robot.name}: joint moves take another way to the same place"
+        work.notes.append(says)
+    above = _above(robot, other)
+    if abs(above) > _SAME:
+        where = "higher" if above > 0 else "lower"
+        says = f"{other.name} counts poses from an origin that is {where}: those in the base are carried as written"
+        work.lose(0, Fate.APPROXIMATED, "base", says, abs(above) / mm, "mm")
+        moved = (
+            "frames and poses of the base lie elsewhere in the cell: shift them, or mount the arm otherwise"
+        )
+        work.ask(moved, f"{abs(above) / mm:g} mm {where}")
+    return own.program(program)
+
+
+@dataclass(slots=True)
+class _Postures:
+    work: Work
+    robot: Robot
+    other: Robot
+    apart: dict[PositionLiteral, float] = field(
+        default_factory=dict
+    )  # [m] of the flange, by what became of a posture
+    turned: set[PositionLiteral] = field(default_factory=set)  # with an axis whole turns elsewhere
+
+    def program(self, program: Program) -> Program:
+        routines = tuple(
+            replace(
+                r,
+                body=tuple(self._statement(s) for s in r.body),
+                data=tuple(mapped(one, self._change) for one in r.data),
+            )
+            for r in program.routines
+        )
+        changed = replace(
+            program, routines=routines, data=tuple(mapped(one, self._change) for one in program.data)
+        )
+        self._tell(changed)
+        return changed
+
+    def _statement(self, s: Statement) -> Statement:
+        if isinstance(s, Move) and s.relative is not None and any(map(_is_joints, s.targets)):
+            return replace(s, targets=tuple(self._step(t) for t in s.targets))
+        if any(isinstance(e, Function) and e.name == "joints" for e in expressions_of(s)):
+            says = "joint values that are computed are carried as written"
+            self.work.lose(s, Fate.APPROXIMATED, "joints", says)
+        return mapped(s, self._change)
+
+    def _change(self, e: Expression) -> Expression:
+        if not isinstance(e, PositionLiteral) or not _is_joints(e):
+            return e
+        from olp.robots.kinematics import forward
+        from olp.robots.kinematics.readings import turned_back
+
+        joints = self._joints(e)
+        if joints is None:
+            self.work.notes.append("joint values of which some are left out are carried as written")
+            return e
+        there = self._there(joints)
+        made = replace(e, values=tuple(_clean(v) for v in self._read(there)[0]))
+        apart = forward(self.other, there)[0][0] - forward(self.robot, joints)[0][0]
+        apart[2] += _above(self.robot, self.other)
+        self.apart[made] = float(np.linalg.norm(apart))
+        if turned_back(self.robot, self.other, joints, there)[0]:
+            self.turned.add(made)
+        return made
+
+    def _step(self, e: Expression) -> Expression:
+        """A relative target: how much each joint turns."""
+        if not isinstance(e, PositionLiteral) or not _is_joints(e):
+            return e
+        joints = self._joints(replace(e, values=tuple(0.0 if v != v else v for v in e.values)))
+        if joints is None:
+            return e
+        none = np.zeros_like(joints)
+        turned = self._read(self._there(joints)) - self._read(self._there(none))
+        turned -= 2 * np.pi * np.rint(turned / (2 * np.pi)) * (np.abs(joints) < np.pi)
+        return replace(e, values=tuple(_clean(v) for v in turned[0]))
+
+    def _joints(self, e: PositionLiteral) -> Floats | None:
+        from olp.robots.kinematics.readings import joints_of_readings
+
+        if len(e.values) != 6 or any(v != v for v in e.values):
+            return None
+        return joints_of_readings(self.robot, np.array([e.values]))
+
+    def _there(self, joints: Floats) -> Floats:
+        from olp.robots.kinematics.readings import same_posture
+
+        found = same_posture(self.robot, self.other, joints)
+        assert found is not None
+        return found
+
+    def _read(self, joints: Floats) -> Floats:
+        from olp.robots.kinematics.readings import readings_of_joints
+
+        return readings_of_joints(self.other, joints)
+
+    def _tell(self, program: Program) -> None:
+        """Moves to postures in which the other arm's flange is elsewhere, because its links are of other lengths."""
+        symbols = symbols_of(program)
+        for routine in program.routines:
+            for s in routine.body:
+                if not isinstance(s, Move) or s.relative is not None:
+                    continue
+                value = symbols.fixed_value(routine.name, s.targets[0])
+                apart = self.apart.get(value, 0.0) if isinstance(value, PositionLiteral) else 0.0
+                if apart > _SAME:
+                    says = f"{self.other.name} stands as {self.robot.name} does, its flange elsewhere"
+                    self.work.lose(s, Fate.APPROXIMATED, "joints", says, apart / mm, "mm")
+                if value in self.turned:
+                    says = (
+                        f"an axis of {self.other.name} stands whole turns elsewhere, where its limits let it"
+                    )
+                    self.work.lose(s, Fate.APPROXIMATED, "joints", says, 360.0, "deg")
+
+
+def _above(robot: Robot, other: Robot) -> float:
+    """[m] by which the other's base lies higher, both on one floor; where that is not known, with axes L level."""
+    assert robot.geometry is not None
+    assert other.geometry is not None
+    one, two = robot.geometry.base_height, other.geometry.base_height
+    if one is not None and two is not None:
+        return two - one
+    return _height(robot) - _height(other)
+
+
+@dataclass(slots=True)
+class _Places(_Postures):
+    """Between arms that are built otherwise: joint values with which the flange is where it was."""
+
+    last: Floats | None = None  # (k,) [rad] where the other arm stood before
+    beyond: set[PositionLiteral] = field(default_factory=set)  # what the other arm does not reach
+
+    def _statement(self, s: Statement) -> Statement:
+        steps = isinstance(s, Move) and s.relative is not None and any(map(_is_joints, s.targets))
+        if steps or any(isinstance(e, Function) and e.name == "joints" for e in expressions_of(s)):
+            says = (
+                f"joint values that are computed mean nothing to {self.other.name}, which is built otherwise"
+            )
+            self.work.lose(s, Fate.REFUSED, "joints", says)
+            return s
+        return mapped(s, self._change)
+
+    def _change(self, e: Expression) -> Expression:
+        if not isinstance(e, PositionLiteral) or not _is_joints(e):
+            return e
+        from olp.robots.kinematics.wrist_conversion import same_flange
+
+        joints = self._joints(e)
+        start = np.zeros(_SIX) if self.last is None else self.last
+        there = None if joints is None else same_flange(self.robot, self.other, joints, start)
+        if there is None or np.isnan(there).any():
+            self.beyond.add(e)
+            return e
+        self.last = there[0]
+        return replace(e, values=tuple(_clean(v) for v in self._read(there)[0]))
+
+    def _tell(self, program: Program) -> None:
+        """Moves to what the other arm does not reach."""
+        symbols = symbols_of(program)
+        for routine in program.routines:
+            for s in routine.body:
+                if isinstance(s, Move) and any(
+                    symbols.fixed_value(routine.name, t) in self.beyond for t in s.targets
+                ):
+                    says = f"{self.other.name} does not reach where {self.robot.name} stands with these joint values"
+                    self.work.lose(s, Fate.REFUSED, "joints", says)
+
+
+def _height(robot: Robot) -> float:
+    """[m] of axis 2 above the origin of the base."""
+    assert robot.geometry is not None
+    return sum(joint.offset[2] for joint in robot.geometry.joints[:2])
+
+
+def _has_joints(program: Program) -> bool:
+    data = (*program.data, *(d for r in program.routines for d in r.data))
+    if any(_is_joints(d.value) for d in data if isinstance(d, Declare) and d.value is not None):
+        return True
+    return any(_is_joints(t) for s in program.statements() if type(s) is Move for t in s.targets)
+
+
+def _couples(robot: Robot | None) -> bool:
+    links = None if robot is None or robot.geometry is None else robot.geometry.links
+    return links is not None and links.third_to_horizontal
+
+
+def _is_joints(e: Expression) -> bool:
+    return isinstance(e, PositionLiteral) and e.kind == "joint"
+
+
+def _clean(value: float) -> float:
+    """Without the noise of the conversion: to 1e-9 deg."""
+    return round(value / deg, 9) * deg

@@ -1,0 +1,194 @@
+"""What is to be done before a translation runs on a controller, as one short list."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from olp.ir.expressions import Expression, FrameRef, Function, Number, Signal, Text
+from olp.ir.program import Assign, Call, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
+from olp.ir.transformer import expressions_of
+from olp.languages.vendor import conventions_of
+from olp.runtime.plan import Plan
+from olp.runtime.plan_findings import lines_of
+from olp.transpile.context import Fate
+from olp.transpile.link import Linked
+from olp.transpile.pipeline import Translated
+
+_SYSTEMS: Final = {"tool": "tool", "user": "frame"}
+_MOST = 12  # of a kind that are named
+
+System = tuple[str, int]  # "tool" or "user", its number
+
+
+def before_it_runs(
+    linked: Linked, translated: Translated, target: str, plan: Plan | None, compared: bool
+) -> tuple[str, ...]:
+    """Short sentences, the most dangerous first. `plan`: the translation's.
+
+    `compared`: both programs could be run, or hold nothing that runs.
+    """
+    found = [
+        *_commented(linked, translated),
+        *(() if plan is None else _beyond(plan)),
+        *(f"{says}: {some(things)}" for says, things in translated.asks.items()),
+        *_systems(translated),
+        *_routines(translated.program),
+        *_signals(translated, target),
+        *_arm(linked, translated),
+    ]
+    if not compared:
+        found.append("step through it slowly: it could not be run to its end and compared here")
+    return tuple(dict.fromkeys(found))
+
+
+def _lines(linked: Linked, lines: Iterable[int]) -> str:
+    """`a.src:3, 5-7; b.src:2`, files without their folders."""
+    return places((Path(file).name, line) for file, line in map(linked.place, sorted(lines)))
+
+
+def places(where: Iterable[tuple[str, int]]) -> str:
+    """`a.src:3, 5-7; b.src:2`. Line 0 is the file as a whole."""
+    files: dict[str, set[int]] = {}
+    for file, line in where:
+        files.setdefault(file, set()).add(line)
+    return "; ".join(
+        f"{file}:{_ranges(sorted(lines - {0}))}" if lines - {0} else file for file, lines in files.items()
+    )
+
+
+def _ranges(lines: list[int]) -> str:
+    runs: list[list[int]] = []
+    for line in lines:
+        if runs and line == runs[-1][1] + 1:
+            runs[-1][1] = line
+        else:
+            runs.append([line, line])
+    return some(str(a) if a == b else f"{a}-{b}" for a, b in runs)
+
+
+def some(names: Iterable[str]) -> str:
+    """The first of them, and how many more there are."""
+    known = list(names)
+    more = len(known) - _MOST
+    return ", ".join(known[:_MOST]) + (f" and {more} more" if more > 0 else "")
+
+
+def _commented(linked: Linked, translated: Translated) -> Iterator[str]:
+    lines = {x.line for x in translated.losses if x.leaves_out and x.fate is not Fate.EXACT}
+    if lines:
+        yield f"write anew what is only a comment now: {_lines(linked, lines)}"
+
+
+def _beyond(plan: Plan) -> Iterator[str]:
+    """Moves that the arm of the translation cannot make: poses out of reach, and joints beyond the limits."""
+    from olp.robots.kinematics import within_limits
+
+    for index, robot in enumerate(plan.robots):
+        if robot is None:
+            continue
+        rows = np.flatnonzero(plan.moves.mechanism == index)
+        target = plan.moves.target[rows]
+        axes = plan.positions.axes[target, : len(robot.axes)]
+        unknown = np.isnan(axes).any(axis=1)
+        away = unknown & ~np.isnan(plan.positions.position[target, 0]) & (robot.geometry is not None)
+        outside = ~unknown & ~within_limits(robot, axes).all(axis=1)
+        for lost, says in ((away, "does not reach"), (outside, "has not the range of joints for")):
+            lines = lines_of(plan, rows[lost])
+            where = places(
+                (Path(plan.sources[i].path).name, line) for i, found in lines.items() for line in found
+            )
+            if where:
+                yield f"move the base, the frames or the points, as {robot.name} {says} these targets: {where}"
+
+
+def _systems(translated: Translated) -> Iterator[str]:
+    """Tools and frames by number: those that the program sets, and those that the controller must hold."""
+    used: set[System] = set()
+    written: set[System] = set()
+    for routine in translated.program.routines:  # INFORM names them with its points
+        for state in routine.points.states:
+            used |= {("tool", state.tool)} if state.tool > 0 else set()
+            used |= {("user", state.user)} if state.frame == "user" and state.user else set()
+    for s in translated.program.statements():
+        if isinstance(s, Move):
+            used |= _numbered(s.tool) | _numbered(s.frame)
+        elif isinstance(s, (SetTool, SetFrame)):
+            used |= _numbered(s.tool if isinstance(s, SetTool) else s.frame)
+        elif isinstance(s, DefineFrame):
+            written |= _numbered(s.frame)
+        elif isinstance(s, Assign):
+            written |= _numbered(_tool_data(s.target))
+    if missing := _listed(used - written):
+        yield f"set {missing} on the controller: the program does not"
+    if here := _listed(written):
+        yield f"see that no other program needs other values of {here}: this one sets them"
+    if any(kind == "tool" for kind, _ in (*used, *written, *translated.mapping)):
+        yield "enter the loads of the tools (mass, centre of gravity): they are not translated"
+
+
+def _tool_data(e: Expression) -> Expression:
+    """The tool whose values SETTOOL sets."""
+    if isinstance(e, Function) and e.name == "tool-data" and e.arguments:
+        return FrameRef("tool", e.arguments[0])
+    return e
+
+
+def _numbered(e: object) -> set[System]:
+    """Number 0 is the flange or the base."""
+    if isinstance(e, FrameRef) and e.kind in _SYSTEMS and isinstance(e.number, Number) and e.number.value:
+        return {(e.kind, int(e.number.value))}
+    return set()
+
+
+def _listed(systems: set[System]) -> str:
+    groups = []
+    for kind, word in _SYSTEMS.items():
+        numbers = sorted(number for own, number in systems if own == kind)
+        if numbers:
+            groups.append(f"{word}{'s' * (len(numbers) > 1)} {_ranges(numbers)}")
+    return " and ".join(groups)
+
+
+def _routines(program: Program) -> Iterator[str]:
+    known = {routine.name.casefold() for routine in program.routines}
+    called = (s.routine for s in program.statements() if isinstance(s, (Call, StartTask)) and s.routine)
+    missing = dict.fromkeys(name for name in called if name.casefold() not in known)
+    if missing:
+        yield f"load what it calls and this translation does not hold: {some(missing)}"
+
+
+def _signals(translated: Translated, target: str) -> Iterator[str]:
+    renamed = {name: to for (kind, name), to in translated.mapping.items() if kind == "signal"}
+    asked = {thing for things in translated.asks.values() for thing in things}
+    if told := [row for name, to in renamed.items() if (row := f"{name} is {to}") not in asked]:
+        does = (
+            "configure the signals"
+            if conventions_of(target).controller_names
+            else "connect the signals as they are called now"
+        )
+        yield f"{does}: {some(told)}"
+    new = {to if " " in to else f"{name.split(' ')[0]} {to}" for name, to in renamed.items()}
+    kept: dict[str, None] = {}
+    for s in translated.program.statements():
+        if not isinstance(s, Move) or s.until is not None or s.search is not None:
+            kept |= {_signal(e): None for e in expressions_of(s) if isinstance(e, Signal)}
+    if conventions_of(target).controller_names:
+        kept = {name: None for name in kept if name.partition(" ")[2] not in renamed.values()}
+    if same := [name for name in kept if name not in new]:
+        yield f"see that these signals are wired as in the source, or map them under [signals]: {some(same)}"
+
+
+def _signal(e: Signal) -> str:
+    if isinstance(e.index, Number):
+        return f"{e.bus} {int(e.index.value)}"
+    return f"{e.bus} {e.index.value if isinstance(e.index, Text) else '(computed)'}"
+
+
+def _arm(linked: Linked, translated: Translated) -> Iterator[str]:
+    lines = {x.line for x in translated.losses if x.part == "configuration"}
+    if lines:
+        yield f"step through the joint moves whose arm configuration may be another: {_lines(linked, lines)}"

@@ -1,0 +1,197 @@
+"""The receipt of a translation for people: first what matters, then the details, each said once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from olp.core.units import deg, mm
+from olp.ir.terminology import STATEMENTS
+from olp.transpile.compare import Tolerances
+from olp.transpile.context import Fate, Loss
+from olp.transpile.preflight import places, some
+from olp.transpile.receipt import Receipt
+
+_FATES = tuple(Fate)
+_DIFFERENCES = 20  # that are shown
+_LARGEST = 4
+_KINDS = {
+    "difference": "the runs differ",
+    "named": "the runs differ as is named below",
+    "left-out": "left out of the translation",
+    "uncompared": "the runs could not be compared to their end",
+}
+_TINY = 1e-6  # what is smaller is the rounding of a computer
+
+Group = list[Loss]
+
+
+def as_text(receipt: Receipt) -> str:
+    """How much is exact, what differs most, what is to be done; behind that each difference, names and notes."""
+    parts = [
+        [
+            f"{receipt.source} ({receipt.source_vendor}) as {receipt.target_vendor}: {', '.join(receipt.files)}",
+            *_summary(receipt),
+        ],
+        _listed("before it runs", receipt.before_run),
+        list(_table(receipt)),
+        [_told(receipt, group) for group in _groups(receipt.losses)],
+        list(_names(receipt)),
+        [
+            *(f"note: {note}" for note in receipt.notes),
+            *(f"note: {_place(receipt, group)}: {group[0].says}" for group in _groups(receipt.remarks)),
+        ],
+    ]
+    return "\n\n".join("\n".join(lines) for lines in parts if lines) + "\n"
+
+
+def _listed(title: str, rows: Iterable[str]) -> list[str]:
+    lines = [f"- {row}" for row in rows]
+    return [f"{title}:", *lines] if lines else []
+
+
+# --- the first screen -----------------------------------------------------------------------------------
+
+
+def _summary(receipt: Receipt) -> Iterator[str]:
+    totals = receipt.totals
+    count = sum(totals.values())
+    others = [f"{n} {fate}" for fate, n in totals.items() if n and fate != Fate.EXACT]
+    exact = totals[Fate.EXACT.value]
+    if any(one.kind == "difference" for one in receipt.verdict.objections):
+        # Nothing that was counted can stand above a difference that nobody named.
+        told = [f"{n} {fate}" for fate, n in totals.items() if n and fate != Fate.EXACT]
+        said = ["the runs differ", *([", ".join(told)] if told else [])]
+        yield f"{count} statement{'s' * (count != 1)}: {', '.join(said)}"
+    else:
+        said = [f"{exact} exact" if others else "all exact", *others]
+        yield f"{count} statement{'s' * (count != 1)}: {', '.join(said)}"
+    yield from _verdict(receipt)
+    yield from _compared(receipt)
+    if largest := _largest(receipt):
+        yield f"largest differences: {'; '.join(largest)}"
+
+
+def _verdict(receipt: Receipt) -> Iterator[str]:
+    """Whether the translation is proven; the first line that differs in both programs, and why."""
+    objections = receipt.verdict.objections
+    c = receipt.comparison
+    if not objections:
+        if c is not None and c.steps:
+            yield f"proven: every step of both runs agrees within {_within(c.tolerances)}"
+        return
+    kinds = dict.fromkeys(one.kind for one in objections)
+    for kind in kinds:
+        some = [one for one in objections if one.kind == kind]
+        file, line = receipt.places.get(some[0].line, (receipt.source, some[0].line))
+        place = f"{file}:{line}" if line else file
+        more = f" (and {len(some) - 1} more)" if len(some) > 1 else ""
+        yield f"not proven: {_KINDS[kind]}, first at {place}: {some[0].says}{more}"
+
+
+def _within(t: Tolerances) -> str:
+    return (
+        f"{_number(t.position / mm)} mm, {_number(t.angle / deg)} deg, speeds {_number(100 * t.speed)} %,"
+        f" blends {_number(t.blend / mm)} mm, waits {_number(t.wait)} s"
+    )
+
+
+def _compared(receipt: Receipt) -> Iterator[str]:
+    c = receipt.comparison
+    if receipt.data_only:
+        yield "nothing in it runs: it holds data, for the programs beside it"
+        return
+    if c is None:
+        yield "the two programs could not be run and compared"
+        return
+    if c.until:
+        file, line = receipt.places[c.until]
+        yield f"compared only until {file}:{line}, where what runs depends on a value that is not known here"
+    elif receipt.unknown:
+        yield f"left out of both runs, for their values are not known here: {receipt.unknown}"
+    if not c.steps and not c.differences:
+        yield "neither program moves or waits here: there was nothing to compare"
+        return
+    yield (
+        f"both run: {c.steps} steps, at most {_number(c.worst_position / mm)} mm and {_number(c.worst_angle / deg)} deg"
+        f" apart, speeds {_number(100 * c.worst_speed)} %, blends {_number(c.worst_blend / mm)} mm,"
+        f" waits {_number(c.worst_wait)} s"
+    )
+    yield from (f"  {says}" for says in c.differences[:_DIFFERENCES])
+    if len(c.differences) > _DIFFERENCES:
+        yield f"  and {len(c.differences) - _DIFFERENCES} more differences"
+    for again in receipt.again:
+        new = [says for says in again.differences if says not in c.differences]
+        yield f"with the inputs on: {again.steps} steps, {len(new) or 'no'} further differences"
+        yield from (f"  {says}" for says in new[:_DIFFERENCES])
+    if receipt.times:
+        source, target = (sum(row[at] for row in receipt.times) for at in (1, 3))
+        names = " and ".join(dict.fromkeys(name for name in receipt.robots if name)) or "no robot named"
+        yield f"predicted ({names}): {source:.3f} s before, {target:.3f} s after"
+
+
+def _number(value: float) -> str:
+    return "0" if abs(value) < _TINY else f"{value:.2g}"
+
+
+def _largest(receipt: Receipt) -> list[str]:
+    """The largest difference of each part and unit, with its place."""
+    worst: dict[tuple[str, str], Loss] = {}
+    for loss in receipt.losses:
+        key = (loss.part, loss.unit)
+        if loss.size > _TINY and (key not in worst or loss.size > worst[key].size):
+            worst[key] = loss
+    found = [
+        f"{part} {loss.size:.3g} {unit} at {places([receipt.place(loss)])}"
+        for (part, unit), loss in worst.items()
+    ]
+    return found[:_LARGEST]
+
+
+def _table(receipt: Receipt) -> Iterator[str]:
+    """What is not exact of each kind of statement."""
+    rows = {STATEMENTS[kind]: row for kind, row in receipt.counts.items() if set(row) - {Fate.EXACT.value}}
+    if not rows:
+        return
+    width = max(map(len, [*rows, "statement"]))
+    yield f"{'statement':<{width}}" + "".join(f"{fate.value:>14}" for fate in _FATES)
+    for called, row in rows.items():
+        cells = "".join(f"{row.get(fate.value, 0) or '':>14}" for fate in _FATES)
+        yield f"{called:<{width}}{cells}".rstrip()
+
+
+# --- the details ----------------------------------------------------------------------------------------
+
+
+def _groups(losses: Iterable[Loss]) -> list[Group]:
+    """What says the same, the worst fates first."""
+    found: dict[tuple[bool, Fate, str, str, str], Group] = {}
+    for loss in losses:
+        key = (not loss.line, loss.fate, loss.part, loss.says, loss.unit)
+        found.setdefault(key, []).append(loss)
+    return sorted(found.values(), key=lambda group: -_FATES.index(group[0].fate))
+
+
+def _place(receipt: Receipt, group: Group) -> str:
+    lines = len({loss.line for loss in group})
+    return places(map(receipt.place, group)) + (f" ({lines} lines)" if lines > 1 else "")
+
+
+def _told(receipt: Receipt, group: Group) -> str:
+    first = group[0]
+    part = "" if first.part == "statement" else f" {first.part}"
+    sizes = [loss.size for loss in group if not math.isnan(loss.size)]
+    size = f", {'at most ' if len(set(sizes)) > 1 else ''}{max(sizes):.4g} {first.unit}" if sizes else ""
+    kinds = ", ".join(dict.fromkeys(STATEMENTS[loss.statement] for loss in group))
+    what = f"{kinds}:{part}" if part and "," in kinds else f"{kinds}{part}" if first.line else first.part
+    return f"{_place(receipt, group)}: {what} {first.fate.value}: {first.says}{size}"
+
+
+def _names(receipt: Receipt) -> Iterator[str]:
+    """Which name is which, in one line for each kind; the receipt for scripts has all of them."""
+    kinds: dict[str, list[str]] = {}
+    for (kind, name), to in receipt.mapping.items():
+        if name != to:
+            kinds.setdefault(kind, []).append(f"{name} is {to}")
+    for kind, names in kinds.items():
+        yield f"{kind}{'s' * (len(names) > 1)}: {some(names)}"

@@ -1,0 +1,140 @@
+"""Tools, frames and positions that are records in their language become plain positions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from olp.ir.expressions import Expression, Member, Named, PositionLiteral, RecordLiteral
+from olp.ir.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
+from olp.ir.transformer import expressions_of, mapped, note_names
+from olp.robots.geometry import Pose
+from olp.transpile.context import Fate, Work
+from olp.transpile.occurrences import changed_rare, with_rows
+
+_FLANGE = ("tframe", "tcp", "trsf")
+
+
+def records(program: Program, work: Work) -> Program:
+    """Every tool and frame as the pose that it is. Of a record's other members (load, name …) the target knows none."""
+    if not work.conventions.has_records:
+        return program
+    if work.conventions.frame_records:
+        program = _without_frames(program, work)
+    _refuse_held(program, work)
+    routines = tuple(replace(_rows(r, work), data=_declared(r.data, work)) for r in program.routines)
+    return replace(program, routines=routines, data=_declared(program.data, work))
+
+
+def _refuse_held(program: Program, work: Work) -> None:
+    """Every statement with a tool that stands beside the robot, or with work that it holds."""
+    inner = [d for r in program.routines for d in (*r.data, *(s for _, s in work.look(r).rare))]
+    names = {d.name for d in (*program.data, *inner) if isinstance(d, Declare) and _is_held(d)}
+    for s in program.statements() if names else ():
+        if not isinstance(s, Declare) and any(
+            e.name in names for e in expressions_of(s) if isinstance(e, Named)
+        ):
+            says = "a tool that stands beside the robot, or work that it holds"
+            work.lose(s, Fate.REFUSED, "tool", says)
+
+
+def _is_held(s: Declare) -> bool:
+    if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
+        return False
+    held = {name.casefold(): value for name, value in s.value.members}.get("robhold")
+    return held is not None and getattr(held, "on", True) is (s.type == "frame")
+
+
+def _without_frames(program: Program, work: Work) -> Program:
+    """KRL's FRAME is any pose: what is never a tool or a frame of a move is a position."""
+    used: set[str] = set()
+    looks = [work.look(r) for r in program.routines]
+    rare = [s for look in looks for _, s in look.rare]
+    for _, e in [system for look in looks for system in look.systems]:
+        note_names(e, used)
+    for s in rare:
+        if isinstance(s, (Move, SetTool)) and s.tool is not None:
+            note_names(s.tool, used)
+        if isinstance(s, (Move, SetFrame)) and s.frame is not None:
+            note_names(s.frame, used)
+    set_to = [(s.target.name, s.value) for s in rare if type(s) is Assign and isinstance(s.target, Named)]
+    for _ in range(5):
+        for name, value in set_to:
+            if name in used:
+                note_names(value, used)
+
+    def plain(d: Declare) -> Declare:
+        return replace(d, type="position") if d.type in ("tool", "frame") and d.name not in used else d
+
+    def row(s: Statement) -> Statement:
+        return plain(s) if type(s) is Declare else s
+
+    routines = tuple(
+        replace(changed_rare(r, work.look(r), row), data=tuple(map(plain, r.data))) for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(map(plain, program.data)))
+
+
+def _rows(routine: Routine, work: Work) -> Routine:
+    inside = work.conventions.records_in_statements
+
+    def row(s: Statement) -> Statement:
+        return _plain(s, work) if isinstance(s, Declare) else mapped(s, _change) if inside else s
+
+    return (
+        with_rows(routine, list(map(row, routine.body)))
+        if inside
+        else changed_rare(routine, work.look(routine), row)
+    )
+
+
+def _declared(data: tuple[Declare, ...], work: Work) -> tuple[Declare, ...]:
+    return tuple(_plain(declare, work) for declare in data)
+
+
+def _plain(s: Declare, work: Work) -> Declare:
+    if type(s.value) is PositionLiteral and not s.sizes:
+        return s
+    if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
+        return mapped(s, _change)
+    value = pose_of_record(s.value)
+    if value is None:
+        work.lose(s, Fate.REFUSED, s.type, f"the value of {s.name} is computed")
+        return s
+    return replace(s, value=value, native="")
+
+
+def pose_of_record(record: Expression | None) -> PositionLiteral | None:
+    """The pose that a tool's or frame's record is, None where it is computed."""
+    if isinstance(record, PositionLiteral):
+        return record
+    if not isinstance(record, RecordLiteral):
+        return None
+    members = {name.casefold(): value for name, value in record.members}
+    for name in _FLANGE:
+        if name in members:
+            return pose_of_record(members[name])
+    if "uframe" not in members:
+        return None
+    outer, inner = pose_of_record(members["uframe"]), pose_of_record(members.get("oframe"))
+    if outer is None:
+        return None
+    return outer if inner is None else literal_of(pose_of_literal(outer) @ pose_of_literal(inner))
+
+
+def pose_of_literal(literal: PositionLiteral) -> Pose:
+    """A written pose as one to compute with; components that are not written count as zero."""
+    return Pose.from_xyz_angles([0.0 if v != v else v for v in literal.values[:6]])
+
+
+def literal_of(pose: Pose) -> PositionLiteral:
+    """A pose as it is written."""
+    return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()))
+
+
+def _change(e: Expression) -> Expression:
+    """tGripper.tframe is the tool itself; a record in the place of a tool is its pose."""
+    if isinstance(e, Member) and e.name.casefold() in _FLANGE:
+        return e.base
+    if isinstance(e, RecordLiteral):
+        return pose_of_record(e) or e
+    return e

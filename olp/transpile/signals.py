@@ -1,0 +1,127 @@
+"""Signals by number or by name, as the target has them, through the mapping file where it says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.ir.expressions import Expression, Number, Signal, Text
+from olp.ir.program import Move, Program, Statement
+from olp.ir.transformer import expressions_of, mapped
+from olp.transpile.context import Work
+
+# How signals that have only a number are called where they have names.
+_STEMS: Final[Mapping[str, str]] = {
+    "in": "di",
+    "out": "do",
+    "in-group": "gi",
+    "out-group": "go",
+    "analog-in": "ai",
+    "analog-out": "ao",
+    "robot-in": "ri",
+    "robot-out": "ro",
+    "tool-in": "ti",
+    "tool-out": "to",
+    "configurable-in": "ci",
+    "configurable-out": "co",
+}
+_ANALOG: Final = frozenset({"analog-in", "analog-out"})
+
+
+def _plain(bus: str) -> str:
+    """What a signal is where it has a name: whose it is (the robot's, the tool's, the system's) makes no difference."""
+    if bus == "tool-analog-in":
+        return "analog-in"
+    kind = bus.rpartition("-")[2]
+    return kind if kind in ("in", "out") and bus not in _ANALOG else bus
+
+
+def signals(program: Program, work: Work) -> Program:
+    """Every signal as the target addresses it."""
+    own = _Signals(work)
+    if work.limits.first_signal:
+        own.keep_numbers(program)
+    if work.conventions.controller_names and not work.target_conventions.controller_names:
+        own.note(program)
+    routines = tuple(replace(r, body=tuple([own.statement(s) for s in r.body])) for r in program.routines)
+    return replace(program, routines=routines)
+
+
+@dataclass(slots=True)
+class _Signals:
+    work: Work
+    numbers: dict[tuple[str, str], int] = field(default_factory=dict)
+    taken: dict[str, set[int]] = field(default_factory=dict)
+
+    def keep_numbers(self, program: Program) -> None:
+        """The numbers that signals have already, as long as one of them has none that the target has."""
+        numbers = {
+            (e.bus, int(e.index.value))
+            for s in program.statements()
+            for e in expressions_of(s)
+            if type(e) is Signal and isinstance(e.index, Number)
+        }
+        if any(number < 1 for _, number in numbers):
+            for bus, number in numbers:
+                self.taken.setdefault(bus, set()).add(number)
+
+    def note(self, program: Program) -> None:
+        """Numbers that names show themselves are theirs; all other names come after them."""
+        names: list[tuple[str, str]] = []
+        for s in program.statements():
+            for e in expressions_of(s):
+                if type(e) is Signal and isinstance(e.index, Text) and (e.bus, e.index.value) not in names:
+                    names.append((e.bus, e.index.value))
+        for bus, name in names:
+            digits = re.search(r"(\d+)\D*$", name)
+            number = int(digits[1]) if digits else 0
+            if number and number not in self.taken.setdefault(bus, set()):
+                self._take(bus, name, number)
+
+    def _take(self, bus: str, name: str, number: int) -> None:
+        self.numbers[(bus, name)] = number
+        self.taken.setdefault(bus, set()).add(number)
+
+    def statement(self, s: Statement) -> Statement:
+        if type(s) is Move and s.until is None and s.search is None:
+            return s
+        return mapped(s, self.change)
+
+    def change(self, e: Expression) -> Expression:
+        if type(e) is not Signal:
+            return e
+        shown = self._shown(e)
+        wanted = self.work.context.mapping.signals.get(f"{e.bus} {shown}") if shown else None
+        if wanted is not None:
+            self.work.names[("signal", f"{e.bus} {shown}")] = wanted
+            bus, _, index = wanted.rpartition(" ")
+            return replace(
+                e, bus=bus or e.bus, index=Number(int(index)) if index.isdecimal() else Text(index)
+            )
+        if self.work.target_conventions.controller_names and isinstance(e.index, Number):
+            name = f"{_STEMS.get(e.bus, re.sub(r'[^a-z]', '_', e.bus))}{int(e.index.value)}"
+            self.work.names[("signal", f"{e.bus} {shown}")] = name
+            return replace(e, bus=_plain(e.bus), index=Text(name))
+        if self.work.limits.first_signal and isinstance(e.index, Number) and e.index.value < 1:
+            return replace(e, index=Number(self._number(e.bus, shown)))
+        if not self.work.target_conventions.controller_names and isinstance(e.index, Text):
+            return replace(e, index=Number(self._number(e.bus, e.index.value)))
+        return e
+
+    def _number(self, bus: str, name: str) -> int:
+        known = self.numbers.get((bus, name))
+        if known is None:
+            taken = self.taken.setdefault(bus, set())
+            known = next(n for n in range(1, 100_000) if n not in taken)
+            self._take(bus, name, known)
+            says = "say under [signals] in the mapping file which numbers these have, which are free ones now"
+            self.work.ask(says, f"{bus} {name} is {known}")
+        self.work.names[("signal", f"{bus} {name}")] = str(known)
+        return known
+
+    def _shown(self, e: Signal) -> str:
+        if isinstance(e.index, Number):
+            return str(int(e.index.value))
+        return e.index.value if isinstance(e.index, Text) else ""

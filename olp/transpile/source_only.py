@@ -1,0 +1,214 @@
+"""What belongs to the source's language alone, as comments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from olp.ir import terminology
+from olp.ir.expressions import Expression, Function, Named, SystemValue, Text
+from olp.ir.program import (
+    Assign,
+    Call,
+    Case,
+    Comment,
+    Disabled,
+    Dwell,
+    ElseIf,
+    For,
+    If,
+    Jump,
+    Message,
+    Move,
+    ObeyFlags,
+    Opaque,
+    Process,
+    Program,
+    Reference,
+    Return,
+    SetBlend,
+    SetOutput,
+    SetSpeed,
+    ShiftOff,
+    ShiftOn,
+    StartTask,
+    Statement,
+    Switch,
+    Until,
+    Wait,
+    WaitTask,
+    While,
+)
+from olp.ir.transformer import expressions_of
+from olp.languages.vendor import language_of
+from olp.transpile.context import Fate, Work
+from olp.transpile.pose_folding import without_folds
+
+# What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
+_RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
+# Options that change nothing where they are left out: offsets of external axes, and names of the data set.
+_HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
+# Options that change how a move is made, neither where it ends nor what happens on the way.
+_MANNER = frozenset({"wjnt", "mrot", "pth", "process", "mode", "v", "$ori_type", "$circ_type"})
+_HANDLER = "a handler: what the program does where something fails"
+_CLOCK = "a clock, which each controller starts, stops and counts in its own way"
+_MODAL = frozenset({SetSpeed, SetBlend})
+_FOREIGN = (Opaque, Process, Reference)
+_READING = (
+    Assign,
+    If,
+    ElseIf,
+    While,
+    Until,
+    Wait,
+    Dwell,
+    Switch,
+    Call,
+    Return,
+    SetOutput,
+    Jump,
+    Message,
+    For,
+)
+
+
+def foreign_words(program: Program, work: Work) -> Program:
+    """Process instructions and statements that olp keeps without understanding: comments, or refused."""
+    comments = work.context.on_loss == "comment"
+    started = {s.task for s in program.statements() if isinstance(s, StartTask)}
+    shifts = any(isinstance(s, ShiftOn) for s in program.statements())
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in without_folds(routine.body) if work.conventions.folds else routine.body:
+            if type(s) in _MODAL or (type(s) is Move and not s.other):
+                rows.append(s)
+                continue
+            if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.upper() in _RESOLVED:
+                continue
+            if isinstance(s, ObeyFlags) and not work.limits.watches_flags:
+                continue  # the flags that its moves end with are written
+            elif isinstance(s, Disabled):
+                if s.handler:
+                    work.lose(s, Fate.COMMENTED if comments else Fate.REFUSED, "statement", _HANDLER)
+                rows.append(Comment(s.line, s.text.strip()))
+            elif isinstance(s, Wait) and s.timeout is not None and work.limits.wait_poll:
+                poll = work.limits.wait_poll
+                says = f"{language_of(work.target)} has no wait with a limit: a loop asks every {poll * 1000:g} ms"
+                work.lose(s, Fate.APPROXIMATED, "wait", says, poll, "s")
+                rows.append(s)
+            elif isinstance(s, Move) and s.other:
+                rows.append(_without_options(s, work))
+            elif isinstance(s, _READING) and any(map(_is_clock, expressions_of(s))):
+                work.lose(s, Fate.REFUSED, "statement", _CLOCK)
+                rows.append(s)
+            elif isinstance(s, Process) and s.name in work.conventions.idle_processes:
+                rows.append(
+                    _idle(
+                        s,
+                        f"{work.conventions.idle_processes[s.name]} takes no time and moves nothing",
+                        program,
+                        work,
+                    )
+                )
+            elif isinstance(s, ShiftOff) and not shifts:
+                rows.append(_idle(s, "no shift is on that could end here", program, work))
+            elif isinstance(s, WaitTask) and s.task not in started:
+                work.lose(
+                    s, Fate.REFUSED, "statement", f"the end of a task that nothing here starts: {s.task}"
+                )
+                rows.append(s)
+            elif isinstance(s, _FOREIGN):
+                fate = Fate.COMMENTED if comments else Fate.REFUSED
+                says = f"a word of {language_of(program.vendor)} that means nothing in {language_of(work.target)}"
+                work.lose(s, fate, "statement", says)
+                rows.append(Comment(s.line, untranslated(program, s)))
+            else:
+                rows.append(s)
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines))
+
+
+def _is_clock(e: Expression) -> bool:
+    return isinstance(e, (SystemValue, Function)) and e.name == "timer"
+
+
+def _idle(s: Statement, why: str, program: Program, work: Work) -> Comment:
+    """A statement that does nothing, as a comment."""
+    work.lose(s, Fate.EXACT, "statement", f"{why}: it stands there as a comment")
+    return Comment(s.line, untranslated(program, s))
+
+
+def comment_texts(program: Program, work: Work) -> Program:
+    """Comments and messages in characters that the target takes, comments in lines that it keeps whole."""
+    if not work.limits.comment and not work.limits.comment_swaps:
+        return program
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            if isinstance(s, Comment):
+                rows += [replace(s, text=part) for part in _lines(s.text, work)]
+            else:
+                rows += _with_legal_texts(s, work)
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines))
+
+
+def _with_legal_texts(s: Statement, work: Work) -> list[Statement]:
+    """The statement; before it its comment, where that is too long to stand behind it."""
+    said: Any = s
+    if isinstance(s, Message) and isinstance(s.text, Text):
+        said = replace(s, text=Text(_legal(s.text.value, work)))
+    comment = getattr(s, "comment", "")
+    if not comment or isinstance(s, Case):
+        return [said]
+    lines = _lines(comment, work)
+    if len(lines) == 1:
+        return [said if lines[0] == comment else replace(said, comment=lines[0])]
+    return [*(Comment(s.line, part) for part in lines), replace(said, comment="")]
+
+
+def _lines(text: str, work: Work) -> list[str]:
+    legal, room = _legal(text, work), work.limits.comment
+    if not room or len(legal) <= room:
+        return [legal]
+    from textwrap import wrap
+
+    return wrap(legal, room)
+
+
+def _legal(text: str, work: Work) -> str:
+    for old, new in work.limits.comment_swaps.items():
+        if old in text:
+            work.note_once(f"{old!r} ends a line there: in comments and messages it is written as {new!r}")
+            text = text.replace(old, new)
+    return text
+
+
+def _without_options(s: Move, work: Work) -> Move:
+    """Options of a move that olp keeps without understanding stand in its comment."""
+    said = [name for name, _ in s.other if name.rpartition("\\")[2].casefold() not in _HARMLESS]
+    if not said:
+        return replace(s, other=())
+    texts = [
+        f"{name} {value.value}" if isinstance(value, Text) else name
+        for name, value in s.other
+        if name in said
+    ]
+    words = [name.rpartition("\\")[2] for name in said if name]
+    which = f"the options {', '.join(words)} mean" if len(words) > 1 else f"the option {words[0]} means"
+    says = f"{which} nothing in {language_of(work.target)}"
+    if not all(word.casefold() in _MANNER for word in words):
+        work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move alone is another one")
+        return replace(s, other=())
+    work.lose(s, Fate.APPROXIMATED, "option", says)
+    return replace(
+        s, other=(), comment=" ".join([*([s.comment] if s.comment else []), f"[{' '.join(texts)}]"])
+    )
+
+
+def untranslated(program: Program, s: Statement) -> str:
+    """The comment that stands where a statement of the source cannot."""
+    text = program.source.line(s.line).strip().rstrip("; ") if s.line else ""
+    return f"not translated: {text or terminology.statement(s)}"

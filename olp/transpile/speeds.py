@@ -1,0 +1,270 @@
+"""Speeds in the target's units: percent of the axes, speed of the tool, of the leading axis, or a time.
+
+A joint move's percent means another tool speed on every segment. The conversion takes each segment's own axis angles
+from the plan and the rated axis speeds of both robots, so that it takes as long as it did.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.core.units import deg, mm, percent
+from olp.ir.expressions import Binary, Number, Quantity
+from olp.ir.program import Move, Path, Program, Speed, SpeedUnit, Statement
+from olp.ir.transformer import edited
+from olp.languages.limits import Limits, range_text, within
+from olp.robots.robot import Robot
+from olp.transpile.abstract_walk import Segment, walk_through
+from olp.transpile.context import Fate, Work
+from olp.transpile.rows import Row, Rows, moves_at_all
+
+_SCALES: Final = {
+    SpeedUnit.FRACTION: percent,
+    SpeedUnit.TRAVEL: mm,
+    SpeedUnit.TURN: deg,
+    SpeedUnit.AXIS: 1.0,
+    SpeedUnit.TIME: 1.0,
+}
+Told = tuple[tuple[str, float, str], ...]  # what the receipt says: why, how far off, in which unit
+_UNITS: Final = {SpeedUnit.FRACTION: "%", SpeedUnit.TRAVEL: "mm/s", SpeedUnit.TURN: "deg/s"}
+_SAME: Final = 1e-6  # relative: below this two speeds are one
+_ORDER: Final = (SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.TIME, SpeedUnit.TURN)
+_USUAL: Final = (
+    1.0  # [m/s] at full joint speed, where no move of the program tells; only for moves that never run
+)
+_LEAST, _MOST = 0.01, 1.0
+
+
+def speeds(program: Program, work: Work) -> Program:
+    """Every move's speed in a unit that the target has."""
+    own = _Speeds(work, program)
+    routines = tuple(
+        replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
+        for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+@dataclass(slots=True)
+class _Speeds:
+    work: Work
+    program: Program
+    rows: Rows = field(init=False)
+    shown: dict[int, Segment] | None = None
+    written: dict[int, tuple[Speed, Told, Speed]] = field(default_factory=dict)  # by the id of the last
+    turn: Quantity | None = None  # the fastest turning that the target can bound moves to
+    scaled: bool = False  # the robots differ, so that a percent of one is not a percent of the other
+
+    def __post_init__(self) -> None:
+        self.rows = Rows(self.work)
+        target = self.work.context.target_robot
+        self.scaled = (
+            target is not None and self.work.robot is not None and target.name != self.work.robot.name
+        )
+
+    def move(self, s: Statement) -> Statement:
+        assert isinstance(s, Move)
+        changes: dict[str, Speed | Quantity | None] = {}
+        if s.turn is not None and (turn := self._turning(s, s.turn)) is not s.turn:
+            changes["turn"] = turn
+        if s.speed is not None and (new := self._said(s, s.speed)) is not s.speed:
+            changes["speed"] = new
+        return edited(s, changes) if changes else s
+
+    def _said(self, s: Move, speed: Speed) -> Speed:
+        if type(speed.value.written) is Number and not speed.value.written.value > 0:
+            self.work.lose(s, Fate.REFUSED, "statement", "a speed of 0: the move never ends")
+            return speed
+        allowed = self.work.limits.joint_speeds if s.path is Path.JOINT else self.work.limits.path_speeds
+        if SpeedUnit.AXIS in allowed:
+            # URScript's moves by shares of all limits (optimovej) exist on few controllers.
+            allowed = allowed - {SpeedUnit.FRACTION}
+        if speed.unit not in allowed or (self.scaled and speed.unit is SpeedUnit.FRACTION):
+            # A linear move with a share of the axes' speed means what it means; its time is what can be said.
+            speed = self._converted(s, speed, allowed)
+        if type(speed.value.written) is not Number:
+            return speed
+        known = self.written.get(id(speed))
+        if known is None:
+            known = self.written[id(speed)] = (
+                *_written(speed, self.work.limits),
+                speed,
+            )  # which keeps its id
+        for says, size, unit in known[1]:
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, size, unit)
+        return known[0]
+
+    def _turning(self, s: Move, turn: Quantity) -> Quantity | None:
+        """The bound on the tool's turning that the target can say; told where it makes the move longer."""
+        limits, bound = self.work.limits, turn.literal
+        if limits.bounds_turning and (bound is None or bound <= limits.largest_turning * (1.0 + _SAME)):
+            return turn
+        if limits.bounds_turning:
+            worst = 0.0 if bound is None else self._longer(s, limits.largest_turning, bound)
+            says = f"the tool turns by {limits.largest_turning / deg:g} deg/s at most, which slows this move"
+        else:
+            worst = self._longer(s, bound, math.inf) if bound else 0.0
+            says = "the bound on the tool's turning is left out, and would have slowed this move"
+        if worst > _SAME:
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * worst, "%")
+        if limits.bounds_turning and self.turn is None:
+            self.turn = Quantity(Number(_clean(limits.largest_turning / deg)), deg)
+        return self.turn
+
+    def _longer(self, s: Move, bound: float, other: float) -> float:
+        """By which share a bound on the turning makes a move longer than the other bound does. [rad/s]"""
+        speed = None if s.speed is None else s.speed.value.literal
+        if not speed or s.speed is None or s.speed.unit is not SpeedUnit.TRAVEL:
+            return 0.0
+        usual = [(max(length / speed, angle / other), angle) for length, angle in self._segments(s)]
+        return max((angle / bound / time - 1.0 for time, angle in usual if time > 0.0), default=0.0)
+
+    def _segments(self, s: Move) -> list[Segment]:
+        """Length and turn of each execution: from the text where it shows them, else from the plan."""
+        if self.shown is None:
+            self.shown = walk_through(self.program, self.work).segments()
+        known = self.shown.get(id(s))
+        return [known] if known is not None else [(row.length, row.angle) for row in self.rows.of(s)]
+
+    # --- other units ------------------------------------------------------------------------------------
+
+    def _converted(self, s: Move, speed: Speed, allowed: frozenset[SpeedUnit]) -> Speed:
+        unit = next(unit for unit in _ORDER if unit in allowed)
+        value = speed.value.literal
+        found = [row for row in self.rows.of(s) if moves_at_all(row)]
+        if value is None:
+            return self._by_variable(s, speed, unit, found)
+        times = [self._time(speed.unit, value, row) for row in found]
+        if found and any(t is None for t in times):
+            self.work.need_robot(s, "the speed of a joint move depends on its axes")
+            return speed
+        wanted = [self._value(s, unit, t, row) for t, row in zip(times, found, strict=True) if t is not None]
+        known = [w for w in wanted if w is not None and math.isfinite(w) and w > 0.0]
+        if not known:
+            return self._guessed(s, speed, value, unit)
+        slowest = max(known) if unit is SpeedUnit.TIME else min(known)
+        spread = max(abs(w - slowest) / slowest for w in known)
+        if spread > _SAME:
+            says = "the move runs with several lengths: the slowest value is written"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
+        if unit is SpeedUnit.FRACTION and slowest > _MOST * (1 + _SAME):
+            if self.scaled:
+                says = "faster than the target's robot can"
+                self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * (slowest - _MOST), "%")
+            slowest = _MOST  # its axes bound the source's move as well
+        return Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
+
+    def _time(self, unit: SpeedUnit, value: float, row: Row) -> float | None:
+        """[s] that the segment takes at this speed, None where the robot has to be known for it."""
+        if unit is SpeedUnit.TIME:
+            return value
+        if unit is SpeedUnit.TRAVEL:
+            return row.length / value if row.length == row.length else None
+        if unit is SpeedUnit.TURN:
+            return row.angle / value
+        robot = self.work.robot
+        axes = row.axes[: len(robot.axes)] if robot is not None else row.axes[:6]
+        if any(a != a for a in axes):
+            return None
+        if unit is SpeedUnit.AXIS:
+            return max(axes) / value
+        if robot is None:
+            return None
+        return max(a / (w * value) for a, w in zip(axes, _rated(robot), strict=False))
+
+    def _value(self, s: Move, unit: SpeedUnit, time: float, row: Row) -> float | None:
+        """The speed at which the segment takes `time` [s]."""
+        if unit is SpeedUnit.TIME:
+            return time
+        if time <= 0.0:
+            return None
+        if unit is SpeedUnit.TRAVEL:
+            return row.length / time
+        if unit is SpeedUnit.TURN:
+            return row.angle / time
+        if unit is SpeedUnit.AXIS:
+            return max(a for a in row.axes if a == a) / time if any(a == a for a in row.axes) else None
+        robot = self.work.target_robot
+        if robot is None or any(a != a for a in row.axes[: len(robot.axes)]):
+            self.work.need_robot(s, "a share of the axes' speed means nothing without the robot")
+            return None
+        return max(a / w for a, w in zip(row.axes, _rated(robot), strict=False)) / time
+
+    def _guessed(self, s: Move, speed: Speed, value: float, unit: SpeedUnit) -> Speed:
+        """For a move that the plan does not show, or that goes nowhere."""
+        factor = self._factor(speed.unit, unit)
+        if factor is None:
+            self.work.need_robot(s, "the speed of a joint move depends on its axes")
+            return speed
+        guess = value * factor
+        if unit is SpeedUnit.FRACTION:
+            guess = min(max(guess, _LEAST), _MOST)
+        if any(True for _ in self.rows.of(s)):
+            says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
+        else:
+            says = "the move is not reached in this run: its speed is the share of full speed that it was"
+        self.work.note_at(s, says)
+        return Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
+
+    def _factor(self, unit: SpeedUnit, other: SpeedUnit) -> float | None:
+        """SI value in `other` per SI value in `unit`, for a move of which nothing is known."""
+        full = {SpeedUnit.TRAVEL: _USUAL, SpeedUnit.FRACTION: 1.0, SpeedUnit.TIME: 1.0, SpeedUnit.TURN: 1.0}
+        if SpeedUnit.AXIS in (unit, other):
+            robot = self.work.target_robot
+            if robot is None:
+                return None
+            full[SpeedUnit.AXIS] = float(robot.speeds.min())
+        return full[other] / full[unit]
+
+    def _by_variable(self, s: Move, speed: Speed, unit: SpeedUnit, found: list[Row]) -> Speed:
+        """A speed that a variable holds: times a factor that holds for this segment."""
+        factors = []
+        for row in found:
+            time = self._time(speed.unit, 1.0, row)
+            value = None if time is None else self._value(s, unit, time, row)
+            if value is not None and unit is not SpeedUnit.TIME and speed.unit is not SpeedUnit.TIME:
+                factors.append(value)
+        factor = factors[0] if factors else self._factor(speed.unit, unit)
+        if factor is None or SpeedUnit.TIME in (unit, speed.unit):
+            self.work.lose(
+                s, Fate.REFUSED, "speed", "a speed in a variable, in a unit that the target does not have"
+            )
+            return speed
+        spread = max((abs(f - factor) / factor for f in factors), default=math.nan)
+        if not spread <= _SAME:
+            says = "a speed in a variable is multiplied by what holds for one segment"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
+        scaled = speed.value.scale * factor / _SCALES[unit]
+        return Speed(unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit]))
+
+
+def _written(speed: Speed, limits: Limits) -> tuple[Speed, Told]:
+    """A literal speed that the target takes, in whole steps, and what is told of it."""
+    value, scale, unit = speed.value.literal, _SCALES[speed.unit], _UNITS.get(speed.unit, "s")
+    assert value is not None
+    told: list[tuple[str, float, str]] = []
+    bounds, step = limits.speed_ranges.get(speed.unit), limits.speed_steps.get(speed.unit)
+    near = value if bounds is None else within(value, bounds)
+    if bounds is not None and near != value:
+        told.append((range_text(bounds, scale, unit), abs(near - value) / scale, unit))
+    rounded = near if step is None else max(1, round(near / step)) * step
+    if step is not None and abs(rounded - near) > _SAME * near:
+        told.append((f"rounded to {step / scale:g} {unit}", abs(rounded - near) / scale, unit))
+    if step is None and not told:
+        return speed, ()
+    written = _clean(rounded / scale)
+    as_it_was = speed.value.scale == scale and speed.value.written in (Number(written), Number(int(written)))
+    if as_it_was and not told:
+        return speed, ()
+    return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale)), tuple(told)
+
+
+def _rated(robot: Robot) -> list[float]:
+    return [axis.speed for axis in robot.axes]
+
+
+def _clean(value: float) -> float:
+    """Without the noise of the conversion."""
+    return float(f"{value:.9g}")

@@ -1,0 +1,383 @@
+"""Labels and jumps as blocks: loops and branches where the pattern shows one, else a loop over numbered steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from olp.ir.expressions import Compare, Expression, Named, Number, State
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Break,
+    Case,
+    Continue,
+    Declare,
+    Else,
+    ElseIf,
+    End,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    If,
+    Jump,
+    Label,
+    Repeat,
+    Statement,
+    Switch,
+    Until,
+    While,
+)
+from olp.ir.tree import Block, Node, is_plain, jumps_in, labels_in, leaves, negated
+
+_ROUNDS = 200  # of looking for patterns; each round removes a label
+
+
+def needs_flattening(nodes: list[Node]) -> bool:
+    """Whether something jumps into a block from outside: no structured language has that."""
+    return any(_is_entered(node, nodes) for node in _blocks(nodes))
+
+
+def _blocks(nodes: list[Node]) -> list[Block]:
+    found: list[Block] = []
+    for node in nodes:
+        if isinstance(node, Block):
+            found.append(node)
+            for _, inside in node.branches:
+                found += _blocks(inside)
+    return found
+
+
+def _is_entered(block: Block, everything: list[Node]) -> bool:
+    """Whether a jump from outside of a branch leads into it."""
+    for _, inside in block.branches:
+        labels = labels_in(inside)
+        if labels:
+            own = [id(jump) for jump in jumps_in(inside)]
+            if any(jump.target in labels and id(jump) not in own for jump in jumps_in(everything)):
+                return True
+    return False
+
+
+# --- blocks as jumps ------------------------------------------------------------------------------------
+
+
+def flattened(nodes: list[Node], label: Callable[[], str], jumping: bool = False) -> list[Node]:
+    """Blocks that something jumps into as jumps; with `jumping` all that hold a label or a jump."""
+    top = nodes
+
+    def flatten(nodes: list[Node], leave: str, again: str) -> list[Node]:
+        result: list[Node] = []
+        for node in nodes:
+            if isinstance(node, Break) and leave:
+                result.append(Jump(node.line, leave, comment=node.comment))
+            elif isinstance(node, Continue) and again:
+                result.append(Jump(node.line, again, comment=node.comment))
+            elif not isinstance(node, Block) or (jumping and is_plain(node)):
+                result.append(node)
+            elif jumping or _is_entered(node, top) or (leave and leaves(node)):
+                result += _opened(node, label, flatten, leave, again)
+            else:
+                inner = [
+                    (m, flatten(inside, "" if node.is_loop else leave, "" if node.is_loop else again))
+                    for m, inside in node.branches
+                ]
+                result.append(Block(inner, node.closer))
+        return result
+
+    return flatten(nodes, "", "")
+
+
+def _opened(
+    block: Block,
+    label: Callable[[], str],
+    flatten: Callable[[list[Node], str, str], list[Node]],
+    leave: str,
+    again: str,
+) -> list[Node]:
+    head, closer = block.opener, block.closer
+    match head:
+        case If() | Switch():
+            return _opened_branches(block, label, flatten, leave, again)
+        case While():
+            start, end = label(), label()
+            test: list[Node] = [Jump(head.line, end, negated(head.condition), head.comment)]
+            if head.condition == State(True):
+                test = []
+            inside = flatten(block.branches[0][1], end, start)
+            return [
+                Label(head.line, start),
+                *test,
+                *inside,
+                Jump(closer.line, start),
+                Label(closer.line, end),
+            ]
+        case Repeat():
+            assert isinstance(closer, Until)
+            start, test_at, end = label(), label(), label()
+            inside = flatten(block.branches[0][1], end, test_at)
+            back = Jump(closer.line, start, negated(closer.condition), closer.comment)
+            return [
+                Label(head.line, start),
+                *inside,
+                Label(closer.line, test_at),
+                back,
+                Label(closer.line, end),
+            ]
+        case _:
+            assert isinstance(head, For)
+            return _opened_for(block, head, label, flatten)
+
+
+def _opened_for(
+    block: Block, head: For, label: Callable[[], str], flatten: Callable[[list[Node], str, str], list[Node]]
+) -> list[Node]:
+    from olp.ir.expressions import Binary
+
+    step = head.step or Number(1)
+    start, count_at, end = label(), label(), label()
+    beyond = Compare(">" if not isinstance(step, Number) or step.value > 0 else "<", head.variable, head.stop)
+    line = block.closer.line
+    return [
+        Assign(head.line, head.variable, head.start, head.comment),
+        Label(head.line, start),
+        Jump(head.line, end, beyond),
+        *flatten(block.branches[0][1], end, count_at),
+        Label(line, count_at),
+        Assign(line, head.variable, Binary("+", head.variable, step)),
+        Jump(line, start),
+        Label(line, end),
+    ]
+
+
+def _opened_branches(
+    block: Block,
+    label: Callable[[], str],
+    flatten: Callable[[list[Node], str, str], list[Node]],
+    leave: str,
+    again: str,
+) -> list[Node]:
+    end = label()
+    result: list[Node] = []
+    value = block.opener.value if isinstance(block.opener, Switch) else None
+    rows = block.branches[1:] if isinstance(block.opener, Switch) else block.branches
+    # The branch without a condition is tried last, wherever it stands.
+    rows = [row for row in rows if not _is_else(row[0])] + [row for row in rows if _is_else(row[0])]
+    for marker, inside in rows:
+        following = label()
+        condition = _condition(marker, value)
+        if condition is not None:
+            result.append(Jump(marker.line, following, negated(condition), getattr(marker, "comment", "")))
+        result += flatten(inside, leave, again)
+        result += [Jump(marker.line, end), Label(marker.line, following)]
+    return [*result, Label(block.closer.line, end)]
+
+
+def _is_else(marker: Statement) -> bool:
+    return not isinstance(marker, (If, ElseIf, Case))
+
+
+def _condition(marker: Statement, value: Expression | None) -> Expression | None:
+    if isinstance(marker, (If, ElseIf)):
+        return marker.condition
+    if isinstance(marker, Case) and value is not None:
+        from olp.ir.expressions import Logic
+
+        tests = [Compare("=", value, one) for one in marker.values]
+        return tests[0] if len(tests) == 1 else Logic(tests[0], tuple(("or", test) for test in tests[1:]))
+    return None
+
+
+# --- jumps as blocks ------------------------------------------------------------------------------------
+
+
+def structured(nodes: list[Node]) -> list[Node]:
+    """Loops and branches for the labels whose jumps show one; other labels and jumps stay."""
+    everything = nodes
+    for _ in range(_ROUNDS):
+        used = {jump.target for jump in jumps_in(everything)}
+        everything = _without_labels(everything, used)
+        changed = _one_pattern(everything, everything)
+        if changed is None:
+            return everything
+        everything = changed
+    return everything
+
+
+def _without_labels(nodes: list[Node], used: set[str | Expression]) -> list[Node]:
+    kept: list[Node] = []
+    for node in nodes:
+        if isinstance(node, Block):
+            node = Block([(m, _without_labels(inside, used)) for m, inside in node.branches], node.closer)
+        elif isinstance(node, Label) and node.name not in used:
+            continue
+        kept.append(node)
+    return kept
+
+
+def _one_pattern(nodes: list[Node], everything: list[Node]) -> list[Node] | None:
+    """The nodes with one label fewer, None where no pattern is found."""
+    for at, node in enumerate(nodes):
+        if isinstance(node, Block):
+            for branch, (marker, inside) in enumerate(node.branches):
+                changed = _one_pattern(inside, everything)
+                if changed is not None:
+                    branches = [*node.branches]
+                    branches[branch] = (marker, changed)
+                    return [*nodes[:at], Block(branches, node.closer), *nodes[at + 1 :]]
+    for at, node in enumerate(nodes):
+        if isinstance(node, Label):
+            jumps = [jump for jump in jumps_in(everything) if jump.target == node.name]
+            changed = _branch(nodes, at, jumps, everything) or _loop(nodes, at, node, jumps, everything)
+            if changed is not None:
+                return changed
+    return None
+
+
+def _place(nodes: list[Node], jump: Jump) -> int:
+    return next((at for at, node in enumerate(nodes) if node is jump), -1)
+
+
+def _closed(inside: list[Node], everything: list[Node], own: set[str] = frozenset()) -> bool:  # type: ignore[assignment]
+    """Whether no jump leads into these nodes or out of them (but to `own`)."""
+    labels, mine = labels_in(inside), jumps_in(inside)
+    ids = {id(jump) for jump in mine}
+    if any(jump.target not in labels and jump.target not in own for jump in mine):
+        return False
+    return not any(jump.target in labels and id(jump) not in ids for jump in jumps_in(everything))
+
+
+def _branch(nodes: list[Node], at: int, jumps: list[Jump], everything: list[Node]) -> list[Node] | None:
+    """A jump forward over some statements: they run where its condition does not hold."""
+    if len(jumps) != 1 or not 0 <= (start := _place(nodes, jumps[0])) < at:
+        return None
+    jump, inside, label = jumps[0], nodes[start + 1 : at], nodes[at]
+    condition: Expression = State(False) if jump.condition is None else negated(jump.condition)
+    if not _closed(inside, everything):
+        return _choice(nodes, start, at, jump, everything)
+    if not inside:
+        return [*nodes[:start], *nodes[at + 1 :]]
+    block = Block([(If(jump.line, condition, jump.comment), inside)], EndIf(getattr(label, "line", 0)))
+    return [*nodes[:start], block, *nodes[at + 1 :]]
+
+
+def _choice(nodes: list[Node], start: int, at: int, jump: Jump, everything: list[Node]) -> list[Node] | None:
+    """IF c GOTO a; …; GOTO b; a: …; b: is a branch with an ELSE."""
+    out, end = nodes[at - 1], -1
+    if not isinstance(out, Jump) or out.condition is not None or jump.condition is None:
+        return None
+    for place in range(at + 1, len(nodes)):
+        label = nodes[place]
+        if isinstance(label, Label) and label.name == out.target:
+            end = place
+    if end < 0:
+        return None
+    first, second = nodes[start + 1 : at - 1], nodes[at + 1 : end]
+    if not _closed(first, everything) or not _closed(second, everything):
+        return None
+    branches: list[tuple[Statement, list[Node]]] = [
+        (If(jump.line, negated(jump.condition), jump.comment), first),
+        (Else(getattr(nodes[at], "line", 0)), second),
+    ]
+    # The label behind stays: other jumps may lead to it, and an unused one is taken away.
+    return [*nodes[:start], Block(branches, EndIf(out.line)), *nodes[end:]]
+
+
+def _loop(
+    nodes: list[Node], at: int, label: Label, jumps: list[Jump], everything: list[Node]
+) -> list[Node] | None:
+    """A jump back: what lies between is a loop, left and begun anew by jumps behind it and to its head."""
+    places = [_place(nodes, jump) for jump in jumps]
+    last = max(places, default=-1)
+    if last <= at:
+        return None
+    back = nodes[last]
+    assert isinstance(back, Jump)
+    inside = nodes[at + 1 : last]
+    if len(jumps) == 1 and _closed(inside, everything) and back.condition is not None:
+        until = Until(back.line, negated(back.condition), back.comment)
+        if any(leaves(node) for node in inside):
+            return None
+        return [*nodes[:at], Block([(Repeat(label.line, label.comment), inside)], until), *nodes[last + 1 :]]
+    if back.condition is not None or any(leaves(node) for node in inside):
+        return None
+    behind = nodes[last + 1] if last + 1 < len(nodes) else None
+    leave = behind.name if isinstance(behind, Label) else ""
+    if not _closed(inside, everything, {label.name, leave} - {""}):
+        return None
+    if any(id(jump) not in {id(j) for j in jumps_in(inside)} and jump is not back for jump in jumps):
+        return None
+    body = _with_exits(inside, label.name, leave)
+    if body is None:
+        return None
+    block = Block([(While(label.line, State(True), label.comment), body)], EndWhile(back.line, back.comment))
+    return [*nodes[:at], block, *nodes[last + 1 :]]
+
+
+def _with_exits(nodes: list[Node], again: str, leave: str) -> list[Node] | None:
+    """Jumps to the loop's head and behind its end as Continue and Break; None within a loop of its own."""
+    result: list[Node] = []
+    for node in nodes:
+        if isinstance(node, Jump) and node.target in (again, leave):
+            inner = (
+                Continue(node.line, node.comment) if node.target == again else Break(node.line, node.comment)
+            )
+            if node.condition is None:
+                result.append(inner)
+            else:
+                result.append(Block([(If(node.line, node.condition), [inner])], EndIf(node.line)))
+        elif isinstance(node, Block):
+            if node.is_loop and any(jump.target in (again, leave) for jump in jumps_in([node])):
+                return None
+            branches: list[tuple[Statement, list[Node]]] = []
+            for marker, inside in node.branches:
+                changed = inside if node.is_loop else _with_exits(inside, again, leave)
+                if changed is None:
+                    return None
+                branches.append((marker, changed))
+            result.append(Block(branches, node.closer))
+        else:
+            result.append(node)
+    return result
+
+
+# --- anything else --------------------------------------------------------------------------------------
+
+
+def machine(nodes: list[Node], counter: Named) -> list[Node]:
+    """Steps between labels and jumps, each chosen by a counter that says which one is next."""
+    head = [node for node in nodes if isinstance(node, (Begin, Declare))]
+    tail = [node for node in nodes if isinstance(node, End)]
+    rest = [node for node in nodes if not isinstance(node, (Begin, Declare, End))]
+    steps: list[list[Node]] = [[]]
+    at: dict[str, int] = {}
+    jumps: dict[int, Jump] = {}
+    for node in rest:
+        if isinstance(node, Label):
+            steps.append([])
+            at.setdefault(node.name, len(steps) - 1)
+        elif isinstance(node, Jump):
+            jumps[len(steps) - 1] = node
+            steps.append([])
+        else:
+            steps[-1].append(node)
+    line = getattr(rest[0], "line", 0) if rest and not isinstance(rest[0], Block) else 0
+    branches: list[tuple[Statement, list[Node]]] = [(Switch(line, counter), [])]
+    for number, step in enumerate(steps):
+        following = number + 1 if number + 1 < len(steps) else -1
+        branches.append(
+            (Case(line, (Number(number),)), [*step, *_next(counter, jumps.get(number), following, at, line)])
+        )
+    choice = Block(branches, EndSwitch(line))
+    loop = Block([(While(line, Compare(">=", counter, Number(0))), [choice])], EndWhile(line))
+    return [*head, Assign(line, counter, Number(0)), loop, *tail]
+
+
+def _next(counter: Named, jump: Jump | None, following: int, at: dict[str, int], line: int) -> list[Node]:
+    onward: list[Node] = [Assign(line, counter, Number(following))]
+    if jump is None:
+        return onward
+    target: list[Node] = [Assign(jump.line, counter, Number(at.get(str(jump.target), -1)), jump.comment)]
+    if jump.condition is None:
+        return target
+    return [Block([(If(jump.line, jump.condition), target), (Else(jump.line), onward)], EndIf(jump.line))]

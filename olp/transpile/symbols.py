@@ -1,0 +1,286 @@
+"""What every name in a program stands for: where it is declared, what it holds, and whether anything changes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from olp.ir.expressions import (
+    CallValue,
+    Compare,
+    Expression,
+    Item,
+    Logic,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    Signal,
+    State,
+    Text,
+    Unary,
+)
+from olp.ir.program import (
+    Assign,
+    Call,
+    Clear,
+    Declare,
+    For,
+    Parameter,
+    Program,
+    ReadInput,
+    Routine,
+    Statement,
+    Update,
+)
+from olp.ir.transformer import expressions_of
+
+
+@dataclass(slots=True)
+class Symbol:
+    """One name. `scope`: the routine that it is local to, "" for those of the whole program.
+
+    `assigned`: how many statements change it (by-reference arguments count); `value`: what it begins with.
+    """
+
+    name: str
+    type: str
+    scope: str = ""
+    value: Expression | None = None
+    sizes: tuple[Expression, ...] = ()
+    storage: str = "variable"
+    assigned: int = 0
+    parameter: Parameter | None = None
+    declared: bool = True
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether it always holds `value`."""
+        return not self.assigned and self.value is not None and self.parameter is None
+
+
+@dataclass(slots=True)
+class Symbols:
+    """All names by (routine, name); routine "" holds the program's own."""
+
+    table: dict[tuple[str, str], Symbol] = field(default_factory=dict)
+    routines: dict[str, Routine] = field(default_factory=dict)
+    declared: dict[str, Declare] = field(default_factory=dict)  # of the whole program; not asked for so far
+
+    def find(self, routine: str, name: str) -> Symbol | None:
+        found = self.table.get((routine, name)) if routine else None
+        if found is None:
+            found = self.table.get(("", name))
+        return self._asked_for(name) if found is None and name in self.declared else found
+
+    def is_fixed(self, name: str) -> bool:
+        """Whether a name of the whole program always holds what it begins with."""
+        declared = self.declared.get(name)
+        if declared is not None:
+            return declared.value is not None
+        symbol = self.find("", name)
+        return symbol is not None and symbol.is_fixed
+
+    def _asked_for(self, name: str) -> Symbol:
+        """A symbol is made when somebody wants to know: most points are looked at by few passes."""
+        s = self.declared.pop(name)
+        found = self.table[("", name)] = Symbol(s.name, s.type, "", s.value, s.sizes, s.storage)
+        return found
+
+    def fixed_value(self, routine: str, expression: Expression | None) -> Expression | None:
+        """The literal that an expression always has: its own, or that of a name that nothing changes."""
+        for _ in range(20):  # a name may stand for a name
+            if type(expression) is Item:
+                return self._element(routine, expression)
+            if type(expression) is not Named:
+                break
+            name = expression.name
+            declared = self.declared.get(name)
+            if declared is not None and not (routine and (routine, name) in self.table):
+                expression = declared.value  # nothing that changes it has been found
+                continue
+            symbol = self.find(routine, name)
+            if symbol is None or not symbol.is_fixed:
+                return None
+            expression = symbol.value
+        return expression if isinstance(expression, LITERALS) else None
+
+    def _element(self, routine: str, e: Item) -> Expression | None:
+        """The literal that an element of a constant array has."""
+        array = self.fixed_value(routine, e.base)
+        index = e.indices[0] if len(e.indices) == 1 else None
+        if not isinstance(array, RecordLiteral) or not isinstance(index, Number):
+            return None
+        at = int(index.value) - 1
+        if not 0 <= at < len(array.members) or array.members[at][0]:
+            return None
+        return self.fixed_value(routine, array.members[at][1])
+
+    def __iter__(self) -> Iterator[Symbol]:
+        for name in list(self.declared):
+            self._asked_for(name)
+        return iter(self.table.values())
+
+
+LITERALS = (Number, Text, State, PositionLiteral, RecordLiteral)
+
+
+def symbols_of(program: Program) -> Symbols:
+    """The names of `program`. Names that are used and nowhere declared come into being where they are assigned."""
+    found = Symbols({}, {routine.name: routine for routine in program.routines})
+    names = [declare.name for declare in program.data]
+    if len(set(names)) == len(names):
+        found.declared.update(zip(names, program.data, strict=True))
+    for declare in program.data if not found.declared else ():
+        if declare.name in found.declared or ("", declare.name) in found.table:
+            _declare(found, "", declare)
+        else:
+            found.declared[declare.name] = declare
+    for routine in program.routines:
+        for parameter in routine.parameters:
+            key = (routine.name, parameter.name)
+            found.table[key] = Symbol(parameter.name, parameter.type, routine.name, parameter=parameter)
+        for declare in routine.data:
+            _declare(found, routine.name, declare)
+        for statement in routine.body if Declare in set(map(type, routine.body)) else ():
+            if isinstance(statement, Declare):
+                _declare(found, routine.name, statement)
+    by_reference = any(p.by_reference for routine in program.routines for p in routine.parameters)
+    for routine in program.routines:
+        if not by_reference and _CHANGES.isdisjoint(map(type, routine.body)):
+            continue
+        for statement in routine.body:
+            if type(statement) in _CHANGES:
+                _note_changes(found, routine, statement)
+            if by_reference:
+                _note_called(found, routine, statement)
+    return found
+
+
+def _declare(found: Symbols, scope: str, s: Declare) -> None:
+    scope = "" if s.shared else scope
+    if not scope and s.name in found.declared:
+        found._asked_for(s.name)
+    known = found.table.get((scope, s.name))
+    if known is None:
+        found.table[(scope, s.name)] = Symbol(s.name, s.type, scope, s.value, s.sizes, s.storage)
+    elif known.value is None:
+        known.value = s.value
+    elif s.value is not None:
+        known.assigned += 1
+
+
+_CHANGES = frozenset({Assign, Update, Clear, ReadInput, For, Call})
+
+
+def base_of(target: Expression | None) -> Named | None:
+    """The name whose value an assignment to `target` changes."""
+    while isinstance(target, (Item, Member)):
+        target = target.base
+    return target if type(target) is Named else None
+
+
+def _note_changes(found: Symbols, routine: Routine, s: Statement) -> None:
+    match s:
+        case Assign(target=target) | Update(target=target) | Clear(target=target) | ReadInput(target=target):
+            _changed(found, routine, target, getattr(s, "value", None))
+        case For(variable=variable):
+            _changed(found, routine, variable, Number(0))
+        case Call():
+            _changed(found, routine, s.result, None)
+            _note_arguments(found, routine, s.routine, s.arguments)
+
+
+def _note_called(found: Symbols, routine: Routine, s: Statement) -> None:
+    """Variables that a function within an expression changes."""
+    for expression in expressions_of(s):
+        if type(expression) is CallValue:
+            _note_arguments(found, routine, expression.routine, expression.arguments)
+
+
+def _note_arguments(found: Symbols, caller: Routine, name: str, arguments: tuple[Expression, ...]) -> None:
+    called = found.routines.get(name)
+    if called is None:
+        return
+    by_name = {p.name: p for p in called.parameters}
+    positional = iter([p for p in called.parameters if not p.optional and not p.switch])
+    for argument in arguments:
+        if isinstance(argument, NamedArgument):
+            parameter, value = by_name.get(argument.name), argument.value
+        else:
+            parameter, value = next(positional, None), argument
+        if parameter is not None and parameter.by_reference:
+            _changed(found, caller, value, None)
+
+
+def _changed(found: Symbols, routine: Routine, target: Expression | None, value: Expression | None) -> None:
+    name = base_of(target)
+    if name is None:
+        return
+    symbol = found.find(routine.name, name.name)
+    if symbol is None:
+        kind = kind_of_value(found, routine.name, value) if value is not None and target is name else ""
+        symbol = found.table[("", name.name)] = Symbol(name.name, kind, "", declared=False)
+    elif not symbol.type and value is not None and target is name:
+        symbol.type = kind_of_value(found, routine.name, value)
+    symbol.assigned += 1
+
+
+_POSES = ("pose-", "tool-data", "convert", "shift-between", "step-position")
+_TEXTS = ("text-of-value", "joined-text", "part-of-text", "character-of-code")
+_WHOLE = ("round", "trunc", "floor", "ceil", "length-of-text", "code-of-character", "position-in-text")
+_FLAGS = ("group", "analog", "register")
+
+
+def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
+    """The type of a value as `Declare.type` says it: integer, real, boolean, string, position, joints, or nothing."""
+    if type(e) is Named:  # nearly always
+        name = e.name
+        declared = found.declared.get(name)
+        if declared is not None and (routine, name) not in found.table:
+            return "" if declared.sizes else declared.type
+        symbol = found.find(routine, name)
+        return symbol.type if symbol is not None and not symbol.sizes else ""
+    match e:
+        case Number(value):
+            return "integer" if isinstance(value, int) else "real"
+        case Text():
+            return "string"
+        case State() | Compare() | Logic() | Unary("not", _):
+            return "boolean"
+        case Signal(bus):
+            return ("real" if "analog" in bus else "integer") if any(w in bus for w in _FLAGS) else "boolean"
+        case PositionLiteral(kind):
+            return "joints" if kind == "joint" else "position"
+        case Item(base, _) if isinstance(base, Named):
+            symbol = found.find(routine, base.name)
+            return "" if symbol is None else symbol.type if symbol.sizes else "real"
+        case Member():
+            return "real"
+        case CallValue(name):
+            called = found.routines.get(name)
+            return "" if called is None else called.returns
+        case _:
+            return _computed_kind(found, routine, e)
+
+
+def _computed_kind(found: Symbols, routine: str, e: Expression | None) -> str:
+    operator = getattr(e, "operator", "")
+    if operator:
+        parts = [getattr(e, name) for name in ("left", "right", "operand") if hasattr(e, name)]
+        kinds = {kind_of_value(found, routine, part) for part in parts}
+        if operator in ("div", "mod"):
+            return "integer"
+        return "real" if operator == "/" or "real" in kinds else next(iter(kinds)) if len(kinds) == 1 else ""
+    name = getattr(e, "name", "")
+    if name == "pose-distance":
+        return "real"
+    if name.startswith(_POSES) or name in ("current-pose", "position-pose", "forward"):
+        return "position"
+    if name in ("joints", "inverse", "current-joints", "position-pulse"):
+        return "joints"
+    if name in _TEXTS:
+        return "string"
+    return "integer" if name in _WHOLE else "real" if name else ""

@@ -1,0 +1,174 @@
+"""Values of the type that a typed target asks for: numbers and states of signals, poses and joint values are two there.
+
+INFORM and FANUC hold a signal's state in a number and joint values in a position, KRL takes an input for a BOOL. A
+compiler of KRL or RAPID refuses such a line when the program is loaded. RAPID's tools and frames are persistent and
+stand in the module, never in a routine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from olp.ir.expressions import (
+    Binary,
+    Compare,
+    Expression,
+    Function,
+    Named,
+    Number,
+    PositionLiteral,
+    Signal,
+    State,
+)
+from olp.ir.program import (
+    Assign,
+    Declare,
+    Else,
+    EndIf,
+    If,
+    Move,
+    Program,
+    Routine,
+    SetOutput,
+    Statement,
+)
+from olp.ir.transformer import calls_nothing, mapped, sets_numbers
+from olp.languages.limits import ValueTypes
+from olp.transpile.context import Fate, Work
+from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
+
+_NUMBERS: Final = frozenset({"integer", "real"})
+_PLACES: Final = frozenset({"position", "joints"})
+_MODULE_DATA: Final = frozenset({"tool", "frame"})
+_NOTHING: Final = PositionLiteral("pose", (0.0,) * 6)
+
+
+def typed_values(program: Program, work: Work) -> Program:
+    """For a typed target: every value as what takes it wants it."""
+    types = work.limits.value_types
+    if types is None:
+        return program
+    if types.persistent_systems:
+        program = _systems_in_the_module(program, work)
+    own = _Typing(types, symbols_of(program), work)
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            rows += [s] if calls_nothing(s) or sets_numbers(s) else own.statement(routine.name, s)
+        routines.append(with_rows(routine, rows))
+    return with_routines(program, routines)
+
+
+@dataclass(slots=True)
+class _Typing:
+    types: ValueTypes
+    symbols: Symbols
+    work: Work
+
+    def statement(self, routine: str, s: Statement) -> list[Statement]:
+        if not isinstance(s, (Move, Declare)):
+            s = mapped(s, lambda e: self._compared(routine, e))
+        if isinstance(s, Assign):
+            return self._assigned(routine, s)
+        if isinstance(s, SetOutput) and _is_digital(s.signal) and self.types.signals_are_states:
+            return [replace(s, value=self._as_state(routine, s.value))]
+        return [s]
+
+    def _assigned(self, routine: str, s: Assign) -> list[Statement]:
+        wanted, given = self._kind(routine, s.target), self._kind(routine, s.value)
+        if wanted == given or not wanted or not given:
+            return [s]
+        if wanted == "boolean" and given == "signal":
+            return [replace(s, value=Compare("=", s.value, State(True)))]
+        if wanted == "boolean" and given in _NUMBERS:
+            return [replace(s, value=_not_zero(s.value))]
+        if wanted in _NUMBERS and given == "boolean":
+            test = s.value if not isinstance(s.value, Signal) else Compare("=", s.value, State(True))
+            on, off = (replace(s, value=Number(n), comment="") for n in (1, 0))
+            return [If(s.line, test, s.comment), on, Else(s.line), off, EndIf(s.line)]
+        if {wanted, given} == _PLACES:
+            says = "joint values and a pose in one variable: the target has a type for each"
+            self.work.lose(s, Fate.REFUSED, "statement", says)
+        return [s]
+
+    def _kind(self, routine: str, e: Expression | None) -> str:
+        """As `kind_of_value`; "signal" for the state of one where that is a number and still no plain one."""
+        if isinstance(e, Signal) and _is_digital(e) and not self.types.signals_are_states:
+            return "signal"
+        return kind_of_value(self.symbols, routine, e)
+
+    def _as_state(self, routine: str, e: Expression) -> Expression:
+        if isinstance(e, Number):
+            return State(e.value != 0)
+        return _not_zero(e) if kind_of_value(self.symbols, routine, e) in _NUMBERS else e
+
+    def _compared(self, routine: str, e: Expression) -> Expression:
+        """Both sides of a comparison as one type."""
+        if not isinstance(e, Compare) or e.operator not in ("=", "<>"):
+            return e
+        kinds = self._kind(routine, e.left), self._kind(routine, e.right)
+        if (
+            set(kinds) == {"signal", "boolean"}
+            and not isinstance(e.left, State)
+            and not isinstance(e.right, State)
+        ):
+            left, right = (
+                Compare("=", side, State(True)) if kind == "signal" else side
+                for side, kind in zip((e.left, e.right), kinds, strict=True)
+            )
+            return replace(e, left=left, right=right)
+        if "boolean" in kinds and any(kind in _NUMBERS for kind in kinds):
+            states = [self._as_state(routine, side) for side in (e.left, e.right)]
+            return replace(e, left=states[0], right=states[1])
+        return e
+
+
+def _is_digital(e: Signal) -> bool:
+    return not any(word in e.bus for word in ("group", "analog", "register"))
+
+
+def _not_zero(e: Expression) -> Expression:
+    return Compare("<>", e, Number(0))
+
+
+def _systems_in_the_module(program: Program, work: Work) -> Program:
+    """Tools and frames that a routine declares, declared for the whole program under names of their own."""
+    data: list[Declare] = []
+    routines: list[Routine] = []
+    taken = {declare.name.casefold() for declare in program.data}
+    for routine in program.routines:
+        moved = [s for s in routine.body if isinstance(s, Declare) and s.type in _MODULE_DATA]
+        if not moved:
+            routines.append(routine)
+            continue
+        names: dict[str, str] = {}
+        for declare in moved:
+            new = declare.name
+            if new.casefold() in taken:
+                new = work.fresh(f"{routine.name}_{new}")
+            taken.add(new.casefold())
+            names[declare.name] = new
+            value = declare.value if declare.value is not None or declare.sizes else _NOTHING
+            data.append(replace(declare, line=0, name=new, value=value, storage="persistent", shared=True))
+        gone = set(map(id, moved))
+
+        def change(e: Expression, names: dict[str, str] = names) -> Expression:
+            return Named(names[e.name]) if type(e) is Named and names.get(e.name, e.name) != e.name else e
+
+        body = [mapped(s, change) for s in routine.body if id(s) not in gone]
+        routines.append(replace(routine, body=tuple(body)))
+    return replace(program, routines=tuple(routines), data=(*program.data, *data)) if data else program
+
+
+def whole_decimals(e: Any) -> Any:
+    """A number rounded to decimals, where the target's function rounds to whole numbers."""
+    if not isinstance(e, Function) or e.name not in ("round", "trunc") or len(e.arguments) != 2:
+        return e
+    number, decimals = e.arguments
+    if not isinstance(decimals, Number):
+        return e
+    scale = Number(10 ** int(decimals.value))
+    return Binary("/", Function(e.name, (Binary("*", number, scale),)), scale)

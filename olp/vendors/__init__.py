@@ -1,1 +1,0 @@
-"""Robot makers' languages: one package each. The folder listing is the registry, see `olp.vendors.vendor`."""

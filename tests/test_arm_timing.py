@@ -1,0 +1,296 @@
+"""The law of joint moves: its mathematics, its priors, and what calibration makes of recorded moves."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import olp
+from olp.identification.recording import read_recording
+from olp.identification.signature import calibrate, read_signature, write_signature
+from olp.identification.signature.arm_fit import fit_arm
+from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
+from olp.identification.signature.joint_moves import learn_arm, recorded_joint_moves
+from olp.identification.signature.rows import predict_recording
+from olp.identification.signature.slow_regions import corrected, find_regions
+from olp.robots.library import load_robot
+from olp.timing.arm import ArmTiming, JointMotions, gradient, solve
+from olp.timing.arm_inertia import relative_inertia
+from olp.timing.arm_moves import JointMoves, joint_moves
+from olp.timing.arm_prior import arm_prior
+
+Floats = NDArray[np.float64]
+ROBOT = "kuka/kr3-r540"
+
+
+def moves_of(count: int, seed: int = 0, robot: str | None = None) -> JointMoves:
+    draw = np.random.default_rng(seed)
+    arm = None if robot is None else load_robot(robot)
+    low, high = (np.full(6, -2.0), np.full(6, 2.0)) if arm is None else (arm.lower, arm.upper)
+    start, end = draw.uniform(low, high, (2, count, 6))
+    one = np.ones(count)
+    payload = None if arm is None or arm.payload is None else draw.uniform(0.2, 1.0, count) * arm.payload
+    return joint_moves(arm, start, end, draw.choice([0.1, 0.5, 1.0], count), one, one, payload)
+
+
+def another_arm(prior: ArmTiming, seed: int) -> ArmTiming:
+    """An arm that the prior would not call odd."""
+    draw = np.random.default_rng(seed)
+    return replace(prior, mean=draw.multivariate_normal(prior.mean, prior.covariance))
+
+
+def test_the_gradient_is_the_derivative() -> None:
+    prior = another_arm(arm_prior(load_robot(ROBOT)), 3)
+    motions = replace(moves_of(30, robot=ROBOT).motions, override=np.full(30, 0.8))
+    found, step = gradient(prior.mean, motions), 1e-6
+    for i in range(len(prior.mean)):
+        bent = np.zeros_like(prior.mean)
+        bent[i] = step
+        high, low = (np.log(solve(prior.mean + sign * bent, motions).duration) for sign in (1, -1))
+        assert np.allclose(found[:, i], (high - low) / (2 * step), atol=1e-6), prior.names[i]
+
+
+def test_one_axis_takes_what_small_steps_take() -> None:
+    """Integrates the trapezoid of the slowest axis; sharing and what a stop costs are taken out."""
+    prior = arm_prior(load_robot(ROBOT))
+    mean = prior.mean.copy()
+    mean[2 * 6], mean[2 * 6 + 3] = 0.0, np.log(1e-3)
+    timing = prior.with_mean(mean)
+    turned = np.zeros((3, 6))
+    turned[:, 1] = (0.05, 0.6, 2.0)
+    ones, shape = np.ones(3), np.ones((3, 6))
+    motions = JointMotions(turned, np.zeros((3, 6)), shape, shape, np.array([1.0, 1.0, 0.4]), ones, ones)
+    speed, ramp = timing.speeds[1], timing.times_to_speed[1]
+    for way, fraction, found in zip(turned[:, 1], motions.fraction, timing.durations(motions), strict=True):
+        exponent = float(mean[2 * 6 + 1])
+        push, top, step = speed / ramp * fraction**exponent, speed * fraction, 1e-5
+        position = velocity = clock = 0.0
+        while position < way and clock < 20:
+            braking = velocity**2 / (2 * push) >= way - position
+            velocity = max(velocity + step * (-push if braking else push), 1e-9)
+            velocity = min(velocity, top)
+            position, clock = position + velocity * step, clock + step
+        assert found == pytest.approx(clock, rel=5e-3, abs=1e-3)
+
+
+def test_a_heavier_load_and_a_stretched_arm_turn_harder() -> None:
+    robot = load_robot(ROBOT)
+    stretched, folded = np.radians([[0.0, 0, 0, 0, 0, 0], [0, -110, 150, 0, 0, 0]])
+    empty, full = np.array([0.5]), np.array([3.0])
+    light, heavy = (relative_inertia(robot, stretched[None], load).load[0, 0] for load in (empty, full))
+    assert heavy > 5 * light
+    assert (
+        relative_inertia(robot, stretched[None], full).arm[0, 0]
+        > 2 * relative_inertia(robot, folded[None], full).arm[0, 0]
+    )
+    with_masses = relative_inertia(load_robot("universal-robots/ur10e"), np.zeros((1, 6)))
+    assert with_masses.arm.max() <= 1.5
+
+
+@pytest.mark.parametrize(
+    "robot", ["kuka/kr3-r540", "yaskawa/ma2010", "universal-robots/ur10e", "abb/irb6640-235-2.55"]
+)
+def test_every_number_of_a_prior_has_a_source_and_a_spread(robot: str) -> None:
+    prior = arm_prior(load_robot(robot))
+    assert all(p.source and p.sd > 0 for p in prior.parameters)
+    assert np.all(np.linalg.eigvalsh(prior.covariance) > 0)
+    assert prior.speeds == pytest.approx(load_robot(robot).speeds)
+
+
+def test_an_arm_without_a_name_is_a_usual_one_and_hardly_known() -> None:
+    prior = arm_prior(None, (), [f"q{i}" for i in range(1, 7)])
+    assert np.all(prior.sd[:6] > 0.3)
+    assert 1.0 < np.degrees(prior.speeds[0]) / 100 < 4.0
+
+
+def test_times_to_speed_of_all_arms_are_not_one_constant() -> None:
+    small, large = (arm_prior(load_robot(name)).times_to_speed for name in (ROBOT, "abb/irb6640-235-2.55"))
+    assert np.all(large > 1.3 * small)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_twenty_moves_find_another_arm_and_say_how_well(seed: int) -> None:
+    robot = load_robot(ROBOT)
+    prior = arm_prior(robot)
+    drawn = another_arm(prior, seed).mean.copy()
+    drawn[6:12] += np.log(2.0)  # and slow to its speeds
+    true = prior.with_mean(drawn)
+    moves = moves_of(220, seed, ROBOT)
+    draw = np.random.default_rng(seed)
+    measured = true.durations(moves.motions) * np.exp(draw.normal(0, 0.01, len(moves)))
+    learnt = learn_arm(prior, moves.take(np.arange(20)), measured[:20], np.zeros(20, dtype=np.int64))
+    rest = moves.take(np.arange(20, 220))
+    before, after = prior.durations(rest.motions), learnt.predict(rest)
+    error = np.abs(after.duration / measured[20:] - 1)
+    assert np.median(error) < 0.03
+    assert np.mean(error) < 0.8 * np.mean(np.abs(before / measured[20:] - 1))
+    assert np.mean((after.low <= measured[20:]) & (measured[20:] <= after.high)) >= 0.9
+
+
+def test_what_moves_do_not_tell_keeps_its_prior_and_is_named() -> None:
+    prior = arm_prior(load_robot(ROBOT))
+    moves = moves_of(30, 1, ROBOT)
+    still = moves.motions.turned.copy()
+    still[:, 3:] = 0.0
+    moves = replace(moves, motions=replace(moves.motions, turned=still))
+    learnt = learn_arm(prior, moves, prior.durations(moves.motions) * 1.1, np.zeros(30, dtype=np.int64))
+    assert {"time to speed A5", "override exponent"} <= set(learnt.untold)
+    assert "speed A1" not in learnt.untold
+    place = prior.names.index("time to speed A5")
+    assert learnt.timing.mean[place] == pytest.approx(prior.mean[place], abs=0.15)
+
+
+def test_pauses_hardly_bend_the_law() -> None:
+    prior = arm_prior(load_robot(ROBOT))
+    true, moves = another_arm(prior, 5), moves_of(200, 5, ROBOT)
+    measured = true.durations(moves.motions)
+    measured[::10] *= 2.5
+    fitted = fit_arm(prior, moves.motions, measured)
+    clean = np.ones(200, dtype=bool)
+    clean[::10] = False
+    assert np.median(np.abs(fitted.residual[clean])) < 0.02
+
+
+def test_a_region_in_which_moves_are_slow_is_found_and_others_are_not() -> None:
+    draw = np.random.default_rng(2)
+    features, law = draw.normal(size=(100, 12)), draw.normal(size=100)
+    measured = law + draw.normal(0, 0.03, 100)
+    assert find_regions(features, law, measured) == ()
+    slow = features[:, 7] > 1.2
+    measured[slow] = 1.3 + draw.normal(0, 0.05, int(slow.sum()))
+    (region,) = find_regions(features, law, measured)
+    assert (region.feature, region.above, region.share) == (7, True, 0.0)
+    assert region.bound == pytest.approx(1.2, abs=0.25)
+    assert np.mean(np.abs(corrected([region], features, law) - measured)) < 0.06
+
+
+def test_trees_learn_a_step_and_are_the_same_again() -> None:
+    draw = np.random.default_rng(4)
+    features = draw.uniform(-1, 1, (600, 5))
+    target = np.where(features[:, 2] > 0.3, 0.2, -0.1) + draw.normal(0, 0.02, 600)
+    trees = fit_trees(features[:400], target[:400], 60)
+    left = target[400:] - trees.predict(features[400:])
+    assert np.median(np.abs(left)) < 0.03 < np.median(np.abs(target[400:] - np.median(target[:400])))
+    again = BoostedTrees.from_json(trees.to_json())
+    assert again.predict(features) == pytest.approx(trees.predict(features), abs=1e-6)
+    assert np.array_equal(fit_trees(features[:400], target[:400], 60).value, trees.value)
+
+
+# --- through the files ------------------------------------------------------------------------------------------------
+
+
+def write_recording(folder: Path, moves: JointMoves, measured: Floats, robot: str | None) -> Path:
+    folder.mkdir(exist_ok=True)
+    axes = range(moves.start.shape[1])
+    names = [f"q{i + 1}_{end}_deg" for end in ("start", "end") for i in axes]
+    with (folder / "moves.csv").open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(["move", "type", "duration_s", "speed_pct", *names])
+        joints = np.degrees(np.concatenate([moves.start, moves.end], axis=1))
+        rows = zip(measured.tolist(), (moves.motions.fraction * 100).tolist(), joints.tolist(), strict=True)
+        for i, (seconds, speed, angles) in enumerate(rows):
+            table.writerow([i + 1, "joint", "" if np.isnan(seconds) else f"{seconds:.4f}", speed, *angles])
+    words = "" if robot is None else f'robot = "{robot}"\n'
+    (folder / "recording.toml").write_text(words, encoding="utf-8")
+    return folder
+
+
+def joints_alone(tmp_path: Path, robot: str | None = None) -> tuple[Path, Floats]:
+    """A recording of joint moves alone, half of them to predict, and what all of them take."""
+    arm = None if robot is None else load_robot(robot)
+    prior = arm_prior(arm, (), [f"q{i}" for i in range(1, 7)])
+    moves = moves_of(60, 7, robot)
+    if robot is not None:
+        assert arm is not None
+        one = np.ones(60)
+        moves = joint_moves(arm, moves.start, moves.end, moves.motions.fraction, one, one)
+    true = another_arm(prior, 11).durations(moves.motions)
+    measured = true.copy()
+    measured[1::2] = np.nan
+    return write_recording(tmp_path / "joints", moves, measured, robot), true
+
+
+@pytest.mark.parametrize("robot", [None, ROBOT])
+def test_a_recording_of_joint_moves_alone_is_enough(tmp_path: Path, robot: str | None) -> None:
+    folder, true = joints_alone(tmp_path, robot)
+    recording = read_recording(folder)
+    signature, told = calibrate(recording)
+    assert "H052" in {d.code for d in told}
+    write_signature(signature, tmp_path / "signature.json")
+    again = read_signature(tmp_path / "signature.json")
+    rows, _ = predict_recording(again, recording)
+    assert rows.predicted == pytest.approx(predict_recording(signature, recording)[0].predicted, rel=1e-6)
+    unseen = np.arange(60) % 2 == 1
+    assert np.median(np.abs(rows.predicted / true - 1)[unseen]) < 0.06
+    assert np.mean(((rows.low <= true) & (true <= rows.high))[unseen]) >= 0.85
+    assert np.all(rows.low < rows.predicted)
+
+
+def test_rows_that_contradict_each_other_are_told(tmp_path: Path) -> None:
+    moves = moves_of(30, 3, ROBOT)
+    twice = moves.take(np.concatenate([np.arange(30), np.arange(30)]))
+    measured = arm_prior(load_robot(ROBOT)).durations(twice.motions)
+    measured[37] *= 1.8
+    _, told = calibrate(read_recording(write_recording(tmp_path / "twice", twice, measured, ROBOT)))
+    (found,) = [d for d in told if d.code == "H050"]
+    assert "8 (" in found.message
+    assert "38 (" in found.message
+    assert found.message.startswith("1 moves")
+
+
+def test_moves_faster_than_the_axes_are_told_and_not_learnt(tmp_path: Path) -> None:
+    moves = moves_of(30, 3, ROBOT)
+    measured = arm_prior(load_robot(ROBOT)).durations(moves.motions)
+    measured[4] *= 0.3
+    signature, told = calibrate(read_recording(write_recording(tmp_path / "fast", moves, measured, ROBOT)))
+    (found,) = [d for d in told if d.code == "H051"]
+    assert found.message.endswith("moves 5")
+    assert signature.arm is not None
+    assert signature.arm.rows == 29
+
+
+def test_the_program_override_of_a_row_counts(tmp_path: Path) -> None:
+    moves = moves_of(12, 3, ROBOT)
+    folder = write_recording(tmp_path / "slow", moves, np.full(12, np.nan), ROBOT)
+    table = (folder / "moves.csv").read_text(encoding="utf-8").splitlines()
+    written = [table[0] + ",override_pct", *(f"{line},50" for line in table[1:])]
+    (folder / "moves.csv").write_text("\n".join(written) + "\n", encoding="utf-8")
+    recording = read_recording(folder)
+    found, _ = recorded_joint_moves(recording.moves, recording.robot, None, 6)
+    assert found.motions.override == pytest.approx(np.full(12, 0.5))
+
+
+def test_a_file_with_a_spoilt_law_is_refused(tmp_path: Path) -> None:
+    folder, _ = joints_alone(tmp_path)
+    signature, _ = calibrate(read_recording(folder))
+    path = tmp_path / "signature.json"
+    write_signature(signature, path)
+    path.write_text(path.read_text(encoding="utf-8").replace('"quantile_95"', '"quantile"'), encoding="utf-8")
+    with pytest.raises(olp.OlpError) as caught:
+        read_signature(path)
+    assert caught.value.diagnostics[0].code == "H008"
+
+
+def test_a_program_takes_what_the_learnt_law_says(tmp_path: Path) -> None:
+    folder, _ = joints_alone(tmp_path, ROBOT)
+    signature, _ = calibrate(read_recording(folder))
+    assert signature.arm is not None
+    program = tmp_path / "moves.src"
+    targets = ("0,-90,90,0,0,0", "60,-60,100,20,30,10", "-40,-100,80,0,-30,90")
+    poses = [", ".join(f"A{i + 1} {v}" for i, v in enumerate(t.split(","))) for t in targets]
+    lines = ["BAS (#VEL_PTP, 100)", *(f"PTP {{{pose}}}" for pose in poses)]
+    program.write_text("\n".join(["DEF moves()", *lines, "END"]) + "\n", encoding="utf-8")
+    timing = olp.read(program).plan(robot=ROBOT)
+    frame = timing.time(signature=signature)
+    joints = np.radians([[float(v) for v in t.split(",")] for t in targets])
+    one = np.ones(2)
+    last = frame[frame["kind"] == "joint"].iloc[-2:]
+    share = last["speed_pct"].to_numpy() / 100
+    expected = signature.arm.predict(joint_moves(load_robot(ROBOT), joints[:-1], joints[1:], share, one, one))
+    found = last["duration_s"].to_numpy()
+    assert found == pytest.approx(expected.duration, rel=1e-6)

@@ -1,0 +1,108 @@
+"""Every member that the registries find keeps the promises of its kind, and a member that breaks one is caught."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+import pytest
+
+from olp import cli
+from olp.contracts import (
+    ContractError,
+    check_command,
+    check_estimator,
+    check_host,
+    check_model,
+    check_report,
+    check_robot,
+    check_term,
+    check_vendor,
+    check_writer,
+)
+from olp.identification.signature.estimator import estimator_names, load_estimator
+from olp.ir.program import Move, Path
+from olp.languages.vendor import find_vendor, vendor_names
+from olp.reports.formats import report_names
+from olp.robots.robot import robot_names
+from olp.timing.motion import load_model, model_names
+from olp.timing.physics import load_term, term_names
+from olp.transpile.export import writable
+
+HOSTS = FilePath(__file__).parent.parent / "hosts"
+MAKERS = sorted({name.partition("/")[0] for name in robot_names()})
+
+
+@pytest.mark.parametrize("name", vendor_names())
+def test_a_vendor_keeps_its_contract(name: str) -> None:
+    check_vendor(find_vendor(name))
+
+
+@pytest.mark.parametrize("name", writable())
+def test_a_writer_keeps_its_contract(name: str) -> None:
+    check_writer(find_vendor(name))
+
+
+@pytest.mark.parametrize("name", term_names())
+def test_a_term_keeps_its_contract(name: str) -> None:
+    check_term(load_term(name))
+
+
+@pytest.mark.parametrize("name", estimator_names())
+def test_an_estimator_keeps_its_contract(name: str) -> None:
+    check_estimator(load_estimator(name))
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_a_motion_model_keeps_its_contract(name: str) -> None:
+    check_model(load_model(name))
+
+
+@pytest.mark.parametrize("maker", MAKERS)
+def test_the_robots_of_a_maker_keep_their_contract(maker: str) -> None:
+    broken = []
+    for name in robot_names():
+        if name.startswith(f"{maker}/"):
+            try:
+                check_robot(name)
+            except ContractError as problem:
+                broken.append(str(problem))
+    assert not broken, "\n".join(broken)
+
+
+@pytest.mark.parametrize("name", cli.names())
+def test_a_command_keeps_its_contract(name: str) -> None:
+    check_command(name)
+
+
+@pytest.mark.parametrize("name", report_names())
+def test_a_report_format_keeps_its_contract(name: str) -> None:
+    check_report(name)
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in HOSTS.iterdir() if path.is_dir()))
+def test_a_host_keeps_its_contract(name: str) -> None:
+    check_host(HOSTS / name)
+
+
+def test_a_broken_reader_is_told_by_promise_input_and_difference(monkeypatch: pytest.MonkeyPatch) -> None:
+    vendor = find_vendor(vendor_names()[0])
+    read = type(vendor).read
+
+    def straight(self, source):
+        program = read(self, source)
+        routines = [
+            replace(r, body=tuple(replace(s, path=Path.LINEAR) if isinstance(s, Move) else s for s in r.body))
+            for r in program.routines
+        ]
+        return replace(program, routines=tuple(routines))
+
+    monkeypatch.setattr(type(vendor), "read", straight)
+    with pytest.raises(ContractError) as caught:
+        check_vendor(vendor)
+    broken = {one.promise for one in caught.value.broken}
+    assert any("does what the handling cell does" in promise for promise in broken)
+    assert "joint move is wanted and linear move found" in str(caught.value)
+    with pytest.raises(ContractError) as caught:
+        check_vendor(vendor, first=True)
+    assert len(caught.value.broken) == 1

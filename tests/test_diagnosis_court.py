@@ -1,0 +1,207 @@
+"""What is named, and what the verdict says: promises over recordings of all kinds, made by a drive of their own."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.conditions import conditioned
+from olp.identification.diagnosis.diagnose import diagnose_recording
+from olp.identification.diagnosis.evidence import Gain, fallen
+from olp.identification.diagnosis.fitting import Noise, evaluate, whiten
+from olp.identification.diagnosis.model import Condition, Model, Statement
+from olp.identification.diagnosis.search import move_terms, shelf_of
+from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined
+from olp.identification.recording import read_recording
+
+COUNT = 120
+ACCELERATION = 2.0  # m/s²
+
+
+def travel(way, speed, slow):
+    """(n,) [s] between stops at constant acceleration."""
+    full = way >= speed**2 / slow
+    return np.where(full, way / speed + speed / slow, 2.0 * np.sqrt(way / slow))
+
+
+def program(seed):
+    """Places, lengths and speeds of straight moves between exact stops."""
+    rng = np.random.default_rng(seed)
+    start = rng.uniform([0.6, -0.6, 0.0], [1.2, 0.6, 0.8], (COUNT, 3))
+    towards = rng.normal(size=(COUNT, 3))
+    way = rng.uniform(0.06, 0.6, COUNT)
+    end = start + way[:, None] * towards / np.linalg.norm(towards, axis=1)[:, None]
+    return start, end, way, rng.choice([0.15, 0.3, 0.5, 0.8], COUNT)
+
+
+def record(folder, real, seed, more=None, toml="time_resolution_s = 0.001\n"):
+    """A recording of the program of a seed, with durations `real` (n,) [s]."""
+    start, end, way, speed = program(seed)
+    sim, clock = travel(way, speed, ACCELERATION), np.concatenate([[0.0], np.cumsum(real + 0.2)[:-1]])
+    folder.mkdir(exist_ok=True)
+    with open(folder / "moves.csv", "w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        points = [f"{axis}_{at}_mm" for at in ("start", "end") for axis in "xyz"]
+        names = ["move", "duration_s", "sim_s", "t_start_s", *points, "speed_mm_s", "accel_mm_s2", "blend_mm"]
+        rows.writerow([*names, *(more or {})])
+        for i in range(COUNT):
+            cells = [i + 1, f"{real[i]:.6f}", f"{sim[i]:.6f}", f"{clock[i]:.3f}"]
+            cells += [f"{v * 1000:.4f}" for v in (*start[i], *end[i], speed[i], ACCELERATION)]
+            rows.writerow([*cells, 0, *(values[i] for values in (more or {}).values())])
+    (folder / "recording.toml").write_text(toml, encoding="utf-8")
+    return read_recording(str(folder))
+
+
+def stamped(seed, real, digits, heavy):
+    """Durations that are differences of time stamps, rounded: what one move loses the next one wins."""
+    rng = np.random.default_rng(seed)
+    off = 0.003 * (rng.standard_t(3, COUNT + 1) if heavy else rng.normal(size=COUNT + 1))
+    stamps = np.round((np.concatenate([[0.0], np.cumsum(real)]) + off) / digits) * digits
+    return np.diff(stamps)
+
+
+def plain(seed):
+    _, _, way, speed = program(seed)
+    return travel(way, speed, ACCELERATION)
+
+
+@pytest.mark.parametrize(("seed", "digits", "heavy"), [(1, 1e-4, False), (2, 0.01, False), (3, 1e-4, True)])
+def test_shared_stamps_alone_are_no_mismatch(seed, digits, heavy, tmp_path):
+    real = stamped(seed, plain(seed), digits, heavy)
+    found = diagnose_recording(record(tmp_path / "r", real, seed)).diagnosis
+    assert (found.verdict, found.findings) == ("no-mismatch", ())
+
+
+def test_with_shared_stamps_a_term_is_named_and_its_number_is_finer_than_white_noise_would_allow(tmp_path):
+    _, _, way, speed = program(4)
+    real = stamped(4, travel(way, speed, 0.7 * ACCELERATION), 1e-4, False)
+    found = diagnose_recording(record(tmp_path / "r", real, 4)).diagnosis
+    assert found.verdict == "explained"
+    assert found.findings[0].term == "acceleration"
+    value = next(iter(found.findings[0].parameters.values())).value
+    assert value == pytest.approx(0.7 * ACCELERATION, rel=0.02)
+
+
+def test_whitening_of_shared_stamps_leaves_neighbours_independent_and_the_scatter_as_it_was(tmp_path):
+    case = case_of(record(tmp_path / "r", plain(5), 5)).case
+    rng = np.random.default_rng(5)
+    stamps = np.diff(rng.normal(size=(COUNT + 1, 4000)), axis=0) / np.sqrt(2.0)
+    draws = np.sqrt(0.98) * stamps + np.sqrt(0.02) * rng.normal(size=stamps.shape)
+    white = whiten(draws, Noise(1e-5, -0.49), case)
+    together = np.mean(white[1:] * white[:-1])
+    assert abs(together) < 0.03
+    assert np.mean(draws[1:] * draws[:-1]) == pytest.approx(-0.49, abs=0.02)
+    assert np.mean(white**2) == pytest.approx(1.0, abs=0.05)
+    half = case.take(np.arange(0, COUNT, 2))
+    assert whiten(draws[::2], Noise(1e-5, -0.49), half) == pytest.approx(draws[::2])  # no neighbours any more
+
+
+def test_a_term_under_a_condition_is_named_with_it_and_with_its_moves(tmp_path):
+    _, end, way, _ = program(6)
+    where = (end[:, 1] > 0.1) & (way > 0.2)
+    rng = np.random.default_rng(6)
+    real = plain(6) + 0.06 * where + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 6)).diagnosis
+    (finding,) = found.findings
+    assert finding.term in {"settling", "dispatch"}
+    assert "y > " in finding.condition
+    assert "length > " in finding.condition
+    told, true = set(finding.moves), set((np.nonzero(where)[0] + 1).tolist())
+    assert 2 * len(told & true) / (len(told) + len(true)) > 0.9
+
+
+def test_what_acts_everywhere_gets_no_condition(tmp_path):
+    case = case_of(record(tmp_path / "r", plain(7) + 0.05, 7)).case
+    shelf, noise = shelf_of(case, move_terms()), Noise(1e-3)
+    part = next(p for p in shelf.parts if p.term.name == "dispatch")
+    best = evaluate(Model((part._replace(values=np.array([0.05])),)), case, noise)
+    assert conditioned(best, case, noise, shelf, 8) is best
+
+
+def test_a_condition_says_what_holds_in_its_moves(tmp_path):
+    case = case_of(record(tmp_path / "r", plain(8), 8)).case
+    condition = Condition((Statement("length", above=0.3), Statement("y", below=0.1)))
+    assert str(condition) == "length > 300 mm and y < 100 mm"
+    assert (condition.mask(case) == ((case.length > 0.3) & (case.end[:, 1] < 0.1))).all()
+
+
+@pytest.mark.parametrize("column", [False, True])
+def test_an_override_is_named(column, tmp_path):
+    share = np.where(np.arange(COUNT) % 3 == 0, 50.0, 85.0) if column else np.full(COUNT, 85.0)
+    rng = np.random.default_rng(9)
+    real = plain(9) / (share / 100.0) + rng.normal(0.0, 0.002, COUNT)
+    recording = record(tmp_path / "r", real, 9, {"override_pct": share} if column else None)
+    found = diagnose_recording(recording).diagnosis
+    assert [f.term for f in found.findings] == ["speed-scale"]
+    assert found.heldout_after.rmse < 0.004
+
+
+def test_the_load_that_the_simulation_was_told_is_compared_with_the_real_one(tmp_path):
+    """Both ways: the robot carries more in some moves and less in others."""
+    _, _, way, speed = program(10)
+    real_load, told = np.where(np.arange(COUNT) % 2 == 0, 12.0, 2.0), np.full(COUNT, 6.0)
+    ratio = (1.0 + 0.05 * told) / (1.0 + 0.05 * real_load)
+    rng = np.random.default_rng(10)
+    real = travel(way, speed, ACCELERATION * ratio) + rng.normal(0.0, 0.001, COUNT)
+    recording = record(tmp_path / "r", real, 10, {"payload_kg": real_load, "sim_payload_kg": told})
+    found = diagnose_recording(recording).diagnosis
+    assert [f.term for f in found.findings] == ["payload"]
+    growth = found.findings[0].parameters["growth"]
+    assert growth.low < 0.05 < growth.high
+
+
+def test_names_are_kept_by_the_likelihood_of_unseen_moves_with_the_number_of_names_counted():
+    strong, weak, worse = Gain(40.0, 5.0, 0.02, 0.01), Gain(4.0, 1.0, 0.02, 0.01), Gain(40.0, 5.0, 0.01, 0.02)
+    assert fallen([strong, weak], 20) == [1]
+    assert fallen([strong, weak], 1) == []  # with nothing else to choose from, less will do
+    assert fallen([worse], 20) == [0]  # the error goes up
+    assert fallen([Gain(40.0, 35.0, 0.02, 0.01)], 20) == [0]  # one move alone
+
+
+def test_three_moves_are_no_comparison(tmp_path):
+    recording = record(tmp_path / "r", plain(11), 11)
+    lines = (tmp_path / "r" / "moves.csv").read_text().splitlines()[:4]
+    (tmp_path / "r" / "moves.csv").write_text("\n".join(lines) + "\n")
+    found = diagnose_recording(read_recording(str(tmp_path / "r"))).diagnosis
+    assert found.verdict == "not-judged"
+    assert recording.moves.move.size == COUNT
+    assert joined("not-judged", "not-judged", False) == "not-judged"
+    assert joined("explained", "not-judged", True) == "explained"
+
+
+WAYS = ("nothing", "wave", "walk", "jerky", "tail", "drift", "late")
+
+
+@pytest.mark.parametrize("way_of", WAYS)
+def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
+    """Whatever is wrong with a recording: no agreement above twice the floor, and so on."""
+    _, end, way, speed = program(20)
+    rng, at = np.random.default_rng(21), np.arange(COUNT)
+    real = plain(20) + rng.normal(0.0, 0.002, COUNT)
+    if way_of == "wave":
+        real = real * (1.0 + 0.05 * np.sin(2 * np.pi * at / 17.0))
+    elif way_of == "walk":
+        real = real + 0.004 * np.cumsum(rng.normal(size=COUNT))
+    elif way_of == "jerky":
+        real = real + 0.1 * np.minimum(speed, np.sqrt(2.0 * way))
+    elif way_of == "tail":
+        real = real + 0.02 * rng.standard_t(2, COUNT)
+    elif way_of == "drift":
+        real = real * (1.0 + 0.03 * np.exp(-at / 40.0))
+    elif way_of == "late":
+        real = real + np.where(rng.random(COUNT) < 0.06, 0.4, 0.0) + 0.03 * (end[:, 0] > 1.0)
+    found = diagnose_recording(record(tmp_path / "r", real, 20)).diagnosis
+    left, floor = found.remainder.rmse, found.noise_floor
+    assert found.verdict != "no-mismatch" or left <= AGREES * floor
+    assert found.verdict != "explained" or left <= EXPLAINED * floor * 1.001
+    assert bool(found.findings) == (found.verdict in ("explained", "partly-explained"))
+    for finding in found.findings:
+        assert finding.evidence.heldout_after < finding.evidence.heldout_before
+        assert finding.evidence.delta_bic > 0
+        for parameter in finding.parameters.values():
+            assert parameter.low <= parameter.value <= parameter.high
+    if way_of == "nothing":
+        assert not found.findings

@@ -1,0 +1,165 @@
+"""The proof of a translation is a gate: it holds where both programs do the same, and says where they do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from translated_texts import converted, inform, module, read, tp
+
+from olp.__main__ import main
+from olp.cli.convert import ACCEPTABLE as OPTIONS
+from olp.robots.robot import load_robot
+from olp.transpile.link import link
+from olp.transpile.proof import runs_of
+from olp.transpile.receipt import receipt_of
+from olp.transpile.receipt_text import as_text
+from olp.transpile.verdict import ACCEPTABLE
+
+ROBOT = load_robot("yaskawa/gp25")
+PLACES = [
+    f"CONST robtarget p{n}:=[[{x},{y},{z}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    for n, (x, y, z) in enumerate([(900, 0, 400), (900, 100, 400), (900, 200, 400), (850, 200, 450)], 1)
+]
+ROWS = [
+    "MoveJ p1,v100,fine,tool0;",  # line 7
+    "MoveL p2,v100,z10,tool0;",
+    "SetDO do3,1;",
+    "MoveL p3,v300,fine,tool0;",
+    "WaitTime 0.5;",
+    "IF di5=1 THEN",
+    "MoveL p4,v100,fine,tool0;",
+    "SetDO do4,1;",
+    "ENDIF",
+    "MoveC p4,p1,v100,fine,tool0;",
+    "WaitDI di6,1;",
+    "PulseDO\\High\\PLength:=1,do2;",
+    "SetDO do3,0;",
+]
+SOURCE = module(*ROWS, data=PLACES)
+
+
+def proof(source, target, *swaps):
+    """The receipt of a translation in which some texts are others, as a writer with a fault would write them."""
+    made = converted(source, "rapid", target)
+    files = {}
+    for name, data in made.files.items():
+        text = data.decode("cp1252")
+        for old, new in swaps:
+            assert name.endswith(".dat") or old in text
+            text = text.replace(old, new, 1)
+        files[name] = text.encode("cp1252")
+    made = replace(made, files=files)
+    program = read(source, "rapid")
+    runs = runs_of(program, made, target, (ROBOT, None))
+    return receipt_of(link(program), made.translated, target, tuple(files), runs, (ROBOT, None))
+
+
+def first(receipt):
+    one = receipt.verdict.objections[0]
+    return one.kind, one.line, one.says
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_translation_that_does_the_same_is_proven(target):
+    receipt = proof(SOURCE, target)
+    assert [one for one in receipt.verdict.objections if one.kind not in ("named", "left-out")] == []
+    assert receipt.comparison.steps >= 8
+    assert receipt.again[0].steps >= receipt.comparison.steps + 2
+
+
+# What is swapped in the URScript text, at which line of the source it shows, and what of the step it is.
+FAULTS = [
+    ([("0.9, 0.1, 0.4", "0.9, 0.101, 0.4")], 8, "mm apart"),
+    ([("v=0.3)", "v=0.2)")], 10, "speed"),
+    ([("r=0.01", "r=0.012")], 8, "blends"),
+    ([("r=0.01", "r=0")], 8, "blends"),
+    ([("set_standard_digital_out(3, True)", "set_standard_digital_out(3, False)")], 9, "do3"),
+    ([("set_standard_digital_out(3, True)", "set_standard_digital_out(4, True)")], 9, "OT#(4)"),
+    ([("sleep(0.5)", "sleep(0.6)")], 11, "waits"),
+    ([("sleep(0.5)", "set_standard_digital_out(9, True)")], 11, "only the source"),
+    ([("set_standard_digital_out(4, True)", "set_standard_digital_out(4, False)")], 14, "do4"),
+    ([("set_standard_digital_out(4, True)", "sleep(0)")], 14, "only the source"),
+]
+
+
+@pytest.mark.parametrize(("swaps", "line", "says"), FAULTS)
+def test_a_fault_is_found_at_the_line_where_it_shows_first(swaps, line, says):
+    receipt = proof(SOURCE, "urscript", *swaps)
+    kind, at, told = first(receipt)
+    assert (kind, at) == ("difference", line), told
+    assert says in told
+    assert not receipt.verdict.holds(OPTIONS)
+    assert "all exact" not in as_text(receipt)
+    assert "the runs differ" in as_text(receipt)
+
+
+def test_what_only_the_inputs_let_happen_is_compared_too():
+    """Line 14 runs with di5 on: the assumed input is off."""
+    receipt = proof(
+        SOURCE, "urscript", ("set_standard_digital_out(4, True)", "set_standard_digital_out(4, False)")
+    )
+    assert receipt.comparison.is_equal
+    assert [one.line for one in receipt.again[0].found] == [14]
+
+
+def test_what_the_reader_can_accept_is_what_a_verdict_knows():
+    assert OPTIONS == ACCEPTABLE
+
+
+# --- the command ----------------------------------------------------------------------------------------------------
+
+
+def convert(tmp_path, capsys, name, text, target, *more):
+    (tmp_path / name).write_bytes(text.encode("cp1252"))
+    where = ("-o", str(tmp_path / "out"), "--force", "--robot", "yaskawa/gp25")
+    status = main(["convert", str(tmp_path / name), "--to", target, *where, *more])
+    return status, capsys.readouterr().out
+
+
+def test_the_exit_status_is_0_for_a_proven_translation(tmp_path, capsys):
+    status, told = convert(tmp_path, capsys, "M.mod", module(*ROWS[:5], data=PLACES), "krl")
+    assert (status, "proven: every step of both runs agrees within 0.01 mm" in told) == (0, True)
+
+
+def test_what_is_left_out_ends_with_1_unless_the_reader_accepts_it(tmp_path, capsys):
+    text = module(*ROWS[:3], "ERROR", "SetDO do9,1;", data=PLACES)
+    status, told = convert(tmp_path, capsys, "M.mod", text, "krl", "--on-loss", "comment")
+    assert status == 1
+    assert "not proven: left out of the translation, first at" in told
+    assert "M.mod:10" in told
+    assert (
+        convert(tmp_path, capsys, "M.mod", text, "krl", "--on-loss", "comment", "--accept", "left-out")[0]
+        == 0
+    )
+
+
+def test_a_run_that_needs_unknown_values_ends_with_1_unless_the_reader_accepts_it(tmp_path, capsys):
+    text = tp("J P[1] 100% FINE", "L PR[5] 100mm/sec FINE", positions=[(1, 0, 0, 900, 0, 400, 180, 0, 0)])
+    status, told = convert(tmp_path, capsys, "part.ls", text, "rapid")
+    assert (status, "could not be compared to their end" in told) == (1, True)
+    assert convert(tmp_path, capsys, "part.ls", text, "rapid", "--accept", "uncompared")[0] == 0
+
+
+def test_a_difference_that_the_receipt_names_is_accepted_or_within_a_tolerance(tmp_path, capsys):
+    text = module("MoveJ p1,v100,fine,tool0;", "MoveJ p2,v300,fine,tool0;", data=PLACES)
+    status, told = convert(tmp_path, capsys, "M.mod", text, "krl")
+    assert (status, "the runs differ as is named below" in told) == (1, True)
+    assert convert(tmp_path, capsys, "M.mod", text, "krl", "--accept", "named")[0] == 0
+    assert convert(tmp_path, capsys, "M.mod", text, "krl", "--tolerance", "speed=10")[0] == 0
+    assert convert(tmp_path, capsys, "M.mod", text, "krl", "--tolerance", "blur=10")[0] == 2
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6, 7])
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_runs_of_arcs_of_any_length_are_paired_with_what_was_made_of_them(count, target, tmp_path, capsys):
+    places = [(800, 0), (850, 50), (900, 10), (960, -50), (1000, 0), (1050, 55), (1060, 90), (1050, 120)]
+    flags = ",".join("0" * 24)
+    rows = ["///TOOL 0", "///POSTYPE ROBOT", "///RECTAN", f"///RCONF {flags}"]
+    rows += [f"C{n:05d}={x},{y},400.000,180.0000,0.0000,0.0000" for n, (x, y) in enumerate(places)]
+    moves = [f"MOVC C{n:05d} V=100.0 PL=0" for n in range(count)]
+    moves = ["MOVJ C00000 VJ=50.00 PL=0", *moves, "MOVL C00007 V=100.0 PL=0"]
+    text = inform(*moves, points=rows).replace("///NPOS 0", f"///NPOS {len(places)}")
+    status, told = convert(tmp_path, capsys, "PART.JBI", text, target)
+    assert status == 0, told
+    assert f"both run: {count + 2} steps" in told or f"both run: {count + 1} steps" in told
