@@ -429,7 +429,8 @@ def test_a_flat_translation_runs_as_the_program_does(source, target):
         plan, other, speeds=not named & {"speed", "configuration"}, blends="blend" not in named
     )
     assert found.is_equal, found.differences
-    assert found.steps == 15
+    # INFORM's arc is a chain: its first point, where the arm stands already, and two parts.
+    assert found.steps == 15 + (source == "inform") * (2 if target == "inform" else 1)
     assert found.worst_position <= 1e-6
     assert len([name for name in made.files if not name.endswith(".dat")]) == 1
 

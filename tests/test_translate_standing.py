@@ -13,6 +13,7 @@ from olp.transpile.convert import convert
 HEAD = "DEF p ( )\nE6POS here\n$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n$VEL.CP=0.5\n$APO.CDIS=50\n"
 POINT = "LIN {X 1000,Y %d,Z 1200,A 0,B 90,C 0} C_DIS\n"
 RELATIVE = HEAD + POINT % 0 + POINT % 400 + "$OUT[1]=TRUE\nLIN_REL {Z -30}\nEND\n"
+ON_THE_WAY = HEAD + POINT % 0 + POINT % 400 + "LIN_REL {Z -30}\nEND\n"
 READ = HEAD + POINT % 0 + POINT % 400 + "here=$POS_ACT\nhere.Z=here.Z+50\nLIN here\nEND\n"
 BRANCH = HEAD + POINT % 0 + "IF $IN[1] THEN\n" + POINT % 400 + "ENDIF\nLIN_REL {Z -30}\nEND\n"
 FIRST = HEAD + "here=$POS_ACT\nhere.Z=here.Z+50\nLIN here\n" + POINT % 400 + POINT % 0 + "END\n"
@@ -48,7 +49,7 @@ def test_the_move_before_stops_and_the_receipt_says_so(text, target):
 
 @pytest.mark.parametrize("target", ["inform", "tp"])
 def test_a_relative_move_that_the_target_has_itself_needs_no_stop(target):
-    moves, _ = converted(RELATIVE, target)
+    moves, _ = converted(ON_THE_WAY, target)
     assert moves[1].blend == moves[0].blend
 
 

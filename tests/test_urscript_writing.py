@@ -521,7 +521,11 @@ def test_the_same_task_in_another_language_does_in_python_what_the_script_does(v
         if word != "movej":
             assert how["v"] == pytest.approx(wanted_how["v"])
             np.testing.assert_allclose(tool, wanted_tool, atol=1e-6)
-        if vendor != "tp":  # CNT is a share of the speed, whose radius the robot decides
+        if vendor == "tp":  # CNT is a share of the speed, whose radius the robot decides
+            continue
+        if vendor == "krl" and word == "movel" and wanted_how["v"] == pytest.approx(0.1205):
+            assert how["r"] == 0.0, "the loop ends at a WAIT FOR, which stops KUKA's advance run"
+        else:
             assert how["r"] == pytest.approx(wanted_how["r"])
 
 

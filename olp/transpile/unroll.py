@@ -21,8 +21,9 @@ from olp.ir.program import (
     Statement,
     Wait,
 )
-from olp.robots.geometry import Pose, rotation_from_quaternion
+from olp.robots.geometry import Pose, rotation_from_quaternion, slerp
 from olp.robots.kinematics import forward
+from olp.runtime.paths import point_on_arc
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import Fate, Work
 from olp.transpile.records import literal_of
@@ -90,11 +91,26 @@ def _move(plan: Plan, step: int, s: Move, work: Work) -> list[Statement]:
         "tool_offset": None,
     }
     if s.via is not None:
-        changes["via"] = _literal(plan, int(plan.moves.via[row]), False)
+        changes |= _arc(plan, row)
     tool = _tool(plan, at)
     if tool is not None:
         changes["tool"] = tool
     return [replace(s, **changes)]
+
+
+def _arc(plan: Plan, row: int) -> dict[str, Any]:
+    """A point half on the way of the arc, which ends at the target; a way through three points of a line is straight.
+
+    The plan's own third point of an arc lies beyond its target.
+    """
+    if plan.moves.via[row] < 0:
+        return {"via": None, "arc": None, "path": Path.LINEAR}
+    rows = np.array([row])
+    start, target, third = (getattr(plan.moves, name)[rows] for name in ("start", "target", "via"))
+    where = plan.positions.position
+    middle = point_on_arc(where[start], where[target], where[third], plan.moves.before[rows], np.array([0.5]))[0]
+    turn = slerp(plan.positions.quaternion[start], plan.positions.quaternion[target], np.array([0.5]))[0]
+    return {"via": literal_of(Pose(middle, rotation_from_quaternion(turn))), "arc": None}
 
 
 def _tool(plan: Plan, at: int) -> PositionLiteral | None:
