@@ -44,6 +44,8 @@ def same(first, second) -> bool:
         return list(first) == list(second) and all(same(first[key], second[key]) for key in first)
     if is_dataclass(first):
         return all(same(getattr(first, f.name), getattr(second, f.name)) for f in fields(first))
+    if type(first).__eq__ is object.__eq__ and hasattr(first, "__dict__"):
+        return same(vars(first), vars(second))
     return first == second or first != first
 
 
