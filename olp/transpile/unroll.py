@@ -108,7 +108,9 @@ def _arc(plan: Plan, row: int) -> dict[str, Any]:
     rows = np.array([row])
     start, target, third = (getattr(plan.moves, name)[rows] for name in ("start", "target", "via"))
     where = plan.positions.position
-    middle = point_on_arc(where[start], where[target], where[third], plan.moves.before[rows], np.array([0.5]))[0]
+    middle = point_on_arc(
+        where[start], where[target], where[third], plan.moves.before[rows], np.array([0.5])
+    )[0]
     turn = slerp(plan.positions.quaternion[start], plan.positions.quaternion[target], np.array([0.5]))[0]
     return {"via": literal_of(Pose(middle, rotation_from_quaternion(turn))), "arc": None}
 
