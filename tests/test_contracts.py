@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path as FilePath
 
@@ -24,10 +25,15 @@ from olp.identification.signature.estimator import estimator_names, load_estimat
 from olp.ir.program import Move, Path
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.reports.formats import report_names
+from olp.robots import robot as robot_module
 from olp.robots.robot import robot_names
 from olp.timing.motion import load_model, model_names
 from olp.timing.physics import load_term, term_names
 from olp.transpile.export import writable
+
+sys.path.insert(0, str(FilePath(__file__).parent.parent / "bench"))
+from contract_faults import KINDS
+from contract_faults.code import source_of
 
 HOSTS = FilePath(__file__).parent.parent / "hosts"
 MAKERS = sorted({name.partition("/")[0] for name in robot_names()})
@@ -106,3 +112,43 @@ def test_a_broken_reader_is_told_by_promise_input_and_difference(monkeypatch: py
     with pytest.raises(ContractError) as caught:
         check_vendor(vendor, first=True)
     assert len(caught.value.broken) == 1
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes", "says"),
+    [
+        ("signs = [-1, 1, -1, 1, -1, 1]", "signs = [-1, 1, 1, 1, -1, 1]", "signs"),
+        ("zero_deg = [0, 90, 90, 0, 0, 180]", "zero_deg = [0, 90, 0, 0, 0, 180]", "zero_deg"),
+        ("upper_deg =  45", "upper_deg = 0.785398163", "a range that ends at"),
+        ("upper_deg =  45", "upper_deg = 450", "from the standard stance"),
+        ("a1_mm = 25", "a1_mm = 0.025", "a length of 0.025 mm"),
+        ("origin_below_mm = 400", "origin_below_mm = -400", "origin_below_mm"),
+    ],
+)
+def test_a_robot_that_counts_or_measures_otherwise_breaks_its_contract(
+    was: str, becomes: str, says: str, tmp_path: FilePath
+) -> None:
+    text = (FilePath(robot_module.__file__).parent / "kuka" / "kr10-r1100-2.toml").read_text(encoding="utf-8")
+    assert was in text
+    (tmp_path / "robot.toml").write_text(text.replace(was, becomes), encoding="utf-8")
+    with pytest.raises(ContractError, match=says):
+        check_robot(tmp_path / "robot.toml")
+
+
+def test_an_arm_with_a_link_on_the_other_side_than_its_makers_others_breaks_its_contract(
+    tmp_path: FilePath,
+) -> None:
+    text = (FilePath(robot_module.__file__).parent / "universal-robots" / "ur5.toml").read_text(
+        encoding="utf-8"
+    )
+    (tmp_path / "robot.toml").write_text(text.replace("-109.15", "109.15"), encoding="utf-8")
+    with pytest.raises(ContractError, match="as no other arm of Universal Robots"):
+        check_robot(tmp_path / "robot.toml")
+
+
+def test_faults_are_planted_in_the_source_of_every_member_that_has_one() -> None:
+    for kind in ("vendor", "writer", "term", "model", "estimator", "report"):
+        for member in KINDS[kind].members():
+            modules = KINDS[kind].modules(member)
+            assert modules, (kind, member)
+            assert all(FilePath(source_of(name)).exists() for name in modules), (kind, member)

@@ -41,11 +41,15 @@ def robot_faults(name: str) -> list[Planted]:
     """Numbers of the file, drawn at random, each with one of the operations; and two numbers of a row swapped."""
     text = (ROOT / "olp" / "robots" / f"{name}.toml").read_text(encoding="utf-8")
     body = text.partition("[sources]")[0].partition("[dynamics")[0]
-    places = [found for found in _NUMBER.finditer(body) if float(found.group()) != 0.0]
+    places = [found for found in _NUMBER.finditer(_without_words(body)) if float(found.group()) != 0.0]
     dice = random.Random(f"{SEED}{name}")
     found: list[Planted] = []
     for place in dice.sample(places, min(_PER_FILE - 2, len(places))):
         says = dice.choice(list(_OPERATIONS))
+        if abs(float(place.group())) == 180.0 and body.rfind("zero_deg", 0, place.start()) > body.rfind(
+            "\n", 0, place.start()
+        ):
+            says = "a thousandth"  # a zero of -180 degrees is one of 180
         other = f"{_OPERATIONS[says](float(place.group())):.9g}"
         line = body.count("\n", 0, place.start()) + 1
         found.append((f"line {line}: {place.group()} {says}", _file(text, place.span(), other)))
@@ -54,6 +58,11 @@ def robot_faults(name: str) -> list[Planted]:
         swapped = f"{pair[1]}{pair[4]}{pair[3]}{pair[2]}"
         found.append((f"{pair.group()}: limits swapped", _file(text, pair.span(), swapped)))
     return found
+
+
+def _without_words(text: str) -> str:
+    """The same length with blanks for texts in quotes and for comments: what stands there is no number of the file."""
+    return re.sub(r'"[^"\n]*"|#[^\n]*', lambda found: " " * len(found.group()), text)
 
 
 def _file(text: str, span: tuple[int, int], other: str) -> Callable[[], Callable[[], bool]]:

@@ -13,7 +13,8 @@ import numpy as np
 
 from olp.contracts.promises import Difference, Promise, hold
 from olp.robots.kinematics import forward, inverse, joints_to_pulses, pulses_to_joints
-from olp.robots.robot import Robot, load_robot
+from olp.robots.model import Array, Geometry
+from olp.robots.robot import Robot, load_robot, robot_names
 from olp.robots.sources import number_groups
 
 _DEG: Final = math.pi / 180.0
@@ -24,6 +25,20 @@ _PAYLOAD: Final = re.compile(r"^(?:kr|irb\d{3,4}s?t?-|crb\d{5}-)(?:\d+-l)?(\d+)(
 _TIP_SPEED: Final = (1.5, 12.0)  # [m/s] of the wrist, arm stretched, by one of the first three axes
 _ACCELERATION_TIME: Final = (0.05, 1.5)  # [s] of an axis to its speed
 _PULSES: Final = (400.0, 3000.0)  # per degree
+# How far each axis turns from the standard stance (upper arm up, forearm and flange forward): the least and the most of
+# its lower end, and of its upper end. In that stance all makers' arms are alike, however they count.
+_TURNS: Final = (
+    ((-190, -150), (150, 190)),
+    ((-185, -25), (70, 185)),  # it leans backwards, and forwards
+    ((-195, -45), (70, 330)),  # the forearm lowers, and lifts
+    ((-410, -135), (135, 410)),
+    ((-200, -95), (85, 200)),  # the flange looks down, and up
+    ((-470, -85), (170, 600)),
+)  # [deg]
+_SHORTEST: Final = 5.0  # [mm] of a length, [deg] of a range's end, that is not 0
+_LONGEST: Final = 3.0  # [m] of one link
+_DIGITS: Final = 3  # decimals of mm and of degrees in data sheets
+_PROPORTION: Final = 2.2  # by which a length's share of the arm differs among the arms of a maker
 
 
 def check_robot(robot: str | Path | Robot, *, first: bool = False) -> None:
@@ -73,7 +88,7 @@ def has_limits_of_a_machine(robot: Robot) -> Iterator[Difference]:
             continue
         if not 100 * _DEG < span < (21 * math.tau if abs(axis.upper + axis.lower) < 1e-6 else 3 * math.tau):
             yield given, f"a range of {span / _DEG:.4g} deg"
-        if not 30 * _DEG < axis.speed < 1500 * _DEG:
+        if not 30 * _DEG < axis.speed < (1500 if robot.kind == "arm" else 400) * _DEG:
             yield given, f"a speed of {axis.speed / _DEG:.4g} deg/s"
         if axis.acceleration is not None:
             low, high = _ACCELERATION_TIME
@@ -87,7 +102,14 @@ def has_limits_of_a_machine(robot: Robot) -> Iterator[Difference]:
 
 def has_axes_of_an_arm(robot: Robot) -> Iterator[Difference]:
     """A six-axis arm turns as far to the left as to the right, and its axes are about as fast as each other"""
-    if robot.kind != "arm" or len(robot.axes) != 6:
+    if robot.kind != "arm":
+        return
+    if not 1.0 <= robot.speeds.max() / robot.speeds.min() < 8.0:
+        yield (
+            "the speed of the fastest axis to the slowest",
+            f"{robot.speeds.max() / robot.speeds.min():.3g} times",
+        )
+    if len(robot.axes) != 6:
         return
     for at in (0, 3, 5):
         axis = robot.axes[at]
@@ -105,6 +127,122 @@ def has_axes_of_an_arm(robot: Robot) -> Iterator[Difference]:
     ):
         if not 0.99 <= ratio < most:
             yield f"the speed of {name}", f"{ratio:.3g} times"
+
+
+def has_numbers_of_a_data_sheet(robot: Robot) -> Iterator[Difference]:
+    """Lengths and ranges are as data sheets print them, in mm and degrees: few decimals, and nothing next to nothing"""
+    for axis in robot.axes:
+        unit = 1e-3 if axis.linear else _DEG
+        for end in (axis.lower, axis.upper):
+            whole = axis.pulses_per_unit is not None and _is_rounded(end * axis.pulses_per_unit, 0)
+            if not (_is_rounded(end / unit, _DIGITS - 1) or whole) or 0.0 < abs(end / unit) < _SHORTEST:
+                yield (
+                    f"axis {axis.name}",
+                    f"a range that ends at {end / unit:.9g} {'mm' if axis.linear else 'deg'}",
+                )
+    first = robot.axes[0]
+    if first.pulses_per_unit is not None and first.pulses_per_unit < 0.0:
+        yield (
+            f"axis {first.name}",
+            "its pulses fall as it turns: the first axis of every known arm counts with them",
+        )
+    for name, length in _lengths(robot):
+        if abs(length) > _LONGEST or (length < 0.0 and name == "base_height"):
+            yield name, f"{length:g} m"
+        if not _is_rounded(length * 1e3, _DIGITS) or 0.0 < abs(length * 1e3) < _SHORTEST:
+            yield name, f"a length of {length * 1e3:.9g} mm"
+
+
+def _is_rounded(value: float, decimals: int) -> bool:
+    return abs(round(value, decimals) - value) < 1e-6
+
+
+def _lengths(robot: Robot) -> Iterator[tuple[str, float]]:
+    """Every length of the geometry [m], with its name."""
+    geometry = robot.geometry
+    if geometry is None:
+        return
+    yield "base_height", geometry.base_height or 0.0
+    if geometry.links is not None:
+        yield from (
+            (name, getattr(geometry.links, name)) for name in ("a1", "a2", "a3", "d4", "d6", "height")
+        )
+        return
+    for joint in geometry.joints:
+        yield from ((f"the offset of joint {robot.axes[joint.axis].name}", value) for value in joint.offset)
+    yield from (("flange_offset", value) for value in geometry.flange_offset)
+
+
+def takes_the_standard_stance(robot: Robot) -> Iterator[Difference]:
+    """From upper arm up and forearm forward each axis turns about as far as those of other arms, however it counts"""
+    links = None if robot.geometry is None else robot.geometry.links
+    if links is None or robot.kind != "arm":
+        return
+    if any(sign not in (-1, 1) for sign in links.signs):
+        yield "signs", f"{links.signs}"
+    if any(zero / _DEG % 90 > 1e-9 or abs(zero) > math.pi + 1e-9 for zero in links.zeros):
+        yield "zero_deg", f"{[f'{zero / _DEG:g}' for zero in links.zeros]}"
+    if links.height < 0.0:
+        yield "origin_below_mm", f"{links.height * 1e3:g} mm"
+    for axis, sign, zero, bounds in zip(robot.axes, links.signs, links.zeros, _TURNS, strict=True):
+        ends = sorted((sign * end + zero) / _DEG for end in (axis.lower, axis.upper))
+        for end, (least, most), what in zip(ends, bounds, ("down", "up"), strict=True):
+            if not least <= end <= most:
+                yield f"axis {axis.name}", f"it turns {what} to {end:.4g} deg from the standard stance"
+
+
+def counts_as_its_maker(robot: Robot) -> Iterator[Difference]:
+    """Directions and zeros of the axes are those of another arm of its maker, or the source of the lengths says so"""
+    others = [other.geometry for other in _others(robot) if other.geometry is not None]
+    if robot.geometry is None or robot.kind != "arm" or not others:
+        return
+    links = robot.geometry.links
+    if links is None:
+        yield from _is_built_as(robot, [other for other in others if other.links is None])
+        return
+    source, spherical = robot.sources.get("links", ""), [other.links for other in others if other.links]
+    for name, own, known in (
+        ("signs", links.signs, [other.signs for other in spherical]),
+        ("zero_deg", links.zeros, [other.zeros for other in spherical]),
+    ):
+        same = any(np.allclose(np.subtract(own, other) % math.tau, 0.0) for other in known)
+        told = "the other way" in source if name == "signs" else "at zero" in source or "= 0" in source
+        if spherical and not same and not told:
+            yield name, f"{[round(float(x), 4) for x in own]}, as no other arm of {robot.maker}"
+
+
+def _others(robot: Robot) -> list[Robot]:
+    """The other robots of its maker in the library."""
+    maker = f"{robot.name.partition('/')[0]}/"
+    return [load_robot(name) for name in robot_names() if name.startswith(maker) and name != robot.name]
+
+
+def _is_built_as(robot: Robot, others: list[Geometry]) -> Iterator[Difference]:
+    """The offsets of a chain beside those of the maker's chains with the same directions: sides and proportions."""
+    assert robot.geometry is not None
+    own = robot.geometry
+    directions = [joint.direction for joint in own.joints]
+    alike = [other for other in others if [joint.direction for joint in other.joints] == directions]
+    if not alike:
+        return
+    mine, theirs = _shares(own), np.array([_shares(other) for other in alike])
+    for k, offset in enumerate((*(joint.offset for joint in own.joints), own.flange_offset)):
+        for side in range(3):
+            share, least, most = mine[k, side], theirs[:, k, side].min(), theirs[:, k, side].max()
+            low = least / _PROPORTION if least > 0.0 else least * _PROPORTION
+            high = most * _PROPORTION if most > 0.0 else most / _PROPORTION
+            if not low <= share <= high:
+                yield (
+                    f"offset {k + 1}",
+                    f"{[f'{x * 1e3:g}' for x in offset]} mm, as no other arm of {robot.maker}",
+                )
+
+
+def _shares(geometry: Geometry) -> Array:
+    """(joints + 1, 3) the offsets over the length of the two longest."""
+    rows = np.array([*(joint.offset for joint in geometry.joints), geometry.flange_offset])
+    found: Array = rows / np.sort(np.linalg.norm(rows, axis=1))[-2:].sum()
+    return found
 
 
 def reaches_what_its_name_says(robot: Robot) -> Iterator[Difference]:
@@ -207,6 +345,9 @@ def weighs_what_an_arm_weighs(robot: Robot) -> Iterator[Difference]:
 PROMISES: Final[tuple[Promise[Robot], ...]] = (
     names_its_sources,
     has_limits_of_a_machine,
+    has_numbers_of_a_data_sheet,
+    takes_the_standard_stance,
+    counts_as_its_maker,
     has_axes_of_an_arm,
     reaches_what_its_name_says,
     has_lengths_of_an_arm,
