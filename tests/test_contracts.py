@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path as FilePath
 
 import pytest
@@ -21,8 +23,10 @@ from olp.contracts import (
     check_vendor,
     check_writer,
 )
+from olp.core.diagnostic import error
 from olp.identification.signature.estimator import estimator_names, load_estimator
-from olp.ir.program import Move, Path
+from olp.ir.program import Message, Move, Path
+from olp.languages.limits import limits_of
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.reports.formats import report_names
 from olp.robots import robot as robot_module
@@ -152,3 +156,34 @@ def test_faults_are_planted_in_the_source_of_every_member_that_has_one() -> None
             modules = KINDS[kind].modules(member)
             assert modules, (kind, member)
             assert all(FilePath(source_of(name)).exists() for name in modules), (kind, member)
+
+
+@pytest.mark.parametrize("name", writable())
+def test_a_writer_that_refuses_what_its_limits_do_not_declare_breaks_its_contract(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A message is in no contract program, so that nothing else notices."""
+    vendor = find_vendor(name)
+    module = import_module(f"{type(vendor).__module__}.writer")
+    whole = module.write
+
+    @functools.wraps(whole)
+    def write(program, *rest, **more):
+        values, problems = whole(program, *rest, **more)
+        messages = [s for s in program.statements() if isinstance(s, Message)]
+        return values, [*problems, *(error("X002", "no messages", (s.line, 1, 1)) for s in messages)]
+
+    monkeypatch.setattr(module, "write", write)
+    with pytest.raises(ContractError, match="`refuses` in its limits names nothing of it: no messages"):
+        check_writer(vendor)
+
+
+def test_a_writer_that_writes_what_its_limits_declare_as_refused_breaks_its_contract(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    name = writable()[0]
+    limits = limits_of(name)
+    module = import_module(f"{type(find_vendor(name)).__module__}.limits")
+    monkeypatch.setattr(module, "LIMITS", replace(limits, refuses=limits.refuses | {"Message"}))
+    with pytest.raises(ContractError, match="its limits say that it is refused, and it is written"):
+        check_writer(find_vendor(name))

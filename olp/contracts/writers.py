@@ -20,12 +20,14 @@ from olp.core.diagnostic import OlpError
 from olp.core.source import load
 from olp.ir.expressions import Number, Signal, State
 from olp.ir.program import Comment, Declare, Opaque, Program, SetOutput
+from olp.languages.limits import limits_of
 from olp.languages.vendor import Vendor, find_vendor, vendor_names
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
 from olp.transpile.convert import Converted, convert
 from olp.transpile.export import writable
 from olp.transpile.link import link
+from olp.transpile.probes import probes, program_with
 
 _DATE: Final = "2026/04/23 17:39"
 
@@ -81,6 +83,15 @@ class WriterUnderTest:
 
     def written(self, program: Program) -> Converted:
         return convert(program, self.vendor.name, Context(robot=robot_of()), date=_DATE)
+
+    def undeclared(self, kind: str, refused: OlpError) -> Iterator[str]:
+        """What a refusal says and `Limits.refuses` does not. `kind`: of the refused statement, "" for other things."""
+        declared = limits_of(self.vendor.name).refuses
+        for found in refused.diagnostics:
+            if kind not in declared and not any(words in found.message for words in declared):
+                yield f"refused, and `refuses` in its limits names nothing of it: {found.message}"
+            if not found.code or not found.message.strip():
+                yield "refused without a reason"
 
     def events(self, made: Converted) -> tuple[Program, list[Event]]:
         return read_again(made, self.vendor)
@@ -230,6 +241,27 @@ def loses_nothing_else(it: WriterUnderTest) -> Iterator[Difference]:
                 )
 
 
+def writes_each_kind_of_statement(it: WriterUnderTest) -> Iterator[Difference]:
+    """Each kind of statement does the same when it is written and read again, or its limits declare it as refused"""
+    declared = limits_of(it.vendor.name).refuses
+    for kind, statements in probes().items():
+        program = program_with(statements, it.vendor.name)
+        try:
+            made = it.written(program)
+        except OlpError as refused:
+            yield from ((kind, told) for told in it.undeclared(kind, refused))
+            continue
+        if kind in declared:
+            yield kind, "its limits say that it is refused, and it is written"
+        plan = run(program, robot_of(), max_steps=5000)
+        wanted = [
+            replace(e, axes=e.axes if e.kind == "joint" else ()) for e in events_of(program, plan, it.vendor)
+        ]
+        _, found = it.events(made)
+        wanted = stopped_by_advance(loosened(wanted, made.translated.losses), it.vendor)
+        yield from ((f"a program with {kind}", d) for d in differences(wanted, found))
+
+
 def writes_back_its_own(it: WriterUnderTest) -> Iterator[Difference]:
     """A program that is exported in its own language and read again does the same, with the same comments"""
     program = link(it.vendor.read(load(it.main))).program
@@ -253,15 +285,18 @@ def _comments(program: Program) -> list[str]:
 
 
 def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
-    """Every other language's handling program does the same in this one, and again when it is translated back"""
+    """Other languages' handling programs do the same in this one and when translated back, or a refusal is declared"""
+    refusals = []
     for name in vendor_names():
         sample = handling_sample(name) if name != it.vendor.name else None
         if sample is None:
             continue
         try:
             there = it.written(sample.program)
-        except OlpError:
-            continue  # refused before a character was written: nothing is lost in silence
+        except OlpError as refused:
+            refusals.append(name)
+            yield from ((f"{name} to {it.vendor.name}", told) for told in it.undeclared("", refused))
+            continue
         read, found = it.events(there)
         wanted = stopped_by_advance(_wanted(sample, there), it.vendor, find_vendor(name))
         yield from ((f"{name} to {it.vendor.name}", d) for d in differences(wanted, found))
@@ -273,6 +308,8 @@ def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
             # How long the way to the first point is, nobody can say, so no speed of another kind comes back from it.
             kept[0] = replace(kept[0], share=math.nan, axis=math.nan, speed=math.nan)
             yield from ((f"{name} to {it.vendor.name} and back", d) for d in differences(kept, found))
+    if 2 * len(refusals) > len(vendor_names()):
+        yield f"handling programs of {', '.join(refusals)}", "refused: a writer takes those of most languages"
 
 
 def _wanted(sample: Sample, made: Converted) -> list[Event]:
@@ -342,6 +379,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     spells_speeds_as_the_sample,
     keeps_words,
     loses_nothing_else,
+    writes_each_kind_of_statement,
     has_a_true_reader,
     writes_back_its_own,
     writes_the_same_again,

@@ -182,6 +182,8 @@ class Limits:
         0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
     )
     data_beside: bool = False  # data go into a file beside the program: the writer takes `pair`
+    # What is refused: kinds of statements, as `Vendor.reads` names them, and words of the refusals of other things
+    refuses: frozenset[str] = frozenset()
 
 
 def limits_of(vendor: str) -> Limits:

@@ -98,4 +98,17 @@ LIMITS: Final = Limits(
     has_integers=True,
     tasks=15,  # of the larger controllers; smaller ones have five
     task_name="SUB{}",
+    refuses=frozenset(
+        {
+            "Clear",
+            "Opaque",
+            "Process",
+            "Reference",
+            "ShiftOff",
+            "ShiftOn",
+            "the tool or frame is computed",
+            "a frame that is computed",
+            "data of the type",
+        }
+    ),
 )

@@ -66,4 +66,21 @@ LIMITS: Final = Limits(
     reference_parameters=True,  # arrays are handed over in no other way
     wait_poll=0.012,
     data_beside=True,
+    refuses=frozenset(
+        {
+            "Clear",
+            "DefineFrame",
+            "Move spline",
+            "Opaque",
+            "Process",
+            "ReadInput",
+            "Reference",
+            "ShiftOff",
+            "ShiftOn",
+            "StartTask",
+            "Synchronise",
+            "WaitTask",
+            "data of the type",
+        }
+    ),
 )

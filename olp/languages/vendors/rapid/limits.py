@@ -48,4 +48,23 @@ LIMITS = Limits(
     ordered_arguments=True,  # they may be left out, but have no defaults
     reference_parameters=True,  # moves take tools that are persistent only
     array_literals=True,
+    refuses=frozenset(
+        {
+            "Clear",
+            "DefineFrame",
+            "ExternalTool",
+            "Move spline",
+            "Opaque",
+            "Process",
+            "Reference",
+            "ShiftOff",
+            "ShiftOn",
+            "StartTask",
+            "Synchronise",
+            "WaitTask",
+            "a variable whose type nothing tells",
+            "a signal with a computed number",
+            "data of the type",
+        }
+    ),
 )

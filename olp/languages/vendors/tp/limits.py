@@ -84,4 +84,20 @@ LIMITS: Final = Limits(
     first_signal=1,
     position_read_in="move",
     register_arguments=True,
+    refuses=frozenset(
+        {
+            "Clear",
+            "DefineFrame",
+            "ExternalTool",
+            "Opaque",
+            "Process",
+            "Reference",
+            "ShiftOff",
+            "ShiftOn",
+            "Synchronise",
+            "WaitTask",
+            "the tool or frame is computed",
+            "data of the type",
+        }
+    ),
 )

@@ -51,4 +51,21 @@ LIMITS: Final = Limits(
     array_literals=True,
     pose_functions=True,
     returned_parameters=True,
+    refuses=frozenset(
+        {
+            "Clear",
+            "DefineFrame",
+            "ExternalTool",
+            "Move spline",
+            "Opaque",
+            "Process",
+            "PulseOutput",
+            "ReadInput",
+            "Reference",
+            "ShiftOff",
+            "ShiftOn",
+            "Synchronise",
+            "data of the type",
+        }
+    ),
 )
