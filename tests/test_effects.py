@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.fluent import read
+from olp.ir import program as ir
 from olp.ir.points import PointKind, PointState
-from olp.ir.program import Path
 from olp.robots.controller_effects import GENERATIONS, Effects, effects_of, settling_of
 from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.robot import load_robot, robot_names
 from olp.runtime.assumptions import load_assumptions
-from olp.runtime.plan import PATHS, BlendCode, Plan
+from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 from olp.runtime.recorder import Recorder
 from olp.timing.motion import model_names
 from olp.timing.timing import time_plan
@@ -71,7 +73,7 @@ def line_of(length: float, *around: str) -> Plan:
         recorder.signal(0, 1)
     recorder.step(0, 1)
     index = recorder.position(0, state, (1.1, 0.1 + length, 0.2, 3.1, 0.2, -0.4))
-    recorder.row(0, index, PATHS.index(Path.LINEAR), 1, 0.1, BlendCode.EXACT)
+    recorder.row(0, index, PATHS.index(ir.Path.LINEAR), 1, 0.1, BlendCode.EXACT)
     if "after" in around:
         recorder.signal(0, 1)
     return replace(recorder.finish(()), settings={"accel_mm_s2": 1000.0, "settling_s": 0.0})
@@ -134,10 +136,49 @@ def test_half_the_speed_takes_twice_as_long_where_only_speed_counts(plan, model)
 
 
 def test_joint_moves_never_exceed_rated_speed(plan):
-    joint = np.full_like(plan.moves.path, PATHS.index(Path.JOINT))
+    joint = np.full_like(plan.moves.path, PATHS.index(ir.Path.JOINT))
     full = replace(plan, moves=replace(plan.moves, path=joint, fraction=np.ones(len(joint))))
     assert time_plan(full, override=1.5).total_s == time_plan(full).total_s
-    assert time_plan(full, override=0.2).total_s > time_plan(full).total_s
+    assert time_plan(full, override=0.5).total_s >= time_plan(full).total_s * (1 - 1e-9), (
+        "as fast: too short for half"
+    )
+    assert time_plan(full, override=0.4).total_s > time_plan(full).total_s
+
+
+OVERRIDES = (1.5, 1.2, 1.0, 0.97, 0.9, 0.8, 0.7, 0.6, 0.55, 0.5, 0.45, 0.4, 0.3, 0.2, 0.1)
+PROGRAMS = sorted(
+    path
+    for path in Path("samples").rglob("*")
+    if path.suffix.lower() in (".jbi", ".src", ".ls", ".mod", ".script", ".pdl", ".as")
+    and path.stat().st_size < 20_000
+)
+
+
+@pytest.mark.parametrize("path", PROGRAMS, ids=str)
+def test_no_lower_override_makes_a_way_from_stop_to_stop_faster(path):
+    """Corners included: which part of one counts for which line shifts with the speed, what both take does not fall."""
+    try:
+        plan = read(path).plan()
+    except OlpError:
+        pytest.skip("no program")
+    before = stretches(plan, OVERRIDES[0])
+    for override in OVERRIDES[1:]:
+        after = stretches(plan, override)
+        assert (after >= before * (1 - 1e-5) - 1e-9).all(), f"at {override}: {np.argmin(after / before)}"
+        before = after
+
+
+def stretches(plan: Plan, override: float) -> NDArray[np.float64]:
+    """[s] from each exact stop, wait and signal to the next; a stop ends the motion at any override."""
+    timing = time_plan(plan, override=override)
+    move = plan.kind == StepKind.MOVE
+    ends = ~move
+    ends[move] = plan.moves.blend_code[plan.row[move]] == BlendCode.EXACT
+    return (
+        np.add.reduceat(np.nan_to_num(timing.duration_s), np.flatnonzero(np.append(True, ends[:-1])))
+        if len(plan)
+        else np.zeros(0)
+    )
 
 
 def test_settings_are_read_in_the_units_of_their_names(tmp_path):

@@ -22,7 +22,8 @@ from olp.timing.corners import CornerPieces, Speeds, fade, replace_ends
 from olp.timing.demand import Demand
 
 Floats = NDArray[np.float64]
-_MOST_PASSES = 12  # over a chain: slower corners are smaller, which leaves their moves longer
+_MOST_PASSES = 20  # over a chain: slower corners are smaller, which leaves their moves longer
+_PATIENT = 4  # passes that go half of the way: a corner that was lowered is never raised again
 _SAME_SPEED = 1e-9
 
 
@@ -101,7 +102,9 @@ def _join(
         speeds = Speeds(
             np.minimum(speeds.entry, caps.end[before]), np.minimum(speeds.exit, caps.start[after])
         )
-    coupled = np.zeros(len(before), dtype=bool)
+    # Speeds that no corner lets the moves reach would only make the first corners larger than any that there will be.
+    coupled = np.abs(speeds.entry - speeds.exit) <= _SAME_SPEED * speeds.entry
+    speeds = _reachable(speeds, wanted.length[rows], wanted, rows, coupled)
     for turn in range(_MOST_PASSES):
         speeds, pieces = fade(plan, wanted, before, after, faded, shift, speeds)
         speeds, shapes = replace_ends(plan, wanted, before, after, replaced, speeds)
@@ -117,10 +120,12 @@ def _join(
         wished, speeds = speeds, _reachable(speeds, left, wanted, rows, coupled)
         if speeds is wished:
             break
-        shift = np.minimum(
-            shift, pieces.shift[before]
-        )  # slower corners are smaller: what fits once fits again
-        if turn:  # what is lowered again and again is left as fast as it is entered, which ends it
+        if turn < _PATIENT:  # slower corners are smaller and leave more room: half of the way there, by ratio
+            speeds = Speeds(*(np.sqrt(a * b) for a, b in zip(wished, speeds, strict=True)))
+            continue
+        # Slower corners are smaller: what fits once fits again.
+        shift = np.minimum(shift, pieces.shift[before])
+        if turn > _PATIENT:  # what is lowered again and again is left as fast as it is entered, which ends it
             coupled |= (speeds.entry < wished.entry) | (speeds.exit < wished.exit)
     out.end_speed[before], out.start_speed[after] = speeds
     out.saving[before] = pieces.shift[before] - shapes.span[before]

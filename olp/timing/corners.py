@@ -13,6 +13,7 @@ first the shift shrinks and then the speed. *Replaced*, all other laws: the law'
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -33,8 +34,9 @@ _RADIUS_LAW = "radius"
 _JOINT = PATHS.index(Path.JOINT)
 _CURVES = ((PATHS.index(Path.CIRCULAR), point_on_arc), (PATHS.index(Path.SPLINE), point_on_parabola))
 _STEP = 1e-4  # of a curve: its chord there is its direction to 1e-4 of what the curve turns
-_BITS = 16  # of a share that is found by halving
+_BITS = 30  # of a share that is found by halving
 _NEAR_REST = 1e-6  # [m/s] slower is standing
+_ROUNDING = 1e-12  # [s]
 
 
 class Speeds(NamedTuple):
@@ -151,23 +153,26 @@ def fade(
         alone = np.maximum(entry / fall_limit, leave / rise_limit)
         return np.where(mixed, alone, np.where(apart, np.maximum(alone, together), together))
 
-    def speeds_at(share: Floats) -> tuple[Floats, Floats]:
-        level = both + share * (np.maximum(speeds.entry[at], speeds.exit[at]) - both)
-        return np.minimum(speeds.entry[at], level), np.minimum(speeds.exit[at], level)
-
-    share = np.zeros(len(at))
-    for bit in range(1, _BITS + 1):  # how far the faster row may be above what both can, by halving
-        more = share + 0.5**bit
-        entry, leave = speeds_at(more)
+    def room_for_shift(entry: Floats, leave: Floats) -> Floats:
         last = ramp(entry, leave)
-        fits = entry * (asked + np.maximum(asked, last / 2)) <= room_before
-        share = np.where(fits & (leave * (asked + last / 2) <= room_after), more, share)
-    entry, leave = speeds_at(np.where(share > 1 - 2 * 0.5**_BITS, 1.0, share))
-    fall = ramp(entry, leave)
-    room = np.minimum(
-        np.minimum(room_before / entry, room_after / leave) - fall / 2, room_before / (2 * entry)
-    )
-    moved = np.clip(np.minimum(asked, room), 0.0, None)
+        room = np.minimum(room_before / entry, room_after / leave) - last / 2
+        return np.asarray(np.minimum(room, room_before / (2 * entry)))
+
+    # What is left of the shift where both rows are as slow as the slower one; no more of it is given up for speed.
+    kept = np.clip(np.minimum(asked, room_for_shift(both, both)), 0.0, None) - _ROUNDING
+
+    def raised(most: Floats, fits: Callable[[Floats], Mask]) -> Floats:
+        """How far one of both rows may be above `both`, at most `most` [m/s], by halving."""
+        share = np.zeros(len(at))
+        if np.any(most > both):
+            for bit in range(1, _BITS + 1):
+                more = share + 0.5**bit
+                share = np.where(fits(both + more * (most - both)), more, share)
+        return np.where(share > 1 - 2 * 0.5**_BITS, most, both + share * (most - both))
+
+    leave = raised(speeds.exit[at], lambda speed: room_for_shift(both, speed) >= kept)
+    entry = raised(speeds.entry[at], lambda speed: room_for_shift(speed, leave) >= kept)
+    moved = np.clip(np.minimum(asked, room_for_shift(entry, leave)), 0.0, None)
     apart = apart & (moved > 0)
     fall = ramp(entry, leave)
     rise = np.maximum(fall, 2 * moved)

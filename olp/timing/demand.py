@@ -110,13 +110,13 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, ou
         scale = np.where(length > _NOTHING, length / angle, 1.0)
     out.metric[rows] = ~(turning & (length <= _NOTHING))
     out.length[rows] = np.where(turning & (length <= _NOTHING), angle, length)
-    out.speed[rows] = np.where(
-        turning, np.minimum(turn * scale, np.where(length > _NOTHING, speed, np.inf)), speed
-    )
-    # While the tool turns its point still travels, and may not accelerate harder than on a plain line.
+    # Travelling and turning start and stop together: whichever takes longer, neither may exceed its own limits.
+    turns = angle > _NOTHING
+    able = np.where(turns, turn * scale, np.inf)
+    out.speed[rows] = np.where(turns & (length <= _NOTHING), able, np.minimum(speed, able))
     for column, push in ((out.acceleration, up), (out.deceleration, down)):
         travelling = np.where(length > _NOTHING, push, np.inf)
-        column[rows] = np.where(turning, np.minimum(turn_acceleration * scale, travelling), push)
+        column[rows] = np.where(turns, np.minimum(turn_acceleration * scale, travelling), push)
     out.rule[rows] = turning
     out.unknown[rows] = np.isnan(length) | (np.isnan(out.speed[rows]) & (out.length[rows] > _NOTHING))
     if (turning & np.isnan(moves.turn[rows])).any():
