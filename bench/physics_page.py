@@ -9,20 +9,14 @@ at random places, with roundings, loads, joint moves, turns of the tool and wait
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-
-import numpy as np
 
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
+from olp.contracts.term_page import PAGE, section  # noqa: E402
 from olp.contracts.terms import rich_case  # noqa: E402
-from olp.timing.physics import LogTerm, MoveTerm, Parameter, Term, load_term, term_names  # noqa: E402
-from olp.timing.physics._case import Case  # noqa: E402
-
-PAGE = ROOT / "docs/physics.md"
-
+from olp.timing.physics import LogTerm, MoveTerm, Term, load_term, term_names  # noqa: E402
 
 # --- the page ---------------------------------------------------------------------------------------------------------
 
@@ -47,7 +41,8 @@ dots are the lower half of it and orange ones the upper. It is what to look at i
 _BOUNDS = """
 Bounds are those of a recording of a GP25 with everything in it (`rich_case` in `olp/contracts/terms.py`); those that
 hang on speeds, accelerations, loads or distances of the recording are others elsewhere. Where all moves are joint
-moves, rad stands for m.
+moves, rad stands for m. Below them stands where the search for the values begins, and what `olp diagnose` would say
+of the first and the last of these starts.
 """
 
 
@@ -59,57 +54,12 @@ def page() -> str:
         f"| [`{t.name}`](#{t.name}) | {t.summary} | {_told_by(t)} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
         for t in terms
     )
-    return _HEAD + table + _PICTURES + _BOUNDS + "".join(_section(t, case) for t in terms)
+    return _HEAD + table + _PICTURES + _BOUNDS + "".join(section(t, case) for t in terms)
 
 
 def _told_by(term: Term) -> str:
     told = [("durations", isinstance(term, MoveTerm)), ("logs", isinstance(term, LogTerm))]
     return " and ".join(name for name, so in told if so)
-
-
-def _section(term: Term, case: Case) -> str:
-    lines = [f"\n## {term.name}\n", f"{_sentence(term.summary)} Trace: {term.does}.\n"]
-    if (PAGE.parent / _picture(term)).exists():
-        lines.append(f"![How much later moves are by {term.name}]({_picture(term)})\n")
-    lines += _forms(term, case) if isinstance(term, MoveTerm) else []
-    if isinstance(term, LogTerm):
-        lines.append(f"- in logs: ${term.equation}$")  # type: ignore[attr-defined]
-        lines += [_parameter(p) for p in term.parameters]  # type: ignore[attr-defined]
-    return "\n".join([*lines, f"\nSource: {_sentence(term.source)}\n"])
-
-
-def _picture(term: Term) -> str:
-    """Seen from the page."""
-    return f"images/physics/{term.name}.svg"
-
-
-def _forms(term: MoveTerm, case: Case) -> Iterator[str]:
-    """A list of forms with their parameters; axes of one limit share a line."""
-    forms = term.forms(case)
-    if not forms:
-        yield f"- ${term.equation}$, what remains late beside all other terms"  # type: ignore[attr-defined]
-    axes = [form.key for form in forms if form.axis >= 0]
-    first = next((form for form in forms if form.axis >= 0), None)
-    for form in forms:
-        if form.axis >= 0 and form is not first:
-            continue
-        key = f"each of {', '.join(axes)}" if form.axis >= 0 else form.key
-        yield f"- {key + ': ' if key else ''}${form.equation}$"
-        yield from (_parameter(p) for p in form.parameters)
-
-
-def _parameter(p: Parameter) -> str:
-    null = "" if np.isnan(p.null) else f"; null {_number(p.null)}"
-    unit = "" if p.unit == "1" else f" {p.unit}"
-    return f"    - `{p.name}`, {p.meaning}: {_number(p.low)} to {_number(p.high)}{unit}{null}"
-
-
-def _number(value: float) -> str:
-    return "∞" if np.isinf(value) else f"{value:.3g}"
-
-
-def _sentence(text: str) -> str:
-    return text[0].upper() + text[1:] + "."
 
 
 if __name__ == "__main__":

@@ -187,3 +187,29 @@ def test_a_writer_that_writes_what_its_limits_declare_as_refused_breaks_its_cont
     monkeypatch.setattr(module, "LIMITS", replace(limits, refuses=limits.refuses | {"Message"}))
     with pytest.raises(ContractError, match="its limits say that it is refused, and it is written"):
         check_writer(find_vendor(name))
+
+
+def test_a_term_that_is_not_what_its_equation_says_breaks_its_contract(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    term = load_term("settling")
+    act = type(term).act
+    monkeypatch.setattr(type(term), "act", lambda self, m, f, v, c: act(self, m, f, 1.1 * v, c))
+    with pytest.raises(ContractError, match="changes each move as an oracle works it out anew") as caught:
+        check_term(term)
+    assert "another added" in str(caught.value)
+
+
+def test_a_term_whose_page_says_other_bounds_breaks_its_contract(monkeypatch: pytest.MonkeyPatch) -> None:
+    term = load_term("settling")
+    forms = type(term).forms
+
+    def wider(self, case):
+        return tuple(
+            f._replace(parameters=tuple(p._replace(high=4.0) for p in f.parameters))
+            for f in forms(self, case)
+        )
+
+    monkeypatch.setattr(type(term), "forms", wider)
+    with pytest.raises(ContractError, match="only one of page and term says"):
+        check_term(term)

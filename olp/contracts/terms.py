@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.contracts.promises import Difference, Promise, hold
+from olp.contracts.term_oracles import COARSE, NEAR, ORACLES, Oracle
+from olp.contracts.term_page import PAGE, section
 from olp.core.units import deg, mm
 from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.model import Model, Part
@@ -113,9 +115,51 @@ def _points(rng: np.random.Generator, count: int) -> tuple[Array, Array, Array]:
 # --- the suite ----------------------------------------------------------------------------------------------
 
 
+@lru_cache(maxsize=1)
+def other_cases() -> tuple[tuple[str, Case], ...]:
+    """Recordings that tell other things: one acceleration, joint moves alone, no ratings, another load than told."""
+    rich, turning = rich_case(), rich_case(moves=20, joint_moves=60)
+    rng, n = np.random.default_rng(2), len(rich)
+    plain = rich.take(np.nonzero(~rich.joint)[0])
+    even = np.full(len(plain), _ACCELERATION)
+    joints = turning.take(np.nonzero(turning.joint | ~turning.moving)[0])
+    rates = turning.rates
+    assert rates is not None
+    return (
+        (
+            "one acceleration, no robot",
+            replace(plain, base=plain.base.with_(accelerate=even, decelerate=even), rates=None, derived={}),
+        ),
+        ("joint moves alone", joints),
+        (
+            "axes without ratings",
+            replace(
+                turning, rates=replace(rates, rated=None, rated_acceleration=None, bodies=None), derived={}
+            ),
+        ),
+        (
+            "another load and override than simulated",
+            replace(
+                rich,
+                override=rng.choice([0.5, 0.8, 1.0], n),
+                sim_payload=rng.choice([0.0, 5.0, 11.0], n),
+                sim_payload_inertia=rng.choice([0.0, 0.1, 0.3], n),
+                derived={},
+            ),
+        ),
+    )
+
+
 class TermUnderTest:
-    def __init__(self, term: Term) -> None:
+    """A term, the recording that tells everything, and an oracle of what it does (`olp.contracts.term_oracles`)."""
+
+    def __init__(self, term: Term, oracle: Oracle | None = None) -> None:
         self.term, self.case = term, rich_case()
+        self.oracle = oracle or (ORACLES.get(term.name) if self.is_shipped else None)
+
+    @property
+    def is_shipped(self) -> bool:
+        return type(self.term).__module__.startswith("olp.")
 
     @cached_property
     def forms(self) -> list[tuple[MoveTerm, Form]]:
@@ -139,16 +183,16 @@ class TermUnderTest:
         return found
 
 
-def check_term(term: Term, *, first: bool = False) -> None:
-    """Raises ContractError with every promise of a physics term that `term` breaks, in a recording that tells all.
+def check_term(term: Term, *, oracle: Oracle | None = None, first: bool = False) -> None:
+    """Raises ContractError with every promise of a physics term that `term` breaks, in recordings of many kinds.
 
-    That a formula is the right one no suite can know; an oracle of its own belongs to each term
-    (`tests/test_physics_oracles.py`).
+    `oracle`: what each form does to each move, worked out anew from its equation, as in `olp.contracts.term_oracles`;
+    without one, nobody can know that a formula is the right one. Terms of olp have theirs there.
 
         from olp.contracts import check_term
-        check_term(MyTerm())
+        check_term(MyTerm(), oracle=my_term)
     """
-    hold(f"term {term.name}", TermUnderTest(term), PROMISES, first=first)
+    hold(f"term {term.name}", TermUnderTest(term, oracle), PROMISES, first=first)
 
 
 def says_what_it_is(it: TermUnderTest) -> Iterator[Difference]:
@@ -161,11 +205,69 @@ def says_what_it_is(it: TermUnderTest) -> Iterator[Difference]:
         yield "confusable", f"{it.term.confusable}"
     if not isinstance(it.term, MoveTerm | LogTerm):
         yield it.term.name, "neither a term of moves nor of logs"
-    shipped = type(it.term).__module__.startswith("olp.")
-    if shipped and (it.term.name not in term_names() or type(load_term(it.term.name)) is not type(it.term)):
+    if it.is_shipped and (
+        it.term.name not in term_names() or type(load_term(it.term.name)) is not type(it.term)
+    ):
         yield it.term.name, "the registry of terms does not find it under the name of its file"
     if isinstance(it.term, MoveTerm) and (it.term.phase not in PHASES or it.term.stage not in set(Stage)):
         yield "phase and stage", f"{it.term.phase}, {it.term.stage}"
+
+
+def does_what_its_equation_says(it: TermUnderTest) -> Iterator[Difference]:
+    """Each form changes each move as an oracle works it out anew from the equation, in every kind of recording"""
+    if it.oracle is None:
+        if it.is_shipped and it.forms:
+            yield it.term.name, "olp.contracts.term_oracles has no oracle of it"
+        return
+    assert isinstance(it.term, MoveTerm)
+    for name, case in (("a recording that tells everything", it.case), *other_cases()):
+        for form in it.term.forms(case):
+            guesses = np.asarray(it.term.guesses(form, case), dtype=float)
+            for values in (guesses[0], guesses[-1]):
+                motion = it.term.act(case.base, form, values, case)
+                wanted = it.oracle(case, form, values)
+                key = f"{it.term.name} {form.key}"
+                near = NEAR.get(key, NEAR.get(it.term.name, 1e-9))
+                for column in _COLUMNS:
+                    one, other = getattr(motion, column), wanted.get(column, getattr(case.base, column))
+                    if not _agree(one, other, near, COARSE.get(it.term.name, 2e-3 if near > 1e-6 else 1e-9)):
+                        yield f"form {form.key!r} at {values.tolist()}, {name}", f"another {column}"
+
+
+_COLUMNS: Final = (
+    *(
+        "way",
+        "speed",
+        "accelerate",
+        "decelerate",
+        "jerk",
+        "round_start",
+        "round_end",
+        "least",
+        "added",
+        "rate",
+    ),
+    *("cycle", "early", "law", "overlap", "split", "reach"),
+)
+
+
+def _agree(one: object, other: object, near: float, least: float) -> bool:
+    if isinstance(one, str):
+        return one == str(other)
+    a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
+    return bool(np.allclose(a, b, rtol=near, atol=least, equal_nan=True))
+
+
+def is_what_its_page_says(it: TermUnderTest) -> Iterator[Difference]:
+    """The page of the terms says its forms, equations, units, bounds, nulls, starts and sentences as they are"""
+    if not it.is_shipped or not PAGE.exists():
+        return
+    text = PAGE.read_text(encoding="utf-8")
+    begin = text.find(f"\n## {it.term.name}\n")
+    said = text[begin : text.find("\n## ", begin + 1) % (len(text) + 1)] if begin >= 0 else ""
+    own = section(it.term, it.case)
+    for line in set(own.strip().split("\n")) ^ set(said.strip().split("\n")):
+        yield f"{PAGE.name}, section {it.term.name}", f"only one of page and term says {line.strip()!r}"
 
 
 def is_seen_in_logs(it: TermUnderTest) -> Iterator[Difference]:
@@ -346,6 +448,8 @@ PROMISES: Final[tuple[Promise[TermUnderTest], ...]] = (
     says_what_it_is,
     is_seen_in_logs,
     sets_its_equation,
+    is_what_its_page_says,
+    does_what_its_equation_says,
     bounds_its_parameters,
     does_nothing_at_its_null,
     acts_on_moves,

@@ -1,0 +1,440 @@
+"""What each physics term does to each move, worked out anew from its equation and from nothing that the term computes.
+
+An oracle is a function named as its term. It gets a case, the form and its values, and says the columns of the motion
+(`olp.timing.physics._motion.Motion`) that the form changes, each (n,); all others have to stay as they are. Ramps that
+are integrals are added up in many small steps, so that a term that takes few is compared within a tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.timing.physics import Form
+from olp.timing.physics._case import Case
+
+Array = NDArray[np.float64]
+Columns = dict[str, Array]
+Oracle = Callable[[Case, Form, Array], Columns]
+_FINE: Final = 400  # places of a ramp
+_U: Final = (np.arange(_FINE) + 0.5) / _FINE  # speeds that a ramp passes, as shares of its full speed
+NEAR: Final[Mapping[str, float]] = {
+    "viscous-friction": 0.01,
+    "torque-speed": 0.05,
+    "joint-acceleration-limit": 0.05,
+    "joint-speed-limit": 0.05,
+    "payload-inertia limit": 0.12,
+    "reach-inertia whole arm": 0.05,
+    "gravity whole arm": 0.06,
+    "gravity any arm": 0.06,
+}  # relative, by term or by term and form; all others are exact
+COARSE: Final[Mapping[str, float]] = {
+    "joint-speed-limit": 0.1
+}  # [s] more, where a term takes few places of a way
+
+
+def straight(case: Case) -> NDArray[np.bool_]:
+    return case.moving & ~case.joint
+
+
+def both(case: Case, up: Array, down: Array | None = None) -> Columns:
+    """Ramps that are `up` and `down` (n,) times the simulated ones."""
+    return {
+        "accelerate": case.base.accelerate * up,
+        "decelerate": case.base.decelerate * (up if down is None else down),
+    }
+
+
+def top_speed(case: Case) -> Array:
+    """(n,) that is reached: v, or on short ways the speed whose two ramps cover the way."""
+    base = case.base
+    peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / base.accelerate + 1.0 / base.decelerate))
+    found: Array = np.minimum(base.speed, peak)
+    return found
+
+
+def in_ramp(case: Case, values: Array, end: int, whole: bool = False) -> Array:
+    """(n, places, …) of values (n, m, …) along the way where a ramp passes the speeds `_U`.
+
+    From rest with one acceleration the way behind grows with the square of the speed. `whole`: the ramp to the
+    programmed speed, no longer than half of the way; else to the speed that is reached.
+    """
+    base = case.base
+    slow = base.decelerate if end else base.accelerate
+    full = base.speed if whole else top_speed(case)
+    share = full**2 / (2.0 * slow) / np.maximum(base.way, 1e-9)
+    share = np.clip(share, 0.02, 0.5) if whole else share
+    grid = np.linspace(0.0, 1.0, values.shape[1])
+    flat = values.reshape(len(values), values.shape[1], -1)
+    out = np.empty((len(values), _FINE, flat.shape[2]))
+    for k in range(len(values)):
+        places = np.clip(share[k] * _U**2, 0.0, 1.0)
+        for c in range(flat.shape[2]):
+            out[k, :, c] = np.interp(1.0 - places if end else places, grid, flat[k, :, c])
+    return out.reshape(len(values), _FINE, *values.shape[2:])
+
+
+def longer(force: Array) -> Array:
+    """(n,) what a ramp costs beyond its way at full speed, ∫ (1 - u) du / force, over that with the whole force."""
+    found: Array = (2.0 * (1.0 - _U) / force).mean(axis=1)
+    return found
+
+
+def rates_of(case: Case, rated: Array | None, axis: int) -> Array:
+    """(n, m) how far an axis turns per way; for -1 the largest share of what each axis is rated for."""
+    assert case.rates is not None
+    path = np.abs(case.rates.path)
+    if axis >= 0:
+        return np.asarray(path[:, :, axis])
+    return np.asarray((path / (np.ones(path.shape[2]) if rated is None else rated)).max(axis=2))
+
+
+def leads(case: Case, axis: int) -> NDArray[np.bool_]:
+    """(n,) moves in which the axis turns farthest."""
+    assert case.rates is not None
+    turned = np.abs(case.rates.path).mean(axis=1)
+    found: NDArray[np.bool_] = case.rates.known & (turned.argmax(axis=1) == axis)
+    return found
+
+
+# --- scales -------------------------------------------------------------------------------------------------
+
+
+def acceleration(case: Case, form: Form, values: Array) -> Columns:
+    """T = L/v + v/(k a): k times the acceleration, or the acceleration itself where all moves have one."""
+    absolute = form.parameters[0].unit != "1"
+    k = values[0] / np.median((case.base.accelerate / case.ratio)[case.moving]) if absolute else values[0]
+    about = case.joint & case.moving & leads(case, form.axis) if form.axis >= 0 else np.ones(len(case), bool)
+    return both(case, np.where(about, k, 1.0))
+
+
+def speed_scale(case: Case, form: Form, values: Array) -> Columns:
+    """v becomes k v, or oᵖ v; stretched: the whole duration is divided by it."""
+    k = case.override ** values[0] if form.key.startswith("override") else np.full(len(case), values[0])
+    if form.key in ("stretched", "override"):
+        return {"rate": case.base.rate * np.where(case.moving, 1.0 / k, 1.0)}
+    return {"speed": case.base.speed * k}
+
+
+def payload(case: Case, form: Form, values: Array) -> Columns:
+    """a / (1 + k m), a (1 - k m), a / (1 + k (m - m₀)), or a (1 + k m₀) / (1 + k m) with the simulated mass of each."""
+    mass = np.nan_to_num(case.payload)
+    if form.key == "real over simulated":
+        return both(case, (1.0 + values[0] * np.nan_to_num(case.sim_payload)) / (1.0 + values[0] * mass))
+    if form.key == "weight":
+        return both(case, 1.0 - values[0] * mass)
+    known = np.isfinite(case.payload)
+    more = values[0] * np.where(known, mass - (values[1] if len(values) > 1 else 0.0), 0.0)
+    return both(case, 1.0 / np.maximum(1.0 + more, 0.1))
+
+
+def payload_inertia(case: Case, form: Form, values: Array) -> Columns:
+    """Euler: the wrist's share of the turning is slowed by 1 + k I; or its rated acceleration is."""
+    inertia = np.nan_to_num(case.payload_inertia)
+    wrist = np.zeros(len(case))
+    if case.rates is not None:
+        turned = np.abs(case.rates.path).mean(axis=1)
+        most = turned.max(axis=1)
+        wrist = np.where(most > 0, turned[:, 3:].max(axis=1) / np.where(most > 0, most, 1.0), 0.0)
+    if form.key == "limit":
+        assert case.rates is not None
+        assert case.rates.rated_acceleration is not None
+        share = (np.abs(case.rates.path[:, :, 3:]) / case.rates.rated_acceleration[3:]).max(axis=2)
+        factors = []
+        for end, slow in enumerate((case.base.accelerate, case.base.decelerate)):
+            with np.errstate(divide="ignore"):
+                limit = 1.0 / in_ramp(case, share, end, whole=True).mean(axis=1)
+            slowed = np.minimum(slow, limit / (1.0 + values[0] * inertia))
+            factors.append(slowed / np.minimum(slow, limit))
+        return both(case, *factors)
+    if form.key.startswith("real over simulated"):
+        w = leads(case, form.axis).astype(float) if form.axis >= 0 else wrist
+        simulated = np.nan_to_num(case.sim_payload_inertia)
+        known = np.isfinite(case.payload_inertia + case.sim_payload_inertia) & case.moving
+        ratio = (1.0 + values[0] * w * simulated) / (1.0 + values[0] * w * inertia)
+        return both(case, np.where(known, ratio, 1.0))
+    w = np.ones(len(case)) if form.key == "every move" else wrist
+    return both(case, 1.0 / (1.0 + values[0] * w * inertia))
+
+
+def reach_inertia(case: Case, form: Form, values: Array) -> Columns:
+    """Steiner: the inertia about the first axis is 1 + k r²; or with k r, k r² cos²φ, r₀, at the middle, of bodies."""
+    if form.key == "whole arm":
+        assert case.rates is not None
+        assert case.rates.bodies is not None
+        square = np.nan_to_num((case.rates.bodies[..., :2] ** 2).sum(axis=3))  # elbow, wrist
+        heavy = [
+            values[0] + in_ramp(case, square, end, whole=True).mean(axis=1) @ np.array([values[2], values[1]])
+            for end in (0, 1)
+        ]
+        return both(case, *(np.where(straight(case), 1.0 / at, 1.0) for at in heavy))
+    about = straight(case)
+    if case.rates is not None:
+        about = about | (case.moving & case.joint & leads(case, 0))
+    unit = case.end - case.start
+    unit = unit / np.maximum(np.linalg.norm(unit, axis=1), 1e-9)[:, None]
+    factors = []
+    for place in (case.start, case.end):
+        at = 0.5 * (case.start + case.end) if form.key == "middle" else place
+        r = np.hypot(at[:, 0], at[:, 1])
+        grown = r if form.key == "linear" else r**2
+        if form.key == "across":
+            tangent = np.stack([-place[:, 1], place[:, 0]], axis=1) / np.maximum(r, 1e-9)[:, None]
+            grown = grown * (tangent * unit[:, :2]).sum(axis=1) ** 2
+        if form.key == "from a reach":
+            grown = grown - values[1] ** 2
+        factors.append(np.where(about, 1.0 / np.maximum(1.0 + values[0] * np.nan_to_num(grown), 0.1), 1.0))
+    return both(case, *factors)
+
+
+def coulomb_friction(case: Case, form: Form, values: Array) -> Columns:
+    """Friction takes a share of the force from speeding up and gives it to braking."""
+    one = np.ones(len(case))
+    return both(case, (1.0 - values[0]) * one, (1.0 + values[0]) * one)
+
+
+def viscous_friction(case: Case, form: Form, values: Array) -> Columns:
+    """dv/dt = a - k v speeding up, a + k v braking."""
+    full = top_speed(case)[:, None] * _U
+    up = np.maximum(1.0 - values[0] * full / case.base.accelerate[:, None], 1e-3)
+    return both(case, 1.0 / longer(up), 1.0 / longer(1.0 + values[0] * full / case.base.decelerate[:, None]))
+
+
+def torque_speed(case: Case, form: Form, values: Array) -> Columns:
+    """a (1 - v/v₀), the same above a knee, or a v_b/v; v of the path or of the fastest axis where the ramp passes."""
+    of, law = form.key.split()
+    if of == "path":
+        per = np.repeat((1.0 / case.ratio)[:, None], 2, axis=1)
+    else:
+        assert case.rates is not None
+        per = rates_of(case, case.rates.rated, -1)
+    speed = case.base.speed
+    if law != "power":
+        speed = np.minimum(speed, 0.98 * values[0] / np.maximum(per.max(axis=1), 1e-12))
+    peak = np.sqrt(
+        2.0 * np.maximum(case.base.way, 1e-9) / (1.0 / case.base.accelerate + 1.0 / case.base.decelerate)
+    )
+    found = []
+    for end in (0, 1):
+        share = in_ramp(case, per, end) * np.minimum(speed, peak)[:, None] * _U / values[0]
+        knee = values[1] if law == "knee" else 0.0
+        left = (
+            1.0 / np.maximum(share, 1e-9)
+            if law == "power"
+            else np.maximum((1.0 - share) / (1.0 - knee), 0.02)
+        )
+        found.append(1.0 / longer(np.minimum(1.0, left)))
+    return {**both(case, *found), "speed": speed}
+
+
+def gravity(case: Case, form: Form, values: Array) -> Columns:
+    """The pull along the way takes from one ramp and gives to the other, or takes from both, by the form's equation."""
+    if form.key == "whole arm":
+        return _lifted(case, values)
+    if form.key == "any arm":
+        return _pulled_anywhere(case, values)
+    way = case.end - case.start
+    length = np.linalg.norm(way, axis=1)
+    about = straight(case) & (length > 0)
+    rise = np.where(about, np.nan_to_num(way[:, 2] / np.where(length > 0, length, 1.0)), 0.0)
+    if form.key == "lift and reach":
+        nearer = np.hypot(case.start[:, 0], case.start[:, 1]) - np.hypot(case.end[:, 0], case.end[:, 1])
+        inward = np.where(about, np.nan_to_num(nearer / np.where(length > 0, length, 1.0)), 0.0)
+        pull = values[0] * rise + values[1] * inward
+        return both(case, np.maximum(1.0 - pull, 0.05), np.maximum(1.0 + pull, 0.05))
+    k = values[0]
+    up, down = {
+        "both ramps": (1.0 - k * rise, 1.0 - k * rise),
+        "steep": (1.0 - k * np.abs(rise),) * 2,
+        "against and with": (1.0 - k * rise, 1.0 + k * rise),
+        "against alone": (np.minimum(1.0, 1.0 - k * rise), np.minimum(1.0, 1.0 + k * rise)),
+        "up and down apart": (1.0 - np.where(rise > 0, k * rise, -values[-1] * rise),) * 2,
+    }[form.key]
+    return both(case, np.maximum(up, 0.05), np.maximum(down, 0.05))
+
+
+def _lifted(case: Case, values: Array) -> Columns:
+    """How fast wrist and elbow rise per way, over each ramp."""
+    assert case.rates is not None
+    assert case.rates.bodies is not None
+    height = np.nan_to_num(case.rates.bodies[..., 2])
+    slope = (
+        np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]
+    )
+    pulls = [
+        in_ramp(case, slope, end, whole=True).mean(axis=1) @ np.array([values[1], values[0]])
+        for end in (0, 1)
+    ]
+    up, down = (np.where(straight(case), pull, 0.0) for pull in pulls)
+    return both(case, np.maximum(1.0 - up, 0.05), np.maximum(1.0 + down, 0.05))
+
+
+def _pulled_anywhere(case: Case, values: Array) -> Columns:
+    """U' = (k_u + k_h ζ - k_m ρ) z' - (k_i + k_f ρ - k_m ζ) r' along the straight way."""
+    about, places = straight(case), np.linspace(0.0, 1.0, 201)[None, :, None]
+    points = case.start[:, None, :] + places * (case.end - case.start)[:, None, :]
+    z, r = points[..., 2], np.hypot(points[..., 0], points[..., 1])
+    way = np.maximum(np.linalg.norm(case.end - case.start, axis=1), 1e-9)[:, None]
+    zeta, rho = (
+        (one - np.nanmean(one[about][:, [0, -1]])) / max(2.0 * np.nanstd(one[about][:, [0, -1]]), 1e-3)
+        for one in (z, r)
+    )
+    rising, farther = (np.gradient(one, axis=1) * 200 / way for one in (z, r))
+    up, inward, higher, far, mixed = values
+    pull = (up + higher * zeta - mixed * rho) * rising - (inward + far * rho - mixed * zeta) * farther
+    pull = np.where(about[:, None], np.nan_to_num(pull), 0.0)
+    forces = [np.maximum(1.0 - sign * in_ramp(case, pull, end), 0.05) for end, sign in ((0, 1.0), (1, -1.0))]
+    return both(case, *(1.0 / longer(force) for force in forces))
+
+
+# --- limits -------------------------------------------------------------------------------------------------
+
+
+def speed_clamp(case: Case, form: Form, values: Array) -> Columns:
+    """No straight move is faster; where there are none, no joint move."""
+    about = straight(case) if straight(case).any() else case.moving & case.joint
+    limit = values[0] * case.ratio
+    return {"speed": np.where(about & (case.base.speed > limit), limit, case.base.speed)}
+
+
+def orientation_limit(case: Case, form: Form, values: Array) -> Columns:
+    """v ≤ ω L / θ; or the turn as a motion of its own, from rest to rest, that the move waits for."""
+    turn = np.where(straight(case), np.nan_to_num(case.turn), 0.0)
+    if form.key == "slows the path":
+        with np.errstate(divide="ignore", invalid="ignore"):
+            limit = np.where((turn > 1e-9) & (case.base.way > 0), values[0] * case.base.way / turn, np.inf)
+        return {"speed": np.minimum(case.base.speed, limit)}
+    rate, ramp = values
+    peak = np.minimum(rate, np.sqrt(turn * ramp))
+    seconds = np.where(turn > 1e-6, turn / np.maximum(peak, 1e-12) + peak / ramp, 0.0)
+    return {"least": np.maximum(case.base.least, seconds)}
+
+
+def joint_acceleration_limit(case: Case, form: Form, values: Array) -> Columns:
+    """a ≤ A / |q'| where the ramp passes."""
+    assert case.rates is not None
+    rates = rates_of(case, case.rates.rated_acceleration, form.axis)
+    found = []
+    for end, slow in enumerate((case.base.accelerate, case.base.decelerate)):
+        asked = in_ramp(case, rates, end) * slow[:, None]
+        found.append(1.0 / longer(np.minimum(1.0, values[0] / np.maximum(asked, 1e-12))))
+    return both(case, *found)
+
+
+def joint_speed_limit(case: Case, form: Form, values: Array) -> Columns:
+    """ds/dt ≤ V / |q'|: at once, or swept along the way forwards and backwards with the ramps' accelerations."""
+    assert case.rates is not None
+    base, fine = case.base, 8
+    rates = rates_of(case, case.rates.rated, form.axis)
+    grid = np.linspace(0.0, 1.0, rates.shape[1])
+    added = base.added.copy()
+    per = 4 * fine * (rates.shape[1] - 1)
+    places = np.linspace(0.0, 1.0, per + 1)
+    reached = top_speed(case)
+    for k in np.nonzero(case.moving & (base.way > 0))[0].tolist():
+        rate = np.interp(places, grid, rates[k])
+        if form.key.endswith(" at once"):
+            asked = rate * np.minimum(
+                np.minimum(np.sqrt(2 * base.accelerate[k] * places * base.way[k]), base.speed[k]),
+                np.sqrt(2 * base.decelerate[k] * (1.0 - places) * base.way[k]),
+            )
+            if asked[::fine].max() > values[0]:
+                lost = np.maximum(rate / values[0] - 1.0 / reached[k], 0.0)
+                added[k] += base.way[k] * 0.5 * (lost[1:] + lost[:-1]).mean()
+        elif (rate * base.speed[k]).max() > values[0]:
+            limit = np.minimum(base.speed[k], values[0] / np.maximum(rate, 1e-12))
+            free = np.full(per + 1, base.speed[k])
+            added[k] += _swept(case, k, limit) - _swept(case, k, free)
+    return {"added": added}
+
+
+def _swept(case: Case, k: int, limit: Array) -> float:
+    """[s] of move k along its way below `limit`, from rest to rest."""
+    base = case.base
+    square, step = limit**2, base.way[k] / (len(limit) - 1)
+    square[0] = square[-1] = 0.0
+    for i in range(1, len(square)):
+        square[i] = min(square[i], square[i - 1] + 2.0 * base.accelerate[k] * step)
+    for i in range(len(square) - 2, -1, -1):
+        square[i] = min(square[i], square[i + 1] + 2.0 * base.decelerate[k] * step)
+    fast = np.sqrt(square)
+    return float((2.0 * step / np.maximum(fast[1:] + fast[:-1], 1e-9)).sum())
+
+
+# --- shapes, additions, clocks ------------------------------------------------------------------------------
+
+
+def jerk(case: Case, form: Form, values: Array) -> Columns:
+    """Every ramp builds up at j, of joint moves beside straight ones at as many times their acceleration."""
+    return {"jerk": np.where(case.base.jerk > values[0] * case.ratio, values[0] * case.ratio, case.base.jerk)}
+
+
+def dispatch(case: Case, form: Form, values: Array) -> Columns:
+    """A constant to every move, and to waits where the form says so."""
+    about = np.ones(len(case), bool) if form.key == "waits too" else case.moving
+    return {"added": case.base.added + np.where(about, values[0], 0.0)}
+
+
+def settling(case: Case, form: Form, values: Array) -> Columns:
+    """A constant to every move that ends in an exact stop; as written: that names no rounding."""
+    stops = case.moving & case.stop_end
+    stops = stops & ~(case.blend > 0) & ~np.isnan(case.blend) if form.key == "as written" else stops
+    return {"added": case.base.added + np.where(stops, values[0], 0.0)}
+
+
+def clock(case: Case, form: Form, values: Array) -> Columns:
+    """Every duration, times the rate of the recorder's clock."""
+    return {"rate": case.base.rate * values[0]}
+
+
+def warm_up(case: Case, form: Form, values: Array) -> Columns:
+    """A e^(-t/τ) of each duration or in seconds; cold as simulated: A (1 - e^(-t/τ))."""
+    began = case.began if np.isfinite(case.began) else case.t_start.min()
+    cold = np.exp((began - case.t_start) / values[1])
+    if form.key == "seconds":
+        return {"added": case.base.added + np.where(case.moving, values[0] * cold, 0.0)}
+    share = 1.0 - cold if form.key.endswith("cold as simulated") else cold
+    return {"rate": case.base.rate * np.where(case.moving, 1.0 + values[0] * share, 1.0)}
+
+
+def cycle_quantisation(case: Case, form: Form, values: Array) -> Columns:
+    """c ⌈T/c⌉, or the nearest multiple: the whole duration is rounded, see `quantised`."""
+    return {"cycle": np.array(values[0]), "early": np.array(0.5 if form.key.startswith("nearest") else 0.0)}
+
+
+def blending(case: Case, form: Form, values: Array) -> Columns:
+    """The law of the corners by its name, and its numbers in the order of the parameters."""
+    given = dict(zip((p.name for p in form.parameters), values.tolist(), strict=True))
+    return {
+        "law": np.array(form.key.removesuffix(", cut")),
+        "overlap": np.array(given.get("overlap", given.get("saving"))),
+        "split": np.array(given.get("split", 0.5)),
+        "reach": np.array(given.get("reach", 0.5)),
+    }
+
+
+ORACLES: Final[Mapping[str, Oracle]] = {
+    "acceleration": acceleration,
+    "blending": blending,
+    "clock": clock,
+    "coulomb-friction": coulomb_friction,
+    "cycle-quantisation": cycle_quantisation,
+    "dispatch": dispatch,
+    "gravity": gravity,
+    "jerk": jerk,
+    "joint-acceleration-limit": joint_acceleration_limit,
+    "joint-speed-limit": joint_speed_limit,
+    "orientation-limit": orientation_limit,
+    "payload": payload,
+    "payload-inertia": payload_inertia,
+    "reach-inertia": reach_inertia,
+    "settling": settling,
+    "speed-clamp": speed_clamp,
+    "speed-scale": speed_scale,
+    "torque-speed": torque_speed,
+    "viscous-friction": viscous_friction,
+    "warm-up": warm_up,
+}
