@@ -1,16 +1,13 @@
 """Where two versions come from: two files, two folders, or two states of a git repository.
 
-Codes: U001 no such file, folder or revision; U002 git refused; U003 nothing to compare.
+Codes: U001 no such file, folder or revision; U002 git refused (olp/core/git.py); U003 nothing to compare.
 """
 
 from __future__ import annotations
 
-import io
 import os
-import subprocess
-import tarfile
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -21,13 +18,13 @@ from olp.checks.difference.model import Difference
 from olp.checks.guard.budget import budgets_for
 from olp.checks.guard.judge import judge
 from olp.core.diagnostic import OlpError, error
+from olp.core.git import asked_of_git, files_of, git, lay_out
 from olp.ir.program import Program
 from olp.reports.batch import Job
 from olp.reports.outcome.model import Item, Status
 from olp.timing.timing import Timing
 
 _WORKING_COPY = "."
-_PATIENCE = 120  # [s] for git
 
 
 class Pair(NamedTuple):
@@ -162,8 +159,7 @@ def _around(folder: Path) -> dict[str, bytes]:
 
 
 def _is_revision(word: str) -> bool:
-    asked = _git("rev-parse", "--verify", "--quiet", f"{word}^{{commit}}")
-    return asked.returncode == 0
+    return git("rev-parse", "--verify", "--quiet", f"{word}^{{commit}}") is not None
 
 
 def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
@@ -174,24 +170,20 @@ def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
             error("U001", says, help="name two programs, two folders, or revisions such as HEAD~1 HEAD")
         )
     folder.mkdir(parents=True)
-    prefix = _words("rev-parse", "--show-prefix").strip()
-    wanted = _wanted(revision, prefix, paths)
-    home = _words("rev-parse", "--show-toplevel").strip()
+    prefix = os.fsdecode(asked_of_git("rev-parse", "--show-prefix")).strip()
+    # The whole repository, not the current folder: olp.toml may stand above.
+    files = files_of(revision)
+    wanted = _wanted(files, prefix, paths)
     if wanted is None or wanted:
-        # The whole repository, not the current folder: olp.toml may stand above.
-        asked = _git(
-            "--literal-pathspecs", "archive", "--format=tar", revision, "--", *(wanted or ()), cwd=home
-        )
-        if asked.returncode:
-            raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
-        with tarfile.open(fileobj=io.BytesIO(asked.stdout)) as archive:
-            archive.extractall(folder, filter="data")
+        lay_out(files, wanted or (), folder)
     found = folder / prefix
     found.mkdir(parents=True, exist_ok=True)
     return found
 
 
-def _wanted(revision: str, prefix: str, paths: Sequence[str]) -> list[str] | None:
+def _wanted(
+    files: Collection[PurePosixPath], prefix: str, paths: Sequence[str]
+) -> list[PurePosixPath] | None:
     """What to lay out, as git's root sees it: None for everything.
 
     Of a file its whole folder, where the routines are that it calls, and settings and robot files wherever they are.
@@ -199,31 +191,8 @@ def _wanted(revision: str, prefix: str, paths: Sequence[str]) -> list[str] | Non
     roots = [PurePosixPath(prefix, path.replace("\\", "/")) for path in paths]
     if not roots or PurePosixPath(".") in roots:
         return None
-    names = [
-        PurePosixPath(name)
-        for name in _words("ls-tree", "-r", "-z", "--full-tree", "--name-only", revision).split("\0")
-    ]
-    files = set(names)
     folders = {root.parent if root in files else root for root in roots}
     if PurePosixPath(".") in folders:
         return None
-    parents = {parent for name in names for parent in name.parents}
-    return sorted(map(str, folders & parents)) + [str(name) for name in names if name.suffix == ".toml"]
-
-
-def _words(*arguments: str) -> str:
-    """What git answers. Raises OlpError (U002)."""
-    asked = _git(*arguments)
-    if asked.returncode:
-        raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
-    return os.fsdecode(asked.stdout)
-
-
-def _git(*arguments: str, cwd: str | None = None) -> subprocess.CompletedProcess[bytes]:
-    command = ["git", *arguments]
-    try:
-        return subprocess.run(command, cwd=cwd, capture_output=True, timeout=_PATIENCE, check=False)
-    except (OSError, subprocess.SubprocessError) as problem:
-        raise OlpError(
-            error("U002", f"git cannot be run: {problem}", help="install git, or name two folders")
-        ) from None
+    parents = {parent for name in files for parent in name.parents}
+    return sorted(folders & parents) + [name for name in files if name.suffix == ".toml"]

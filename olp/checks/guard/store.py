@@ -9,7 +9,6 @@ Codes: M004 a file that is no such store.
 from __future__ import annotations
 
 import sqlite3
-import subprocess
 from collections.abc import Sequence
 from contextlib import closing
 from datetime import UTC, datetime
@@ -18,6 +17,7 @@ from typing import NamedTuple
 
 from olp.checks.guard.judge import Judged
 from olp.core.diagnostic import OlpError, error
+from olp.core.git import git
 
 _MARK = 0x6F6C7073  # SQLite's application_id: "olps"
 _PATIENCE_S = 30.0  # for another olp that writes
@@ -129,17 +129,10 @@ def _name(path: str, root: Path) -> str:
 def _commit(root: Path) -> str:
     """The commit that is checked out, "" where there is none or no git."""
     try:
-        asked = subprocess.run(
-            ["git", "rev-parse", "--short=12", "HEAD"],
-            cwd=root,
-            capture_output=True,
-            text=True,
-            timeout=10,
-            check=False,
-        )
-    except (OSError, subprocess.SubprocessError):
+        asked = git("rev-parse", "--short=12", "HEAD", cwd=root)
+    except OlpError:
         return ""
-    return asked.stdout.strip() if asked.returncode == 0 else ""
+    return "" if asked is None else asked.decode().strip()
 
 
 def _refused(path: Path, problem: sqlite3.Error) -> OlpError:
