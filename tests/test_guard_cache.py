@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import shutil
+import sqlite3
+import subprocess
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 from guard_cells import CELL, cell, check
 from interpreter_jobs import job_text
+
+from olp.__main__ import main
+from olp.reports.outcome.model import Status
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 BUDGET = "\n[[budget]]\nname = 'b'\njob = 'MAIN'\nlimit_s = 1000\n"
@@ -184,3 +193,79 @@ def test_many_programs_on_several_processes_give_the_same_as_one_after_the_other
     assert many == run(tasks(paths).tasks, Settings(Job(), 1, None))
     assert [result.path for result in many] == paths
     assert sum(seen) == 60
+
+
+def stored(cache: Path, change: Callable[[dict[str, Any]], None]) -> None:
+    """Writes other results into a cache, with the key that belongs to them."""
+    with closing(sqlite3.connect(cache)) as store:
+        for name, value in store.execute("select path, value from result").fetchall():
+            result = json.loads(value)
+            change(result)
+            store.execute("update result set value = ? where path = ?", (json.dumps(result), name))
+        store.commit()
+
+
+FORGERIES = {
+    "a status": lambda r: [item.update(status="held") for item in r["items"]],
+    "a status and words": lambda r: [item.update(status="held", message="all well") for item in r["items"]],
+    "no items": lambda r: r.update(items=[item for item in r["items"] if item["name"] == "PICK"]),
+    "another limit": lambda r: [item.update(status="held", limit_s=9e9) for item in r["items"]],
+    "no seconds": lambda r: [item.update(status="held", seconds=None) for item in r["items"]],
+    "text for a number": lambda r: [item.update(seconds="1") for item in r["items"]],
+    "not a number": lambda r: [item.update(seconds=float("nan")) for item in r["items"]],
+    "an item that is none": lambda r: r.update(items=[7]),
+    "fields that nobody knows": lambda r: r.update(evil=1),
+    "nothing read": lambda r: r.update(read=[]),
+    "text that is read": lambda r: r.update(read="MAIN.JBI"),
+}
+
+
+@pytest.mark.parametrize("forgery", FORGERIES)
+def test_a_verdict_that_somebody_wrote_into_the_cache_is_not_believed(forgery, pallet, tmp_path, monkeypatch):
+    replace(pallet / "olp.toml", "limit_s = 1000", "limit_s = 1")
+    first = check(pallet, monkeypatch, tmp_path / "cache")
+    stored(tmp_path / "cache", FORGERIES[forgery])
+    again = check(pallet, monkeypatch, tmp_path / "cache")
+    assert again.results == first.results
+    assert any(item.status is Status.FAILED for result in again.results for item in result.items)
+
+
+ROWS = {
+    "deep": "[" * 100_000,
+    "a list": "[]",
+    "null": "null",
+    "no json": "{",
+    "huge": '"' + "x" * 9_000_000 + '"',
+    "bytes": b"\xff\x00",
+    "a number": 7,
+}
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_rows_that_cannot_be_are_as_if_they_were_not_there(row, pallet, tmp_path, monkeypatch):
+    first = check(pallet, monkeypatch, tmp_path / "cache")
+    with closing(sqlite3.connect(tmp_path / "cache")) as store:
+        store.execute("update result set value = ?", (ROWS[row],))
+        store.commit()
+    again = check(pallet, monkeypatch, tmp_path / "cache")
+    assert again.results == first.results
+    assert len(again.timed) == len(first.timed)
+
+
+def test_a_view_without_an_end_in_place_of_the_table_does_not_hang(pallet, tmp_path, monkeypatch):
+    first = check(pallet, monkeypatch, tmp_path / "cache")
+    with closing(sqlite3.connect(tmp_path / "cache")) as store:
+        store.execute("drop table result")
+        endless = "with recursive n(i) as (select 1 union all select i + 1 from n)"
+        store.execute(f"create view result(path, key, value) as {endless} select i, i, i from n")
+        store.commit()
+    assert check(pallet, monkeypatch, tmp_path / "cache").results == first.results
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+def test_a_cache_that_git_tracks_is_refused(pallet, monkeypatch, capsys):
+    assert main(["check", str(pallet), "--cache", str(pallet / ".olp-cache")]) in (0, 1)
+    for words in (["init", "-q"], ["add", "-f", ".olp-cache"]):
+        subprocess.run(["git", *words], cwd=pallet, check=True, capture_output=True)
+    assert main(["check", str(pallet), "--cache", str(pallet / ".olp-cache")]) == 2
+    assert "M008" in capsys.readouterr().err

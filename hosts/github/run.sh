@@ -26,7 +26,7 @@ annotated() { # one command, told three ways
 }
 
 # shellcheck disable=SC2086 # the inputs are lists
-[ -z "$OLP_CHECK" ] || annotated check $OLP_CHECK
+[ -z "$OLP_CHECK" ] || annotated check $OLP_CHECK ${GITHUB_BASE_REF:+--no-cache} # a pull request brings no verdicts
 # shellcheck disable=SC2086
 [ -z "$OLP_LINT" ] || annotated lint $OLP_LINT ${OLP_BASELINE:+--baseline "$OLP_BASELINE"}
 

@@ -3,7 +3,10 @@
 A result is found again by the content of every file that was read for it, by the settings, the budgets and olp itself.
 Dates and places play no part: a fresh checkout elsewhere finds what another machine stored.
 
-Codes: M006 a file that is no cache.
+A cache is a file that anybody may have written. Rows that cannot be are as if they were not there, and a verdict counts
+only where its own figures lead to it. A cache that git tracks is refused: whoever sends a change would bring verdicts.
+
+Codes: M006 a file that is no cache; M008 a cache that git tracks.
 """
 
 from __future__ import annotations
@@ -17,10 +20,12 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from olp.checks.guard.budget import Budget
-from olp.checks.guard.judge import Judged
+from olp.checks.guard.judge import Judged, verdict
 from olp.core.diagnostic import OlpError, error
+from olp.core.git import git
 from olp.reports.batch import Job
 from olp.reports.outcome.model import Finding, Item, Level, Status
 
@@ -30,6 +35,9 @@ _SCHEMA = "create table if not exists result (path text primary key, key text no
 _CONTROLLER = (".cnd", ".dat", ".prm", ".sys", ".va", ".toml")
 _UNRESOLVED = frozenset({"I102", "I203", "I209"})  # another file of the folder may answer these
 _PATIENCE_S = 5.0  # for another olp that writes
+_MOST_STEPS = 200_000_000  # of SQLite's machine: seconds
+_MOST_TEXT = 8_000_000  # characters of one result
+_MOST = 1e12  # [s] and lines
 
 
 @dataclass(slots=True)
@@ -48,12 +56,14 @@ class Cache:
         found = cls(path, _settings(job))
         if not path.is_file() or not path.stat().st_size:
             return found
+        if _is_tracked(path):
+            says = "git tracks this cache, so its verdicts may come with the change that is judged"
+            raise OlpError(error("M008", says, file=str(path), help=f"git rm --cached {path.name}"))
         try:
             with closing(sqlite3.connect(path, timeout=_PATIENCE_S)) as store:
                 if store.execute("pragma application_id").fetchone()[0] != _MARK:
                     raise _refused(path)
-                rows = store.execute("select path, key, value from result")
-                found._known = {name: (key, value) for name, key, value in rows}
+                found._known = _rows(store)
         except sqlite3.OperationalError:
             return found
         except sqlite3.DatabaseError:
@@ -67,9 +77,10 @@ class Cache:
             return None
         try:
             judged = _judged(json.loads(known[1]))
-        except (ValueError, KeyError, TypeError, AssertionError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             return None
-        return judged if judged.path == path and known[0] == self._key(judged, budgets) else None
+        same = judged.path == path and path in judged.read and known[0] == self._key(judged, budgets)
+        return judged if same and _follows(judged, budgets) else None
 
     def keep(self, results: Iterable[tuple[Judged, Sequence[Budget]]]) -> None:
         """Stores results."""
@@ -176,21 +187,99 @@ def _refused(path: Path) -> OlpError:
     )
 
 
-def _judged(value: dict[str, object]) -> Judged:
-    """The result from its JSON."""
-    items = value.pop("items")
-    findings = value.pop("findings")
-    assert isinstance(items, list)
-    assert isinstance(findings, list)
-    return Judged(
+def _rows(store: sqlite3.Connection) -> dict[str, tuple[str, str]]:
+    """Name -> (key, value) of a plain table; what stands in its place, such as a view without an end, is no row."""
+    store.set_progress_handler(lambda: 1, _MOST_STEPS)
+    kind = store.execute("select type from sqlite_master where name = 'result'").fetchone()
+    if kind != ("table",):
+        return {}
+    rows = store.execute("select path, key, value from result where length(value) < ?", (_MOST_TEXT,))
+    return {name: (key, value) for name, key, value in rows if type(name) is type(key) is type(value) is str}
+
+
+def _is_tracked(path: Path) -> bool:
+    try:
+        return git("ls-files", "--error-unmatch", "--", path.name, cwd=path.resolve().parent) is not None
+    except OlpError:
+        return False
+
+
+def _follows(judged: Judged, budgets: Sequence[Budget]) -> bool:
+    """Whether each budget has its verdict, and it is the one that the seconds beside it lead to."""
+    items = {item.name: item for item in judged.items}
+    if len(items) != len(judged.items) or set(items) - {b.name for b in budgets}:
+        return False
+    for budget in budgets:
+        item = items.get(budget.name)
+        if item is None:
+            if not budget.anywhere:
+                return False
+        elif item.limit_s != budget.limit_s or not _led_to(item, budget, judged):
+            return False
+    return True
+
+
+def _led_to(item: Item, budget: Budget, judged: Judged) -> bool:
+    over = item.seconds is not None and item.seconds > budget.limit_s + budget.tolerance_s
+    if item.seconds is None or (judged.total_s is None and not over):
+        return item.status is Status.UNKNOWN
+    if budget.on == "lower" and not over:  # the total that it belongs to is another signature's
+        return item.status in (Status.HELD, Status.WARNED)
+    return (item.status, item.message) == verdict(budget, item.seconds, judged.total_s or 0.0)
+
+
+def _judged(value: object) -> Judged:
+    """The result from its JSON. Raises ValueError, KeyError or TypeError where it cannot be one."""
+    whole = _table(value)
+    items = [_table(item) for item in _list(whole.pop("items"))]
+    findings = [_table(finding) for finding in _list(whole.pop("findings"))]
+    read = tuple(_texts(whole.pop("read")))
+    judged = Judged(
         items=tuple(Item(**{**item, "status": Status(item["status"])}) for item in items),
         findings=tuple(_finding(finding) for finding in findings),
-        **{**value, "read": tuple(value["read"])},  # type: ignore[arg-type]
+        read=read,
+        **whole,
     )
+    for item in judged.items:
+        _texts([item.name, item.file, item.message, item.group, item.details])
+        _numbers([item.line, item.seconds, item.limit_s])
+    _texts([judged.path])
+    _numbers([judged.total_s, judged.motion_s, judged.wait_s, judged.io_s, judged.high_s])
+    return judged
 
 
-def _finding(value: dict[str, object]) -> Finding:
-    fixes = value["fixes"]
-    assert isinstance(fixes, list)
-    whole = {**value, "level": Level(str(value["level"])), "fixes": tuple(tuple(fix) for fix in fixes)}
-    return Finding(**whole)  # type: ignore[arg-type]
+def _finding(value: dict[str, Any]) -> Finding:
+    fixes = tuple(
+        (int(first), int(last), str(text)) for first, last, text in map(_list, _list(value["fixes"]))
+    )
+    found = Finding(**{**value, "level": Level(value["level"]), "fixes": fixes})
+    _texts([found.code, found.message, found.file, found.title, found.help, found.source_line, found.anchor])
+    _numbers([found.line, found.column, found.end_column])
+    numbers = _table(found.numbers).values()
+    if not all(isinstance(number, (int, float, str)) for number in numbers):
+        raise ValueError("a measured value that is none")
+    return found
+
+
+def _table(value: object) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError("no table")
+    return value
+
+
+def _list(value: object) -> list[Any]:
+    if not isinstance(value, list):
+        raise ValueError("no list")
+    return value
+
+
+def _texts(values: Iterable[object]) -> Sequence[str]:
+    found = [value for value in values if isinstance(value, str)]
+    if not isinstance(values, list) or len(found) != len(values):
+        raise ValueError("no text")
+    return found
+
+
+def _numbers(values: Iterable[object]) -> None:
+    if not all(value is None or (isinstance(value, (int, float)) and abs(value) < _MOST) for value in values):
+        raise ValueError("no number")

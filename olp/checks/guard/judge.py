@@ -83,27 +83,12 @@ def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple
     if measured.seconds is None:
         return _unknown(budget, path, measured.why), []
     seconds, limit = measured.seconds, budget.limit_s + budget.tolerance_s
-    over = seconds - budget.limit_s
     broken = next((d for d in timing.diagnostics if d.is_error), None)
     if broken is not None and seconds <= limit:
         # What cannot be read or run takes time too. Over the limit it is over either way.
         item = _unknown(budget, path, f"at least {seconds:.3f} s: {broken.message}")
         return replace(item, seconds=seconds, line=broken.line if broken.file in ("", path) else 0), []
-    status = Status.HELD
-    if seconds > limit:
-        status = Status.FAILED if budget.fails else Status.WARNED
-    elif seconds >= budget.warn_s:
-        status = Status.WARNED
-    what = "" if budget.of == "total" else f" of {budget.of}"
-    word = {"upper": "upper end", "lower": "lower end"}.get(budget.on, "predicted")
-    if seconds > limit:
-        says = f"{word} {seconds:.3f} s{what}, {over:.3f} s over the budget of {budget.limit_s:g} s"
-    else:
-        says = f"{word} {seconds:.3f} s{what}, {-over:.3f} s below the budget of {budget.limit_s:g} s"
-    if budget.on == "lower" and seconds <= limit < timing.total_s:
-        # Over, but no further than what the recording leaves open.
-        status = Status.WARNED
-        says = f"predicted {timing.total_s:.3f} s; the budget of {budget.limit_s:g} s is within the interval"
+    status, says = verdict(budget, seconds, timing.total_s)
     item = Item(budget.name, path, status, says, 0, seconds, budget.limit_s, "budget")
     if seconds <= limit:
         return item, []
@@ -120,9 +105,29 @@ def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple
         title="cycle time over its budget",
         help="the lines below take most of it",
         anchor=budget.name,
-        numbers={"seconds": round(seconds, 6), "limit_s": budget.limit_s, "over_s": round(over, 6)},
+        numbers={
+            "seconds": round(seconds, 6),
+            "limit_s": budget.limit_s,
+            "over_s": round(seconds - budget.limit_s, 6),
+        },
     )
     return item, [head, *worst]
+
+
+def verdict(budget: Budget, seconds: float, total_s: float) -> tuple[Status, str]:
+    """What a budget says of the `seconds` [s] that it is about, in a program of `total_s` [s] that is known whole."""
+    limit, over = budget.limit_s + budget.tolerance_s, seconds - budget.limit_s
+    what = "" if budget.of == "total" else f" of {budget.of}"
+    word = {"upper": "upper end", "lower": "lower end"}.get(budget.on, "predicted")
+    if seconds > limit:
+        says = f"{word} {seconds:.3f} s{what}, {over:.3f} s over the budget of {budget.limit_s:g} s"
+        return (Status.FAILED if budget.fails else Status.WARNED), says
+    if budget.on == "lower" and limit < total_s:
+        # Over, but no further than what the recording leaves open.
+        says = f"predicted {total_s:.3f} s; the budget of {budget.limit_s:g} s is within the interval"
+        return Status.WARNED, says
+    says = f"{word} {seconds:.3f} s{what}, {-over:.3f} s below the budget of {budget.limit_s:g} s"
+    return (Status.WARNED if seconds >= budget.warn_s else Status.HELD), says
 
 
 def _place(path: str, timing: Timing, measured: Measured, worst: list[Finding]) -> int:
