@@ -15,7 +15,7 @@ ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
 from olp.contracts.term_page import PAGE, section  # noqa: E402
-from olp.contracts.terms import rich_case  # noqa: E402
+from olp.contracts.terms import other_cases, rich_case  # noqa: E402
 from olp.timing.physics import LogTerm, MoveTerm, Term, load_term, term_names  # noqa: E402
 
 # --- the page ---------------------------------------------------------------------------------------------------------
@@ -42,7 +42,8 @@ _BOUNDS = """
 Bounds are those of a recording of a GP25 with everything in it (`rich_case` in `olp/contracts/terms.py`); those that
 hang on speeds, accelerations, loads or distances of the recording are others elsewhere. Where all moves are joint
 moves, rad stands for m. Below them stands where the search for the values begins, and what `olp diagnose` would say
-of the first and the last of these starts.
+of the first and the last of these starts and at the lower bounds. Recordings of other kinds tell other forms; what is
+otherwise there is listed behind them.
 """
 
 
@@ -54,7 +55,7 @@ def page() -> str:
         f"| [`{t.name}`](#{t.name}) | {t.summary} | {_told_by(t)} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
         for t in terms
     )
-    return _HEAD + table + _PICTURES + _BOUNDS + "".join(section(t, case) for t in terms)
+    return _HEAD + table + _PICTURES + _BOUNDS + "".join(section(t, case, other_cases()) for t in terms)
 
 
 def _told_by(term: Term) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -14,12 +14,14 @@ from olp.timing.physics._case import Case
 PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "physics.md"  # of a checkout
 
 
-def section(term: Term, case: Case) -> str:
-    """The section of a term in a page of a recording that tells everything, `case`."""
+def section(term: Term, case: Case, others: Sequence[tuple[str, Case]]) -> str:
+    """The section of a term: its forms in a recording that tells everything, `case`, and what `others` have instead."""
     lines = [f"\n## {term.name}\n", f"{_sentence(term.summary)} Trace: {term.does}.\n"]
     if (PAGE.parent / _picture(term)).exists():
         lines.append(f"![How much later moves are by {term.name}]({_picture(term)})\n")
-    lines += _forms(term, case) if isinstance(term, MoveTerm) else []
+    if isinstance(term, MoveTerm):
+        lines += _forms(term, case)
+        lines += _elsewhere(term, case, others)
     if isinstance(term, LogTerm):
         lines.append(f"- in logs: ${term.equation}$")  # type: ignore[attr-defined]
         lines += [_parameter(p) for p in term.parameters]  # type: ignore[attr-defined]
@@ -36,10 +38,16 @@ def _forms(term: MoveTerm, case: Case) -> Iterator[str]:
     forms = term.forms(case)
     if not forms:
         yield f"- ${term.equation}$, what remains late beside all other terms"  # type: ignore[attr-defined]
+    yield from _listed(term, forms, case)
+
+
+def _listed(term: MoveTerm, forms: Sequence[Form], case: Case) -> Iterator[str]:
+    """Forms with their parameters; of those of single axes the first one whole, and the bounds of the others."""
     axes = [form.key for form in forms if form.axis >= 0]
     first = next((form for form in forms if form.axis >= 0), None)
     for form in forms:
         if form.axis >= 0 and form is not first:
+            yield from (_parameter(p) for p in form.parameters)
             continue
         key = f"each of {', '.join(axes)}" if form.axis >= 0 else form.key
         yield f"- {key + ': ' if key else ''}${form.equation}$"
@@ -47,14 +55,45 @@ def _forms(term: MoveTerm, case: Case) -> Iterator[str]:
         yield from _search(term, form, case)
 
 
+def _elsewhere(term: MoveTerm, case: Case, others: Sequence[tuple[str, Case]]) -> Iterator[str]:
+    """From how many moves on it is told, and which forms other recordings have instead."""
+    forms = term.forms(case)
+    fewest = next((n for n in range(1, len(case) + 1) if term.forms(case.take(np.arange(n)))), 0)
+    if fewest:
+        yield f"- told from the first {fewest} of these moves on"
+    known = {_told(form) for form in forms}
+    for name, other in others:
+        there = term.forms(other)
+        gone = [
+            form.key or "the plain form" for form in forms if _told(form) not in {_told(one) for one in there}
+        ]
+        more = [
+            form.key or "another plain form"
+            for form in there
+            if _told(form) not in {_told(one) for one in forms}
+        ]
+        if gone or more:
+            less = f" without {', '.join(gone)}" if gone else ""
+            and_ = f" with {', '.join(more)}" if more else ""
+            yield f"- recordings {name}:{less}{';' if gone and more else ''}{and_}"
+        new = [form for form in there if _told(form) not in known]
+        known |= {_told(form) for form in there}
+        yield from (f"    {line}" for line in _listed(term, tuple(new), other))
+
+
+def _told(form: Form) -> tuple[object, ...]:
+    """What tells a form from others: bounds hang on the recording."""
+    return form.key, form.equation, tuple((p.name, p.unit) for p in form.parameters)
+
+
 def _search(term: MoveTerm, form: Form, case: Case) -> Iterator[str]:
     """Where the search begins, and what a diagnosis would say there; what values cost that physics does not expect."""
     guesses = np.asarray(term.guesses(form, case), dtype=float)
     starts = "; ".join(", ".join(_number(value) for value in guess) for guess in guesses.tolist())
     yield f"    - sought from {starts}"
-    says = dict.fromkeys(term.says(form, guess, case) for guess in (guesses[0], guesses[-1]))
-    yield from (f"    - “{words}”" for words in says)
     ends = [np.array([getattr(p, side) for p in form.parameters]) for side in ("low", "high")]
+    says = dict.fromkeys(term.says(form, values, case) for values in (guesses[0], guesses[-1], ends[0]))
+    yield from (f"    - “{words}”" for words in says)
     costs = [term.doubt(form, values) for values in (*ends, guesses[0])]
     if any(costs):
         when = "" if all(costs) else " where values are not expected"
@@ -64,7 +103,8 @@ def _search(term: MoveTerm, form: Form, case: Case) -> Iterator[str]:
 def _parameter(p: Parameter) -> str:
     null = "" if np.isnan(p.null) else f"; null {_number(p.null)}"
     unit = "" if p.unit == "1" else f" {p.unit}"
-    return f"    - `{p.name}`, {p.meaning}: {_number(p.low)} to {_number(p.high)}{unit}{null}"
+    how = ", by its logarithm" if p.log else ""
+    return f"    - `{p.name}`, {p.meaning}: {_number(p.low)} to {_number(p.high)}{unit}{null}{how}"
 
 
 def _number(value: float) -> str:

@@ -127,18 +127,27 @@ def other_cases() -> tuple[tuple[str, Case], ...]:
     assert rates is not None
     return (
         (
-            "one acceleration, no robot",
+            "where every stop is written and the bodies are not known",
+            replace(
+                turning,
+                blend=np.where(turning.moving & turning.stop_end, 0.0, turning.blend),
+                rates=replace(rates, bodies=None),
+                derived={},
+            ),
+        ),
+        (
+            "with one acceleration, no robot",
             replace(plain, base=plain.base.with_(accelerate=even, decelerate=even), rates=None, derived={}),
         ),
-        ("joint moves alone", joints),
+        ("of joint moves alone", joints),
         (
-            "axes without ratings",
+            "of axes without ratings",
             replace(
                 turning, rates=replace(rates, rated=None, rated_acceleration=None, bodies=None), derived={}
             ),
         ),
         (
-            "another load and override than simulated",
+            "of another load and override than simulated",
             replace(
                 rich,
                 override=rng.choice([0.5, 0.8, 1.0], n),
@@ -265,7 +274,7 @@ def is_what_its_page_says(it: TermUnderTest) -> Iterator[Difference]:
     text = PAGE.read_text(encoding="utf-8")
     begin = text.find(f"\n## {it.term.name}\n")
     said = text[begin : text.find("\n## ", begin + 1) % (len(text) + 1)] if begin >= 0 else ""
-    own = section(it.term, it.case)
+    own = section(it.term, it.case, other_cases())
     for line in set(own.strip().split("\n")) ^ set(said.strip().split("\n")):
         yield f"{PAGE.name}, section {it.term.name}", f"only one of page and term says {line.strip()!r}"
 

@@ -33,11 +33,11 @@ class SpeedClamp(MoveTerm):
     def guesses(self, form: Form, case: Case) -> Floats:
         # What moves reach: on short ways that is less than what is programmed.
         wanted = _wanted(case)
-        levels = limits_reached((case.base.top() / case.ratio)[wanted])
+        levels = limits_reached(case.base.top()[wanted])
         return np.clip(levels, form.parameters[0].low, form.parameters[0].high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
-        clamped = np.where(_wanted(case), values[0] * case.ratio, np.inf)
+        clamped = np.where(_wanted(case), values[0], np.inf)
         return motion.with_(speed=np.minimum(motion.speed, clamped))
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
