@@ -37,10 +37,14 @@ def program(seed):
     return start, end, way, rng.choice([0.15, 0.3, 0.5, 0.8], COUNT)
 
 
-def record(folder, real, seed, more=None, toml="time_resolution_s = 0.001\n"):
-    """A recording of the program of a seed, with durations `real` (n,) [s]."""
+def record(folder, real, seed, more=None, toml="time_resolution_s = 0.001\n", stretch=1.0):
+    """A recording of the program of a seed, with durations `real` (n,) [s]; the simulated ones are `stretch` times as
+    long as what is written takes."""
     start, end, way, speed = program(seed)
-    sim, clock = travel(way, speed, ACCELERATION), np.concatenate([[0.0], np.cumsum(real + 0.2)[:-1]])
+    sim, clock = (
+        stretch * travel(way, speed, ACCELERATION),
+        np.concatenate([[0.0], np.cumsum(real + 0.2)[:-1]]),
+    )
     folder.mkdir(exist_ok=True)
     with open(folder / "moves.csv", "w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
@@ -111,6 +115,35 @@ def test_a_term_under_a_condition_is_named_with_it_and_with_its_moves(tmp_path):
     assert "length > " in finding.condition
     told, true = set(finding.moves), set((np.nonzero(where)[0] + 1).tolist())
     assert 2 * len(told & true) / (len(told) + len(true)) > 0.9
+
+
+def test_under_a_condition_the_term_that_acts_is_told_from_those_that_promise_as_much_at_first(tmp_path):
+    """A moving average of the speed: short moves lose up to twice its length, which no fixed time does."""
+    _, end, way, speed = program(6)
+    where, time = (end[:, 1] > 0.1) & (way > 0.12), 0.18
+    peak = np.minimum(speed, 0.5 * ACCELERATION * (np.sqrt(time**2 + 4.0 * way / ACCELERATION) - time))
+    averaged = way / peak + peak / ACCELERATION + time
+    rng = np.random.default_rng(6)
+    real = np.where(where, averaged, plain(6)) + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 6)).diagnosis
+    (finding,) = found.findings
+    assert finding.term == "jerk"
+    assert finding.parameters["ramp_time"].value == pytest.approx(time, rel=0.03)
+    assert found.indistinguishable == ()
+
+
+@pytest.mark.parametrize("stretch", [0.98, 1.03])
+def test_the_tuning_of_a_stretched_simulation_is_taken_back_and_is_no_cause(stretch, tmp_path):
+    rng, cold = np.random.default_rng(9), np.exp(-np.arange(COUNT) / 40.0)
+    real = plain(9) * (1.0 + 0.05 * cold) + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 9, stretch=stretch)).diagnosis
+    assert [f.term for f in found.findings] == ["warm-up"]
+    assert found.verdict == "explained"
+    assert any("that tuning of the simulation is taken back" in note for note in found.notes)
+    # Alone it is what differs, and has a name.
+    bare = plain(9) + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "s", bare, 9, stretch=stretch)).diagnosis
+    assert {"speed-scale", "clock"} >= {f.term for f in found.findings} > set()
 
 
 def test_what_acts_everywhere_gets_no_condition(tmp_path):

@@ -144,6 +144,20 @@ def test_late_moves_that_all_carry_what_a_term_acts_on_are_no_waits():
     assert np.nonzero(late_moves(fitted, real, NOISE / 2))[0].tolist() == (late + 1).tolist()
 
 
+def test_late_moves_that_a_limit_nearly_reaches_are_no_waits():
+    """A clamp that is a little too high leaves moves late whose speed it hardly touches."""
+    real = case()
+    one = part("speed-clamp", real, 0.78, key="")
+    hardly = np.nonzero((real.base.speed == 0.8) & (real.base.top() >= 0.8))[0]
+    measured = Model((one,)).seconds(real) + scatter()
+    measured[hardly] += 0.05 * real.base.way[hardly]
+    real = replace(real, measured=measured, derived={})
+    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
+    residual = real.measured - Model((one,)).seconds(real)
+    assert (residual[hardly] > 8 * NOISE).sum() >= 3
+    assert not late_moves(fitted, real, NOISE / 2).any()
+
+
 def test_where_some_wait_shorter_waits_are_found_too_and_hardly_any_scatter():
     rng = np.random.default_rng(11)
     residual = rng.normal(0.0, NOISE, 600)

@@ -27,6 +27,7 @@ def moves(count=150, repeats=1, seed=3):
         base=SimpleNamespace(way=way, speed=speed),
         moving=np.ones(count * repeats, bool),
         repeats=np.tile(np.arange(count), repeats),
+        resolution=0.0,
     )
     return case, rng
 
@@ -69,3 +70,14 @@ def test_no_move_is_its_own_neighbour_nor_are_its_repeats():
     for near in neighbours(case).values():
         assert (near >= 0).all()
         assert (case.repeats[near] != case.repeats).all()
+
+
+@pytest.mark.parametrize("structured", [False, True])
+def test_repeats_that_are_mostly_equal_in_the_digits_of_the_clock_do_not_hide_the_scatter(structured):
+    """A tick of 10 ms and a scatter of 3: most values are the same, the others a whole tick away."""
+    case, rng = moves(repeats=4)
+    case.resolution = 0.01
+    left = np.round(0.003 * rng.normal(size=len(case)) / case.resolution) * case.resolution
+    assert np.median(np.abs(left)) == 0.0
+    found = scatter_of(left, case, 1e-5, structured)
+    assert found.value == pytest.approx(left.std(), rel=0.15)

@@ -32,6 +32,7 @@ Rows = NDArray[np.int64]
 
 _STRAIGHT_ACCELERATION = 3.0  # [m/s²] where neither recording nor robot says one
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
+_STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of the accelerations
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 
 
@@ -82,7 +83,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     blend = _blends(recording, notes)
     blend_start = np.where(before >= 0, blend[before], 0.0)
     stops, blends = (stop_start, stop_end), (blend_start, blend)
-    base = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution, notes)
+    base, stretch = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
     return Case(
@@ -114,6 +115,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
         sim_payload=moves.sim_payload[rows],
         sim_payload_inertia=moves.sim_payload_inertia[rows],
         override=(_whole(moves.override) / _whole(moves.sim_override))[rows],
+        stretch=stretch,
         began=float(np.nanmin(moves.t_start[rows])) if np.isfinite(moves.t_start[rows]).any() else math.nan,
     )
 
@@ -242,8 +244,8 @@ def _base(
     before: Rows,
     resolution: float,
     notes: list[str],
-) -> Motion:
-    """The motion behind the simulated durations.
+) -> tuple[Motion, float]:
+    """The motion behind the simulated durations, and by what factor these are longer than what is written takes.
 
     A simulation that was tuned runs at a share of what is written.
     Accelerations that are not written are those that make constant acceleration take what the simulation says; when one
@@ -285,7 +287,9 @@ def _base(
         rate=np.ones(len(rows)),
     )
     corners = _corners(pace, rows, before, slow)
-    return cornered(whole.with_(corners=corners), sim)
+    # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
+    stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
+    return cornered(whole.with_(corners=corners), sim), 1.0 / faster if stretched else 1.0
 
 
 def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+_SCALES = {"speed-scale": "scale", "clock": "rate"}  # terms that make all times longer, and their number
+_ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
 _LEAST = 1e-5  # [s] no clock is finer than that
 
 
@@ -97,6 +99,8 @@ def _answer(
         sigma, told_by = floor_of(named)
         told = findings_of(named, case, sigma)
     verdict = verdict_of(named)
+    told, tuned = _without_tuning(told, case)
+    notes = (*notes, *tuned)
     if verdict not in ("explained", "partly-explained"):
         notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
         told = Told([], [], [])
@@ -135,6 +139,36 @@ def _idle(told: Told) -> str:
     alike = {name for group in told.alike for name in group}
     idle = [f for f in told.findings if f.holds_null and f.term not in alike]
     return min(idle, key=lambda f: f.evidence.delta_bic).term if idle else ""
+
+
+def _without_tuning(told: Told, case: Case) -> tuple[Told, tuple[str, ...]]:
+    """Beside other names, the scale that makes a stretched simulation run as it is written is the tuning of that
+    simulation, taken back: it is noted, and no finding."""
+    undone = [f.term for f in told.findings if f.term in _SCALES and _undoes(f, case.stretch)]
+    if len(undone) != 1 or len(told.findings) < 2:
+        return told, ()
+    kept = [k for k, group in enumerate(told.alike) if group[0] not in undone]
+    told = Told(
+        [f for f in told.findings if f.term not in undone],
+        [told.alike[k] for k in kept],
+        [told.rivals[k] for k in kept],
+    )
+    return told, (
+        f"the simulated times are {abs(case.stretch - 1.0):.2%} {'longer' if case.stretch > 1.0 else 'shorter'} than "
+        "the written speeds and accelerations make them, and the robot runs as written: that tuning of the simulation "
+        "is taken back, and is no cause",
+    )
+
+
+def _undoes(finding: Finding, stretch: float) -> bool:
+    """Whether a scale is that of the simulation over what is written, within its interval."""
+    if stretch == 1.0:
+        return False
+    scale = finding.parameters.get(_SCALES[finding.term])
+    if scale is None:
+        return False
+    asked = stretch if finding.term == "speed-scale" else 1.0 / stretch
+    return abs(scale.value - asked) <= max(scale.high - scale.low, _ROUGHLY * abs(stretch - 1.0))
 
 
 def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Finding, ...]:

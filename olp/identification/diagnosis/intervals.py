@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.diagnosis.errors import rms
 from olp.identification.diagnosis.fitting import (
     FREEDOM,
     Fit,
@@ -40,6 +41,7 @@ _PIECES = 10.0  # observations that a wrong form counts as: its errors do not av
 _BEYOND = math.log(10.0)  # what a bound is passed by where the data never object
 _MORE = 0.3  # times the noise's variance: with more left, a form is not quite the body's
 _HOLDS = 0.8  # of its own prediction that a group holds at most
+_SAME = 0.05  # times the scatter: predictions that differ by less are those of one law
 _LATTICE = "cycle-quantisation"
 
 
@@ -127,7 +129,13 @@ def _ends(fitted: Fit, case: Case, noise: Noise, floor: float) -> tuple[list[_Si
 
 def _others(fitted: Fit, case: Case, noise: Noise, rivals: Sequence[Model]) -> list[tuple[Fit, float]]:
     """Fits that explain as well, and how much worse they are in BIC."""
-    found = [(way.fit, way.worse) for way in ways_of(fitted, case, noise)]
+    told = fitted.model.seconds(case)
+    found = [
+        (way.fit, way.worse)
+        for way in ways_of(fitted, case, noise)
+        # The same law in other words: its numbers are those of another equation.
+        if rms(way.fit.model.seconds(case) - told) > _SAME * fitted.scale
+    ]
     found += [
         (other, max(other.bic - fitted.bic, 0.0)) for other in (evaluate(m, case, noise) for m in rivals)
     ]

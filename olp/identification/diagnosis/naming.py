@@ -92,7 +92,9 @@ def _stamped(noise: Noise) -> Noise:
 
 def _found(clean: Case, noise: Noise, shelf: Shelf) -> Fit:
     best = exchanged(chosen(search(clean, noise, shelf, WIDE), clean, noise), shelf, clean, noise)
-    return conditioned(best, clean, noise, shelf, WIDE.additions)
+    under = conditioned(best, clean, noise, shelf, WIDE.additions)
+    # To first order another term may have promised more under the condition than the one that acts there.
+    return under if under is best else exchanged(under, shelf, clean, noise)
 
 
 def _order(best: Fit, clean: Case) -> float:

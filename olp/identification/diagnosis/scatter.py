@@ -22,6 +22,7 @@ _ENOUGH = 8  # degrees of freedom behind repeats
 _FEWEST = 12  # moves without repeats
 _ROUND = 1e-3  # of the resolution
 _PATTERN = 0.8  # times what remains: neighbours that differ by less show a pattern
+_STEP = 3.0  # standard deviations of a difference: what is farther is a step
 _FAR = 6.0  # standard deviations of the middle: what is farther is no scatter
 
 
@@ -35,13 +36,17 @@ class Scatter(NamedTuple):
 def scatter_of(left: Floats, case: Case, least: float, structured: bool) -> Scatter:
     """Of what a model leaves, `left` (n,) [s] of the moves of `case`; `least` [s]: what the clock's digits leave;
     `structured`: whether `left` goes together with anything."""
-    repeated = _of_repeats(left, case.repeats, structured) if len(case.repeats) == len(case) else None
+    repeated = _of_repeats(left, case, structured) if len(case.repeats) == len(case) else None
     if repeated is not None:
         found = Scatter(repeated, REPEATS)
     elif len(left) < _FEWEST:
-        found = Scatter(_middle(left - np.median(left)), REMAINS) if len(left) > 2 else Scatter(least, DIGITS)
+        found = (
+            Scatter(_middle(left - np.median(left), case.resolution), REMAINS)
+            if len(left) > 2
+            else Scatter(least, DIGITS)
+        )
     else:
-        whole = Scatter(_middle(left - np.median(left)), REMAINS)
+        whole = Scatter(_middle(left - np.median(left), case.resolution), REMAINS)
         found = _of_neighbours(left, case, whole) if structured else whole
     return found if found.value > least else Scatter(least, DIGITS)
 
@@ -55,9 +60,9 @@ def digits_of(case: Case) -> float:
     return case.resolution * float(np.sqrt((2.0 if (off < _ROUND).all() else 1.0) / 12.0))
 
 
-def _of_repeats(left: Floats, labels: Labels, structured: bool) -> float | None:
+def _of_repeats(left: Floats, case: Case, structured: bool) -> float | None:
     """[s] between repeats of one move, without what drifts from one move to the next; None where too few repeat."""
-    _, group, count = np.unique(labels, return_inverse=True, return_counts=True)
+    _, group, count = np.unique(case.repeats, return_inverse=True, return_counts=True)
     freedom = int((count - 1).sum())
     if freedom < _ENOUGH:
         return None
@@ -65,29 +70,39 @@ def _of_repeats(left: Floats, labels: Labels, structured: bool) -> float | None:
     many = count[group] > 1
     # Each deviation from its group's mean is as large as one of free values would be.
     off = ((left - mean[group]) * np.sqrt(count[group] / np.maximum(count[group] - 1, 1)))[many]
-    whole = _middle(off)
-    after = _middle(np.diff(off) / np.sqrt(2.0)) if structured and len(off) > _FEWEST else whole
+    whole = _middle(off, case.resolution)
+    after = (
+        _middle(np.diff(off) / np.sqrt(2.0), case.resolution) if structured and len(off) > _FEWEST else whole
+    )
     return after if after < _PATTERN * whole else whole
 
 
 def _of_neighbours(left: Floats, case: Case, whole: Scatter) -> Scatter:
     """The least that differences of moves which are alike in some way say, where that is clearly less than `whole`."""
-    others = [_robust(np.diff(left))]
+    others = [_robust(np.diff(left), case.resolution)]
     for near in neighbours(case).values():
-        others.append(_robust((left - left[near])[near >= 0]))
+        others.append(_robust((left - left[near])[near >= 0], case.resolution))
     least = min(others)
     return Scatter(least, NEIGHBOURS) if least < _PATTERN * whole.value else whole
 
 
-def _middle(values: Floats) -> float:
-    """[s] root mean square of values (n,) around zero, without those that are far out."""
-    near = np.abs(values) <= _FAR * 1.4826 * np.median(np.abs(values))
+def _middle(values: Floats, resolution: float) -> float:
+    """[s] root mean square of values (n,) around zero, without those that are far out; `resolution` [s]: digits make
+    the middle nought where most values are equal."""
+    near = np.abs(values) <= _FAR * max(1.4826 * float(np.median(np.abs(values))), resolution / 2.0)
     return float(np.sqrt(np.mean(values[near] ** 2))) if near.any() else 0.0
 
 
-def _robust(differences: Floats) -> float:
-    """[s] of one value, from differences of two: their median, so that pairs across a step do not count."""
-    return 1.4826 * float(np.median(np.abs(differences))) / np.sqrt(2.0) if len(differences) else np.inf
+def _robust(differences: Floats, resolution: float) -> float:
+    """[s] of one value, from differences of two: of those near the middle, so that pairs across a step do not count.
+
+    The middle alone would be nought where most pairs are equal in the clock's digits.
+    """
+    if not len(differences):
+        return np.inf
+    size = np.abs(differences)
+    near = size <= max(_STEP * 1.4826 * float(np.median(size)), _STEP * resolution)
+    return float(np.sqrt(np.mean(differences[near] ** 2) / 2.0)) if near.any() else 0.0
 
 
 def neighbours(case: Case) -> dict[str, NDArray[np.intp]]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.errors import rms
 from olp.identification.diagnosis.fitting import Fit
+from olp.identification.diagnosis.model import Model, Part
 from olp.identification.diagnosis.residuals import ranks
 from olp.timing.physics._case import Case
 
@@ -18,8 +19,7 @@ Mask = NDArray[np.bool_]
 _LEVEL = 0.01  # that one clean recording in a hundred may have an outlier
 _MOST = 0.35  # of all moves; more is no exception but a rule
 _SURE = 25.0  # in BIC: fewer and smaller outliers are scatter
-_BESIDE = 0.6  # of what terms explain in the same moves: more is no flaw of theirs
-_MORE = 1.5  # times what terms explain elsewhere: waits do not choose such moves
+_FORM = 0.25  # of the terms' numbers: what that changes in a move may be a flaw of their form
 _PLACES = 2  # of a program that may wait in every cycle for the same time; more are moves that are just slow
 _SCATTERED = 1.5  # times the scatter's variance: so much at least do waits differ between repeats
 _DIFFER, _ALIKE = (
@@ -47,27 +47,50 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     predicted = fitted.model.seconds(case)
     residual = case.measured - predicted
     sigma = spread(residual, least)
-    far = max(threshold(len(case)) * sigma, _TICKS * case.resolution)
+    corrected = np.abs(predicted - case.simulated)
+    far = max(threshold(len(case)) * sigma, _TICKS * case.resolution) + _flaw(fitted, case)
     late, early = residual > far, residual < -far
     nothing = np.zeros(len(case), dtype=bool)
     if late.sum() < _FEWEST or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    corrected = np.abs(predicted - case.simulated)
     if (
         excess < _SURE
         or rms(residual) < _LOWER * rms(residual[~late])
         or _chosen_by_the_motion(late, corrected, case)
-        or _where_terms_act(late, corrected, sigma)
     ):
         return nothing
-    where_most = bool(np.median(corrected[late]) > _MORE * np.median(corrected))
-    beside = bool(np.median(residual[late]) < _BESIDE * np.median(corrected[late]))
-    same = _the_same_moves(residual, late, case, sigma)
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
-    if (beside and (where_most or same)) or (same and many):
-        return nothing  # what the terms explain there is not quite right
+    if many and _the_same_moves(residual, late, case, sigma):
+        return nothing
     return np.asarray(late, dtype=bool)
+
+
+def _flaw(fitted: Fit, case: Case) -> Floats:
+    """(n,) [s] by which the terms may be off in a move: what other numbers in each of them would change there."""
+    predicted = fitted.model.seconds(case)
+    whole = np.zeros(len(case))
+    for k, part in enumerate(fitted.model.parts):
+        most = np.zeros(len(case))
+        for factor in (1.0 - _FORM, 1.0 + _FORM):
+            parts = list(fitted.model.parts)
+            parts[k] = part._replace(values=_stronger(part, factor))
+            most = np.maximum(most, np.abs(Model(tuple(parts)).seconds(case) - predicted))
+        whole += most
+    return whole
+
+
+def _stronger(part: Part, factor: float) -> Floats:
+    """(p,) values that are `factor` times as far from those at which the part does nothing."""
+    values = []
+    for parameter, value in zip(part.form.parameters, part.values.tolist(), strict=True):
+        if not math.isfinite(parameter.null):
+            values.append(factor * value)
+        elif parameter.log:
+            values.append(parameter.null * (value / parameter.null) ** factor)
+        else:
+            values.append(parameter.null + factor * (value - parameter.null))
+    return np.array(values)
 
 
 def waiting_moves(late: Mask, residual: Floats, sigma: float, resolution: float) -> Mask:
@@ -125,19 +148,6 @@ def _chosen_by_the_motion(late: Mask, corrected: Floats, case: Case) -> bool:
         if math.erfc(z / math.sqrt(2.0)) * len(columns) < _BY_CHANCE:
             return True
     return False
-
-
-def _where_terms_act(late: Mask, corrected: Floats, sigma: float) -> bool:
-    """Whether late moves are among the few in which the terms act: these do not quite hold there.
-
-    All of them by chance: R. Fisher's exact test (1922).
-    """
-    acts = corrected > 2.0 * sigma
-    few, all_, count = int((late & acts).sum()), int(acts.sum()), len(late)
-    if few < int(late.sum()) or few == 0:
-        return False
-    chance = math.prod((all_ - k) / (count - k) for k in range(few))
-    return chance < _BY_CHANCE
 
 
 def _the_same_moves(residual: Floats, late: Mask, case: Case, sigma: float) -> bool:

@@ -82,6 +82,7 @@ class Case:
     sim_payload: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [kg] that the simulation was told
     sim_payload_inertia: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [kg m²] likewise
     override: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [1] real over simulated
+    stretch: float = 1.0  # of the simulated durations over what the written speeds and accelerations take
     began: float = float("nan")  # [s] when the recording did, on the clock of `t_start`
     derived: dict[str, Floats] = field(default_factory=dict)  # what terms work out once per case
     numbers: Mapping[str, float] = field(

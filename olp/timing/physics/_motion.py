@@ -1,15 +1,15 @@
 """The time law that all terms of moves act on: ramps at both ends, a speed between, and what is added.
 
 A ramp from rest to v with acceleration a and jerk j takes v/a + a/j (or 2 √(v/j) when a is not reached) and covers
-v/2 of that time. At a rounded corner the next ramp begins while the last one ends: what overlaps is saved, and a
-recorder books it on the move before the corner, on the one after, or on both. With ways that are too short, the peak
-speed is the one whose ramps cover the way (L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines
-and Robots, Springer 2008, sections 3.2 and 3.4).
+v/2 of that time; behind a moving average of length τ it takes v/a + τ. At a rounded corner the next ramp begins while
+the last one ends: what overlaps is saved, and a recorder books it on the move before the corner, on the one after, or
+on both. With ways that are too short, the peak speed is the one whose ramps cover the way (L. Biagiotti and C.
+Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer 2008, sections 3.2 and 3.4).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +64,11 @@ class Motion:
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
     reach: float = _REACH  # [1] of the shorter of its two moves that a corner is rounded over at most
     corners: Corners | None = None  # None: all moves are like their neighbours
+    filtered: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [s] moving average of the speed
+
+    def __post_init__(self) -> None:
+        if len(self.filtered) != len(self.way):
+            object.__setattr__(self, "filtered", np.zeros(len(self.way)))
 
     def with_(self, **changes: Floats | float | str | Corners) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
@@ -135,15 +140,17 @@ class Motion:
 
     def _ramps(self, speed: Floats) -> Floats:
         """(n,) [s] half the ramps' time: what they cost beyond the way at full speed."""
-        return np.asarray(
-            0.5 * (_ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk))
-        )
+        both = _ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk)
+        return np.asarray(0.5 * both + self.filtered)
 
     def _peak(self) -> Floats:
         """(n,) [m/s] whose ramps cover the way exactly: closed where both ends reach their acceleration, or neither."""
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         if not np.isfinite(self.jerk).any():
-            return np.minimum(self.speed, np.sqrt(self.way / np.maximum(slow, 1e-12)))
+            root = np.sqrt(self.filtered**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
+            return np.minimum(self.speed, 2.0 * self.way / (self.filtered + root))
+        if self.filtered.any():
+            return self._bisected()
         build = 0.5 * (self.accelerate + self.decelerate) / self.jerk
         root = np.sqrt(build**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
         reached = 2.0 * self.way / (build + root)

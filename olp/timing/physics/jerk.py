@@ -8,6 +8,9 @@ from olp.timing.physics._case import Case, Floats
 from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
 
+_FILTERED = "filtered"  # a moving average of the speed, as many controllers make it: one time for all ramps
+_LONGEST = 1.0  # [s] of such an average
+
 
 class Jerk(MoveTerm):
     summary = "acceleration ramps up and down at a finite rate"
@@ -22,15 +25,26 @@ class Jerk(MoveTerm):
             return ()
         pace = case.pace
         one = Parameter("jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, np.inf, True, "of every ramp")
-        return (Form("", (one,), r"T = L/v + v/a + a/j"),)
+        time = Parameter("ramp_time", "s", 0.0, _LONGEST, 0.0, False, "in which acceleration builds up")
+        return (
+            Form("", (one,), r"T = L/v + v/a + a/j"),
+            Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),
+        )
 
     def guesses(self, form: Form, case: Case) -> Floats:
+        if form.key == _FILTERED:
+            return np.array([[0.02], [0.1]])
         return np.array([[2.0], [6.0], [20.0], [70.0]]) * case.pace
 
     def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+        if form.key == _FILTERED:
+            return motion.with_(filtered=motion.filtered + values[0])
         return motion.with_(jerk=np.minimum(motion.jerk, values[0] * case.ratio))
 
     def says(self, form: Form, values: Floats, case: Case) -> str:
+        if form.key == _FILTERED:
+            time = f"{values[0] * 1000:.0f} ms"
+            return f"acceleration builds up in {time}, whatever its size: a moving average of the speed"
         ramp, unit = case.pace / values[0], form.parameters[0].unit
         return (
             f"acceleration builds up at {values[0]:.4g} {unit}: a full ramp at the simulated acceleration takes "
