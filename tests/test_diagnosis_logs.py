@@ -135,6 +135,53 @@ def test_nothing_planted_nothing_named(seed: int) -> None:
         assert found.verdict == "no-mismatch"
 
 
+def recorded(seed: int, kind: str) -> Log:
+    """A log as a recorder of some kind writes it."""
+    rng = np.random.default_rng(seed)
+    time, ways = program(seed)
+    at = time[::4]
+    if kind == "jitter":
+        at = at + rng.uniform(-3e-4, 3e-4, len(at))
+    q = np.stack([np.interp(at, time, column) for column in ways.T], axis=1)
+    if kind != "exact":
+        q = q + 2e-5 * rng.normal(size=q.shape)
+    if kind == "digits":
+        q = np.round(np.degrees(q), 2) / 57.29577951308232
+    log = Log(at, q, (False,) * AXES)
+    if kind == "torques":
+        rise = np.gradient(np.gradient(q, STEP, axis=0), STEP, axis=0)
+        log = replace(log, torque=40.0 * rise + 30.0 * np.cos(q) + 0.1 * rng.normal(size=q.shape))
+    if kind == "encoders":
+        links = {f"q{j + 1}_link_deg": np.degrees(np.interp(at - 0.003, at, q[:, j])) for j in range(AXES)}
+        log = replace(log, covariates=links)
+    if kind == "gaps":
+        keep = rng.random(len(at)) > 0.03
+        log = Log(at[keep], q[keep], log.slides)
+    return log
+
+
+@pytest.mark.parametrize("kind", ["exact", "noise", "jitter", "digits", "torques", "encoders", "gaps"])
+def test_a_log_against_itself_is_no_mismatch(kind: str) -> None:
+    log = recorded(30, kind)
+    found = diagnose_log(log, log)
+    assert (found.verdict, names(found)) == ("no-mismatch", set())
+    assert not any("inertia or gravity" in note for note in found.notes)
+
+
+def test_simulated_torques_are_used_of_the_axes_that_have_them() -> None:
+    log = recorded(31, "torques")
+    assert log.torque is not None
+    planned, measured = log.torque.copy(), log.torque + 3.0 * np.sign(np.gradient(log.q, axis=0))
+    planned[:, 2] = np.nan
+    measured[:, 1] = np.nan
+    found = diagnose_log(replace(log, torque=measured), replace(log, torque=planned))
+    assert "axis 2 has no torque in the log" in found.notes
+    assert any("no simulated torques of axes 3" in note for note in found.notes)
+    assert {e.axis for e in found.evidence if e.term == "coulomb-friction"} >= {1}
+    told = next(e for e in found.evidence if e.axis == 1)
+    assert told.heldout_after < 0.5 * told.heldout_before
+
+
 def test_noise_whose_neighbours_go_together_is_not_named() -> None:
     log = against_command(7, noise=0.0)
     rng = np.random.default_rng(1)

@@ -161,13 +161,30 @@ class _Case:
         self.pairing = pairing.quicker(1 + grows, error)
         return False
 
+    def _reference(self) -> tuple[Floats, Floats] | None:
+        """Instants and places that the axes were judged against."""
+        if self.against_sim and self.sim is not None:
+            return self.sim.time, self.sim.q
+        return (self.log.time, self.log.command) if self.log.command is not None else None
+
+    def _planned(self) -> tuple[Floats, Floats] | None:
+        """Instants and torques or currents that the measured ones were judged against."""
+        if self.sim is None:
+            return None
+        theirs = self.sim.torque if self.log.torque is not None else self.sim.current
+        return (self.sim.time, theirs) if theirs is not None else None
+
     def drive(self) -> None:
         """Torques and second encoders."""
         log = self.log
         self.effort = efforts(log, self._simulated_effort(), self.usable, self.robot)
         if self.effort is not None:
             self.notes += self.effort.notes
-        if link_columns(log):
+        if self.sim is not None and link_columns(self.sim):
+            self.notes.append(
+                "the simulation has the second encoders, too: they are not judged against the motors'"
+            )
+        elif link_columns(log):
             self.second = encoders(log, motion(log), self.usable)
 
     def _simulated_effort(self) -> Floats | None:
@@ -175,10 +192,11 @@ class _Case:
         if sim is None or pairing is None or pairing.retimed:
             return None
         theirs = sim.torque if self.log.torque is not None else sim.current
-        if theirs is None or not np.isfinite(theirs).all(axis=1).any():
+        known = np.isfinite(theirs).any(axis=0) if theirs is not None else np.zeros(1, dtype=bool)
+        if theirs is None or not known.any():
             return None
-        grid = even(sim.time, theirs, sim.period)
-        return grid.at(pairing.simulated(self.log.time), self._as_late(grid))
+        grid = even(sim.time, np.where(known, theirs, 0.0), sim.period)
+        return np.where(known, grid.at(pairing.simulated(self.log.time), self._as_late(grid)), np.nan)
 
     def _as_late(self, grid: Grid) -> Floats:
         """(n, k) what is simulated on `grid`, as late as the axes: bodies need torque when they move, not when told."""
@@ -221,7 +239,17 @@ class _Case:
         named = candidate_findings.confirmed(candidates, looks)
         kept = _kept(self.position, named)
         simulated = self.effort is not None and self.effort.against != FITTED
-        report = Report(log, self.pairing, kept, self.effort, simulated, named, self.notes)
+        report = Report(
+            log,
+            self._reference(),
+            self._planned(),
+            self.pairing,
+            kept,
+            self.effort,
+            simulated,
+            named,
+            self.notes,
+        )
         return report.diagnosis(tuple(clocks))
 
 

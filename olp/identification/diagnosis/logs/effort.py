@@ -62,10 +62,14 @@ class Efforts:
     load: Payload | None
     against: str  # what was taken out of the torques, in words
     notes: tuple[str, ...]
+    fitted: frozenset[int] = (
+        frozenset()
+    )  # axes (from 0) whose rigid bodies were fitted, for want of anything else
 
 
 def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | None) -> Efforts | None:
-    """Every axis with a torque or a current. `simulated` (n, k) torques or currents at the samples, or None."""
+    """Every axis with a torque or a current. `simulated` (n, k) torques or currents at the samples, nan of axes that
+    have none, or None."""
     measured, signal = (log.torque, "torque") if log.torque is not None else (log.current, "current")
     if measured is None:
         return None
@@ -92,14 +96,19 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
         load = payload(robot, moved, measured - taken, usable)
         if load is not None and load.sure:
             measured = measured - load.torque
+    fitted = list[int]()
     for axis in range(measured.shape[1]):
+        if not np.isfinite(measured[:, axis]).any():
+            notes.append(f"axis {axis + 1} has no {signal} in the log")
+            continue
         values = np.where(usable, measured[:, axis], np.nan)
         basis = rigid_basis(moved, axis, log.slides)
-        if simulated is not None:
+        if simulated is not None and np.isfinite(simulated[:, axis]).any():
             data = _axis(moved, values - simulated[:, axis], basis[:, :1], axis, basis[:, 1:])
         elif rigid is not None:
             data = _axis(moved, values - rigid[:, axis], basis[:, :1], axis, basis[:, 1:])
         else:
+            fitted.append(axis)
             data = _axis(moved, values, basis, axis, None)
         if data is None:
             notes.append(
@@ -109,6 +118,9 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
         slides = log.slides[axis]
         unit = "A" if signal == "current" else "N" if slides else "Nm"
         results.append(judge_axis(data, axis, signal, unit))
+    if simulated is not None and fitted:
+        names = ", ".join(str(axis + 1) for axis in fitted)
+        notes.append(f"no simulated {signal}s of axes {names}: inertia and gravity were fitted there")
     return Efforts(
         moved,
         rows,
@@ -116,6 +128,7 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
         load if load is not None and load.sure else None,
         against,
         tuple(notes),
+        frozenset(fitted),
     )
 
 

@@ -14,10 +14,16 @@ from olp.identification.diagnosis.logs.following import BOTH, CLOCK, NONE
 from olp.identification.diagnosis.logs.moves import late_moves
 from olp.identification.diagnosis.logs.pairing import Pairing
 from olp.identification.diagnosis.logs.position import PositionResult
-from olp.identification.diagnosis.logs.residuals import correlates, goes_with_motion, noise_floor, verdict_of
+from olp.identification.diagnosis.logs.residuals import (
+    CLEAR,
+    correlates,
+    goes_with_motion,
+    noise_floor,
+    verdict_of,
+)
 from olp.identification.diagnosis.logs.result import AxisResidual, ClockFit, LogCorrelate, LogDiagnosis
 from olp.identification.diagnosis.logs.select import held_out
-from olp.identification.diagnosis.logs.series import dropped, gaps
+from olp.identification.diagnosis.logs.series import dropped, gaps, misread
 from olp.identification.diagnosis.logs.torque import MASSES
 from olp.identification.diagnosis.result import Alternative, MoveResidual
 from olp.identification.recording.log import Log
@@ -25,6 +31,7 @@ from olp.identification.recording.log import Log
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _RIVAL = 10.0  # BIC: a story less worse than that is as good
+_INSTANT = 0.01  # of a sampling period: no better is known what belongs to what in two logs
 _STILL = 0.01  # of an axis' highest speed: slower is rest
 _FAR = 3.0  # times the noise: a rest of that size in motion is no noise, whatever it goes with
 
@@ -34,6 +41,8 @@ class Report:
     """What is left after the confirmed terms, and everything said about it."""
 
     log: Log
+    reference: tuple[Floats, Floats] | None  # (m,) [s] and (m, k) what the axes were judged against
+    efforts_of: tuple[Floats, Floats] | None  # the same of torques or currents
     pairing: Pairing | None
     position: PositionResult | None  # of every axis only what was confirmed
     effort: Efforts | None
@@ -50,7 +59,8 @@ class Report:
             share = missing / (missing + len(self.log))
             self.notes.append(f"{missing} samples are missing ({share:.1%}), in {len(holes)} gaps")
         groups, rivals = self._rivals()
-        judged = (*axes, *(more if self.torque_judged else ()))
+        fitted = self.effort.fitted if self.effort is not None else frozenset()
+        judged = (*axes, *(a for a in more if self.torque_judged and a.axis - 1 not in fitted))
         named = [n._replace(moves=tuple(m.move for m in moves if m.significant)) for n in self.named]
         verdict = verdict_of(judged, bool(named), structured | follows)
         if self.pairing is not None and self.pairing.retimed:
@@ -87,6 +97,7 @@ class Report:
         time = result.axes[0].follower.time
         speed, acceleration = (reference.grid.at(time, x) for x in (v, a))
         fixed = ("clock",) if result.clock and result.late != result.zero else ()
+        read = misread(*self.reference) if self.reference is not None else np.zeros(k)
         axes: list[AxisResidual] = []
         found: list[LogCorrelate] = []
         structured: set[tuple[int, str]] = set()
@@ -96,11 +107,12 @@ class Report:
             f, j = one.follower, one.follower.axis
             left = f.residual - f.effects(one.shape, result.late)
             left = left - left[f.use].mean()
-            floor = noise_floor(self.log.time, left, speed, f.use)
+            pace, late = _pace_and_lateness(f.residual, speed[:, j], f.use)
+            known = _INSTANT * self.log.period * float(np.nan_to_num(pace))
+            floor = math.hypot(noise_floor(self.log.time, left, speed, f.use), float(read[j]), known)
             before = math.sqrt(held_out(one.raw, ()).mean())
             after = math.sqrt(held_out(one.raw, (*fixed, *one.terms)).mean())
             unit = "m" if self.log.slides[j] else "rad"
-            pace, late = _pace_and_lateness(f.residual, speed[:, j], f.use)
             reach = float(np.ptp(reference.grid.values[:, j]))
             axes.append(AxisResidual(j + 1, "position", unit, before, after, floor, pace, reach, late))
             columns = _motion_columns(j, speed, acceleration, self.log.q)
@@ -128,19 +140,25 @@ class Report:
         axes: list[AxisResidual] = []
         found: list[LogCorrelate] = []
         structured: set[tuple[int, str]] = set()
+        read = misread(*self.efforts_of) if self.efforts_of is not None else np.zeros(self.log.q.shape[1])
         moved, others = result.moved, {n: v[result.rows] for n, v in _others(log).items()}
         for one in result.axes:
             use = np.isfinite(one.left)
             left = np.where(use, one.left, 0.0)
-            floor = noise_floor(moved.time, left, moved.speed, use)
+            floor = math.hypot(noise_floor(moved.time, left, moved.speed, use), float(read[one.axis]))
             axes.append(AxisResidual(one.axis + 1, one.signal, one.unit, one.before, one.after, floor))
             columns = _motion_columns(one.axis, moved.speed, moved.acceleration, moved.q)
             if MASSES in one.terms or goes_with_motion(moved.time, left, columns, use) < 1e-3:
                 structured.add((one.axis + 1, one.signal))
             if one.after > 1.2 * floor:
                 found += correlates(one.axis + 1, one.signal, left, columns | others, use)
-        if any(MASSES in one.terms for one in result.axes):
-            names = ", ".join(str(one.axis + 1) for one in result.axes if MASSES in one.terms)
+        heavier = [
+            one.axis + 1
+            for one, seen in zip(result.axes, axes, strict=True)
+            if MASSES in one.terms and seen.after > CLEAR * seen.floor
+        ]
+        if heavier:
+            names = ", ".join(map(str, heavier))
             self.notes.append(
                 f"inertia or gravity of axes {names} are not those of {result.against}: masses, or a load"
             )

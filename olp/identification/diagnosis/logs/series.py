@@ -63,6 +63,26 @@ def even(time: Floats, values: Floats, step: float) -> Grid:
     return Grid(float(time[0]), step, hermite(time, values, instants))
 
 
+def misread(time: Floats, values: Floats) -> Floats:
+    """(k,) RMS of what writing curves (n, k) down and reading them between samples leave: the digits of both logs that
+    are compared, and the way over an even grid back to uneven instants."""
+    found = np.zeros(values.shape[1])
+    for axis, column in enumerate(values.T):
+        known = np.isfinite(column)
+        if known.sum() < 3:
+            continue
+        at, seen = time[known], column[known, None]
+        off = even(at, seen, float(np.median(np.diff(at)))).at(at) - seen
+        found[axis] = np.sqrt(float((off**2).mean()) + _digit(column[known]) ** 2 / 6.0)
+    return found
+
+
+def _digit(values: Floats) -> float:
+    """The smallest step between two values that were written."""
+    step = np.diff(np.unique(values))
+    return float(step.min()) if len(step) else 0.0
+
+
 class Spectrum:
     """A grid's Fourier transform, once; every linear system is then a product.
 
