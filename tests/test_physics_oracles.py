@@ -325,3 +325,30 @@ def test_no_cycle_is_found_in_durations_that_are_no_multiples():
 def test_the_clocks_own_digits_are_no_cycle():
     rng = np.random.default_rng(8)
     assert lattice(np.round(rng.uniform(0.2, 2.5, len(CASE)), 2), resolution=0.01) is None
+
+
+@pytest.mark.parametrize(
+    ("way", "speed", "slow", "time"), [(0.6, 0.5, 2.0, 0.1), (0.05, 0.8, 2.0, 0.15), (0.02, 0.1, 3.0, 0.2)]
+)
+def test_a_ramp_behind_a_moving_average_takes_its_length_longer_and_covers_half_of_its_speed(
+    way, speed, slow, time
+):
+    """Ramps sampled finely and averaged; the peak of short moves is searched for, and the rest of the way cruised."""
+    step = 1e-5
+
+    def ramp(peak):
+        plain = np.clip(np.arange(0.0, peak / slow + 2 * time, step) * slow, 0.0, peak)
+        window = int(round(time / step))
+        total = np.cumsum(np.concatenate([np.zeros(window), plain]))
+        seen = (total[window:] - total[:-window]) / window
+        until = int(np.argmax(seen > peak * (1.0 - 1e-9)))
+        return until * step, float(seen[:until].sum() * step)
+
+    low, high = 0.0, speed
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if 2.0 * ramp(middle)[1] > way else (middle, high)
+    lasts, covers = ramp(high)
+    expected = 2.0 * lasts + (way - 2.0 * covers) / high
+    one = Motion(*(np.array([v]) for v in (way, speed, slow, slow, np.inf, 0.0, 0.0, 0.0, 0.0, 1.0)))
+    assert one.with_(filtered=np.array([time])).duration()[0] == pytest.approx(expected, abs=2e-3 * expected)

@@ -368,7 +368,10 @@ def _swept(case: Case, k: int, limit: Array) -> float:
 
 
 def jerk(case: Case, form: Form, values: Array) -> Columns:
-    """Every ramp builds up at j, of joint moves beside straight ones at as many times their acceleration."""
+    """Every ramp builds up at j, of joint moves beside straight ones at as many times their acceleration; filtered: the
+    speed passes a moving average of that length."""
+    if form.key == "filtered":
+        return {"filtered": case.base.filtered + values[0]}
     return {"jerk": np.where(case.base.jerk > values[0] * case.ratio, values[0] * case.ratio, case.base.jerk)}
 
 

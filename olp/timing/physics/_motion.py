@@ -64,7 +64,9 @@ class Motion:
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
     reach: float = _REACH  # [1] of the shorter of its two moves that a corner is rounded over at most
     corners: Corners | None = None  # None: all moves are like their neighbours
-    filtered: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [s] moving average of the speed
+    filtered: Floats = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) [s] moving average that each ramp passes
 
     def __post_init__(self) -> None:
         if len(self.filtered) != len(self.way):

@@ -8,7 +8,7 @@ from olp.timing.physics._case import Case, Floats
 from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
 
-_FILTERED = "filtered"  # a moving average of the speed, as many controllers make it: one time for all ramps
+_FILTERED = "filtered"  # every ramp passes a moving average: one time for all, not one jerk
 _LONGEST = 1.0  # [s] of such an average
 
 
@@ -44,7 +44,7 @@ class Jerk(MoveTerm):
     def says(self, form: Form, values: Floats, case: Case) -> str:
         if form.key == _FILTERED:
             time = f"{values[0] * 1000:.0f} ms"
-            return f"acceleration builds up in {time}, whatever its size: a moving average of the speed"
+            return f"acceleration builds up in {time}, whatever its size: every ramp takes that much longer"
         ramp, unit = case.pace / values[0], form.parameters[0].unit
         return (
             f"acceleration builds up at {values[0]:.4g} {unit}: a full ramp at the simulated acceleration takes "
