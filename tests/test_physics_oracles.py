@@ -338,7 +338,7 @@ def test_a_ramp_behind_a_moving_average_takes_its_length_longer_and_covers_half_
 
     def ramp(peak):
         plain = np.clip(np.arange(0.0, peak / slow + 2 * time, step) * slow, 0.0, peak)
-        window = int(round(time / step))
+        window = round(time / step)
         total = np.cumsum(np.concatenate([np.zeros(window), plain]))
         seen = (total[window:] - total[:-window]) / window
         until = int(np.argmax(seen > peak * (1.0 - 1e-9)))
