@@ -9,6 +9,7 @@ from enum import Enum
 from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, ClassVar, Final, NamedTuple
 
 from olp.core.diagnostic import OlpError, error
@@ -164,6 +165,11 @@ class Vendor(ABC):
     call_mark: ClassVar[str] = ""
     call_words: ClassVar[str] = ""
     writes_probes: ClassVar[bool] = False
+
+    def folders_with(self, folder: Path) -> list[Path]:
+        """The folders whose files the controller loads together with those of `folder`, that one first."""
+        others = [folder / name for name in self.folders_beside]
+        return [folder, *(one for one in others if one.is_dir() and not one.samefile(folder))]
 
     def comment_of(self, line: bytes) -> bytes | None:
         """What a comment on a line of its own says, without what opens and closes it; None for any other line."""

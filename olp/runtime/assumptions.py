@@ -52,6 +52,13 @@ SIGNAL_WORDS: Final[Mapping[str, str]] = {
     "cyclic-flag": "CYCFLAG",
     "timer-flag": "TFLAG",
 }
+# What no file at hand may say, and what is assumed then; a key of [unknown] in olp.toml makes it an error.
+UNKNOWN: Final[Mapping[str, str]] = {
+    "routines": "a called routine that is not here does nothing",
+    "values": "a name without a value is 0, false or an empty text",
+    "positions": "a move to a position without a value is left out",
+    "start": "the arm begins in front of its base, the flange pointing down",
+}
 NAMED_SIGNAL: Final = "signal"  # the bus of a signal that has a name and no number
 VARIABLE_LETTERS: Final[Mapping[Store, str]] = {
     Store.BYTE: "B",
@@ -112,6 +119,10 @@ class Assumptions:
     start: Mapping[str, WrittenPosition] = field(
         default_factory=dict
     )  # mechanism -> where it stands at first
+    routines: Mapping[str, float] = field(
+        default_factory=dict
+    )  # [s] of called ones that are not here, lower case
+    strict: frozenset[str] = frozenset()  # of UNKNOWN: what ends in an error where no file says it
     diagnostics: tuple[Diagnostic, ...] = ()
 
 

@@ -17,6 +17,7 @@ from olp.ir.expressions import POSITION_STORES, Store
 from olp.ir.points import PointKind, PointState
 from olp.robots.controller_effects import HIGHEST_OVERRIDE, SETTINGS
 from olp.runtime.assumptions import (
+    UNKNOWN,
     Assumptions,
     Given,
     SignalKey,
@@ -37,6 +38,8 @@ _SECTIONS: Final = (
     "process",
     "start",
     "motion",
+    "known-routines",
+    "unknown",
     "budget",  # read by olp check
     "lint",  # read by olp lint
 )
@@ -56,6 +59,7 @@ _MOTION_EXAMPLES: Final = {
     "accel_mm_s2": "accel_mm_s2 = 3050",
     "override_pct": "override_pct = 50, at most 150",
 }
+_CHOICES: Final = ("assume", "error")
 _MECHANISM = re.compile(r"(RB|BS|ST)\d{1,2}")
 _RANGES: Final = {
     Store.BYTE: (0, 255),
@@ -133,6 +137,8 @@ class _Reader:
             pause=pause,
             process=self._process(),
             motion=self._motion(),
+            routines=self._entries("known-routines", str.casefold, self._seconds, "USER_GRP = 0.8"),
+            strict=self._strict(),
             start=self._entries("start", _mechanism, self._position, "RB1 = { pulse = [0, 0, 0, 0, 0, 0] }"),
             diagnostics=tuple(self.problems),
         )
@@ -211,6 +217,14 @@ class _Reader:
             if seconds is not None:
                 found[text.removesuffix(_SECONDS).lower()] = seconds
         return found
+
+    def _strict(self) -> frozenset[str]:
+        table = self._table("unknown")
+        self._known(table, tuple(UNKNOWN), "[unknown]")
+        for key, value in table.items():
+            if value not in _CHOICES:
+                self._report("V004", f"{key} is one of {', '.join(_CHOICES)}", key, f'{key} = "error"')
+        return frozenset(key for key, value in table.items() if value == _CHOICES[1])
 
     def _motion(self) -> dict[str, str | float]:
         table = self._table("motion")

@@ -8,7 +8,7 @@ from olp.core.units import deg, um
 from olp.ir.expressions import POSITION_STORES, Binary, Element, Store, Taught, Variable
 from olp.ir.points import PointKind, PointState
 from olp.runtime.arithmetic import calculate, round_half_away
-from olp.runtime.evaluate import evaluate, whole, write_variable
+from olp.runtime.evaluate import both, whole, write_variable
 from olp.runtime.memory import PositionValue, Value
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
@@ -73,7 +73,7 @@ def held_position(m: Machine, variable: Variable) -> PositionValue:
 
 def binary(m: Machine, e: Binary) -> Value:
     """The value of an operation on numbers, texts or positions."""
-    left, right = evaluate(m, e.left), evaluate(m, e.right)
+    left, right = both(m, e.left, e.right)
     if isinstance(left, PositionValue) and isinstance(right, (int, float, PositionValue)):
         return combine(e.operator, left, right)
     return calculate(e.operator, left, right)

@@ -32,11 +32,28 @@ def evaluate(m: Machine, expression: Expression) -> Value:
     return m.operations.evaluators[type(expression)](m, expression)
 
 
+def known(m: Machine, expression: Expression, otherwise: Value) -> Value:
+    """The value, `otherwise` where no file says it and it may be assumed, which is reported."""
+    try:
+        return evaluate(m, expression)
+    except StatementError as problem:
+        if not m.may_assume(problem) or problem.code == "I215":
+            raise
+        m.fault(problem, f"taken as {_shown(otherwise)}")
+        return otherwise
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return "an empty text" if value == "" else str(value)
+
+
 def number(m: Machine, expression: Expression) -> int | float:
     """The value as a number; on and off count as 1 and 0. Raises StatementError (I201) for anything else."""
     if type(expression) is Number:
         return expression.value
-    value = evaluate(m, expression)
+    value = known(m, expression, 0)
     if isinstance(value, (int, float)):
         return value
     raise StatementError(
@@ -58,7 +75,7 @@ def quantity(m: Machine, value: Quantity) -> float:
 
 def holds(m: Machine, condition: Expression) -> bool:
     """Whether a condition is true; a bare number or signal counts as true when it is not zero."""
-    value = evaluate(m, condition)
+    value = known(m, condition, False)
     return bool(value) if isinstance(value, (bool, int, float)) else value != ""
 
 
@@ -97,7 +114,33 @@ def _as_int(value: Value, what: Expression) -> int:
 
 
 def _compare(m: Machine, e: Compare) -> Value:
-    return compare(e.operator, evaluate(m, e.left), evaluate(m, e.right))
+    return compare(e.operator, *both(m, e.left, e.right))
+
+
+def both(m: Machine, left: Expression, right: Expression) -> tuple[Value, Value]:
+    """Two values that are compared or combined: one that no file says is the zero of the other's kind."""
+    try:
+        first = evaluate(m, left)
+    except StatementError as problem:
+        if not m.may_assume(problem) or problem.code == "I215":
+            raise
+        second = known(m, right, 0)
+        return known(m, left, _zero_like(second, problem)), second
+    try:
+        return first, evaluate(m, right)
+    except StatementError as problem:
+        if not m.may_assume(problem) or problem.code == "I215":
+            raise
+        zero = _zero_like(first, problem)
+        m.fault(problem, f"taken as {_shown(zero)}")
+        return first, zero
+
+
+def _zero_like(value: Value, problem: StatementError) -> Value:
+    """Nothing, of the kind of `value`. Raises `problem` where there is none: a position is somewhere."""
+    if isinstance(value, (bool, int, float, str)):
+        return type(value)()
+    raise problem
 
 
 def _logic(m: Machine, e: Logic) -> Value:
@@ -125,7 +168,10 @@ def _argument(m: Machine, e: Argument) -> Value:
 
 
 def _unknown(m: Machine, e: Unknown) -> Value:
-    raise StatementError("I209", f"nothing defines {e.text}", "declare the name, or correct it")
+    certain = m.conventions.taught_frames  # a language without names: the text is a mistake
+    raise StatementError(
+        "I209", f"nothing defines {e.text}", "declare the name, or correct it", certain=certain
+    )
 
 
 def _named_argument(m: Machine, e: NamedArgument) -> Value:

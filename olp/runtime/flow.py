@@ -226,7 +226,11 @@ def call(m: Machine, s: Call) -> int | None:
         m.assume(f"the macro {name} is taken to take no time and to change nothing")
         m.recorder.signal(m.frame.job.source, s.line)
         return None
-    job = _found(m, name)
+    job = m.jobs.find(name, m.frame.job.source)
+    if job is None and _is_passed_over(m, name, s):
+        return None
+    if job is None:
+        job = _found(m, name, ": its call is left out")
     frame = _new_frame(m, job, s.arguments)
     frame.result = s.result
     if s.jump:
@@ -242,15 +246,32 @@ def call(m: Machine, s: Call) -> int | None:
     return OTHER_FRAME
 
 
-def _found(m: Machine, name: str) -> Job:
+def _is_passed_over(m: Machine, name: str, s: Call) -> bool:
+    """Whether a routine that is not here takes a time that is known, or none as what the controller brings with it."""
+    seconds = m.assumptions.routines.get(name.casefold())
+    what = m.known_routines.get(name.casefold())
+    if seconds is None and (what is None or "routines" in m.assumptions.strict):
+        return False
+    if seconds is None:
+        m.assume_once(
+            f"routine {name.casefold()}", f"{name}, {what}, takes no time here: [known-routines] may say one"
+        )
+    m.recorder.wait(m.frame.job.source, s.line, seconds or 0.0)
+    return True
+
+
+def _found(m: Machine, name: str, then: str = "") -> Job:
     job = m.jobs.find(name, m.frame.job.source)
     if job is not None:
         return job
+    what = m.known_routines.get(name.casefold())
+    if what is not None:
+        raise StatementError("I102", f"{name[:60]}, {what}, is not modelled{then}")
     near = m.jobs.near(name)
     did = f"did you mean {', '.join(near)}? Else " if near else ""
     raise StatementError(
         "I102",
-        f"the routine {name[:60]} was not found: its call is left out",
+        f"the routine {name[:60]} was not found{then}",
         f"{did}put its file into the same folder",
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from olp.core.diagnostic import Diagnostic, OlpError
+from olp.core.diagnostic import Diagnostic, OlpError, Severity
 from olp.core.source import Source
 from olp.ir.block_structure import ControlFlow, pair
 from olp.ir.expressions import Number
@@ -97,7 +97,7 @@ class Jobs:
             size += path.stat().st_size
             if path in self._read_files or len(self.programs) > _MOST_FILES or size > _MOST_BYTES:
                 continue
-            self._add_file(path)
+            self._add_file(path, asked=False)
         return len(self.programs) > before
 
     def near(self, name: str) -> list[str]:
@@ -124,10 +124,14 @@ class Jobs:
         path = files_by_stem(self.folder, suffix).get(key) or files_by_name_record(self.folder, suffix).get(
             key
         )
+        if path is None:
+            further = find_vendor(self.program.vendor).folders_with(self.folder)[1:]
+            path = next((found for one in further if (found := files_by_stem(one, suffix).get(key))), None)
         if path is not None and path not in self._read_files:
             self._add_file(path)
 
-    def _add_file(self, path: Path) -> None:
+    def _add_file(self, path: Path, asked: bool = True) -> None:
+        """`asked`: a call names it; what is wrong with a file that is only searched for names stops nobody."""
         self._read_files.add(path)
         try:
             program = read_cached(path)
@@ -137,14 +141,18 @@ class Jobs:
             return
         if program.vendor != self.program.vendor:
             return  # data of another maker
-        self.found.extend(program.diagnostics)
+        wrong = program.diagnostics
+        self.found.extend(wrong if asked else (_as_warning(d) for d in wrong))
         self._add(program, _key(path.stem))
+
+
+def _as_warning(found: Diagnostic) -> Diagnostic:
+    return replace(found, severity=Severity.WARNING) if found.is_error else found
 
 
 def _files_beside(folder: Path, vendor: Vendor) -> Iterator[Path]:
     """The files that may declare what a program in `folder` names: those of its folder first."""
-    others = [folder / name for name in vendor.folders_beside]
-    folders = [folder, *(one for one in others if one.is_dir() and not one.samefile(folder))]
+    folders = vendor.folders_with(folder)
     for place in folders:
         for suffix in vendor.suffixes:
             yield from sorted(files_by_stem(place, suffix).values())
@@ -171,7 +179,7 @@ def _points(routine: Routine) -> PointTable:
 
 
 # A folder is searched for names no further than this.
-_MOST_FILES = 100
+_MOST_FILES = 400
 _MOST_BYTES = 20_000_000
 
 

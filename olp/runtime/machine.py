@@ -191,7 +191,7 @@ def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> N
         problem = StatementError("I202", "a number is too large to compute with", "check the operands")
     if isinstance(problem, StatementError):
         if not isinstance(problem, EndedError):
-            m.fault(problem)
+            m.fault(problem, "" if "left out" in problem.message else "the statement is left out")
         return
     for finding in problem.diagnostics:
         m.fault(StatementError(finding.code, finding.message, finding.help, finding.severity))

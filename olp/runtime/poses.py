@@ -92,8 +92,15 @@ def frame_state(m: Machine, frame: FrameRef, before: PointState) -> PointState:
 
 
 def here(m: Machine, mechanism: int) -> PositionValue:
-    """Where the mechanism stands, as it was written. Raises StatementError (I215) before its first move."""
+    """Where the mechanism stands, as it was written; before its first move in front of its base, which is assumed.
+
+    Raises StatementError (I215) where nothing can be assumed.
+    """
     index = m.recorder.at[mechanism]
+    if index == NOWHERE:
+        index = m.recorder.at[mechanism] = (
+            NOWHERE if "start" in m.assumptions.strict else _before_all(m, mechanism)
+        )
     if index == NOWHERE:
         name = m.world.mechanisms[mechanism].name
         raise StatementError(
@@ -103,6 +110,30 @@ def here(m: Machine, mechanism: int) -> PositionValue:
         )
     state, values = m.recorder.written(index)
     return PositionValue(state, tuple(float(v) for v in values))
+
+
+def _before_all(m: Machine, mechanism: int) -> int:
+    """The arm in front of its base, the flange pointing down: where a program begins that does not say it."""
+    robot = m.world.cell.robot(mechanism)
+    if robot is None or not m.world.mechanisms[mechanism].is_robot:
+        return NOWHERE
+    stretched = m.world.cell.pose(mechanism, PointState(PointKind.JOINT, "joint"), (0.0,) * len(robot.axes))
+    reach = 0.0 if stretched is None else float(np.linalg.norm(stretched.position))
+    for share in _IN_FRONT:
+        values = (share * reach, 0.0, 0.5 * reach, math.pi, 0.0, 0.0)
+        axes = m.world.cell.resolve(mechanism, _IN_BASE, np.array([values])).axes[0, : len(robot.axes)]
+        if not np.isnan(axes).any():
+            m.assume_once(
+                f"start {mechanism}",
+                f"the arm stands {1000 * values[0]:.0f} mm in front of its base at first and points down: "
+                f"[start] may say where",
+            )
+            return m.recorder.position(mechanism, _IN_BASE, values)
+    return NOWHERE
+
+
+_IN_BASE = PointState(PointKind.POSE, "base")
+_IN_FRONT = (0.5, 0.4, 0.6, 0.3)  # shares of how far the flange is from the base with all axes at zero
 
 
 def as_pulses(m: Machine, mechanism: int, value: PositionValue) -> PositionValue:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, errors
-from olp.languages.vendor import find_vendor, vendor_names
+from olp.languages.vendor import find_vendor, part_of, vendor_names
 from olp.runtime.assumptions import Assumptions, load_assumptions, nearest_assumptions
 from olp.runtime.initial import set_initial_values
 from olp.runtime.jobs import Jobs
@@ -49,6 +49,7 @@ def start(
         OPERATIONS, recorder, world, Memory(), jobs, assumptions, cycles, Frame(main), first_job=main.key
     )
     if program.vendor in vendor_names():
+        m.known_routines = part_of(program.vendor, "known_routines") or {}
         m.law = find_vendor(program.vendor).blending
         m.conventions = find_vendor(program.vendor).conventions
         m.case_sensitive = find_vendor(program.vendor).case_sensitive

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from olp.core.diagnostic import Diagnostic, Severity, Span, error
+from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.ir.expressions import Expression, FrameRef, Store
 from olp.ir.moves import BlendKind
 from olp.languages.vendor import Conventions
@@ -21,6 +21,14 @@ from olp.runtime.world import KIND_PREFIX, World, group_names
 
 # Codes of findings that a value is not known: the statement is left out.
 VALUE_IS_UNKNOWN = frozenset({"I203", "I209"})
+# What may be assumed where no file says it: code -> key of [unknown] in olp.toml.
+ASSUMABLE: Mapping[str, str] = {
+    "I102": "routines",
+    "I203": "values",
+    "I209": "values",
+    "I215": "start",
+    "I225": "routines",
+}
 # What a handler returns: nothing (go on), the index of the next statement, or this: the call stack changed.
 OTHER_FRAME = -1
 
@@ -28,8 +36,16 @@ OTHER_FRAME = -1
 class StatementError(Exception):
     """A statement that cannot be executed. Caught by the machine, which reports it and goes on behind it."""
 
-    def __init__(self, code: str, message: str, help: str = "", severity: Severity = Severity.ERROR) -> None:
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        help: str = "",
+        severity: Severity = Severity.ERROR,
+        certain: bool = False,  # no file can say it: nothing is assumed instead
+    ) -> None:
         self.code, self.message, self.help, self.severity = code, message, help, severity
+        self.certain = certain
         super().__init__(message)
 
 
@@ -136,6 +152,9 @@ class Machine:
     nested: int = 0  # calls within expressions under way
     left: int = 0  # statements still allowed
     modules: dict[int, Scope] = field(default_factory=dict)  # file -> its named variables
+    known_routines: Mapping[str, str] = field(
+        default_factory=dict
+    )  # of the language's controllers, see `Vendor`
     case_sensitive: bool = False
     advance_stops: bool = False  # see `Vendor`
     continued: tuple[Frame, int] | None = None  # the statement before which a CONTINUE stands
@@ -156,6 +175,7 @@ class Machine:
     blends: dict[BlendKind, float] = field(default_factory=dict)  # modal sizes
     turn: float = math.nan  # [rad/s] modal bound of the tool's turning
     override: float = 1.0
+    unsure: bool = False  # a value was assumed: what is wrong from here on may only follow from it
     timed_out: bool = False  # whether the last wait ended by its limit
     _topics: dict[str, tuple[int, int]] = field(default_factory=dict)
     _assumed: dict[tuple[int, int, str], int] = field(default_factory=dict)
@@ -194,16 +214,24 @@ class Machine:
         """Keeps a finding, once per place."""
         self._found.setdefault((finding.code, finding.file, finding.line, finding.message), finding)
 
-    def fault(self, fault: StatementError) -> None:
-        """Keeps what went wrong in the current statement."""
+    def may_assume(self, fault: StatementError) -> bool:
+        """Whether what no file says is assumed, and no error."""
+        key = None if fault.certain else ASSUMABLE.get(fault.code)
+        return key is not None and key not in self.assumptions.strict
+
+    def fault(self, fault: StatementError, taken: str = "") -> None:
+        """Keeps what went wrong in the current statement. `taken`: what is assumed for it."""
         source, line = self.frame.job.program.source, self.line
         text = source.line(line)
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-        finding = error(fault.code, fault.message, span, file=source.path, help=fault.help, source_line=text)
-        if fault.severity is not Severity.ERROR:
-            finding = Diagnostic(
-                finding.code, finding.message, fault.severity, source.path, *span, fault.help, text
-            )
+        severity, message = fault.severity, fault.message
+        if self.may_assume(fault):
+            severity = Severity.WARNING
+            message += taken and f": {taken}"
+            self.unsure = True
+        elif self.unsure and fault.code.startswith(("I2", "I3")) and fault.code not in ASSUMABLE:
+            severity = Severity.WARNING
+        finding = Diagnostic(fault.code, message, severity, source.path, *span, fault.help, text)
         if fault.code in VALUE_IS_UNKNOWN and self.recorder.unknown < 0:
             self.recorder.unknown = len(self.recorder)
         self.report(finding)

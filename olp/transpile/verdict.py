@@ -11,8 +11,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+from olp.core.diagnostic import Diagnostic
 from olp.runtime.machine import LIMIT
 from olp.runtime.plan import Plan
+from olp.runtime.state import ASSUMABLE
 from olp.transpile.compare import Comparison, Difference
 from olp.transpile.context import Fate, Loss
 from olp.transpile.pipeline import Translated
@@ -104,13 +106,18 @@ def _left_out(losses: Sequence[Loss]) -> Iterator[Objection]:
             yield Objection("left-out", loss.line, loss.says)
 
 
+def _is_unfinished(found: Diagnostic) -> bool:
+    """Whether a run left something out, or took what no file says for granted, so that the two may agree by chance."""
+    return found.code in ASSUMABLE or (found.is_error and found.code.startswith(_FAILED))
+
+
 def _unfinished(plans: Sequence[Plan | None], comparisons: Sequence[Comparison]) -> Iterator[Objection]:
     for name, plan in zip(("the source", "the translation"), plans, strict=False):
         if plan is None:
             yield Objection("uncompared", 0, f"{name} could not be run")
             continue
         for found in plan.diagnostics:
-            if found.code == LIMIT or (found.is_error and found.code.startswith(_FAILED)):
+            if found.code == LIMIT or _is_unfinished(found):
                 line = found.line if name == "the source" else 0
                 where = "" if line else f" (its line {found.line})"
                 yield Objection("uncompared", line, f"{name}{where}: {found.message}")

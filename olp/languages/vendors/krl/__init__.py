@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from olp.core.source import Source
 from olp.ir.program import Program
@@ -50,6 +51,11 @@ class Krl(Vendor):
     )
     corners = CornerSpelling(r";", (r"\b(LIN|CIRC)(?:_REL)?\b.*\S(?=\s*$)", r"\g<0> C_DIS"), r"(?!)")
     editor_names = ("kuka",)
+
+    def folders_with(self, folder: Path) -> list[Path]:
+        from olp.languages.vendors.krl.companions import tree_of
+
+        return [folder, *(one for one in tree_of(folder) if one != folder)]
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

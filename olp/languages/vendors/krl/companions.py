@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from functools import lru_cache
 from pathlib import Path
 
 from olp.core.source import Source, load
 
 _SYSTEM_FOLDERS = ("", "System", "R1/System", "KRC/R1/System")
 _TREES = ("R1", "KRC")
+_MOST_FOLDERS, _DEEPEST = 200, 6
 _CONFIG = "$config.dat"
 _LARGEST = 8 * 1024 * 1024  # bytes
 
@@ -37,6 +39,36 @@ def _in_folder(folder: Path, name: str) -> Path | None:
         return next(
             (folder / one.name for one in entries if one.name.lower() == wanted and one.is_file()), None
         )
+
+
+def tree_of(folder: Path) -> list[Path]:
+    """All folders of the robot's tree that `folder` stands in, for routines are global: KRC/R1 where it has that name.
+
+    Else the highest of the folders above that themselves hold programs, with what is below it.
+    """
+    here = folder.resolve()
+    root = next((one for one in (here, *here.parents) if one.name.upper() in _TREES), here)
+    while root.name.upper() not in _TREES and _holds_programs(root.parent):
+        root = root.parent
+    return _below(root)
+
+
+@lru_cache(maxsize=64)
+def _below(root: Path) -> list[Path]:
+    found = [root]
+    for one in found:  # grows
+        if len(found) > _MOST_FOLDERS or len(one.parts) - len(root.parts) >= _DEEPEST:
+            break
+        found += sorted(p for p in one.iterdir() if p.is_dir() and not p.is_symlink() and p.name[:1] != ".")
+    return found
+
+
+def _holds_programs(folder: Path) -> bool:
+    try:
+        with os.scandir(folder) as entries:
+            return any(one.name.lower().endswith(".src") for one in entries)
+    except OSError:
+        return False
 
 
 def _config(folder: Path) -> Path | None:
