@@ -492,4 +492,4 @@ def test_versions_that_are_timed_in_part_only_are_not_called_held(tmp_path, monk
     assert main(["diff", "old/PICK.JBI", "new/PICK.JBI"]) == 2
     told = capsys.readouterr().out
     assert "unknown" in told
-    assert "the new version is timed in part only, 1 error: line " in told
+    assert "the new version is timed in part only, 1 finding: line " in told

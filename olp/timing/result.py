@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic
 from olp.runtime.plan import Assumption, Plan, StepKind
+from olp.runtime.state import ASSUMABLE
 from olp.timing.corners import CornerPieces
 from olp.timing.motion import Profile
 
@@ -160,6 +161,11 @@ class Timing:
     def untimed(self) -> int:
         """Number of steps that cannot be timed: the totals leave them out."""
         return int(np.count_nonzero(np.isnan(self.duration_s)))
+
+    @property
+    def left_open(self) -> tuple[Diagnostic, ...]:
+        """What the total leaves out or had to assume where no file says it: who compares totals must not rely on it."""
+        return tuple(d for d in self.diagnostics if d.is_error or d.code in ASSUMABLE)
 
     @property
     def robot(self) -> str | None:

@@ -52,9 +52,9 @@ def _left_out(version: str, timing: Timing) -> Iterator[str]:
     """What a version's total leaves out."""
     if timing.untimed:
         yield f"the {version} version: {timing.untimed} steps cannot be timed"
-    broken = [d for d in timing.diagnostics if d.is_error]
+    broken = timing.left_open
     if broken:
-        count = "1 error" if len(broken) == 1 else f"{len(broken)} errors"
+        count = "1 finding" if len(broken) == 1 else f"{len(broken)} findings"
         place = f"line {broken[0].line}: " if broken[0].line else ""
         yield f"the {version} version is timed in part only, {count}: {place}{broken[0].message}"
 

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from olp.checks.guard.budget import Budget
 from olp.checks.guard.measure import Measured, measure
-from olp.core.diagnostic import Diagnostic, OlpError
+from olp.core.diagnostic import OlpError
 from olp.ir.program import Program
 from olp.reports.batch import Job, time_program
 from olp.reports.outcome.model import Finding, Item, Level, Status, of_diagnostic
-from olp.runtime.state import ASSUMABLE
 from olp.timing.timing import Timing
 
 _WORST = 3  # lines that are told per budget
@@ -59,7 +58,7 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> Judged:
     read_files = tuple(
         dict.fromkeys([path, *(s.path for s in plain.plan.sources), *(s.path for s in program.companions)])
     )
-    whole = not plain.untimed and not any(map(_is_open, plain.diagnostics))
+    whole = not plain.untimed and not plain.left_open
     total = plain.total_s if whole else None
     sums = (plain.motion_s, plain.wait_s, plain.io_s, plain.high_s)
     return Judged(path, tuple(items), tuple(found), total, *sums, read_files)
@@ -76,11 +75,6 @@ def _timed(program: Program, job: Job, signature: str) -> Timing:
     return time_program(program, replace(job, signature=signature) if signature else job)
 
 
-def _is_open(found: Diagnostic) -> bool:
-    """Whether a total is not known for what it says: a limit is not held under a guess."""
-    return found.is_error or found.code in ASSUMABLE
-
-
 def _unknown(budget: Budget, path: str, why: str) -> Item:
     return Item(budget.name, path, Status.UNKNOWN, why, limit_s=budget.limit_s, group="budget")
 
@@ -89,7 +83,7 @@ def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple
     if measured.seconds is None:
         return _unknown(budget, path, measured.why), []
     seconds, limit = measured.seconds, budget.limit_s + budget.tolerance_s
-    broken = next((d for d in timing.diagnostics if _is_open(d)), None)
+    broken = next(iter(timing.left_open), None)
     if broken is not None and seconds <= limit:
         # What cannot be read or run takes time too. Over the limit it is over either way.
         item = _unknown(budget, path, f"at least {seconds:.3f} s: {broken.message}")
