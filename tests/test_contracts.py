@@ -213,3 +213,17 @@ def test_a_term_whose_page_says_other_bounds_breaks_its_contract(monkeypatch: py
     monkeypatch.setattr(type(term), "forms", wider)
     with pytest.raises(ContractError, match="only one of page and term says"):
         check_term(term)
+
+
+def test_an_estimator_that_is_too_sure_of_its_number_breaks_its_contract(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    estimator = load_estimator("constant")
+    fit = type(estimator).fit
+
+    def sure(self, moves, robot):
+        return {name: p._replace(sd=p.sd / 3) for name, p in fit(self, moves, robot).items()}
+
+    monkeypatch.setattr(type(estimator), "fit", sure)
+    with pytest.raises(ContractError, match="differs from recording to recording by no more than it says"):
+        check_estimator(estimator)

@@ -34,6 +34,10 @@ ROBOT: Final = "yaskawa/up20"
 SLOWNESS: Final = 0.83  # [s²/m] of the planted recording: an acceleration of 1.2 m/s²
 _EXACT: Final = 0.012  # relative error of a duration that one acceleration made
 _FAIR: Final = 0.04  # median relative error on moves of the sample that were not learnt
+_SCATTER: Final = 0.03  # of the slowness of moves, standard deviation
+_RECORDINGS: Final = 24
+_TRUE: Final = 1.5  # by which a stated standard deviation may be off: that of 24 samples is good to 15 %
+_ANYWHERE: Final = 0.12  # relative error of a slowness where no move was learnt
 _SMALL: Final = 48  # moves, for methods that are for few
 
 
@@ -44,6 +48,11 @@ def sample_moves(folder: Path = RECORDING) -> MoveSet:
     return moves.take(np.arange(0, len(moves), 2))
 
 
+def made_by(moves: MoveSet, slowness: Array) -> MoveSet:
+    """The moves as constant accelerations, one over `slowness` (n,) [s²/m], make them."""
+    return replace(moves, duration=trapezoid(moves.length, moves.speed, 1.0 / slowness, 1.0 / slowness))
+
+
 class EstimatorUnderTest:
     """`moves`: of a recording, that the estimator learns from; as many as it takes."""
 
@@ -51,7 +60,7 @@ class EstimatorUnderTest:
         self.estimator, self.robot = estimator, robot
         self.why = estimator.needs(moves, robot)
         if self.why:
-            few = moves.take(np.arange(0, len(moves), max(len(moves) // _SMALL, 1)))
+            few = moves.take(np.arange(0, len(moves), -(-len(moves) // _SMALL)))
             moves = few if not estimator.needs(few, robot) else moves
         self.moves = moves
         self.learns = not estimator.needs(moves, robot)
@@ -59,8 +68,12 @@ class EstimatorUnderTest:
     @property
     def planted(self) -> MoveSet:
         """The same moves, as one acceleration makes them."""
-        a = np.full(len(self.moves), 1.0 / SLOWNESS)
-        return replace(self.moves, duration=trapezoid(self.moves.length, self.moves.speed, a, a))
+        return made_by(self.moves, np.full(len(self.moves), SLOWNESS))
+
+    def scattered(self, seed: int, scatter: float) -> MoveSet:
+        """The same, each with an acceleration of its own. `scatter`: standard deviation over the slowness."""
+        dice = np.random.default_rng(seed).standard_normal(len(self.moves))
+        return made_by(self.moves, SLOWNESS * (1.0 + scatter * dice))
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -180,6 +193,71 @@ def finds_one_acceleration(it: EstimatorUnderTest) -> Iterator[Difference]:
             yield f"1.2 m/s² made them, {name} learnt", f"a slowness {ratio:.3f} times the right one"
 
 
+def finds_one_acceleration_everywhere(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """What one acceleration made has that acceleration in every direction, also in those that no move had"""
+    planted = replace(it.planted, nominal=np.full(len(it.planted), 1.0 / SLOWNESS))
+    parameters = it.estimator.fit(planted, it.robot)
+    level = (planted.end - planted.start) * np.array([1.0, 1.0, 0.0])
+    size = np.linalg.norm(level, axis=1)[:, None]
+    flat = size[:, 0] > 0.2 * planted.length
+    for tilt in (-0.9, -0.35, 0.35, 0.9):
+        way = level / np.maximum(size, 1e-9) * math.cos(tilt) + np.array([0.0, 0.0, math.sin(tilt)])
+        moves = replace(planted, end=planted.start + way * planted.length[:, None]).take(flat)
+        ratio = np.nan_to_num(it.estimate(moves, parameters).slowness / SLOWNESS, nan=9.0)
+        if not (np.abs(ratio - 1.0) < _ANYWHERE).all():
+            worst = float(ratio[np.argmax(np.abs(ratio - 1.0))])
+            yield (
+                f"moves that rise at {math.degrees(tilt):.0f} deg",
+                f"a slowness {worst:.3f} times the right one",
+            )
+
+
+def knows_its_spread(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """A number differs from recording to recording by no more than it says, and by no less where only data tell it"""
+    if not any(isinstance(one.value, float) and isinstance(one.sd, float) for one in it.parameters.values()):
+        return
+    few, many = (
+        [it.estimator.fit(it.scattered(seed, scatter), it.robot) for seed in range(count)]
+        for scatter, count in ((0.2 * _SCATTER, 5), (_SCATTER, _RECORDINGS))
+    )
+    for name, one in many[0].items():
+        if not isinstance(one.value, float) or not isinstance(one.sd, float):
+            continue
+        spread = float(np.std([row[name].value for row in many], ddof=1))
+        stated, before = (float(np.median([row[name].sd for row in rows])) for rows in (many, few))
+        told = stated > 3.0 * before  # it follows the scatter: no belief of its own is in it
+        if stated < spread / _TRUE or (told and stated > spread * _TRUE):
+            yield (
+                f"{name}, {_RECORDINGS} recordings",
+                f"it says ± {stated:.3g} and they differ by {spread:.3g}",
+            )
+
+
+def doubts_as_much_as_moves_scatter(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """Where it has doubts, they grow with the scatter of what it learnt, and fall where it learnt more"""
+    out = np.arange(len(it.moves)) % 3 == 0
+    doubts, held = [], []
+    for scatter in (0.01, 0.05):
+        for seed in (1, 2, 3):
+            moves = it.scattered(seed, scatter)
+            found = it.estimate(moves.take(out), it.estimator.fit(moves.take(~out), it.robot))
+            doubts.append(float(np.median(found.sd)) / scatter)
+            right = SLOWNESS * (1.0 + scatter * np.random.default_rng(seed).standard_normal(len(moves)))[out]
+            held.append(np.abs(right - found.slowness) < 1.96 * found.sd)
+    if not max(doubts) > 0.0:
+        return
+    small, large = float(np.median(doubts[:3])), float(np.median(doubts[3:]))
+    if not 0.6 < large / max(small, 1e-12) < 1.7:
+        yield (
+            "scatter of 1 % and of 5 %",
+            f"doubts of {small / SLOWNESS:.3g} and {large / SLOWNESS:.3g} of it",
+        )
+    if small > 0.4 * SLOWNESS and not 0.6 < float(np.mean(np.concatenate(held))) < 1.0:
+        yield "95 % bounds of moves that were held out", f"they hold {np.mean(np.concatenate(held)):.0%}"
+    if large > 1.6 * SLOWNESS:
+        yield "scatter of 5 %", f"a doubt of {large / SLOWNESS:.2f} times the scatter"
+
+
 def learns_from_a_recording(it: EstimatorUnderTest) -> Iterator[Difference]:
     """Moves of a published recording that it did not learn are predicted to a few per cent, and no worse with more"""
     out = np.arange(len(it.moves)) % 3 == 0
@@ -248,6 +326,9 @@ def stands_moves_elsewhere(it: EstimatorUnderTest) -> Iterator[Difference]:
 PROMISES: Final[tuple[Promise[EstimatorUnderTest], ...]] = (
     says_what_it_is,
     finds_one_acceleration,
+    finds_one_acceleration_everywhere,
+    knows_its_spread,
+    doubts_as_much_as_moves_scatter,
     learns_from_a_recording,
     estimates_every_move,
     learns_plain_numbers,
