@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
@@ -103,3 +104,69 @@ def test_links_of_a_revision_are_read_as_the_file_they_lead_to_within_it(tmp_pat
     said = capsys.readouterr().out
     assert "IN.JBI" in said
     assert "OUT.JBI" not in said
+
+
+DOCUMENTS = {
+    "brackets within brackets": "x = " + "[" * 100_000,
+    "tables within tables": "x = " + "{a=" * 3_000,
+    "a key of 20,000 parts": ".".join("a" * 20_000) + " = 1",
+    "a header of 20,000 parts": "[" + ".".join("a" * 20_000) + "]",
+    "quoted parts": "x = {" + ".".join(['"a"'] * 5_000) + " = 1}",
+    "an integer of 5,000 digits": "x = " + "9" * 5_000,
+    "an integer of 400 digits": "accel_mm_s2 = " + "9" * 400,
+    "a NUL in a path": 'robot = "a\\u0000b.toml"',
+    "20,000 unknown keys": "\n".join(f"k{n} = 1" for n in range(19_000)),
+    "20,000 unknown keys of a robot": "[axes]\n" + "\n".join(f"k{n} = 1" for n in range(19_000)),
+    "3 MB": "# " + "x" * 3_000_000,
+    "100,000 values": "x = [" + "1," * 100_000 + "]",
+}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+@pytest.mark.parametrize("use", ["assumptions", "robot", "mapping", "budgets", "recording"])
+def test_a_hostile_toml_file_is_told_in_a_moment(use, document, tmp_path, capsys):
+    file = tmp_path / ("recording.toml" if use == "recording" else "olp.toml")
+    file.write_text(DOCUMENTS[document], encoding="utf-8")
+    shutil.copy(JOB, tmp_path)
+    job = str(tmp_path / JOB.name)
+    (tmp_path / "moves.csv").write_text("move,duration_s\n1,1.0\n", encoding="utf-8")
+    command = {
+        "assumptions": ["time", job],
+        "robot": ["time", job, "--robot", str(file)],
+        "mapping": ["convert", job, "--to", "krl", "--map", str(file), "-o", str(tmp_path / "out")],
+        "budgets": ["check", job, "--no-cache"],
+        "recording": ["recording", "check", str(tmp_path)],
+    }[use]
+    began = time.process_time()
+    assert main(command) in (0, 1, 2)
+    assert time.process_time() - began < 4.0
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err
+    assert len(said.err) < 60_000
+
+
+def test_a_device_that_is_full_is_told(capsys):
+    assert main(["report", str(JOB), "-o", "/dev/full"]) == 2
+    assert "/dev/full" in capsys.readouterr().err
+
+
+def test_what_is_no_plain_file_is_not_waited_for(tmp_path, capsys):
+    os.mkfifo(tmp_path / "PIPE.JBI")
+    (tmp_path / "ZERO.JBI").symlink_to("/dev/zero")
+    (tmp_path / "SELF.JBI").symlink_to("SELF.JBI")
+    for name in ("PIPE.JBI", "ZERO.JBI", "SELF.JBI"):
+        for command in (
+            ["time"],
+            ["lint"],
+            ["export", "--to", "inform"],
+            ["report", "-o", str(tmp_path / "r.html")],
+        ):
+            assert main([*command, str(tmp_path / name)]) in (1, 2), (name, command)
+            assert name in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize("option", ["--assumptions", "--signature", "--robot"])
+def test_settings_that_are_no_plain_file_are_not_waited_for(option, tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe.toml")
+    assert main(["time", str(JOB), option, str(tmp_path / "pipe.toml")]) == 2
+    assert "pipe.toml" in capsys.readouterr().err

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from olp.core.files import expand_paths, write_output
+from olp.core.files import expand_paths, read_input, write_output
 
 if TYPE_CHECKING:
     from olp.reports.batch import Job
@@ -68,6 +68,6 @@ def _entry(path: str, job: Job, budgets: str | None) -> Entry:
 def _last(path: Path) -> str:
     """The page that is about to be replaced, "" where there is none."""
     try:
-        return path.read_text(encoding="utf-8")
+        return read_input(path).decode("utf-8")
     except (OSError, UnicodeDecodeError):
         return ""

@@ -1,4 +1,6 @@
-"""Files that a user names: found as inputs, written whole or not at all, never over an input unless asked.
+"""Files that a user names: found as inputs and read, if they are plain files; written whole or not at all.
+
+No output replaces an input unless asked.
 
 Codes: C003 no such file, C004 a folder without such files, C005 the operating system refused, C006 an input would be
 overwritten.
@@ -6,6 +8,7 @@ overwritten.
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 import sys
@@ -34,7 +37,10 @@ def write_output(
     # Replacing a link would leave the file it names as it was.
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
-        target.write_bytes(data)  # a device or a pipe cannot be replaced, a folder says so
+        try:
+            target.write_bytes(data)  # a device or a pipe cannot be replaced, a folder says so
+        except OSError as problem:
+            raise type(problem)(problem.errno, problem.strerror, str(path)) from None
     else:
         _replace(target, data)
 
@@ -75,6 +81,26 @@ _ADVICE: Mapping[type[OSError], str] = {
     IsADirectoryError: "name a file in this folder",
     PermissionError: "ask for the right to write there, or name another file with -o",
 }
+
+
+MOST_BYTES = 500_000_000  # of an input that has no bound of its own
+
+
+def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int | None = None) -> bytes:
+    """The bytes of a plain file that has at most `most`; only the `first` of them where asked.
+
+    Raises OSError, also for what is no plain file: a pipe would be waited for, and a device may never end.
+    """
+    # Without blocking, for what was a file may be a pipe when it is opened.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))
+    with open(descriptor, "rb") as file:
+        kind = os.fstat(file.fileno())
+        if not stat.S_ISREG(kind.st_mode):
+            raise OSError(errno.EINVAL, "this is no plain file", os.fspath(path))
+        data = file.read(most + 1 if first is None else first) if kind.st_size <= most else b""
+    if kind.st_size > most or len(data) > most:
+        raise OSError(errno.EFBIG, f"this file has more than {most / 1e6:g} MB", os.fspath(path))
+    return data
 
 
 def from_os_error(problem: OSError) -> Diagnostic:

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from olp.core import open_buffers
+from olp.core.files import read_input
 
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _LINE_END_BYTES = re.compile(rb"\r\n|\n|\r")
@@ -83,8 +84,7 @@ def load(path: str | os.PathLike[str], encoding: str | None = None) -> Source:
     edited = open_buffers.text(path)
     if edited is not None:
         return decode(edited, os.fspath(path), "utf-8")
-    with open(path, "rb") as file:
-        return decode(file.read(), os.fspath(path), encoding)
+    return decode(read_input(path), os.fspath(path), encoding)
 
 
 def decode(raw: bytes, path: str = "", encoding: str | None = None) -> Source:

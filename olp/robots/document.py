@@ -5,12 +5,12 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import tomllib
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
+from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 
 Table = Mapping[str, Any]
 
@@ -22,19 +22,21 @@ class Document:
         """Raises OlpError (R002) when the file cannot be read or is not TOML."""
         self.file = str(path)
         try:
-            self.text = path.read_text(encoding="utf-8-sig")
-            self.root: Table = tomllib.loads(self.text)
+            self.text = toml_text(path)
+            self.root: Table = parse_toml(self.text)
         except OSError as problem:
             reason = problem.strerror or "cannot be read"
             raise OlpError(error("R002", f"robot file: {reason}", file=self.file)) from None
         except UnicodeDecodeError:
             raise OlpError(error("R002", "robot file is not UTF-8 text", file=self.file)) from None
-        except tomllib.TOMLDecodeError as problem:
+        except TOMLDecodeError as problem:
             raise OlpError(self._syntax(str(problem))) from None
         self.problems: list[Diagnostic] = []
 
     def report(self, code: str, message: str, key: str = "", after: int = 0, help: str = "") -> None:
         """Notes a problem at the first place of `key` at or after character `after`."""
+        if is_told_enough(self.problems, code, self.file):
+            return
         line, column, end = self._span(key, after)
         span, row = (Span(line, column, end), self._row(line)) if line else (None, "")
         self.problems.append(error(code, message, span, file=self.file, help=help, source_line=row))
@@ -58,7 +60,7 @@ class Document:
     def known_keys(self, table: Table, known: Collection[str], what: str, after: int = 0) -> None:
         """Reports keys of `table` that mean nothing (R003), with the closest that do."""
         for key in table:
-            if key not in known:
+            if key not in known and not is_told_enough(self.problems, "R003", self.file):
                 close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
                 advice = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
                 self.report("R003", f"{what} has no key {key!r}", key, after, advice)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import tomllib
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeGuard, TypeVar
 
 from olp.core.diagnostic import Diagnostic, Span, error
 from olp.core.registry import member_names
+from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import POSITION_STORES, Store
 from olp.ir.points import PointKind, PointState
@@ -76,8 +76,7 @@ def read_assumptions(path: Path) -> Assumptions:
     """The content of the file. Never raises: what is wrong is in `Assumptions.diagnostics`."""
     file = str(path)
     try:
-        # Editors of Windows put a mark in front and CR LF at the ends.
-        text = path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
+        text = toml_text(path)
     except OSError as problem:
         why = problem.strerror or "cannot be read"
         return Assumptions(
@@ -86,8 +85,8 @@ def read_assumptions(path: Path) -> Assumptions:
     except UnicodeDecodeError:
         return Assumptions(file, diagnostics=(error("V001", "olp.toml is not UTF-8 text", file=file),))
     try:
-        root = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
+        root = parse_toml(text)
+    except TOMLDecodeError as problem:
         return Assumptions(file, diagnostics=(_syntax(str(problem), file, text),))
     return _Reader(file, text, root).read()
 
@@ -341,7 +340,7 @@ class _Reader:
 
     def _known(self, table: Table, known: Collection[str], where: str) -> None:
         for key in table:
-            if key not in known:
+            if key not in known and not is_told_enough(self.problems, "V003", self.file):
                 self._unknown(key, known, where, f"known: {', '.join(known)}")
 
     def _unknown(self, key: str, known: Collection[str], where: str, otherwise: str) -> None:
@@ -351,6 +350,8 @@ class _Reader:
         )
 
     def _report(self, code: str, message: str, key: str, help_text: str) -> None:
+        if is_told_enough(self.problems, code, self.file):
+            return
         line, column = self._place(key)
         span = Span(line, column, column + len(key)) if line else None
         row = self.text.split("\n")[line - 1].rstrip("\r") if line else ""

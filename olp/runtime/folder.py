@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.core import open_buffers
+from olp.core.files import read_input
 
 if TYPE_CHECKING:
     from olp.ir.program import Program
@@ -124,8 +125,7 @@ def _by_name_record(folder: Path, modified: int, suffix: str) -> Mapping[str, Pa
     found: dict[str, Path] = {}
     for path in _by_stem(folder, modified, suffix).values():
         try:
-            with open(path, "rb") as file:
-                head = file.read(_HEAD)
+            head = read_input(path, first=_HEAD)
         except OSError:
             continue
         for line in head.decode("latin-1").splitlines():

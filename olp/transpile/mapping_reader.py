@@ -5,10 +5,10 @@ Codes: X013 a mapping file that cannot be read, or says what nobody asks for.
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 from olp.transpile.context import Mapping
 
 _TABLES = ("tools", "frames", "signals", "variables", "routines")
@@ -18,12 +18,12 @@ _KEYS = (*_TABLES, "set_values")
 def read_mapping(path: str | Path) -> Mapping:
     """The mapping in a TOML file. Raises OlpError (X013) with all that is wrong with it."""
     try:
-        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as problem:
+        document = parse_toml(toml_text(path))
+    except (OSError, UnicodeDecodeError, TOMLDecodeError) as problem:
         raise OlpError(error("X013", f"the mapping cannot be read: {problem}", file=str(path))) from None
     problems: list[Diagnostic] = []
     for key in document:
-        if key not in _KEYS:
+        if key not in _KEYS and not is_told_enough(problems, "X013", str(path)):
             help = f"it takes {', '.join(_KEYS)}"
             problems.append(error("X013", f"nobody asks for '{key}'", file=str(path), help=help))
     tables = {name: _table(document.get(name, {}), name, path, problems) for name in _TABLES}

@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import Any
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
+from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 from olp.runtime.assumptions import nearest_assumptions
 
 PARTS = ("total", "motion", "wait", "io")
@@ -135,13 +136,10 @@ def _files_above(folder: str) -> tuple[Path, ...]:
 
 @lru_cache(maxsize=64)
 def _read(path: str, _: int) -> Budgets:
-    import tomllib
-
-    raw = Path(path).read_bytes()
-    text = raw.decode("utf-8-sig", "replace").replace("\r\n", "\n")
+    text = toml_text(path, "replace")
     try:
-        tables = tomllib.loads(text).get("budget", [])
-    except tomllib.TOMLDecodeError as problem:
+        tables = parse_toml(text).get("budget", [])
+    except TOMLDecodeError as problem:
         return Budgets(path, (), (_broken(str(problem), path),))
     if not isinstance(tables, list):
         says = error(
@@ -218,7 +216,7 @@ class _Reader:
 
     def _known(self, table: Mapping[str, Any]) -> None:
         for key in table:
-            if key not in _KEYS:
+            if key not in _KEYS and not is_told_enough(self.problems, "M002", self.path):
                 close = difflib.get_close_matches(key, _KEYS, n=1, cutoff=0.6)
                 advice = f"did you mean {close[0]}?" if close else f"known: {', '.join(_KEYS)}"
                 self.problems.append(self._at("M002", f"[[budget]] knows no {key[:40]!r}", advice))

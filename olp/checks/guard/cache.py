@@ -25,6 +25,7 @@ from typing import Any
 from olp.checks.guard.budget import Budget
 from olp.checks.guard.judge import Judged, verdict
 from olp.core.diagnostic import OlpError, error
+from olp.core.files import read_input
 from olp.core.git import git
 from olp.reports.batch import Job
 from olp.reports.outcome.model import Finding, Item, Level, Status
@@ -170,7 +171,7 @@ def _olp() -> str:
 
 def _content(path: str) -> str:
     try:
-        return sha256(Path(path).read_bytes()).hexdigest()
+        return sha256(read_input(path)).hexdigest()
     except OSError:
         return "missing"
 

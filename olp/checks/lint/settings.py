@@ -11,7 +11,6 @@ Codes: W902 rules that cannot be chosen so.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import NamedTuple
 
 from olp.checks.lint.rule import Rule, all_rules
 from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.toml import TOMLDecodeError, parse_toml, toml_text
 from olp.runtime.assumptions import nearest_assumptions
 
 _KEYS = ("select", "ignore")
@@ -63,8 +63,8 @@ def rules_for(path: str, asked: Choice) -> list[Rule]:
 @lru_cache(maxsize=64)
 def _read(path: str, _: int) -> Choice:
     try:
-        table = tomllib.loads(Path(path).read_bytes().decode("utf-8-sig", "replace")).get("lint", {})
-    except tomllib.TOMLDecodeError:
+        table = parse_toml(toml_text(path, "replace")).get("lint", {})
+    except (TOMLDecodeError, OSError):
         return Choice()  # told where the file is read for its assumptions
     problems: list[Diagnostic] = []
     if not isinstance(table, dict):

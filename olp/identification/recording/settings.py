@@ -8,14 +8,13 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from olp.core.diagnostic import Diagnostic, Severity, Span, error
+from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 from olp.core.units import deg, mm
-from olp.identification.recording.table import MOST_BYTES
 
 FILE_NAME = "recording.toml"
 KEYS = ("robot", "controller", "time_resolution_s", "tool", "job")
@@ -37,15 +36,13 @@ def read_settings(path: Path) -> tuple[Settings, list[Diagnostic]]:
     """The settings in `path` and all that is wrong with them. Never raises for what is in the file."""
     file = str(path)
     try:
-        if path.stat().st_size > min(MOST_BYTES, 1_000_000):
-            return Settings(file=file), [error("D003", "recording.toml has more than 1 MB", file=file)]
-        text = path.read_text(encoding="utf-8-sig")
-        values = tomllib.loads(text)
+        text = toml_text(path)
+        values = parse_toml(text)
     except OSError as problem:
         return Settings(file=file), [error("D002", problem.strerror or "cannot be read", file=file)]
     except UnicodeDecodeError:
         return Settings(file=file), [error("D002", "not UTF-8 text", file=file)]
-    except tomllib.TOMLDecodeError as problem:
+    except TOMLDecodeError as problem:
         return Settings(file=file), [_syntax(file, text, str(problem))]
     return _Reader(file, text, values).settings()
 
@@ -57,7 +54,7 @@ class _Reader:
 
     def settings(self) -> tuple[Settings, list[Diagnostic]]:
         for key in self.values:
-            if key not in KEYS:
+            if key not in KEYS and not is_told_enough(self.found, "D031", self.file):
                 near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.6)
                 help = f"did you mean {near[0]}?" if near else f"known: {', '.join(KEYS)}"
                 self._tell("D031", key, f"the key {key} means nothing to olp", help, Severity.WARNING)

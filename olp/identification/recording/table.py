@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
+from olp.core.files import read_input
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -96,7 +97,7 @@ def read_bytes(path: Path) -> bytes:
         if path.stat().st_size > MOST_BYTES:
             raise OlpError(_too_large(file))
         if not path.name.lower().endswith(".gz"):
-            return path.read_bytes()
+            return read_input(path, MOST_BYTES)
         with gzip.open(path, "rb") as packed:
             # A few kilobytes may unpack to any size: never ask for all of it.
             raw = packed.read(MOST_BYTES + 1)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import write_output
+from olp.core.files import read_input, write_output
 from olp.core.units import deg, mm
 from olp.identification.signature.coefficients import KINDS, Part
 from olp.identification.signature.document import SCHEMA, VERSION, Learnt, Score, Signature
@@ -36,11 +36,9 @@ def read_signature(path: str | Path) -> Signature:
     """Raises OlpError: H006, H007, H008."""
     file = str(path)
     try:
-        data = Path(path).read_bytes()
+        data = read_input(path, _MOST_BYTES)
     except OSError as problem:
         raise OlpError(error("H006", problem.strerror or "cannot be read", file=file)) from None
-    if len(data) > _MOST_BYTES:
-        raise OlpError(error("H006", "more than 50 MB is no signature", file=file))
     try:
         content = json.loads(data.decode("utf-8-sig"))
     except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as problem:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
+from olp.core.files import read_input
 from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.partial_totals import Totals
 from olp.ir.program import Path as Shape
@@ -54,11 +55,9 @@ def read_totals(path: str | Path) -> Table:
     """Raises OlpError (H030) with everything that is wrong."""
     file = str(path)
     try:
-        data = Path(path).read_bytes()
+        data = read_input(path, _MOST_BYTES)
     except OSError as problem:
         raise OlpError(error("H030", problem.strerror or "cannot be read", file=file)) from None
-    if len(data) > _MOST_BYTES:
-        raise OlpError(error("H030", "more than 50 MB is no table of totals", file=file))
     try:
         rows = list(csv.reader(data.decode("utf-8-sig").splitlines()))
     except (UnicodeDecodeError, csv.Error) as problem:

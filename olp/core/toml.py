@@ -1,0 +1,96 @@
+"""The one reader of TOML: what the library parses, within bounds that no file of a person comes near.
+
+Every refusal is a `TOMLDecodeError`, so whoever reads a file has one thing to catch.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from tomllib import TOMLDecodeError
+from typing import Any
+
+from olp.core.diagnostic import Diagnostic, error
+from olp.core.files import read_input
+
+__all__ = ["TOMLDecodeError", "is_told_enough", "parse_toml", "toml_text"]
+
+_MOST_BYTES = 2_000_000  # of a file; the largest of the library's robots has 20 kB
+_MOST_VALUES = 20_000
+_MOST_DEPTH = 32
+_MOST_TOLD = 100
+_PART = r"""(?>[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*\.[ \t]*{_PART}){{{_MOST_DEPTH},}}")
+_INTEGER = 2**63  # TOML's own bound
+
+
+def toml_text(path: str | os.PathLike[str], errors: str = "strict") -> str:
+    """The text of a file; editors of Windows put a mark in front and CR LF at the ends.
+
+    Raises OSError and, unless `errors` says otherwise, UnicodeDecodeError.
+    """
+    return read_input(path, _MOST_BYTES).decode("utf-8-sig", errors).replace("\r\n", "\n")
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The document. Raises TOMLDecodeError, also for what would take all memory or end the interpreter."""
+    if len(text) > _MOST_BYTES:
+        raise TOMLDecodeError(f"more than {_MOST_BYTES // 1_000_000} MB")
+    # The library makes a table for each part of a key, and remembers all keys above each.
+    found = _LONG_KEY.search(text)
+    if found is not None:
+        raise TOMLDecodeError(f"a key of more than {_MOST_DEPTH} parts (at {_place(text, found.start())})")
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise TOMLDecodeError("brackets within brackets without an end") from None
+    except TOMLDecodeError:
+        raise
+    except ValueError as problem:  # a number with more digits than Python takes
+        raise TOMLDecodeError(str(problem).partition(";")[0]) from None
+    _check(document)
+    return document
+
+
+def is_told_enough(problems: list[Diagnostic], code: str, file: str) -> bool:
+    """Whether a hundred problems of one file are told, and the last of them says that there are more."""
+    if len(problems) == _MOST_TOLD:
+        problems.append(error(code, "this file has more problems than are told here", file=file))
+    return len(problems) > _MOST_TOLD
+
+
+def _check(document: dict[str, Any]) -> None:
+    """Raises TOMLDecodeError for more values, deeper ones or other numbers and texts than any reader is made for."""
+    count = 0
+    level: list[Any] = [document]
+    for _ in range(_MOST_DEPTH):
+        count += len(level)
+        if count > _MOST_VALUES:
+            raise TOMLDecodeError(f"more than {_MOST_VALUES} values")
+        below: list[Any] = []
+        for value in level:
+            if isinstance(value, dict):
+                for key in value:
+                    _check_value(key)
+                below += value.values()
+            elif isinstance(value, list):
+                below += value
+            else:
+                _check_value(value)
+        if not below:
+            return
+        level = below
+    raise TOMLDecodeError(f"tables and lists within one another, {_MOST_DEPTH} deep")
+
+
+def _check_value(value: object) -> None:
+    if isinstance(value, str) and "\0" in value:
+        raise TOMLDecodeError("a text holds a NUL character")
+    if isinstance(value, int) and not -_INTEGER <= value < _INTEGER:
+        raise TOMLDecodeError("an integer of more than 64 bits")
+
+
+def _place(text: str, at: int) -> str:
+    line = text.count("\n", 0, at) + 1
+    return f"line {line}, column {at - text.rfind(chr(10), 0, at)}"
