@@ -129,7 +129,15 @@ def declare_module(m: Machine, source: int) -> None:
 
 def _into(m: Machine, scope: Scope, data: tuple[Declare, ...]) -> None:
     """Makes variables; those whose value names one that is declared further down come after it."""
-    waiting = data
+    waiting, before = data, m.declaring
+    m.declaring = True  # nothing is assumed: another row may say it
+    try:
+        _in_any_order(m, scope, waiting)
+    finally:
+        m.declaring = before
+
+
+def _in_any_order(m: Machine, scope: Scope, waiting: tuple[Declare, ...]) -> None:
     while waiting:
         failed: list[tuple[Declare, StatementError]] = []
         for declaration in waiting:

@@ -175,6 +175,7 @@ class Machine:
     blends: dict[BlendKind, float] = field(default_factory=dict)  # modal sizes
     turn: float = math.nan  # [rad/s] modal bound of the tool's turning
     override: float = 1.0
+    declaring: bool = False  # data are made ready
     unsure: bool = False  # a value was assumed: what is wrong from here on may only follow from it
     timed_out: bool = False  # whether the last wait ended by its limit
     _topics: dict[str, tuple[int, int]] = field(default_factory=dict)
@@ -217,7 +218,7 @@ class Machine:
     def may_assume(self, fault: StatementError) -> bool:
         """Whether what no file says is assumed, and no error."""
         key = None if fault.certain else ASSUMABLE.get(fault.code)
-        return key is not None and key not in self.assumptions.strict
+        return key is not None and key not in self.assumptions.strict and not self.declaring
 
     def fault(self, fault: StatementError, taken: str = "") -> None:
         """Keeps what went wrong in the current statement. `taken`: what is assumed for it."""
