@@ -9,11 +9,13 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from typing import TextIO
 
 from olp import cli
 from olp.cli.command import Parser
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import from_os_error
+from olp.core.terminal import Screen
 from olp.core.version import __version__
 
 DONE, NO_ANSWER = 0, 2
@@ -117,6 +119,15 @@ def make_streams_robust() -> None:
         if isinstance(stream, io.TextIOWrapper):
             # Output that goes to a file on Windows would take the machine's code page.
             stream.reconfigure(encoding="utf-8" if os.name == "nt" else None, errors="replace")
+    sys.stdout, sys.stderr = _for_people(sys.stdout), _for_people(sys.stderr)
+
+
+def _for_people(stream: TextIO) -> TextIO:
+    """The stream, and if it is a terminal one that nothing in a program can steer."""
+    if type(stream) is not io.TextIOWrapper or not stream.isatty():
+        return stream
+    encoding, errors = stream.encoding, stream.errors
+    return Screen(stream.detach(), encoding, errors, line_buffering=True)
 
 
 if __name__ == "__main__":

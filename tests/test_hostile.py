@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -170,3 +172,71 @@ def test_settings_that_are_no_plain_file_are_not_waited_for(option, tmp_path, ca
     os.mkfifo(tmp_path / "pipe.toml")
     assert main(["time", str(JOB), option, str(tmp_path / "pipe.toml")]) == 2
     assert "pipe.toml" in capsys.readouterr().err
+
+
+EVIL = b"\x1b]0;owned\x07\x1b[2J\xe2\x80\xae"
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals")
+@pytest.mark.parametrize(
+    "command",
+    [["time"], ["lint"], ["check"], ["time", "--explain", "24"], ["convert", "--to", "krl", "-o", "out"]],
+)
+def test_no_control_of_a_program_reaches_a_terminal(command, tmp_path):
+    for file in JOB.parent.iterdir():
+        shutil.copy(file, tmp_path)
+    name = "A\x1b[31mB.JBI"
+    lines = JOB.read_bytes().replace(b"\r\nNOP\r\n", b"\r\nNOP\r\n'" + EVIL + b"\r\n" + EVIL + b" X\r\n")
+    (tmp_path / name).write_bytes(lines)
+    ours, theirs = os.openpty()
+    words = [sys.executable, "-m", "olp", *command, name]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent.parent), "TERM": "xterm"}
+    process = subprocess.Popen(
+        words, cwd=tmp_path, stdout=theirs, stderr=theirs, stdin=subprocess.DEVNULL, env=environment
+    )
+    os.close(theirs)
+    said = b""
+    try:
+        while chunk := os.read(ours, 65536):
+            said += chunk
+    except OSError:  # Linux tells the end of a pseudo-terminal so
+        pass
+    process.wait(60)
+    os.close(ours)
+    left = re.sub(rb"\x1b\[(?:0|1|2|31|33)m", b"", said)
+    assert said
+    assert not re.search(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]|\xe2\x80\xae", left), left[:2000]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of Windows are text")
+@pytest.mark.parametrize("form", ["text", "json", "junit", "sarif", "github", "gitlab", "markdown"])
+@pytest.mark.parametrize("command", ["lint", "check", "time", "convert"])
+def test_a_file_name_that_is_no_text_does_not_end_a_run(command, form, tmp_path, monkeypatch, capfdbinary):
+    home = tmp_path / "cell"
+    shutil.copytree(JOB.parent, home)
+    shutil.copy(JOB, os.fsencode(home) + b"/\x83\x7d\x83b\x83N.JBI")
+    monkeypatch.chdir(tmp_path)
+    words = [command, "cell", "--format", form]
+    if command in ("lint", "check"):
+        words += ["--also", f"{form}={tmp_path / 'told'}"]
+    elif command == "convert":
+        words = [
+            "convert",
+            "cell",
+            "--to",
+            "krl",
+            "-o",
+            str(tmp_path / "out"),
+            "--receipt",
+            str(tmp_path / "r.json"),
+        ]
+    elif form not in ("text", "json", "markdown"):
+        pytest.skip("olp time has no such format")
+    else:
+        words += ["-o", str(tmp_path / "told")]
+    first = main(words)
+    assert first in (0, 1, 2)
+    said = b"".join(capfdbinary.readouterr())
+    assert b"Traceback" not in said
+    assert b"surrogates" not in said
+    assert main([*words, *(["--force"] if command == "convert" else [])]) == first

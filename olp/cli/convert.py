@@ -105,7 +105,7 @@ def run(args: Namespace) -> int:
     _write_all(Path(args.output), files, jobs, args.force)
     if args.receipt:
         write_output(args.receipt, _document(receipts), inputs=jobs)
-    write_output(None, "\n".join(map(as_text, receipts)).encode())
+    write_output(None, "\n".join(map(as_text, receipts)))
     print_diagnostics(told)
     return 0 if all(receipt.verdict.holds(args.accept) for receipt in receipts) else 1
 
@@ -194,10 +194,10 @@ def _write_all(folder: Path, files: dict[str, bytes], inputs: list[Path], force:
         raise OlpError(from_os_error(problem)) from None
 
 
-def _document(receipts: list[Receipt]) -> bytes:
+def _document(receipts: list[Receipt]) -> str:
     import json
 
     from olp.transpile.receipt import as_json
 
     rows = [as_json(receipt) for receipt in receipts]
-    return (json.dumps(rows[0] if len(rows) == 1 else rows, indent=2, ensure_ascii=False) + "\n").encode()
+    return json.dumps(rows[0] if len(rows) == 1 else rows, indent=2, ensure_ascii=False) + "\n"

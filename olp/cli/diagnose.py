@@ -58,12 +58,12 @@ def run(args: Namespace) -> int:
     print_diagnostics(recording.diagnostics)
     outcome = diagnose_recording(recording, robot)
     if args.json:
-        write_output(args.json, (json.dumps(outcome.diagnosis.to_json(), indent=1) + "\n").encode())
+        write_output(args.json, json.dumps(outcome.diagnosis.to_json(), indent=1) + "\n")
     if args.html:
         from olp.reports.diagnosis import html_report
 
         log = outcome.log.to_json() if outcome.log is not None else None
-        write_output(args.html, html_report(outcome, recording, job_text, log_summary=log).encode())
+        write_output(args.html, html_report(outcome, recording, job_text, log_summary=log))
     if "-" not in (args.json, args.html, args.signature):
         from olp.identification.diagnosis.report_text import text_report
 

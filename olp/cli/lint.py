@@ -85,7 +85,7 @@ def run(args: Namespace) -> int:
         results = [_fixed(result, job, asked, args.unsafe_fixes, changes) for result in results]
     if args.write_baseline:
         text = baseline_text(f for r in results for f in r.findings)
-        write_output(args.write_baseline, text.encode("utf-8"), inputs=paths)
+        write_output(args.write_baseline, text, inputs=paths)
         return 0
     fresh = without_known((f for r in results for f in r.findings), known)
     outcome = outcome_of(results, fresh, args.fail_on)

@@ -28,6 +28,6 @@ def run(args: Namespace) -> int:
     recording = read_recording(args.recording)
     rows, told = predict_recording(signature, recording)
     inputs = [args.recording, args.signature, *Path(args.recording).glob("*")]
-    write_output(args.output, rows.csv().encode(), inputs=[p for p in inputs if Path(p).is_file()])
+    write_output(args.output, rows.csv(), inputs=[p for p in inputs if Path(p).is_file()])
     print_diagnostics((*recording.diagnostics, *told))
     return 0

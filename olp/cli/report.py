@@ -44,9 +44,9 @@ def run(args: Namespace) -> int:
         told = [d for entry in entries for d in entry.diagnostics if d.is_error]
         raise OlpError(*(told or [error("Y001", "none of these programs can be shown")]))
     page = report_page(entries, args.title, _last(Path(args.output)))
-    write_output(args.output, page.encode("utf-8"), inputs=paths)
+    write_output(args.output, page, inputs=paths)
     print_diagnostics([d for entry in entries for d in entry.diagnostics])
-    return 2 if any(entry.timing is None or entry.is_partial for entry in entries) else 0
+    return 2 if any(entry.is_unanswered for entry in entries) else 0
 
 
 def _entry(path: str, job: Job, budgets: str | None) -> Entry:

@@ -44,7 +44,7 @@ def run(args: Namespace) -> int:
     findings += found
     if any(finding.is_error for finding in findings):
         raise OlpError(*findings)
-    write_output(output, text().encode(), inputs=inputs)
+    write_output(output, text(), inputs=inputs)
     for finding in findings:
         print(finding.render(), end="\n\n", file=sys.stderr)
     return 0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 from olp.core.colour import RED, YELLOW, paint, wanted
 from olp.core.diagnostic import Severity
 from olp.core.files import expand_paths, write_output
+from olp.core.terminal import shown, utf8
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -182,11 +183,7 @@ def with_progress(count: int, work: Callable[[Callable[[int], None] | None], lis
 
 def encode(text: str, output: str | None) -> bytes:
     """Reports are UTF-8, but a terminal gets what it can show."""
-    import sys
-
-    if output is None:
-        return text.encode(sys.stdout.encoding or "utf-8", "replace")
-    return text.encode("utf-8")
+    return shown(text) if output is None else utf8(text)
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:

@@ -19,7 +19,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     text = _json() if args.format == "json" else _text()
-    write_output(args.output, text.encode())
+    write_output(args.output, text)
     return 0
 
 

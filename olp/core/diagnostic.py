@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
+from olp.core.terminal import visible
+
 
 class Severity(StrEnum):
     """How bad a finding is. Only `ERROR` makes a command end with status 2."""
@@ -48,16 +50,16 @@ class Diagnostic:
 
     def render(self) -> str:
         """The finding as text with the line and a caret under the place."""
-        head = f"{self.severity}[{self.code}]: {self.message}"
+        head = f"{self.severity}[{self.code}]: {visible(self.message)}"
         rows = [head]
         if self.line:
-            rows.append(f"  --> {self.file or '<text>'}:{self.line}:{self.column}")
+            rows.append(f"  --> {visible(self.file) or '<text>'}:{self.line}:{self.column}")
         elif self.file:
-            rows.append(f"  --> {self.file}")
+            rows.append(f"  --> {visible(self.file)}")
         if self.line and self.source_line:
             rows.extend(self._caret_rows())
         if self.help:
-            rows.append(f"help: {self.help}")
+            rows.append(f"help: {visible(self.help)}")
         return "\n".join(rows)
 
     def _caret_rows(self) -> list[str]:

@@ -16,17 +16,21 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.terminal import shown, utf8
 
 
 def write_output(
-    path: str | Path | None, data: bytes, *, inputs: Iterable[str | Path] = (), in_place: bool = False
+    path: str | Path | None, data: bytes | str, *, inputs: Iterable[str | Path] = (), in_place: bool = False
 ) -> None:
     """Writes `data` to `path`, whole or not at all; None or "-" is standard output.
 
     The data are written beside the target and moved into place, so a full disk or a lost connection never
-    leaves half a program. A target that is one of `inputs` is refused with OlpError unless `in_place`.
+    leaves half a program. Text becomes UTF-8. A target that is one of `inputs` is refused with OlpError unless
+    `in_place`.
     Raises OSError.
     """
+    if isinstance(data, str):
+        data = shown(data) if path is None or str(path) == "-" else utf8(data)
     if path is None or str(path) == "-":
         sys.stdout.flush()
         sys.stdout.buffer.write(data)

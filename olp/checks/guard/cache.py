@@ -27,6 +27,7 @@ from olp.checks.guard.judge import Judged, verdict
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import read_input
 from olp.core.git import git
+from olp.core.terminal import utf8
 from olp.reports.batch import Job
 from olp.reports.outcome.model import Finding, Item, Level, Status
 
@@ -101,9 +102,10 @@ class Cache:
     def _name(self, path: str) -> str:
         """The program as seen from the cache, so that a checkout elsewhere has the same name for it."""
         try:
-            return os.path.relpath(path, self.path.parent)
+            name = os.path.relpath(path, self.path.parent)
         except ValueError:  # another drive of Windows
-            return os.path.abspath(path)
+            name = os.path.abspath(path)
+        return utf8(name).decode()
 
     def _key(self, judged: Judged, budgets: Sequence[Budget]) -> str:
         calls = len(judged.read) > 1 or any(finding.code in _UNRESOLVED for finding in judged.findings)

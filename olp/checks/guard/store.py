@@ -18,6 +18,7 @@ from typing import NamedTuple
 from olp.checks.guard.judge import Judged
 from olp.core.diagnostic import OlpError, error
 from olp.core.git import git
+from olp.core.terminal import utf8
 
 _MARK = 0x6F6C7073  # SQLite's application_id: "olps"
 _PATIENCE_S = 30.0  # for another olp that writes
@@ -121,9 +122,10 @@ def _means(path: str, job: str) -> bool:
 
 def _name(path: str, root: Path) -> str:
     try:
-        return Path(path).resolve().relative_to(root.resolve()).as_posix()
+        name = Path(path).resolve().relative_to(root.resolve()).as_posix()
     except ValueError:
-        return Path(path).as_posix()
+        name = Path(path).as_posix()
+    return utf8(name).decode()
 
 
 def _commit(root: Path) -> str:

@@ -34,8 +34,8 @@ def write_recording(
     """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    write_output(target / "moves.csv", moves_csv(moves).encode())
-    write_output(target / FILE_NAME, settings_toml(settings or Settings(), comment).encode())
+    write_output(target / "moves.csv", moves_csv(moves))
+    write_output(target / FILE_NAME, settings_toml(settings or Settings(), comment))
     if log is not None:
         write_output(target / "log.csv", log_csv(log))
 

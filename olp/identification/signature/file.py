@@ -29,7 +29,7 @@ _MOST_BYTES = 50_000_000
 
 def write_signature(signature: Signature, path: str | Path | None) -> None:
     """Writes the file, whole or not at all; None or "-" is standard output. Raises OSError."""
-    write_output(path, to_text(signature).encode("utf-8"))
+    write_output(path, to_text(signature))
 
 
 def read_signature(path: str | Path) -> Signature:

@@ -52,7 +52,7 @@ def totals(timing: Timing) -> str:
     """One sentence with the sums."""
     parts = f"motion {timing.motion_s:.3f} s, waits {timing.wait_s:.3f} s, I/O {timing.io_s:.3f} s"
     robot = timing.robot or "robot not known"
-    total = at_least(timing.total_s, any(d.is_error for d in timing.diagnostics))
+    total = at_least(timing.total_s, bool(timing.left_open))
     if timing.interval is not None:
         total += f" s (95 %: {timing.low_s:.3f} to {timing.high_s:.3f})"
         return f"total {total} ({parts}), {robot}, timing signature"
@@ -61,11 +61,15 @@ def totals(timing: Timing) -> str:
 
 def missing(timing: Timing) -> str:
     """What the sums leave out, as one sentence; empty when nothing."""
-    wrong = sum(d.is_error for d in timing.diagnostics)
-    if not wrong:
-        return ""
-    steps = f"{timing.untimed} of {len(timing.kind)} steps have no time, " if timing.untimed else ""
-    return f"incomplete: {steps}{wrong} error{'s' * (wrong > 1)}"
+    wrong = sum(d.is_error for d in timing.left_open)
+    assumed = len(timing.left_open) - wrong
+    parts = [
+        f"{timing.untimed} of {len(timing.kind)} steps have no time" if timing.untimed else "",
+        f"{wrong} error{'s' * (wrong > 1)}" if wrong else "",
+        f"{assumed} line{'s' * (assumed > 1)} with what no file says" if assumed else "",
+    ]
+    told = ", ".join(part for part in parts if part)
+    return f"incomplete: {told}" if timing.left_open else ""
 
 
 def at_least(seconds: float, incomplete: bool) -> str:

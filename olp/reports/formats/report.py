@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.registry import file_names, load_from
+from olp.runtime.state import ASSUMABLE
 
 if TYPE_CHECKING:
     from olp.timing.timing import Timing
@@ -49,6 +50,11 @@ class Part:
     @property
     def failed(self) -> bool:
         return any(d.is_error for d in self.diagnostics)
+
+    @property
+    def is_partial(self) -> bool:
+        """Whether the total leaves something out, or had to assume what no file says."""
+        return any(d.is_error or d.code in ASSUMABLE for d in self.diagnostics)
 
 
 class Report(ABC):

@@ -73,7 +73,7 @@ def _times(part: Part) -> tuple[str, ...]:
     if part.total_s is None:
         return ("not timed", "", "", "")
     others = (part.motion_s, part.wait_s, part.io_s)
-    return (_table.at_least(part.total_s, part.failed), *(f"{t or 0.0:.3f}" for t in others))
+    return (_table.at_least(part.total_s, part.is_partial), *(f"{t or 0.0:.3f}" for t in others))
 
 
 def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
@@ -87,7 +87,7 @@ def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
         sum(getattr(part, name) or 0.0 for part in counted)
         for name in ("total_s", "motion_s", "wait_s", "io_s")
     )
-    times = (_table.at_least(total, any(part.failed for part in parts)), *(f"{t:.3f}" for t in others))
+    times = (_table.at_least(total, any(part.is_partial for part in parts)), *(f"{t:.3f}" for t in others))
     problems = sum(d.is_error for part in parts for d in part.diagnostics)
     assumed = sum(part.assumed for part in parts)
     return (label, *times, str(assumed or ""), str(problems or ""))

@@ -54,7 +54,7 @@ def _result(found: Finding, rule: int) -> dict[str, object]:
         "partialFingerprints": {"olp/v1": found.fingerprint},
     }
     if found.file:
-        place: dict[str, object] = {"artifactLocation": {"uri": quote(found.file.replace("\\", "/"))}}
+        place: dict[str, object] = {"artifactLocation": {"uri": _uri(found.file)}}
         if found.line:
             place["region"] = _region(found)
         result["locations"] = [{"physicalLocation": place}]
@@ -68,3 +68,7 @@ def _region(found: Finding) -> dict[str, int]:
     if found.end_column > found.column:
         region["endColumn"] = found.end_column
     return region
+
+
+def _uri(file: str) -> str:
+    return quote(file.replace("\\", "/"), errors="surrogateescape")

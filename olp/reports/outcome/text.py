@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from olp.core.terminal import visible
 from olp.reports.outcome.format import OutcomeFormat
 from olp.reports.outcome.model import Finding, Item, Outcome, Status
 
@@ -28,14 +29,14 @@ class TextFormat(OutcomeFormat):
 
 
 def _finding(found: Finding) -> str:
-    rows = [f"{found.level}[{found.code}]: {found.message}"]
+    rows = [f"{found.level}[{found.code}]: {visible(found.message)}"]
     if found.file:
         place = f"{found.file}:{found.line}:{found.column}" if found.line else found.file
-        rows.append(f"  --> {place}")
+        rows.append(f"  --> {visible(place)}")
     if found.source_line.strip():
-        rows.append(f"   | {found.source_line.strip()}")
+        rows.append(f"   | {visible(found.source_line.strip())}")
     if found.help:
-        rows.append(f"help: {found.help}")
+        rows.append(f"help: {visible(found.help)}")
     return "\n".join(rows)
 
 
@@ -53,4 +54,4 @@ def _items(items: tuple[Item, ...]) -> list[str]:
 def _row(item: Item) -> str:
     message = f"  {item.message}" if item.message else ""
     where = f"  {item.file}" if item.file and item.file not in item.name else ""
-    return f"{item.status:8s}{item.name}{where}{message}"
+    return visible(f"{item.status:8s}{item.name}{where}{message}")

@@ -42,10 +42,16 @@ class Entry:
     budgets: tuple[Item, ...] = ()
 
     @property
+    def is_unanswered(self) -> bool:
+        """Whether there is an error, or a step without a time: what had to be assumed is told, and an answer."""
+        timing = self.timing
+        return timing is None or timing.untimed > 0 or any(d.is_error for d in self.diagnostics)
+
+    @property
     def is_partial(self) -> bool:
         """Whether the total leaves something out: steps without a time, or lines that could not be run."""
         told = any(d.is_error for d in self.diagnostics)
-        return self.timing is not None and (told or self.timing.untimed > 0)
+        return self.timing is not None and (told or self.timing.untimed > 0 or bool(self.timing.left_open))
 
 
 def report_page(
