@@ -55,6 +55,17 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="with --fix: change also what alters the motion or its time, as a rounded corner does",
     )
+    parser.add_argument(
+        "--load",
+        action="store_true",
+        help="say what a controller refuses when it loads the programs, and nothing else",
+    )
+    parser.add_argument(
+        "--controller",
+        default="",
+        metavar="C",
+        help="with --load: such as irc5-6.13 or krc4-8.5 (default: the usual)",
+    )
     parser.add_argument("--rules", action="store_true", help="list the rules")
     parser.add_argument(
         "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
@@ -78,7 +89,9 @@ def run(args: Namespace) -> int:
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     asked = choice(_codes(args.select), _codes(args.ignore))
-    work = partial(_lint_all, paths, job, asked, args.workers)
+    if args.controller and not args.load:
+        raise OlpError(error("C002", "--controller goes with --load", help="olp lint --load --controller C"))
+    work = partial(_lint_all, paths, job, args.controller if args.load else asked, args.workers)
     results = with_progress(len(paths), work)
     changes: list[Fixed] = []
     if args.fix:
@@ -98,17 +111,21 @@ def run(args: Namespace) -> int:
 def _lint_all(
     paths: Sequence[str],
     job: Job,
-    asked: Choice,
+    asked: Choice | str,
     workers: int,
     done: Callable[[int], None] | None,
 ) -> list[Linted]:
-    """One result per path, on all cores when it pays."""
+    """One result per path, on all cores when it pays. `asked`: the rules, or the controller that is to load them."""
     import os
     from concurrent.futures import ProcessPoolExecutor
 
-    from olp.checks.lint.run import lint
+    from olp.checks.lint.run import lint, lint_load
 
-    one = partial(lint, job=job, asked=asked)
+    one: Callable[[str], Linted]
+    if isinstance(asked, str):
+        one = partial(lint_load, job=job, controller=asked)
+    else:
+        one = partial(lint, job=job, asked=asked)
     count = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
     results: list[Linted] = []
     if count <= 1:

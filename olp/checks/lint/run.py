@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from olp.checks.lint.case import Case
 from olp.checks.lint.rule import Told, all_rules
 from olp.checks.lint.settings import Choice, rules_for
-from olp.core.diagnostic import OlpError
+from olp.core.diagnostic import OlpError, error
+from olp.core.source import Source
 from olp.reports.batch import Job, time_program
 from olp.reports.outcome.model import Finding, of_diagnostic
 
@@ -45,6 +46,47 @@ def lint(path: str, job: Job, asked: Choice | None = None) -> Linted:
     found = sorted((f for rule in rules for f in rule.find(case)), key=lambda f: (f.line, f.code))
     kept = [f for f in found if not is_excused(case, f)]
     return Linted(path, (*broken, *kept), len(found) - len(kept))
+
+
+def lint_load(path: str, job: Job, controller: str) -> Linted:
+    """What a controller refuses when it loads one file. Never raises for a bad program.
+
+    Raises OlpError (W903) for a controller that the file's language does not have.
+    """
+    from olp.core.source import load
+    from olp.languages.loading import cell_of
+    from olp.languages.read import read
+    from olp.languages.vendor import part_of, recognise
+
+    try:
+        source = load(path, job.encoding)
+        program = read(path, encoding=job.encoding)
+    except OlpError as problem:
+        return Linted(path, tuple(of_diagnostic(d, path) for d in problem.diagnostics), unreadable=True)
+    vendor = recognise(source)
+    loading = None if vendor is None else part_of(vendor.name, "load")
+    found = [d for d in program.diagnostics if d.is_error]
+    if vendor is not None and loading is not None:
+        if controller and controller not in loading.controllers:
+            known = ", ".join(loading.controllers)
+            raise OlpError(
+                error("W903", f"no controller {controller[:40]} runs {vendor.title}", help=f"one of {known}")
+            )
+        broken = {d.line for d in found}
+        told = loading.check(source, cell_of(source, vendor, loading, controller))
+        found += [d for d in told if d.line not in broken]
+    findings = [of_diagnostic(d, path) for d in sorted(found, key=lambda d: (d.line, d.code))]
+    kept = [f for f in findings if not _excused_above(source, f)]
+    return Linted(path, tuple(kept), len(findings) - len(kept))
+
+
+def _excused_above(source: Source, found: Finding) -> bool:
+    lines = (
+        (source.line(found.line), source.line(found.line - 1))
+        if found.line > 1
+        else (source.line(found.line),)
+    )
+    return bool(found.line) and any(_excuses(text, found.code) for text in lines)
 
 
 def is_excused(case: Case, found: Finding) -> bool:

@@ -21,7 +21,7 @@ _INSTRUCTIONS: Final = """
     accset actunit add alias aliasio aliasioreset arcc arccend arccstart arcl arclend arclstart bitclear bitset
     bookerrno break callbyvar camflush camgetparameter camgetresult camloadjob camreqimage camsetexposure
     camsetparameter camsetprogrammode camsetrunmode camstartloadjob camwaitloadjob cancelload capaptrsetup capc
-    caplset caprefresh checkprogref circpathmode clear cleariobuff clearpath clearrawbytes clkreset clkstart
+    caplset caprefresh checkprogref cirpathmode clear cleariobuff clearpath clearrawbytes clkreset clkstart
     clkstop close closedir confj confl contactl copyfile copyrawbytes corrclear corrcon corrdiscon corrwrite
     deactunit decr dispc displ dropsensor dropwobj egmactjoint egmactmove egmactpose egmgetid egmmovec egmmovel
     egmreset egmrunjoint egmrunpose egmsetupai egmsetupao egmsetupgi egmsetupltapp egmsetupuc egmstop
@@ -85,7 +85,8 @@ _FUNCTIONS: Final = """
     pow powdnum ppmovedinmanmode present quad quaddnum rawbyteslen readbin readdir readmotor readnum readstr
     readstrbin readvar reltool remainingretries rmqgetslotname robname robos round rounddnum runmode sin sindnum
     socketgetstatus socketpeek sqrt sqrtdnum stcalcforce stcalctorque stiscalib stisclosed stisindgun stisopen
-    strdigcalc strdigcmp strfind strlen strmap strmatch strmemb strorder strpart strtobyte strtoval tan tandnum
+    strdigcalc strdigcmp strfind strformat
+    strlen strmap strmatch strmemb strorder strpart strtobyte strtoval tan tandnum
     taskisactive taskisexecuting taskruninsyncedmode taskrunmec taskrunrob tasksinsync testandset testdi
     testsignread textget texttabfreetouse texttabget triggdatavalid trunc truncdnum type uialphaentry
     uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio valtostr vectmagn

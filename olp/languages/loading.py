@@ -1,0 +1,147 @@
+"""What a controller refuses when it loads a program: the shape of a vendor's checks, and what all of them share.
+
+A vendor that has them puts `LOAD`, one `Loading`, into `load.py` of its folder. Checks read the text, for a program
+that a controller refuses is often one that no reader understands. Codes: K1nn, explained in docs/lint.md.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span
+from olp.core.source import Source, load
+from olp.languages.vendor import Vendor
+
+# Files of a cell beyond these are not read.
+_MOST_FILES: Final = 400
+_MOST_BYTES: Final = 20_000_000
+_ENOUGH_NAMES: Final = 12  # that are found, before those that are not are believed to be missing
+_MOST_MISSING: Final = 0.12  # share of the names that a cell whose files are all there may lack
+
+
+_OWN: Final = (
+    "the variable",
+    "the routine",
+    "the function",
+)  # that a program declares itself, unlike its tools
+_SHORTEST, _LONG, _LETTERS = 4, 8, 2  # letters of a name, of a long one, and by which this may differ
+_DIGITS: Final = re.compile(r"\d+")  # names that differ in their numbers are different names
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """The files that a controller loads with a program, that one first. `controller`: as `--controller` says."""
+
+    sources: tuple[Source, ...]
+    controller: str
+
+
+@dataclass(slots=True)
+class Found:
+    """What a check has to say of one source. `unknown`: names that nothing declares, with where they stand."""
+
+    source: Source
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+    unknown: list[tuple[str, Span, str]] = field(default_factory=list)
+    known: set[str] = field(default_factory=set)  # names that are used and declared
+
+    def tell(
+        self, code: str, message: str, span: Span, help: str = "", severity: Severity = Severity.ERROR
+    ) -> None:
+        line = self.source.line(span.line)
+        self.diagnostics.append(Diagnostic(code, message, severity, self.source.path, *span, help, line))
+
+    def finish(self, declared: Iterable[str], whole: bool, shared: bool = False) -> list[Diagnostic]:
+        """All findings by line. Unknown names are errors in a cell whose files are all there, else warnings where the
+        name is nearly one that is declared or nearly all others are, else nothing.
+
+        `declared`: every name that the cell has. `whole`: whether the cell says itself that nothing is missing.
+        `shared`: whether names that a program declares itself in other languages may stand in a list that is not here.
+        """
+        names = {name.casefold() for name, _, _ in self.unknown}
+        total = len(names) + len(self.known)
+        mostly = (
+            not shared and len(self.known) >= _ENOUGH_NAMES and len(names) <= max(1, _MOST_MISSING * total)
+        )
+        spellings = {name.casefold(): name for name in declared}
+        told: set[str] = set()
+        for name, span, what in self.unknown:
+            if name.casefold() in told:
+                continue
+            told.add(name.casefold())
+            near = [one for one in spellings if _is_near(one, name.casefold())]
+            if not (whole or near or (mostly and what in _OWN)):
+                continue
+            help = (
+                f"did you mean {spellings[near[0]]}?"
+                if near
+                else "declare it, or put the file that does beside"
+            )
+            severity = Severity.ERROR if whole else Severity.WARNING
+            self.tell("K101", f"{what} {name[:60]} is declared nowhere", span, help, severity)
+        return sorted(self.diagnostics, key=lambda d: (d.line, d.column, d.code))
+
+
+def _is_near(one: str, name: str) -> bool:
+    """Whether two names are probably one, mistyped: their numbers agree, and one letter differs, or two of a long name;
+    what only goes on is another name."""
+    short, long = sorted((one, name), key=len)
+    if short == long or len(short) < _SHORTEST or len(long) - len(short) > _LETTERS:
+        return False
+    if _DIGITS.findall(one) != _DIGITS.findall(name) or (
+        long.startswith(short) and len(long) - len(short) > 1
+    ):
+        return False
+    return _distance(short, long) <= (_LETTERS if len(short) >= _LONG else 1)
+
+
+def _distance(one: str, other: str) -> int:
+    """How many letters are to be changed, added, taken out, or swapped with the next."""
+    before: list[int] = []
+    row = list(range(len(other) + 1))
+    for i, a in enumerate(one, 1):
+        earlier, before, row = before, row, [i]
+        for j, b in enumerate(other, 1):
+            best = min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (a != b))
+            if i > 1 and j > 1 and a == other[j - 2] and one[i - 2] == b:
+                best = min(best, earlier[j - 2] + 1)
+            row.append(best)
+    return row[-1]
+
+
+@dataclass(frozen=True, slots=True)
+class Loading:
+    """A vendor's checks. `controllers`: what `--controller` may say, the usual one first."""
+
+    controllers: tuple[str, ...]
+    check: Callable[[Source, Cell], list[Diagnostic]]
+    suffixes: tuple[str, ...] = ()  # of further files that declare names
+
+
+def cell_of(source: Source, vendor: Vendor, loading: Loading, controller: str = "") -> Cell:
+    """The program with the files that a controller loads with it."""
+    sources: list[Source] = [source]
+    path = Path(source.path) if source.path else None
+    if path is not None and path.is_file():
+        size = 0
+        suffixes = (*vendor.suffixes, *vendor.list_suffixes, *loading.suffixes)
+        for other in _others(path, vendor, suffixes):
+            size += other.stat().st_size
+            if len(sources) >= _MOST_FILES or size > _MOST_BYTES:
+                break
+            try:
+                sources.append(load(other))
+            except OlpError:
+                continue
+    return Cell(tuple(sources), controller or loading.controllers[0])
+
+
+def _others(path: Path, vendor: Vendor, suffixes: Sequence[str]) -> Iterable[Path]:
+    for folder in vendor.folders_with(path.parent):
+        for one in sorted(folder.iterdir()):
+            if one.suffix.lower() in suffixes and one.is_file() and not one.samefile(path):
+                yield one

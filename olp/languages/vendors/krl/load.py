@@ -1,0 +1,433 @@
+"""What a KRC4 or KRC5 controller refuses when it loads a KRL module ("Operating and Programming Instructions for System
+Integrators", KSS 8: names, declarations, files; error list of the compiler)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+from olp.core.diagnostic import Diagnostic, Severity, Span
+from olp.core.source import Source
+from olp.languages.loading import Cell, Found, Loading
+from olp.languages.vendors.krl import lines
+from olp.languages.vendors.krl.known_routines import KNOWN_ROUTINES
+from olp.languages.vendors.krl.neighbours import stem
+
+_TOKEN: Final = re.compile(
+    r"(?P<text>\"[^\"]*\"?|'[^']*'?)|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+)|(?P<word>[$A-Za-z_][\w$]*)"
+    r"|(?P<sign>==|<>|<=|>=|[-+*/=<>(){}\[\],:.#&?!^])|(?P<odd>\S)"
+)
+_LONGEST: Final = 24  # characters of a name
+_TEXT_TYPES: Final = """
+    axis bool cell_t char circ_type date direction e6axis e6pos eki_access eki_status eki_type ekrlmsgpartype
+    ekrlmsgtype error_t esys fdat frame inertia int ipo_mode krlmsg_t krlmsgdlgsk_t krlmsgopt_t krlmsgpar_t
+    krlmsgpartype_t ldat load modus_t ori_type p00_command p00_config pdat pos real state_t stopmess var_state
+"""
+_TYPES: Final = frozenset(_TEXT_TYPES.split())
+# What the words of a statement are; they name nothing.
+_TEXT_WORDS: Final = """
+    and anin  anout b_and b_exor b_not b_or base brake brake_f c_dis c_ori c_ptp c_spl c_vel ca case
+    cclose channel chopen circ circ_rel condstop confirm const continue copen coutput cread  cwrite
+    decl  def default defdat deffct delay digin disable distance do else enable end end_spline enddat
+    endfct endfor endif endloop endspline endswitch endwhile enum exit exor ext extfct extfctp extp f false for
+    global goto halt if import in interrupt ir_offset is lin lin_rel loop maximum minimum not off on onstart or
+    out part path prio private process process_sync ptp ptp_rel ptp_spline public pulse repeat resume return
+    scirc scirc_rel sec sig signal slin slin_rel spl spline sptp sptp_rel sread sspl start step stop struc
+    switch swrite sync tech tech_off then time_block timeblock to tool trigger true until var wait when while
+    with
+"""
+_WORDS: Final = frozenset(_TEXT_WORDS.split())
+_TEXT_FUNCTIONS: Final = """
+    abs acos asin atan atan2 bas   check_pidoncpc cioctl clear_krlmsg cos cread cwrite
+    delete_backward_buffer emi_actpos emi_endpos emi_startpos err_clear err_raise exists_krldlg exists_krlmsg
+    forward frame_conv get_decl_place get_msgbuffer get_sig_inf inv_pos inverse   m_comment mastergrav
+    mbx_rec md_asgn md_getstate md_setstate mod  on_error_proceed   pulse
+    reset_torque_limits   round sacc_cp sacc_joint sapo sapo_ptp sbase set_brake_delay
+    set_cd_params set_krldlg set_krldlganswer set_krlmsg  set_system_data set_torque_limits
+    sgear_jerk sin sipo_mode sjerk sload sori_typ sqrt sread stool2 stradd strclear strcomp strcopy strdeclen
+    strfind strlen strtoaxis strtobool strtoe6axis strtoe6pos strtofram strtoint strtopos strtoreal strtostring
+     svel_cp svel_joint swrite  tan  trunc use_cm_pro_values usecm varstate
+"""
+_FUNCTIONS: Final = frozenset(_TEXT_FUNCTIONS.split())
+# Names of motion data and structures that stand in every $config.dat, and inline forms' prefixes of a program's own.
+_TEXT_CONFIG: Final = """
+    act_base act_tool base_data base_name base_type basis_suggest_t cpdat_act cpdefault def_acc_cp def_acc_jt
+    def_apo_c_ptp def_override def_vel_cp def_vel_fact default err_t ext_mam fdat_act fhome g_vel_cp g_vel_ptp
+    gensor home1 home2 home3 home4 home5 i_time ia_dat last_basis last_ipo ldat_act ldefault ldefstart load_data
+    machine_def max_acc_cp max_base max_tool move_type no_ia pdat_act pdefault pdefstart pgno pgno_req
+    pgno_valid phome ptp_dat s_read set_io_size state stopm_t success tool_data tool_name tool_type tq_state
+    vel_cp vel_ptp xhome xhome1 xhome2 xhome3 xhome4 xhome5
+"""
+_CONFIG: Final = frozenset(_TEXT_CONFIG.split())
+_DECLARES: Final = re.compile(
+    r"(?P<head>(?:GLOBAL\s+)?(?:DECL\s+)?(?:GLOBAL\s+)?(?:CONST\s+)?)(?P<type>[A-Za-z_]\w*)\s+(?P<names>[A-Za-z_$].*)",
+    re.IGNORECASE,
+)
+_ROUTINE: Final = re.compile(
+    r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:([A-Za-z_]\w*)(?:\s*\[[^\]]*\])?\s+)?([A-Za-z_]\w*)\s*\((.*?)\)",
+    re.IGNORECASE,
+)
+_INERT: Final = re.compile(
+    r"(?:&|(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\b|END(?:FCT|DAT)?\b\s*$|EXT(?:FCT)?P?\b|IMPORT\b)", re.IGNORECASE
+)
+
+
+class Name(NamedTuple):
+    text: str
+    span: Span
+
+    @property
+    def key(self) -> str:
+        return self.text.casefold()
+
+
+@dataclass(slots=True)
+class Routine:
+    """`most`: parameters. `names`: what its declarations declare; `body`: its other lines, with their numbers."""
+
+    name: Name
+    kind: str
+    parameters: list[Name] = field(default_factory=list)
+    names: list[tuple[Name, str]] = field(default_factory=list)
+    body: list[tuple[int, str]] = field(default_factory=list)
+    late: list[tuple[int, str]] = field(default_factory=list)
+    shared: bool = False
+
+
+@dataclass(slots=True)
+class File:
+    """A module or a list: `names` are those of a list, with their types; `types` what STRUC and ENUM declare."""
+
+    routines: list[Routine] = field(default_factory=list)
+    names: list[tuple[Name, str]] = field(default_factory=list)
+    types: set[str] = field(default_factory=set)
+    list_name: Name | None = None
+    public: bool = False
+    constants: set[str] = field(default_factory=set)
+
+
+def check(source: Source, cell: Cell) -> list[Diagnostic]:
+    """What a controller refuses in one module, with its list."""
+    found = Found(source)
+    files = [(one, file_of(one)) for one in cell.sources]
+    own = files[0][1]
+    if not own.routines or re.search(r"[\\/](?:System|TP)[\\/]", source.path, re.IGNORECASE):
+        return []  # no program, or the controller's own
+    mine = stem(source.path)
+    beside = [file for one, file in files[1:] if stem(one.path) == mine and file.list_name is not None]
+    _characters(found)
+    _heads(found, own, mine)
+    shared = {n.key for file in (f for _, f in files) for n, _ in file.names}
+
+    routines: dict[str, Routine] = {}
+    for index, (_, file) in enumerate(files):
+        for number, routine in enumerate(file.routines):
+            if not index or not number or routine.shared:
+                routines.setdefault(routine.name.key, routine)
+    types = {name for _, file in files for name in file.types} | _TYPES
+    lists = {n.key: (n, kind) for file in (own, *beside) for n, kind in file.names}
+    _twice(found, [r.name for r in own.routines], "in this file")
+    for routine in own.routines:
+        _routine(found, routine, shared, routines, types, lists)
+    names = {n.text for _, file in files for n, _ in file.names} | {r.name.text for r in routines.values()}
+    names |= {n.text for r in own.routines for n, _ in r.names}
+    whole = any(stem(one.path) == "$CONFIG" for one, _ in files)
+    whole = whole and _in_tree(source)
+    return found.finish(names, whole, shared=not whole)
+
+
+def _in_tree(source: Source) -> bool:
+    """Whether the file stands in an archive's program folder, so that all other files are there."""
+    return bool(re.search(r"[\\/]R1[\\/](?:Program|System|TP)[\\/]", source.path, re.IGNORECASE))
+
+
+def _code(line: str) -> str:
+    code, _ = lines.split(line)
+    return code
+
+
+@lru_cache(maxsize=1024)
+def file_of(source: Source) -> File:
+    """The declarations of a module or a list, as far as they can be told."""
+    file = File()
+    routine: Routine | None = None
+    begun = in_list = False
+    for number, line in enumerate(source.lines, 1):
+        code = _code(line)
+        if not code:
+            continue
+        head = _ROUTINE.match(code)
+        if head is not None:
+            routine = _begun(head, number, line)
+            file.routines.append(routine)
+            begun = False
+            continue
+        word = code.split("(", 1)[0].split(None, 1)[0].upper()
+        if word == "DEFDAT":
+            match = re.match(r"DEFDAT\s+(\$?\w+)\s*(PUBLIC)?", code, re.IGNORECASE)
+            if match:
+                file.list_name = Name(match[1], _span(line, number, match[1]))
+                file.public = bool(match[2]) or match[1].startswith("$")
+            in_list = True
+            continue
+        if _INERT.match(code) and not in_list:
+            routine = None if word in ("END", "ENDFCT") else routine
+            continue
+        if word in ("ENDDAT",):
+            in_list = False
+            continue
+        declared = _declared(code, number, line, file)
+        if declared is None:
+            begun = begun or routine is not None
+            if routine is not None:
+                routine.body.append((number, code))
+        elif routine is not None:
+            routine.names += declared
+            if begun and declared:
+                routine.late.append((number, line))
+        else:
+            file.names += declared
+    return file
+
+
+def _begun(head: re.Match[str], number: int, line: str) -> Routine:
+    kind, shared = head[1].upper(), head[0].upper().startswith("GLOBAL")
+    routine = Routine(Name(head[3], _span(line, number, head[3])), kind, shared=shared)
+    for part in filter(None, (one.split(":")[0].strip() for one in head[4].split(","))):
+        text = re.sub(r"\[.*", "", part).strip()
+        routine.parameters.append(Name(text, _span(line, number, text)))
+    return routine
+
+
+def _span(line: str, number: int, text: str) -> Span:
+    match = re.search(rf"(?<![\w$]){re.escape(text)}(?![\w$])", line)
+    at = match.start() + 1 if match else 1
+    return Span(number, at, at + len(text))
+
+
+def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name, str]] | None:
+    """The names that a line declares with their type; None for a statement."""
+    match = _DECLARES.match(code)
+    word = code.split(None, 1)[0].upper()
+    if word == "SIGNAL" or re.match(r"GLOBAL\s+SIGNAL\b|DECL\s+(?:GLOBAL\s+)?SIGNAL\b", code, re.IGNORECASE):
+        name = re.search(r"SIGNAL\s+([$\w]+)", code, re.IGNORECASE)
+        return [(Name(name[1], _span(line, number, name[1])), "signal")] if name else []
+    if match is None:
+        return None
+    kind = match["type"].casefold()
+    if kind in ("struc", "enum"):
+        name = re.match(r"[\w$]+", match["names"])
+        if name:
+            file.types.add(name[0].casefold())
+        return []
+    explicit = "decl" in match["head"].casefold() or kind in _TYPES
+    if not explicit or kind in _WORDS - {"signal"}:
+        return None
+    found = []
+    for part in _parts(match["names"]):
+        name = re.match(r"\s*([$A-Za-z_][\w$]*)\s*(\[[^\]]*\])?", part)
+        if name:
+            found.append((Name(name[1], _span(line, number, name[1])), kind + ("[]" if name[2] else "")))
+            if "const" in match["head"].casefold():
+                file.constants.add(name[1].casefold())
+    return found
+
+
+def _parts(text: str) -> list[str]:
+    """What stands between commas that no bracket holds."""
+    found, depth, start, quoted = [], 0, 0, False
+    for i, sign in enumerate(text):
+        quoted ^= sign == '"'
+        if not quoted:
+            depth += (sign in "([{") - (sign in ")]}")
+            if sign == "," and depth == 0:
+                found.append(text[start:i])
+                start = i + 1
+    return [*found, text[start:]]
+
+
+def _characters(found: Found) -> None:
+    for number, line in enumerate(found.source.lines, 1):
+        code = _code(line)
+        if code.isascii() or code.startswith("&"):
+            continue
+        bare = re.sub(r'"[^"]*"', "", code)
+        odd = next((sign for sign in bare if not sign.isascii()), "")
+        if odd:
+            at = line.find(odd) + 1
+            found.tell(
+                "K105",
+                f"the character {odd!r} stands outside of a comment or a text",
+                Span(number, at, at + 1),
+            )
+
+
+def _heads(found: Found, own: File, mine: str) -> None:
+    names = [r.name for r in own.routines] + [n for r in own.routines for n, _ in r.names]
+    for name in names:
+        if len(name.text) > _LONGEST:
+            says = f"the name {name.text} has {len(name.text)} characters"
+            found.tell("K103", says, name.span, f"{_LONGEST} at most")
+        if (
+            name.key in _WORDS - {"f", "time", "tech", "state", "path", "part", "start", "process"}
+            and len(name.key) > 2
+        ):
+            found.tell("K104", f"{name.text} is a word of KRL and no name", name.span, "call it otherwise")
+    first = own.routines[0].name
+    named = re.fullmatch(r"[A-Z_]\w*", mine) is not None  # else no controller has the file under this name
+    if named and all(r.name.text.upper() != mine for r in own.routines):
+        found.tell(
+            "K113",
+            f"the file is called {mine}, and no routine in it is",
+            first.span,
+            f"call the file {first.text}.src, or the first routine {mine}",
+            Severity.WARNING,
+        )
+
+
+def _twice(found: Found, names: list[Name], where: str) -> None:
+    seen: dict[str, Name] = {}
+    for name in names:
+        if name.key in seen and seen[name.key].span.line != name.span.line:
+            says = f"{name.text} is declared in line {seen[name.key].span.line} already"
+            found.tell("K102", f"{says}, {where}", name.span, "call one of them otherwise")
+        seen.setdefault(name.key, name)
+
+
+def _routine(
+    found: Found,
+    routine: Routine,
+    shared: set[str],
+    routines: dict[str, Routine],
+    types: set[str],
+    lists: dict[str, tuple[Name, str]],
+) -> None:
+    for number, line in routine.late:
+        help = "the declarations of a routine stand before its first statement, INI among them"
+        begin = len(line) - len(line.lstrip()) + 1
+        found.tell(
+            "K106", "a declaration behind a statement", Span(number, begin, len(line.rstrip()) + 1), help
+        )
+    declared = [n for n, _ in routine.names]
+    _twice(found, declared, f"in {routine.name.text}")
+    for name, kind in routine.names:
+        if kind.removesuffix("[]") not in types and kind != "signal" and kind[-2:] != "_t":
+            found.unknown.append((kind.removesuffix("[]"), name.span, "the type"))
+    local = {n.key for n in declared} | {n.key for n in routine.parameters}
+    kinds = {n.key: kind for n, kind in (*((n, k) for n, k in lists.values()), *routine.names)}
+    for number, code in routine.body:
+        _line(found, number, code, local | set(lists), shared, routines, kinds)
+
+
+def _line(
+    found: Found,
+    number: int,
+    code: str,
+    local: set[str],
+    shared: set[str],
+    routines: dict[str, Routine],
+    kinds: dict[str, str],
+) -> None:
+    line = found.source.line(number)
+    offset = max(0, line.find(code[:8]))
+    tokens = [(m.lastgroup, m[0], m.start() + offset + 1) for m in _TOKEN.finditer(code)]
+    if not tokens or re.match(r"[A-Za-z_]\w*\s*:\s*$", code):
+        return
+    head = tokens[0][1].casefold()
+    if head == "goto":
+        return  # the reader knows the labels
+    _literal(found, number, tokens, kinds)
+    for i, token in enumerate(tokens):
+        kind, text, _ = token
+        key = text.casefold()
+        before = tokens[i - 1][1] if i else ""
+        after = tokens[i + 1][1] if i + 1 < len(tokens) else ""
+        if kind != "word" or key.startswith("$") or before in (".", "#") or key in _WORDS:
+            continue
+        if _is_member(tokens, i):
+            continue
+        if after == "(":
+            _call(found, number, tokens, i, routines, local, shared)
+        elif key in local or key in shared or key in _CONFIG or key in _FUNCTIONS:
+            found.known.add(key)
+        elif i == 0 and after == "=" and len(tokens) > 1:
+            found.unknown.append((text, _at(number, token), "the variable"))
+        else:
+            found.unknown.append((text, _at(number, token), "the name"))
+
+
+def _is_member(tokens: list[tuple[str | None, str, int]], at: int) -> bool:
+    """Whether a word names a member, or the type, of a value written out: {E6POS: X 1, Y 2}."""
+    if tokens[at - 1][1] not in ("{", ",", ":") or not at:
+        return False
+    depth: list[str] = []
+    for _, text, _ in tokens[:at]:
+        if text in ("{", "(", "["):
+            depth.append(text)
+        elif text in ("}", ")", "]") and depth:
+            depth.pop()
+    return bool(depth) and depth[-1] == "{"
+
+
+def _at(number: int, token: tuple[str | None, str, int]) -> Span:
+    return Span(number, token[2], token[2] + len(token[1]))
+
+
+_NUMBERS: Final = ("int", "real")
+
+
+def _literal(
+    found: Found, number: int, tokens: list[tuple[str | None, str, int]], kinds: dict[str, str]
+) -> None:
+    """`NAME = literal`: whether the literal is of the name's type."""
+    if len(tokens) != 3 or tokens[1][1] != "=" or tokens[0][0] != "word":
+        return
+    wanted = kinds.get(tokens[0][1].casefold(), "")
+    kind, text, _ = tokens[2]
+    given = "real" if kind == "number" else "bool" if text.casefold() in ("true", "false") else ""
+    if (wanted == "bool" and given == "real") or (wanted in _NUMBERS and given == "bool"):
+        found.tell("K108", f"{tokens[0][1]} is {wanted.upper()}, and {text} is not", _at(number, tokens[2]))
+
+
+def _call(
+    found: Found,
+    number: int,
+    tokens: list[tuple[str | None, str, int]],
+    at: int,
+    routines: dict[str, Routine],
+    local: set[str],
+    shared: set[str],
+) -> None:
+    key = tokens[at][1].casefold()
+    routine = routines.get(key)
+    if routine is None:
+        if key not in _FUNCTIONS and key not in KNOWN_ROUTINES and key not in local and key not in shared:
+            found.unknown.append((tokens[at][1], _at(number, tokens[at]), "the routine"))
+        return
+    found.known.add(key)
+    if routine.kind == "DEF" and at and tokens[at - 1][1] not in ("DO", "do", "Do") and _is_value(tokens, at):
+        found.tell(
+            "K112", f"{tokens[at][1]} is a DEF and has no value", _at(number, tokens[at]), "make it a DEFFCT"
+        )
+    depth = count = 0
+    for _, text, _ in tokens[at + 1 :]:
+        depth += (text in "([{") - (text in ")]}")
+        if not depth:
+            break
+        count += text == "," and depth == 1
+    given = 0 if tokens[at + 2 : at + 3] and tokens[at + 2][1] == ")" else count + 1
+    if given > len(routine.parameters):
+        takes = f"{len(routine.parameters)} parameter{'s' if len(routine.parameters) != 1 else ''}"
+        found.tell("K112", f"{tokens[at][1]} takes {takes}, and {given} are given", _at(number, tokens[at]))
+
+
+def _is_value(tokens: list[tuple[str | None, str, int]], at: int) -> bool:
+    return (
+        tokens[at - 1][1] in ("=", "+", "-", "*", "/", "==", "<>", "<", ">", "<=", ">=", "(")
+        and tokens[0][1].upper() != "TRIGGER"
+    )
+
+
+LOAD: Final = Loading(("krc4-8.5", "krc4-8.3", "krc5-8.7"), check)

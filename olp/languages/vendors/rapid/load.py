@@ -1,0 +1,709 @@
+"""What an IRC5 or OmniCore controller refuses when it loads a RAPID module ("RAPID kernel", 3HAC050946)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+from olp.core.diagnostic import Diagnostic, Span
+from olp.core.source import Source
+from olp.languages.loading import Cell, Found, Loading
+from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
+from olp.languages.vendors.rapid.standard_names import FUNCTIONS, INSTRUCTIONS, RESERVED, TYPES
+
+_TOKEN: Final = re.compile(
+    r"(?P<text>\"(?:[^\"]|\"\")*\"?)|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+)|(?P<word>[^\W\d]\w*)"
+    r"|(?P<sign>:=|<>|<=|>=|[-+*/=<>(){}\[\],;:.\\|%?])|(?P<odd>\S)"
+)
+_NAME_LENGTH: Final = {"irc5-5.15": 16, "irc5-6.13": 32, "omnicore-7": 32}
+_TEXT_LENGTH: Final = 80
+_KINDS: Final = frozenset(("var", "pers", "const"))
+_ROUTINES: Final = {"proc": "endproc", "func": "endfunc", "trap": "endtrap"}
+_SECTIONS: Final = frozenset(("error", "undo", "backward"))
+_OPERATORS: Final = frozenset(("and", "or", "xor", "not", "div", "mod"))
+_TEXT_BLOCKS: Final = """
+    case connect default do else elseif endfor endif endtest endwhile exit false for from goto if raise retry
+    return step test then to true trynext while with
+"""
+_BLOCKS: Final = frozenset(_TEXT_BLOCKS.split())
+# How many arguments an instruction or function needs, and how many it takes at most, options aside.
+_ARGUMENTS: Final[Mapping[str, tuple[int, int]]] = {
+    **dict.fromkeys(("movej", "movel", "moveabsj"), (4, 4)),
+    "movec": (5, 5),
+    **dict.fromkeys(
+        ("setdo", "setgo", "setao", "waitdi", "waitdo", "waitgi", "waitai", "add", "accset", "velset"), (2, 2)
+    ),
+    **dict.fromkeys(
+        ("set", "reset", "pulsedo", "incr", "decr", "clear", "waittime", "gripload", "pdispset"), (1, 1)
+    ),
+    **dict.fromkeys(("clkreset", "clkstart", "clkstop", "idelete", "iwatch", "isleep", "tpshow"), (1, 1)),
+    **dict.fromkeys(
+        ("tperase", "pdispoff", "ienable", "idisable", "stopmove", "startmove", "exitcycle"), (0, 0)
+    ),
+    "waituntil": (1, 1),
+    "tpwrite": (1, 1),
+    **dict.fromkeys(("offs", "reltool"), (4, 4)),
+    **dict.fromkeys(
+        ("abs", "sqrt", "sin", "cos", "tan", "strlen", "eulerzyx", "poseinv", "clkread", "exp"), (1, 1)
+    ),
+    **dict.fromkeys(("atan2", "distance", "numtostr", "posemult", "pow", "strtoval", "dim"), (2, 2)),
+    **dict.fromkeys(("strpart", "orientzyx", "strfind"), (3, 3)),
+}
+# Where a name is a signal, a unit or a file of the configuration, which stands in no module: argument by number.
+_TEXT_CONFIGURED: Final = """
+    actunit ainput aliasio aoutput camgetparameter camgetresult camloadjob camreqimage camsetparameter
+    camsetrunmode deactunit dinput doutput dropwobj getsignalorigin ginput goutput indamove indreset invertdo
+    iodisable ioenable isignalai isignaldi isignaldo isignalgi isignalgo ismechunitactive load mechunitload
+    movecdo movejdo moveldo pulsedo reset searchc searchl set setao setdo setgo startload syncmoveon testdi
+    triggequip triggio triggrampao triggspeed validio waitai waitao waitdi waitdo waitgi waitgo waitrob
+    waitsynctask waitwobj
+"""
+_CONFIGURED: Final = frozenset(_TEXT_CONFIGURED.split())
+_TEXT_PREDEFINED: Final = """
+    closed diskfree do_none end_of_list eof eof_bin eof_num false high load0 low null open pi sense stempty
+    tool0 tp_latestprog tp_progpool tp_screenviewer true vmax wait_max wobj0
+"""
+_PREDEFINED: Final = frozenset(_TEXT_PREDEFINED.split()) | {name.casefold() for name in (*SPEEDS, *ZONES)}
+# Constants of the controller: error numbers, states, buttons and events.
+_PREFIXES: Final = (
+    "err_", "sys_", "op_", "run_", "event_", "socket_", "str_", "egm_", "exec_", "handler_", "iobus_", "iounit_",
+    "btn_", "icon_", "stop_", "mod_", "fc_", "tune_", "hex_", "float_", "cam_", "task_", "tsp_", "proc_",
+)  # fmt: skip
+
+
+class Token(NamedTuple):
+    kind: str
+    text: str
+    line: int
+    column: int
+
+    @property
+    def span(self) -> Span:
+        return Span(self.line, self.column, self.column + len(self.text))
+
+    @property
+    def key(self) -> str:
+        return self.text.casefold()
+
+
+@dataclass(slots=True)
+class Data:
+    """A declaration. `kind`: var, pers, const, or parameter and loop."""
+
+    name: Token
+    type: str
+    kind: str
+    local: bool = False
+    array: bool = False
+
+
+@dataclass(slots=True)
+class Routine:
+    """`least` to `most` arguments besides `options`; `type` of what a function returns."""
+
+    name: Token
+    kind: str
+    type: str
+    local: bool
+    parameters: list[Data] = field(default_factory=list)
+    least: int = 0
+    most: int = 0
+    options: set[str] = field(default_factory=set)
+    data: list[Data] = field(default_factory=list)
+    body: list[Token] = field(default_factory=list)
+    late: list[Token] = field(default_factory=list)  # declarations behind the first statement
+
+
+@dataclass(slots=True)
+class Module:
+    name: str = ""
+    tokens: list[Token] = field(default_factory=list)
+    data: list[Data] = field(default_factory=list)
+    routines: list[Routine] = field(default_factory=list)
+    types: dict[str, Token] = field(default_factory=dict)
+    values: list[tuple[Data, list[Token]]] = field(default_factory=list)  # what declarations begin with
+
+
+def check(source: Source, cell: Cell) -> list[Diagnostic]:
+    """What a controller refuses in one module of a cell."""
+    found = Found(source)
+    modules = [module_of(one) for one in cell.sources]
+    own = modules[0]
+    if not own.tokens:
+        return []
+    _texts(found, own, _NAME_LENGTH.get(cell.controller, 32))
+    _duplicates(found, own, modules[1:] if _is_task(source) else [])
+    shared = _Shared.of(modules)
+    for data, value in own.values:
+        _value(found, shared, data, value)
+    for routine in own.routines:
+        _routine(found, shared, routine)
+    names = {d.name.text for m in modules for d in m.data} | {
+        r.name.text for m in modules for r in m.routines
+    }
+    names |= {d.name.text for r in own.routines for d in (*r.data, *r.parameters)}
+    has_main = any(r.name.key == "main" for m in modules for r in m.routines)
+    return found.finish(names, _is_whole(cell), shared=not has_main)
+
+
+def _is_task(source: Source) -> bool:
+    """Whether the files beside a module are loaded with it: in a backup they are."""
+    return bool(re.search(r"[\\/](?:PROGMOD|SYSMOD)[\\/][^\\/]+$", source.path, re.IGNORECASE))
+
+
+def _is_whole(cell: Cell) -> bool:
+    """Whether the cell lists its modules, and all are there: a program's .pgf."""
+    stems = {re.split(r"[\\/]", one.path)[-1].casefold() for one in cell.sources}
+    for one in cell.sources:
+        if one.path.lower().endswith(".pgf"):
+            listed = re.findall(r"<Module>([^<]+)</Module>", "\n".join(one.lines))
+            return bool(listed) and {name.casefold() for name in listed} <= stems and _has_system(stems)
+    return False
+
+
+def _has_system(stems: set[str]) -> bool:
+    return any(name.endswith((".sys", ".sysx")) for name in stems)
+
+
+def tokens_of(source: Source) -> Iterator[Token]:
+    """The tokens without comments; RAPID's texts end with their line."""
+    for number, line in enumerate(source.lines, 1):
+        for match in _TOKEN.finditer(line):
+            if match[0] == "!":
+                break
+            yield Token(match.lastgroup or "", match[0], number, match.start() + 1)
+
+
+@lru_cache(maxsize=512)
+def module_of(source: Source) -> Module:
+    """The declarations of a module, as far as they can be told."""
+    if source.path.lower().endswith(".pgf"):
+        return Module()
+    return _Reader(source).read()
+
+
+class _Reader:
+    def __init__(self, source: Source) -> None:
+        self.tokens = list(tokens_of(source))
+        self.at = 0
+        self.module = Module(tokens=self.tokens)
+
+    def key(self, ahead: int = 0) -> str:
+        at = self.at + ahead
+        return self.tokens[at].key if at < len(self.tokens) else ""
+
+    def until(self, sign: str) -> list[Token]:
+        """The tokens up to `sign`, which is passed."""
+        start = self.at
+        while self.at < len(self.tokens) and self.tokens[self.at].text != sign:
+            self.at += 1
+        self.at += 1
+        return self.tokens[start : self.at - 1]
+
+    def read(self) -> Module:
+        m = self.module
+        while self.at < len(self.tokens):
+            local = self.key() == "local"
+            word = self.key(1) if self.key() in ("local", "task") else self.key()
+            self.at += self.key() in ("local", "task")
+            if word == "module":
+                m.name = self.key(1)
+                self.at += 2
+                if self.key() == "(":
+                    self.until(")")
+            elif word in _KINDS:
+                m.data += [d for d, _ in self.declaration(local, m.values)]
+            elif word in _ROUTINES:
+                m.routines.append(self.routine(local))
+            elif word in ("record", "alias"):
+                self.type(word)
+            else:
+                self.at += 1
+        return m
+
+    def type(self, word: str) -> None:
+        name = self.at + (1 if word == "record" else 2)
+        if name < len(self.tokens):
+            self.module.types[self.tokens[name].key] = self.tokens[name]
+        if word == "alias":
+            self.until(";")
+            return
+        while self.at < len(self.tokens) and self.key() != "endrecord":
+            self.at += 1
+        self.at += 1
+
+    def declaration(self, local: bool, values: list[tuple[Data, list[Token]]]) -> list[tuple[Data, Token]]:
+        first = self.tokens[self.at]
+        row = self.until(";")
+        if len(row) < 3 or row[1].kind != "word" or row[2].kind != "word":
+            return []
+        array = len(row) > 3 and row[3].text == "{"
+        data = Data(row[2], row[1].key, row[0].key, local, array)
+        begins = next((i for i, t in enumerate(row) if t.text == ":="), len(row))
+        values.append((data, row[begins + 1 :]))
+        return [(data, first)]
+
+    def routine(self, local: bool) -> Routine:
+        kind = self.key()
+        type_ = self.key(1) if kind == "func" else ""
+        self.at += 2 if kind == "func" else 1
+        name = self.tokens[self.at] if self.at < len(self.tokens) else self.tokens[-1]
+        self.at += 1
+        routine = Routine(name, kind, type_, local)
+        if self.key() == "(":
+            self.at += 1
+            self.parameters(routine)
+        end, begun = _ROUTINES[kind], False
+        while self.at < len(self.tokens) and self.key() not in (end, "endmodule"):
+            if self.key() in _ROUTINES and self.key(1) not in ("", ":=", "(") and self.key(-1) == ";":
+                break
+            if self.key() in _KINDS and self.key(2) and self.tokens[self.at + 1].kind == "word":
+                if begun:
+                    routine.late.append(self.tokens[self.at])
+                routine.data += [d for d, _ in self.declaration(False, self.module.values)]
+                continue
+            begun = True
+            routine.body.append(self.tokens[self.at])
+            self.at += 1
+        self.at += 1
+        return routine
+
+    def parameters(self, routine: Routine) -> None:
+        depth = 1
+        part: list[Token] = []
+        parts: list[tuple[list[Token], str]] = []
+        while self.at < len(self.tokens) and depth:
+            token = self.tokens[self.at]
+            self.at += 1
+            depth += (token.text == "(") - (token.text == ")")
+            if depth and token.text in (",", "|"):
+                parts.append((part, token.text))
+                part = []
+            elif depth and token.text == "\\" and part:
+                parts.append((part, ","))
+                part = [token]
+            elif depth:
+                part.append(token)
+        parts.append((part, ""))
+        before = ""
+        for one, sign in parts:
+            optional = bool(one and one[0].text == "\\") or before == "|"
+            words = [t for t in one if t.kind == "word" and t.key not in ("inout", "var", "pers", "switch")]
+            if words:
+                type_ = words[0].key if len(words) > 1 else "switch"
+                routine.parameters.append(
+                    Data(words[-1], type_, "parameter", array=any(t.text == "{" for t in one))
+                )
+                if optional or type_ == "switch":
+                    routine.options.add(words[-1].key)
+                else:
+                    routine.least += 1
+                    routine.most += 1
+            before = sign
+
+
+def _texts(found: Found, module: Module, longest: int) -> None:
+    for token in module.tokens:
+        if token.kind == "odd":
+            found.tell(
+                "K105", f"the character {token.text!r} stands outside of a comment or a text", token.span
+            )
+        elif token.kind == "word" and any(ord(letter) > 255 for letter in token.text):
+            found.tell(
+                "K105",
+                f"the name {token.text} holds a letter that RAPID does not have",
+                token.span,
+                "use A to Z, 0 to 9 and _",
+            )
+        elif token.kind == "text" and (len(token.text) < 2 or not token.text.endswith('"')):
+            found.tell("K105", "the text does not end within its line", token.span, 'close it with "')
+        elif token.kind == "text" and len(token.text.replace('""', '"')) - 2 > _TEXT_LENGTH:
+            found.tell("K103", f"a text holds at most {_TEXT_LENGTH} characters", token.span, "split it")
+    declared = [d.name for d in module.data] + [r.name for r in module.routines] + list(module.types.values())
+    declared += [d.name for r in module.routines for d in (*r.data, *r.parameters)]
+    for name in declared:
+        if len(name.text) > longest:
+            found.tell(
+                "K103",
+                f"the name {name.text} has {len(name.text)} characters",
+                name.span,
+                f"{longest} at most",
+            )
+        if name.key in RESERVED and name.kind == "word":
+            found.tell("K104", f"{name.text} is a word of RAPID and no name", name.span, "call it otherwise")
+
+
+def _duplicates(found: Found, own: Module, others: list[Module]) -> None:
+    everything = [*(d.name for d in own.data), *(r.name for r in own.routines), *own.types.values()]
+    _twice(found, everything, "in this module")
+    for routine in own.routines:
+        _twice(found, [d.name for d in (*routine.parameters, *routine.data)], f"in {routine.name.text}")
+    elsewhere: dict[str, str] = {}
+    for module in others:
+        if module.name and module.name != own.name:  # a copy of the module beside it is not loaded with it
+            for name in _shared_names(module):
+                elsewhere.setdefault(name.key, module.name)
+    for name in _shared_names(own):
+        if name.key in elsewhere and name.key != "main":
+            found.tell(
+                "K102",
+                f"{name.text} is declared in the module {elsewhere[name.key]}, too",
+                name.span,
+                "make one of them LOCAL, or take it out",
+            )
+
+
+def _shared_names(module: Module) -> list[Token]:
+    """The names that other modules see."""
+    return [
+        *(data.name for data in module.data if not data.local),
+        *(routine.name for routine in module.routines if not routine.local),
+    ]
+
+
+def _twice(found: Found, names: list[Token], where: str) -> None:
+    seen: dict[str, Token] = {}
+    for name in names:
+        if name.key in seen:
+            says = f"{name.text} is declared in line {seen[name.key].line} already"
+            found.tell("K102", f"{says}, {where}", name.span, "call one of them otherwise")
+        seen.setdefault(name.key, name)
+
+
+@dataclass(slots=True)
+class _Shared:
+    """What every module of the cell sees, and what the checked one has for itself."""
+
+    data: dict[str, Data]
+    routines: dict[str, Routine]
+    types: set[str]
+
+    @classmethod
+    def of(cls, modules: list[Module]) -> _Shared:
+        data: dict[str, Data] = {}
+        routines: dict[str, Routine] = {}
+        for own, module in enumerate(modules):
+            for one in module.data:
+                if not own or not one.local:
+                    data.setdefault(one.name.key, one)
+            for routine in module.routines:
+                if not own or not routine.local:
+                    routines.setdefault(routine.name.key, routine)
+        types = {key for module in modules for key in module.types}
+        return cls(data, routines, types | TYPES)
+
+
+_LITERALS: Final = {"text": "string", "number": "num"}
+_SIMPLE: Final = frozenset(
+    ("num", "bool", "string", "robtarget", "jointtarget", "pos", "orient", "pose", "tooldata")
+)
+_NUMBERS: Final = frozenset(("num", "dnum", "byte", "intnum", "errnum"))
+
+
+def _value(found: Found, shared: _Shared, data: Data, value: list[Token]) -> None:
+    """A declaration's type and the value that it begins with."""
+    if data.type not in shared.types:
+        found.unknown.append((data.type, data.name.span, "the type"))
+        return
+    if data.kind == "const" and not value:
+        found.tell(
+            "K107", f"the constant {data.name.text} has no value", data.name.span, "write := and its value"
+        )
+    if not data.array and data.type in _SIMPLE and value:
+        _match(
+            found, data.type, _type_of(value, shared, {}), value[0].span, f"{data.name.text} is {data.type}"
+        )
+
+
+def _type_of(tokens: list[Token], shared: _Shared, local: Mapping[str, Data]) -> str:
+    """The type of an expression that is a literal or one name, else ""."""
+    if len(tokens) == 1:
+        token = tokens[0]
+        if token.kind in _LITERALS:
+            return _LITERALS[token.kind]
+        if token.key in ("true", "false"):
+            return "bool"
+        one = local.get(token.key) or shared.data.get(token.key)
+        return "" if one is None or one.array else one.type
+    if tokens and tokens[0].text == "[":
+        return "aggregate"
+    if (
+        len(tokens) > 2
+        and tokens[0].kind == "word"
+        and tokens[1].text == "("
+        and _closes(tokens, 1) == len(tokens) - 1
+    ):
+        routine = shared.routines.get(tokens[0].key)
+        return "" if routine is None else routine.type
+    return ""
+
+
+def _closes(tokens: list[Token], start: int) -> int:
+    depth = 0
+    for i in range(start, len(tokens)):
+        depth += (tokens[i].text in "([{") - (tokens[i].text in ")]}")
+        if not depth:
+            return i
+    return -1
+
+
+def _match(found: Found, wanted: str, given: str, span: Span, what: str) -> None:
+    """Types that the kernel converts are alike: numbers, and signals with their values."""
+    if not given or given == wanted or (wanted in _NUMBERS and given in _NUMBERS):
+        return
+    if given == "aggregate":
+        if wanted in ("num", "bool", "string"):
+            found.tell("K108", f"{what}, and this is a list of values", span)
+        return
+    if wanted in _SIMPLE and given in (*_SIMPLE, "dnum"):
+        found.tell("K108", f"{what}, and this is {given}", span)
+
+
+def _routine(found: Found, shared: _Shared, routine: Routine) -> None:
+    for token in routine.late:
+        help = "data of a routine are declared before its first statement"
+        found.tell("K106", "a declaration behind a statement", token.span, help)
+    local = {d.name.key: d for d in (*routine.parameters, *routine.data)}
+    for d in (*routine.parameters, *routine.data):
+        if d.type not in shared.types and d.type != "switch":
+            found.unknown.append((d.type, d.name.span, "the type"))
+    statements = list(_statements(routine.body))
+    loops = {s[1].key for s in statements if s[0].key == "for" and len(s) > 1}
+    for statement in statements:
+        _statement(found, shared, _Scope(local, loops, routine), statement)
+
+
+@dataclass(slots=True)
+class _Scope:
+    local: Mapping[str, Data]
+    loops: set[str]
+    routine: Routine
+
+
+_ENDS: Final = frozenset(
+    ("then", "else", "do", "endif", "endfor", "endwhile", "endtest", "default", *_SECTIONS)
+)
+_BEGINS: Final = frozenset(("if", "elseif", "while", "for", "test", "case", *_ENDS))
+
+
+def _statements(body: list[Token]) -> Iterator[list[Token]]:
+    """Pieces that end with a semicolon, a colon, or a word that closes a head; the sign stays out but a label's."""
+    piece: list[Token] = []
+    depth = 0
+    for token in body:
+        depth += (token.text in "([{") - (token.text in ")]}")
+        if token.text == ";":
+            depth = 0
+            if piece:
+                yield piece
+            piece = []
+        elif token.text == ":" and depth <= 0:
+            if len(piece) == 1 and piece[0].key not in ("default",):
+                piece.append(token)
+            if piece:
+                yield piece
+            piece = []
+        elif token.key in _ENDS and token.kind == "word":
+            if piece:
+                yield piece
+            piece = []
+        else:
+            piece.append(token)
+    if piece:
+        yield piece
+
+
+def _statement(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> None:
+    head = s[0].key
+    if len(s) == 2 and s[1].text == ":":
+        return
+    if head == "goto":
+        return  # the reader knows the labels
+    if head == "return":
+        _return(found, shared, scope, s)
+    assigned = next((i for i, t in enumerate(s) if t.text == ":=" and _depth(s, i) == 0), 0)
+    if assigned and head not in _BEGINS:
+        _assignment(found, shared, scope, s[:assigned], s[assigned + 1 :])
+    elif head in ("if", "elseif", "while") and _is_one_word(s):
+        given = _type_of(s[1:2], shared, scope.local)
+        if given in ("num", "string", "dnum") or given.startswith("signal"):
+            found.tell(
+                "K108", f"{s[1].text} is {given}, and no condition", s[1].span, "compare it with a value"
+            )
+    elif (
+        s[0].kind == "word"
+        and head not in _BLOCKS
+        and (len(s) == 1 or s[1].text not in (":=", ".", "{", "("))
+    ):
+        _call(found, shared, scope, s[0], s[1:])
+    _names(found, shared, scope, s)
+
+
+def _is_one_word(s: list[Token]) -> bool:
+    """Whether the condition of a head is one word; behind it an IF on one line has its statement."""
+    return len(s) == 2 or (len(s) > 2 and s[2].kind == "word" and s[2].key not in _OPERATORS)
+
+
+def _depth(s: list[Token], at: int) -> int:
+    return sum((t.text in "([{") - (t.text in ")]}") for t in s[:at])
+
+
+def _return(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> None:
+    if scope.routine.kind == "func" and len(s) == 1:
+        found.tell(
+            "K108", f"{scope.routine.name.text} returns {scope.routine.type}, and here nothing", s[0].span
+        )
+    elif scope.routine.kind != "func" and len(s) > 1:
+        found.tell("K108", "only a FUNC returns a value", s[1].span)
+    elif scope.routine.kind == "func":
+        _match(
+            found,
+            scope.routine.type,
+            _type_of(s[1:], shared, scope.local),
+            s[1].span,
+            f"{scope.routine.name.text} returns {scope.routine.type}",
+        )
+
+
+def _assignment(found: Found, shared: _Shared, scope: _Scope, left: list[Token], right: list[Token]) -> None:
+    target = left[0]
+    one = scope.local.get(target.key) or shared.data.get(target.key)
+    if one is not None and one.kind == "const":
+        found.tell(
+            "K111", f"{target.text} is a constant (line {one.name.line})", target.span, "declare it with VAR"
+        )
+    if target.key in scope.loops and one is None:
+        found.tell("K111", f"{target.text} counts a loop and cannot be set", target.span)
+    if one is None and target.key in shared.routines and len(left) == 1:
+        found.tell("K111", f"{target.text} is a routine", target.span)
+    if one is not None and len(left) == 1 and not one.array and right:
+        if one.type.startswith("signal"):
+            found.tell("K111", f"{target.text} is a signal: := does not set it", target.span, "write SetDO")
+        else:
+            given = _type_of(right, shared, scope.local)
+            _match(found, one.type, given, right[0].span, f"{target.text} is {one.type}")
+
+
+def _call(found: Found, shared: _Shared, scope: _Scope, name: Token, rest: list[Token]) -> None:
+    routine = shared.routines.get(name.key)
+    if routine is None and name.key in INSTRUCTIONS:
+        _count(found, name, rest, _ARGUMENTS.get(name.key))
+        return
+    if routine is None:
+        if name.key in scope.local or name.key in shared.data:
+            found.tell(
+                "K112", f"{name.text} is no routine", name.span, "write := behind it, or correct the name"
+            )
+        else:
+            found.unknown.append((name.text, name.span, "the routine"))
+        return
+    found.known.add(name.key)
+    if routine.kind == "func":
+        found.tell("K112", f"{name.text} is a function: its value must go somewhere", name.span)
+    elif routine.kind == "trap":
+        found.tell("K112", f"{name.text} is a trap: only an interrupt calls it", name.span)
+    _given(found, name, rest, routine)
+
+
+def _given(found: Found, name: Token, rest: list[Token], routine: Routine) -> None:
+    _count(found, name, rest, (routine.least, routine.most))
+    for i, token in enumerate(rest[:-1]):
+        option = rest[i + 1]
+        if token.text == "\\" and _depth(rest, i) == 0 and option.key not in routine.options:
+            found.tell("K112", f"{name.text} has no optional argument {option.text}", option.span)
+
+
+def _count(found: Found, name: Token, rest: list[Token], wanted: tuple[int, int] | None) -> None:
+    if wanted is None:
+        return
+    count = _positional(rest)
+    if not wanted[0] <= count <= wanted[1]:
+        says = f"{name.text} takes {wanted[1]} argument{'s' if wanted[1] != 1 else ''}, and {count} are given"
+        found.tell("K112", says, name.span)
+
+
+def _positional(tokens: list[Token]) -> int:
+    """How many arguments stand here besides the optional ones."""
+    count, depth, filled, optional = 0, 0, False, False
+    for token in tokens:
+        if depth == 0 and token.text == ",":
+            count += filled
+            filled = optional = False
+            continue
+        if depth == 0 and token.text == "\\":
+            count += filled
+            filled, optional = False, True
+            continue
+        depth += (token.text in "([{") - (token.text in ")]}")
+        if not optional:
+            filled = True
+    return count + filled
+
+
+def _names(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> None:
+    """The names that a statement uses: told where nothing declares them, unless the configuration may."""
+    head = s[0].key
+    for i, token in enumerate(s):
+        if token.kind != "word" or token.key in RESERVED or token.key in _BLOCKS or token.key in _OPERATORS:
+            continue
+        before, after = (s[i - 1].text if i else ""), (s[i + 1].text if i + 1 < len(s) else "")
+        if before in (".", "\\", "%") or (i == 0 and after not in (":=", ".", "{")):
+            continue
+        if after == "(":
+            _function(found, shared, token, s, i)
+            continue
+        if token.key in scope.local or token.key in scope.loops or _is_known(token.key):
+            continue
+        if token.key in shared.data or token.key in shared.routines:
+            found.known.add(token.key)
+            continue
+        if (
+            head in _CONFIGURED
+            or (i and _called(s, i) in _CONFIGURED)
+            or (head == "for" and i == 1)
+            or head == "connect"
+        ):
+            continue
+        # Beside a comparison a name may be a signal of the configuration, and so may an argument of a routine.
+        certain = (i == 0 and after in (":=", ".", "{")) or after in (".", "{")
+        certain = certain or (head in ("movej", "movel", "movec", "moveabsj") and before != "\\")
+        if certain:
+            what = "the variable" if i == 0 else "the name"
+            found.unknown.append((token.text, token.span, what))
+
+
+def _function(found: Found, shared: _Shared, token: Token, s: list[Token], at: int) -> None:
+    end = _closes(s, at + 1)
+    inner = s[at + 2 : end] if end > 0 else []
+    routine = shared.routines.get(token.key)
+    if routine is not None:
+        found.known.add(token.key)
+        if routine.kind == "func" and end > 0:
+            _given(found, token, inner, routine)
+        elif routine.kind != "func" and at:
+            found.tell("K112", f"{token.text} is a procedure and has no value", token.span)
+    elif token.key in FUNCTIONS:
+        if end > 0:
+            _count(found, token, inner, _ARGUMENTS.get(token.key))
+    elif token.key not in INSTRUCTIONS:
+        found.unknown.append((token.text, token.span, "the function"))
+
+
+def _called(s: list[Token], at: int) -> str:
+    """The function whose arguments hold the token."""
+    depth = 0
+    for i in range(at - 1, 0, -1):
+        depth += (s[i].text == ")") - (s[i].text == "(")
+        if depth < 0:
+            return s[i - 1].key
+    return ""
+
+
+def _is_known(key: str) -> bool:
+    return key in _PREDEFINED or key in INSTRUCTIONS or key in FUNCTIONS or key.startswith(_PREFIXES)
+
+
+LOAD: Final = Loading(("irc5-6.13", "irc5-5.15", "omnicore-7"), check, (".pgf",))

@@ -1,0 +1,155 @@
+"""`olp lint --load`: what a controller refuses, told at its line, and nothing of what it takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from olp.__main__ import main
+from olp.checks.lint.run import lint_load
+from olp.reports.batch import Job
+
+RAPID = """MODULE Cell
+    CONST num most:=4;
+    VAR num count:=0;
+    VAR bool busy:=FALSE;
+    VAR string label:="";
+    PERS robtarget pHome:=[[812.4,-33.1,707.5],[0.5,0.5,0.5,0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+    PERS robtarget pPick:=[[512.4,-33.1,707.5],[0.5,0.5,0.5,0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+    PROC main()
+        VAR num height:=12.5;
+        count:=height+Sum(3,most);
+        FOR i FROM 1 TO most DO
+            Pick i\\Slow;
+            IF busy AND diPart=1 GOTO again;
+        ENDFOR
+    again:
+        MoveL Offs(pHome,0,0,height),v200,z10,tool0\\WObj:=wobj0;
+        SetDO doGrip,1;
+    ENDPROC
+    PROC Pick(num which\\switch Slow|switch Fast)
+        MoveJ pPick,v200,fine,tool0;
+        label:=NumToStr(which,0);
+        TPWrite "part "\\Num:=count;
+    ENDPROC
+    FUNC num Sum(num one,num other)
+        RETURN one+other;
+    ENDFUNC
+ENDMODULE
+"""
+KRL = """DEF CELL()
+DECL INT COUNT
+DECL BOOL BUSY
+REAL HEIGHT
+BAS(#INITMOV,0)
+COUNT = 3
+HEIGHT = 12.5
+AGAIN:
+PTP XHOME
+LIN {X 812.4,Y -33.1,Z 707.5+HEIGHT,A 12,B 3,C 178}
+PICK(COUNT, BUSY)
+IF SUM(COUNT) > 2 THEN
+GOTO AGAIN
+ENDIF
+END
+DEF PICK(WHICH:IN, DONE:OUT)
+INT WHICH
+BOOL DONE
+DONE = TRUE
+END
+DEFFCT INT SUM(N:IN)
+INT N
+RETURN N + 1
+ENDFCT
+"""
+
+
+def told(folder: Path, name: str, text: str, controller: str = "") -> list[tuple[str, int]]:
+    """(code, line) of what is told of one program."""
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return [(f.code, f.line) for f in lint_load(str(path), Job(), controller).findings]
+
+
+def test_a_sound_program_is_told_nothing_of(tmp_path: Path) -> None:
+    assert told(tmp_path, "Cell.mod", RAPID) == []
+    assert told(tmp_path, "cell.src", KRL) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("Pick i\\Slow;", "Pikc i\\Slow;", "K101"),
+        ("count:=height", "counnt:=height", "K101"),
+        ("MoveJ pPick", "MoveJ pPicck", "K101"),
+        ("PERS robtarget pPick", "PERS robtarget pHome", "K102"),
+        ("VAR num height", "VAR num heightOfTheTableAboveTheFloorInMm:=1;\n        VAR num height", "K103"),
+        ("VAR bool busy", "VAR bool while", "K104"),
+        ("        SetDO doGrip,1;", "        VAR num late:=1;", "K106"),
+        ("CONST num most:=4;", "CONST num most;", "K107"),
+        ("count:=height+Sum(3,most);", 'count:="three";', "K108"),
+        ("RETURN one+other;", "RETURN;", "K108"),
+        ("IF busy AND diPart=1 GOTO", "IF count GOTO", "K108"),
+        ("label:=NumToStr(which,0);", "most:=5;", "K111"),
+        ("Pick i\\Slow;", "Pick;", "K112"),
+        ("Pick i\\Slow;", "Pick i\\Quick;", "K112"),
+        ("Sum(3,most)", "Sum(3)", "K112"),
+        ("NumToStr(which,0)", "NumToStr(which)", "K112"),
+    ],
+)
+def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code: str) -> None:
+    assert old in RAPID
+    text = RAPID.replace(old, new, 1)
+    codes = {one for one, _ in told(tmp_path, "Cell.mod", text)}
+    assert code in codes or (code == "K104" and codes)  # the reader may have refused the line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("COUNT = 3", "COUNTT = 3", "K101"),
+        ("PICK(COUNT, BUSY)", "PIKC(COUNT, BUSY)", "K101"),
+        ("REAL HEIGHT", "REAL COUNT", "K102"),
+        ("REAL HEIGHT", "REAL HEIGHT, HEIGHT_OF_THE_TABLE_ABOVE", "K103"),
+        ("REAL HEIGHT", "REAL HEIGHT, REPEAT", "K104"),
+        ("COUNT = 3", "CÖUNT = 3", "K105"),
+        ("COUNT = 3", "DECL INT LATE", "K106"),
+        ("DONE = TRUE", "DONE = 7", "K108"),
+        ("PICK(COUNT, BUSY)", "PICK(COUNT, BUSY, 1)", "K112"),
+        ("IF SUM(COUNT) > 2", "IF 2 < PICK(COUNT)", "K112"),
+        ("DEF CELL()", "DEF CELLS()", "K113"),
+    ],
+)
+def test_each_mistake_in_krl_is_told(tmp_path: Path, old: str, new: str, code: str) -> None:
+    assert old in KRL
+    codes = {one for one, _ in told(tmp_path, "cell.src", KRL.replace(old, new, 1))}
+    assert code in codes or (code == "K105" and codes)
+
+
+def test_an_unknown_name_is_no_mistake_where_another_file_may_declare_it(tmp_path: Path) -> None:
+    text = "DEF CELL()\nPTP XTABLE\nGRIP_OPEN()\nEND\n"
+    assert told(tmp_path, "cell.src", text) == []
+    system, program = tmp_path / "R1/System", tmp_path / "R1/Program"
+    system.mkdir(parents=True)
+    program.mkdir()
+    (system / "$config.dat").write_text("DEFDAT $CONFIG\nDECL E6POS XTABLE={X 1}\nENDDAT\n")
+    assert told(program, "cell.src", text) == [("K101", 3)]
+
+
+def test_names_are_shorter_on_older_controllers(tmp_path: Path) -> None:
+    text = RAPID.replace("height", "heightOfTheTable1")
+    assert told(tmp_path, "Cell.mod", text) == []
+    assert {code for code, _ in told(tmp_path, "Cell.mod", text, "irc5-5.15")} == {"K103"}
+
+
+def test_the_command_ends_with_1_and_names_the_controllers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "Cell.mod"
+    path.write_text(RAPID.replace("Pick i", "Pikc i"))
+    assert main(["lint", "--load", str(path)]) == 1
+    assert "did you mean Pick?" in capsys.readouterr().out
+    assert main(["lint", "--load", "--controller", "krc4-8.5", str(path)]) == 2
+    assert "irc5-6.13" in capsys.readouterr().err
+    assert main(["lint", "--controller", "irc5-6.13", str(path)]) == 2
