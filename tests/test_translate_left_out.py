@@ -1,7 +1,8 @@
 """What the target cannot say becomes a comment by the user's choice: values, data, routines, and whoever needs them."""
 
 import pytest
-from tp_listings import listing
+from tp_listings import HEAD, listing
+from tp_listings import read as read_tp
 from translate_programs import VENDORS
 
 import olp
@@ -103,3 +104,29 @@ def test_a_call_goes_with_the_routine_that_cannot_take_what_it_is_handed(tmp_pat
     )
     losses, _, _ = converted(text, "m.mod", "krl", tmp_path)
     assert {loss.line for loss in losses if loss.leaves_out} == {6, 11, 12}
+
+
+GROUPS = """P[{0}]{{
+   GP1:
+\tUF : 1, UT : 2,\t\tCONFIG : 'N U T, 0, 0, 0',
+\tX = {1}  mm,\tY =    12.500  mm,\tZ =   -50.384  mm,
+\tW =   178.500 deg,\tP =     3.250 deg,\tR =   -21.500 deg
+   GP2:
+\tUF : 1, UT : 2,
+\tJ1 = {2} deg,\tJ2 = 0.000 deg
+}};
+"""
+
+
+@pytest.mark.parametrize(("angle", "fate"), [(0.0, "approximated"), (30.0, "commented")])
+def test_a_move_together_with_a_table_is_a_plain_one_while_every_table_stands(angle, fate):
+    positions = "".join(GROUPS.format(n, 800.0 + 50.0 * n, angle) for n in (1, 2))
+    text = listing(
+        "L P[1] 200mm/sec FINE",
+        "L P[2] 200mm/sec CNT100 COORD PTH",
+        positions=positions,
+        head=HEAD.replace("1,*,*,*,*", "1,1,*,*,*"),
+    )
+    made = convert(read_tp(text), "rapid", Context(load_robot("fanuc/m-20ia"), on_loss="comment"))
+    fates = {loss.fate.value for loss in made.translated.losses if "COORD" in loss.says}
+    assert fates == {fate}

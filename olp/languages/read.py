@@ -6,6 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import OlpError, error
+from olp.core.file_kinds import binary_kind, text_kind
 from olp.core.source import Source, load
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ def read(path: str | os.PathLike[str], *, vendor: str | None = None, encoding: s
     `vendor`: its language; recognised by suffix and text when None. `encoding`: a Python codec name; guessed when
     None. Mistakes in the text do not raise: they are in `Program.diagnostics`, and the rest is usable.
     Raises OlpError when the file cannot be read (P004), its encoding is unknown (P005) or nobody knows its
-    language (P002, P003).
+    language (P002, P003), and for a file of another kind (P044).
     """
     try:
         source = load(path, encoding)
@@ -29,7 +30,26 @@ def read(path: str | os.PathLike[str], *, vendor: str | None = None, encoding: s
         ) from None
     except LookupError:
         raise _unknown_encoding(encoding) from None
+    _refuse_other_kinds(source, vendor)
     return read_source(source, vendor=vendor)
+
+
+def _refuse_other_kinds(source: Source, vendor: str | None) -> None:
+    """Raises OlpError (P044) for a file that is no program but something that is known."""
+    from olp.languages.vendor import find_vendor, recognise
+
+    found = find_vendor(vendor) if vendor else recognise(source)
+    kind = binary_kind(source.raw) or ("" if found and found.sniff(source) else text_kind(source.raw))
+    if kind:
+        known = f"a program of {found.title}" if found else "a robot program"
+        raise OlpError(
+            error(
+                "P044",
+                f"this is {kind}",
+                file=source.path,
+                help=f"give {known} as text, as the controller saves it",
+            )
+        )
 
 
 def check_encoding(encoding: str) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import replace
 from typing import Any
 
 from olp.ir import terminology
-from olp.ir.expressions import Expression, Function, Named, SystemValue, Text
+from olp.ir.expressions import Expression, Function, Named, Store, SystemValue, Text
 from olp.ir.program import (
     Assign,
     Call,
@@ -49,7 +50,23 @@ _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"
 # Options that change nothing where they are left out: offsets of external axes, and names of the data set.
 _HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
 # Options that change how a move is made, neither where it ends nor what happens on the way.
-_MANNER = frozenset({"wjnt", "mrot", "pth", "process", "mode", "v", "$ori_type", "$circ_type"})
+_MANNER = frozenset(
+    {
+        "wjnt",
+        "mrot",
+        "pth",
+        "process",
+        "mode",
+        "v",
+        "$ori_type",
+        "$circ_type",
+        "$load",
+        "$jerk",
+        "$gear_jerk[1]",
+    }
+    | {"$collmon_tol_pro[1]", "$acc", "$acc_axis[1]"}
+)
+_TOGETHER = "coord"  # keeps step with a table: a plain move as long as every table stands
 _HANDLER = "a handler: what the program does where something fails"
 _CLOCK = "a clock, which each controller starts, stops and counts in its own way"
 _MODAL = frozenset({SetSpeed, SetBlend})
@@ -77,6 +94,7 @@ def foreign_words(program: Program, work: Work) -> Program:
     comments = work.context.on_loss == "comment"
     started = {s.task for s in program.statements() if isinstance(s, StartTask)}
     shifts = any(isinstance(s, ShiftOn) for s in program.statements())
+    manner = _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -98,7 +116,7 @@ def foreign_words(program: Program, work: Work) -> Program:
                 work.lose(s, Fate.APPROXIMATED, "wait", says, poll, "s")
                 rows.append(s)
             elif isinstance(s, Move) and s.other:
-                rows.append(_without_options(s, work))
+                rows.append(_without_options(s, work, manner))
             elif isinstance(s, _READING) and any(map(_is_clock, expressions_of(s))):
                 work.lose(s, Fate.REFUSED, "statement", _CLOCK)
                 rows.append(s)
@@ -186,7 +204,21 @@ def _legal(text: str, work: Work) -> str:
     return text
 
 
-def _without_options(s: Move, work: Work) -> Move:
+def _tables_stand(program: Program, work: Work) -> bool:
+    """Whether no position says anything of an axis beside the arm but zero."""
+    if any(v == v and v not in (0.0, 9e9) for e in work.literals(program) for v in e.external):
+        return False
+    for table in (routine.points for routine in program.routines):
+        for (store, taught), block in table.blocks.items():
+            points = (
+                [table.find(store, taught, row) for row in block.rows] if store is not Store.ROBOT else []
+            )
+            if any(value for point in points if point is not None for value in point.values):
+                return False
+    return True
+
+
+def _without_options(s: Move, work: Work, manner: Set[str]) -> Move:
     """Options of a move that olp keeps without understanding stand in its comment."""
     said = [name for name, _ in s.other if name.rpartition("\\")[2].casefold() not in _HARMLESS]
     if not said:
@@ -199,7 +231,7 @@ def _without_options(s: Move, work: Work) -> Move:
     words = [name.rpartition("\\")[2] for name in said if name]
     which = f"the options {', '.join(words)} mean" if len(words) > 1 else f"the option {words[0]} means"
     says = f"{which} nothing in {language_of(work.target)}"
-    if not all(word.casefold() in _MANNER for word in words):
+    if not all(word.casefold() in manner for word in words):
         work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move alone is another one")
         return replace(s, other=())
     work.lose(s, Fate.APPROXIMATED, "option", says)

@@ -224,7 +224,9 @@ class _Speeds:
         for row in found:
             time = self._time(speed.unit, 1.0, row)
             value = None if time is None else self._value(s, unit, time, row)
-            if value is not None and unit is not SpeedUnit.TIME and speed.unit is not SpeedUnit.TIME:
+            if (
+                value and unit is not SpeedUnit.TIME and speed.unit is not SpeedUnit.TIME
+            ):  # 0: it goes nowhere
                 factors.append(value)
         factor = factors[0] if factors else self._factor(speed.unit, unit)
         if factor is None or SpeedUnit.TIME in (unit, speed.unit):
