@@ -104,7 +104,9 @@ def _promising(
         return []
     columns = shelf.columns[:, free]
     pulled, squared = columns * (weight * residual)[:, None], columns**2 * weight[:, None]
-    gain = _gain(pulled.T @ masks, squared.T @ masks)
+    either = np.array([shelf.parts[k].reversible for k in free])[:, None]
+    pull = pulled.T @ masks
+    gain = _gain(np.where(either, pull, np.maximum(pull, 0.0)), squared.T @ masks)
     gain[:, ~fair] = 0.0
     tried, seconds = dict[_Key, _Tried](), 0
     for at in np.argsort(-gain, axis=None)[: _FIRST * count].tolist():
@@ -115,7 +117,8 @@ def _promising(
             continue
         seconds += 1
         both = masks & masks[:, [column]]
-        more = _gain(pulled[:, row] @ both, squared[:, row] @ both)
+        pull = pulled[:, row] @ both
+        more = _gain(pull if either[row, 0] else np.maximum(pull, 0.0), squared[:, row] @ both)
         more[(both.sum(axis=0) < _FEWEST) | ~fair] = 0.0
         for second in np.argsort(-more)[:4].tolist():
             if statements[second].column != statement.column and more[second] > _MORE * gain[row, column]:

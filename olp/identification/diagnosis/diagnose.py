@@ -20,7 +20,7 @@ from olp.identification.diagnosis.model import Model
 from olp.identification.diagnosis.naming import Named, name, without
 from olp.identification.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
 from olp.identification.diagnosis.scatter import digits_of
-from olp.identification.diagnosis.search import move_terms, price
+from olp.identification.diagnosis.search import move_terms, nearest_single, price
 from olp.identification.diagnosis.verdict import floor_of, joined, verdict_of
 from olp.identification.diagnosis.ways import settled
 from olp.timing.physics._case import Case
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+_NEAREST = 3  # terms that an experiment tells apart where none holds
 _SCALES = {"speed-scale": "scale", "clock": "rate"}  # terms that make all times longer, and their number
 _ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
 _LEAST = 1e-5  # [s] no clock is finer than that
@@ -120,7 +121,7 @@ def _answer(
         mismatch=mismatch_of(case, sigma, model, named.waiting),
         findings=findings,
         indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),
-        next_experiment=_experiment(told, case, sigma, recording),
+        next_experiment=_experiment(told, named, case, sigma, recording),
         remainder=Remainder(rms(case.measured - predicted), named.remains.correlates),
         before=errors_of(case.residual, case.measured),
         heldout_before=errors_of(raw, named.clean.measured),
@@ -185,13 +186,18 @@ def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Findin
     return (*logged, *(f for f in found if f.term not in names))
 
 
-def _experiment(told: Told, case: Case, sigma: float, recording: Recording) -> NextExperiment:
-    """The moves that would tell the first group apart."""
-    if not told.rivals:
-        return NextExperiment()
+def _experiment(told: Told, named: Named, case: Case, sigma: float, recording: Recording) -> NextExperiment:
+    """The moves that would tell the first group apart; where a difference has no name, those that would tell apart what
+    comes nearest to it."""
     from olp.identification.diagnosis.next_experiment import design_experiment
 
-    return design_experiment(case, told.rivals[0], sigma, recording)
+    if told.rivals:
+        return design_experiment(case, told.rivals[0], sigma, recording)
+    if told.findings or verdict_of(named) in ("no-mismatch", "not-judged", "explained"):
+        return NextExperiment()
+    nearest = nearest_single(named.shelf, named.clean, named.noise, _NEAREST)
+    found = design_experiment(case, nearest, sigma, recording)
+    return replace(found, why=f"nothing holds; of what comes nearest, {found.why}") if found.why else found
 
 
 def _untold(case: Case) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 
 FALSE_DISCOVERIES = 0.05  # of the names
 SMALL = 0.01  # of the mean square that all names explain: what a name adds beyond what the others do is more
+_CLEARLY = 1.25  # times the scatter that a set leaves: a smaller set that leaves more has lost something
 _DEVIATIONS = 1.3  # standard errors that a gain is at least
 _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
@@ -78,7 +79,9 @@ def worth(fewer: Fit, more: Fit) -> float:
 
 def matters(fewer: Fit, more: Fit, case: Case, small: float) -> bool:
     """Whether the larger set differs from the smaller by a share `small` of all that it explains (in the mean square),
-    or leaves scatter where the smaller leaves a pattern."""
+    or leaves clearly less, or scatter where the smaller leaves a pattern."""
+    if fewer.scale > _CLEARLY * more.scale:
+        return True
     predicted, others = more.model.seconds(case), fewer.model.seconds(case)
     if float(np.mean((predicted - others) ** 2)) >= small * float(np.mean((predicted - case.simulated) ** 2)):
         return True

@@ -129,6 +129,12 @@ class Part(NamedTuple):
         """Whether the term changes moves one by one, not the way in which all of them are made."""
         return self.term.name not in ("blending", "cycle-quantisation", "clock", "warm-up")
 
+    @property
+    def reversible(self) -> bool:
+        """Whether other values do the opposite: a limit only slows."""
+        first = self.form.parameters[0]
+        return first.low < first.null < first.high
+
     def act(self, motion: Motion, case: Case) -> Motion:
         """The motion with the part in it."""
         changed = self.term.act(motion, self.form, self.values, case)

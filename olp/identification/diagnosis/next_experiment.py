@@ -20,7 +20,7 @@ from olp.identification.diagnosis.model import Model
 from olp.identification.diagnosis.next_candidates import Candidates, candidates, joined
 from olp.identification.diagnosis.next_job import write_experiment_job
 from olp.identification.diagnosis.next_words import sentence
-from olp.identification.diagnosis.result import NextExperiment, NextMove
+from olp.identification.diagnosis.result import NextExperiment, NextMove, NextTimer
 from olp.timing.physics._case import Case, Floats
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ _HOPELESS = 2.0  # less than this with every move five times is nothing to propo
 _MOST_TIMES = 5
 _OFFSET = 5.0  # of the noise: what all new moves may be off by together
 _WEIGHED = 240  # candidates whose parameters' uncertainty is worked out
+_SHORT, _LONGEST = 1.0, 120.0  # [s] of timers
 _LEAST_NOISE = 1e-3  # [s] where nothing tells the noise
 _SAME_LINE = 1.1  # preference for a line that is run already: the moves then differ in one thing
 
@@ -55,13 +56,14 @@ def design_experiment(
     if len(models) < 2:
         return NextExperiment()
     names = {part.term.name for model in models for part in model.parts}
-    found = candidates(case, recording, names)
-    if found is None:
-        says = "the recording has no straight move with tool points, so no further moves can be proposed"
-        return NextExperiment(f"{sentence(models, None, None, None)}: {says}")
     scatter = (
         noise if np.isfinite(noise) and noise > 0 else max(case.resolution / np.sqrt(12.0), _LEAST_NOISE)
     )
+    timers = _timers(models, scatter)
+    found = candidates(case, recording, names)
+    if found is None:
+        says = "the recording has no straight move with tool points, so no further moves can be proposed"
+        return _without_moves(models, says, timers)
     apart = _differences([_predicted(model, case, found) for model in models])
     few = _worth_weighing(found, apart)
     parts = taken(found, few)
@@ -69,13 +71,33 @@ def design_experiment(
     chosen, reached = _chosen(found, few, apart[:, few], spread, scatter)
     if reached * _MOST_TIMES < _HOPELESS**2:
         says = "no straight move inside the recorded box separates them beyond the noise of the recording"
-        return NextExperiment(f"{sentence(models, None, None, None)}: {says}")
+        return _without_moves(models, says, timers)
     times = int(np.clip(np.ceil(_TOLD_APART**2 / reached), 1, _MOST_TIMES))
     runs = few[np.sort(np.array(chosen))]
     hardest = int(np.argmin(np.sum(apart[:, runs] ** 2, axis=1)))
     pair = list(combinations(range(len(models)), 2))[hardest]
     why = sentence([models[i] for i in pair], found, apart[hardest] / scatter, runs)
-    return NextExperiment(why, _moves(found, runs, times))
+    return NextExperiment(why, _moves(found, runs, times), timers)
+
+
+def _without_moves(models: Sequence[Model], says: str, timers: tuple[NextTimer, ...]) -> NextExperiment:
+    says = "run these timers; " + says if timers else says
+    return NextExperiment(f"{sentence(models, None, None, None)}: {says}", (), timers)
+
+
+def _timers(models: Sequence[Model], noise: float) -> tuple[NextTimer, ...]:
+    """Where only some of the models have a clock at another rate: only it changes what a timer takes. A short timer
+    beside the long one tells what all timers take more."""
+    rates = [[float(p.values[0]) for p in model.parts if p.term.name == "clock"] for model in models]
+    off = [abs(rate[0] - 1.0) for rate in rates if rate]
+    if not off or len(off) == len(models) or min(off) <= 0.0:
+        return ()
+    needed = _TOLD_APART * noise * np.sqrt(2.0 / _MOST_TIMES) / min(off)
+    long = float(np.clip(np.ceil(needed), _SHORT + 1.0, _LONGEST))
+    return (
+        NextTimer(_SHORT, _MOST_TIMES, "to compare with"),
+        NextTimer(long, _MOST_TIMES, "a clock makes it longer or shorter, nothing that moves does"),
+    )
 
 
 # --- predictions ------------------------------------------------------------------------------------------------------

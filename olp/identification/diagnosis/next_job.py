@@ -36,7 +36,7 @@ from olp.ir.program import (
     SpeedUnit,
     Statement,
 )
-from olp.languages.vendor import probe_language
+from olp.languages.vendor import find_vendor, maker_of, probe_language, vendor_names
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
@@ -55,23 +55,59 @@ _MOST_TEXT = 32  # characters of a comment
 def write_experiment_job(
     experiment: NextExperiment, recording: Recording, path: str | FilePath, tool_number: int = 0
 ) -> tuple[Diagnostic, ...]:
-    """Writes the experiment's moves as an INFORM job, and tells what to look at before it runs.
+    """Writes the experiment's moves and timers as a program, and tells what to look at before it runs.
 
+    The language is that of the path's suffix, else that of the recording's robot; further files that it takes stand
+    beside the path.
     `tool_number`: what the controller calls the recorded tool. A run keeps the orientation of the recorded point
     nearest to its begin; the posture is the commonest recorded one. Raises OlpError: N040, X…; OSError.
     """
     from olp.transpile.export import export
 
-    if not experiment.moves:
+    if not experiment.moves and not experiment.timers:
         says = "there is no experiment to write: no moves are proposed"
         raise OlpError(error("N040", says, file=str(path), help=experiment.why))
     if tool_number == 0 and recording.tool is not None:
         tool_number = 1
-    program = _program(experiment, recording, tool_number)
+    stem = FilePath(path).stem.upper()
+    program = _program(experiment, recording, tool_number, stem if stem.isidentifier() else NAME)
     data = export(program, probe_language())
     told = _looked_at(data, recording, tool_number)
-    write_output(FilePath(path), data)
+    vendor = _language(recording, FilePath(path))
+    if vendor == probe_language():
+        write_output(FilePath(path), data)
+        return told
+    beside, main = _translated(data, recording, vendor, FilePath(path))
+    for name, more in beside.items():
+        write_output(FilePath(path).with_name(name), more)
+    write_output(FilePath(path), main)
     return told
+
+
+def _language(recording: Recording, path: FilePath) -> str:
+    """The vendor whose files have the path's suffix, else the maker of the recording's robot."""
+    names = vendor_names()
+    by_suffix = [n for n in names if path.suffix.lower() in find_vendor(n).suffixes]
+    maker = recording.robot.maker.casefold() if recording.robot is not None else ""
+    by_maker = [n for n in names if maker and maker_of(n).casefold() == maker]
+    both = [n for n in by_suffix if n in by_maker]
+    return next(iter(both or by_suffix or by_maker), probe_language())
+
+
+def _translated(
+    data: bytes, recording: Recording, vendor: str, path: FilePath
+) -> tuple[dict[str, bytes], bytes]:
+    """The files beside the program, by name, and the program itself. Raises OlpError (X…)."""
+    from olp.languages.read import read
+    from olp.transpile.context import Context
+    from olp.transpile.convert import convert
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = FilePath(folder) / f"{path.stem.upper()}.JBI"
+        file.write_bytes(data)
+        found = convert(read(str(file)), vendor, Context(recording.robot))
+    beside = {name: more for name, more in found.files.items() if name != found.main}
+    return beside, found.files[found.main]
 
 
 # --- the program ------------------------------------------------------------------------------------------------------
@@ -119,7 +155,7 @@ class _Writer:
         return 1 + int(np.argmin(np.abs(np.array(self.zones) - blend)))
 
 
-def _program(experiment: NextExperiment, recording: Recording, tool: int) -> Program:
+def _program(experiment: NextExperiment, recording: Recording, tool: int, name: str) -> Program:
     writer = _Writer(_zones(recording.robot))
     writer.say("what tells rivals apart")
     setting: tuple[float | None, bool] | None = None
@@ -131,10 +167,14 @@ def _program(experiment: NextExperiment, recording: Recording, tool: int) -> Pro
         setting = now
         for _ in range(times):
             _run(writer, number, chain)
+    for timer in experiment.timers:
+        writer.say(f"measured: timer of {timer.duration:g} s")
+        for _ in range(timer.times):
+            writer.body.append(Dwell(0, Quantity(Number(timer.duration), 1.0)))
     writer.body.append(End(0))
     points = _points(writer, recording, tool)
     group = (ControlGroup(("RB1",)),)
-    routine = Routine(NAME, 1, tuple(writer.body), points, group, comment="OLP DIAGNOSE")
+    routine = Routine(name, 1, tuple(writer.body), points, group, comment="OLP DIAGNOSE")
     return Program(probe_language(), decode(b""), (routine,))
 
 
@@ -173,6 +213,8 @@ def _zones(robot: Robot | None) -> tuple[float, ...]:
 
 
 def _points(writer: _Writer, recording: Recording, tool: int) -> PointTable:
+    if not writer.places:
+        return PointTable((), {})
     # Rounded as they are written, so that what is read again is the same number.
     place = np.round(np.array(writer.places) / mm, 3) * mm
     angles, flags = _nearest_angles(recording, place)[writer.begins], _posture(recording)

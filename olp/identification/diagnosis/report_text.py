@@ -185,6 +185,9 @@ def _apart(page: _Page, diagnosis: Diagnosis) -> None:
         page.say(f"{number}. {_next_move(move)}", 2, hang=3)
     if len(experiment.moves) > _MOST:
         page.say(f"… and {len(experiment.moves) - _MOST} more", 2, DIM)
+    for timer in experiment.timers:
+        times = f", {timer.times} times" if timer.times != 1 else ""
+        page.say(f"- a timer of {timer.duration:g} s{times}: {timer.why}", 2, hang=2)
 
 
 def _next_move(move: NextMove) -> str:

@@ -125,10 +125,19 @@ class NextMove(NamedTuple):
     why: str = ""
 
 
+class NextTimer(NamedTuple):
+    """A programmed wait of an experiment to come, in which the arm stands still."""
+
+    duration: float  # [s]
+    times: int = 1
+    why: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class NextExperiment:
     why: str = ""
     moves: tuple[NextMove, ...] = ()
+    timers: tuple[NextTimer, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,4 +270,5 @@ def _experiment(experiment: NextExperiment) -> dict[str, Any]:
         }
         for m in experiment.moves
     ]
-    return {"why": experiment.why, "moves": moves}
+    timers = [{"duration_s": t.duration, "times": t.times, "why": t.why} for t in experiment.timers]
+    return {"why": experiment.why, "moves": moves, "timers": timers}

@@ -137,6 +137,18 @@ def additions(shelf: Shelf, fitted: Fit, case: Case, noise: Noise, count: int) -
     return result
 
 
+def nearest_single(shelf: Shelf, case: Case, noise: Noise, count: int) -> list[Model]:
+    """The terms that come nearest alone, the best first, each once."""
+    tried = [
+        fit(Model((part,)), case, noise, WIDE.steps)
+        for part in _alone(shelf, evaluate(Model(), case, noise), case, noise, WIDE.singles)
+    ]
+    best: dict[str, Model] = {}
+    for fitted in sorted(tried, key=price):
+        best.setdefault(fitted.model.parts[0].term.name, fitted.model)
+    return list(best.values())[:count]
+
+
 def _promising(shelf: Shelf, fitted: Fit, case: Case, noise: Noise) -> list[Part]:
     """Of each form its two likeliest guesses, the forms by what their columns explain of a fit's residual.
 
@@ -151,6 +163,8 @@ def _promising(shelf: Shelf, fitted: Fit, case: Case, noise: Noise) -> list[Part
         columns = columns - basis @ (basis.T @ columns)
     size = (columns**2).sum(axis=0)
     pull = columns.T @ (root[:, 0] * residual)
+    # A limit does not make anything quicker.
+    pull = np.where([part.reversible for part in shelf.parts], pull, np.maximum(pull, 0.0))
     gain = np.where(size > 1e-12, pull**2 / np.maximum(size, 1e-12), 0.0)
     direct = 2.0 * pull - size
     forms: dict[tuple[str, str], list[int]] = {}
