@@ -13,7 +13,7 @@ from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.evidence import Gain, fallen
 from olp.identification.diagnosis.fitting import Noise, evaluate, whiten
 from olp.identification.diagnosis.model import Condition, Model, Statement
-from olp.identification.diagnosis.search import move_terms, shelf_of
+from olp.identification.diagnosis.search import additions, move_terms, shelf_of
 from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined
 from olp.identification.recording import read_recording
 
@@ -130,6 +130,39 @@ def test_under_a_condition_the_term_that_acts_is_told_from_those_that_promise_as
     assert finding.term == "jerk"
     assert finding.parameters["ramp_time"].value == pytest.approx(time, rel=0.03)
     assert found.indistinguishable == ()
+
+
+def test_under_a_condition_what_makes_moves_quicker_is_found(tmp_path):
+    """Limits, which only slow, explain as much to first order with the wrong sign."""
+    _, end, way, speed = program(6)
+    where = (end[:, 1] > 0.1) & (way > 0.2)
+    rng = np.random.default_rng(6)
+    quick = travel(way, speed, 1.6 * ACCELERATION)
+    real = np.where(where, quick, plain(6)) + rng.normal(0.0, 0.002, COUNT)
+    recording = record(tmp_path / "r", real, 6)
+    case = case_of(recording).case
+    shelf, noise = shelf_of(case, move_terms()), Noise(1e-3)
+    limits = [k for k, part in enumerate(shelf.parts) if part.term.name == "speed-clamp"]
+    assert limits
+    assert not any(shelf.parts[k].reversible for k in limits)
+    assert all(
+        p.term.name != "speed-clamp"
+        for p in additions(shelf, evaluate(Model(), case, noise), case, noise, 99)
+    )
+    (finding,) = diagnose_recording(recording).diagnosis.findings
+    assert finding.term == "acceleration"
+    assert finding.condition is not None
+
+
+def test_a_difference_without_a_name_still_has_a_next_experiment(tmp_path):
+    rng = np.random.default_rng(22)
+    real = plain(20) * (1.0 + 0.05 * np.sin(2 * np.pi * np.arange(COUNT) / 17.0)) + rng.normal(
+        0.0, 0.002, COUNT
+    )
+    found = diagnose_recording(record(tmp_path / "r", real, 20)).diagnosis
+    assert found.verdict == "unexplained"
+    assert found.next_experiment.why.startswith("nothing holds; of what comes nearest, ")
+    assert found.next_experiment.moves or found.next_experiment.timers
 
 
 @pytest.mark.parametrize("stretch", [0.98, 1.03])

@@ -18,7 +18,9 @@ from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.model import Model, Part
 from olp.identification.diagnosis.next_candidates import candidates, joined
 from olp.identification.diagnosis.next_experiment import design_experiment, write_experiment_job
+from olp.identification.diagnosis.result import NextExperiment, NextTimer
 from olp.identification.recording import read_recording
+from olp.ir.program import Dwell, Move
 from olp.runtime.plan import BlendCode, StepKind
 from olp.timing.physics import load_term
 
@@ -293,3 +295,45 @@ def test_a_recording_without_orientation_gets_no_job(tmp_path):
         write_experiment_job(found, recording, tmp_path / "next.jbi")
     assert problem.value.diagnostics[0].code == "N040"
     assert "orientation" in problem.value.diagnostics[0].message
+
+
+def test_a_timer_alone_parts_a_clock_from_a_speed(up20):
+    recording, case = up20
+    rivals = [model(case, ("clock", [1.008])), model(case, ("speed-scale", [1 / 1.008], "stretched"))]
+    found = design_experiment(case, rivals, NOISE, recording)
+    short, long = found.timers
+    told = 0.008 * (long.duration - short.duration) * np.sqrt(long.times / 2.0)
+    assert told > 5.0 * NOISE
+    assert not design_experiment(case, settling_and_dispatch(case), NOISE, recording).timers
+    both = [model(case, ("clock", [1.008]), (name, [0.05])) for name in ("settling", "dispatch")]
+    assert not design_experiment(case, both, NOISE, recording).timers
+
+
+@pytest.mark.parametrize("suffix", ["src", "mod", "ls", "script"])
+def test_the_job_is_written_in_the_language_of_the_suffix(suffix, up20, tmp_path):
+    recording, case = up20
+    found = design_experiment(case, settling_and_dispatch(case), NOISE, recording)
+    timers = (NextTimer(1.0, 2), NextTimer(6.0, 2))
+    texts = []
+    for name in (f"again.{suffix}", "again.jbi"):
+        file = tmp_path / name
+        write_experiment_job(NextExperiment(found.why, found.moves, timers), recording, file)
+        program = olp.read(str(file))
+        assert not [d for d in program.diagnostics if d.is_error]
+        texts.append(program)
+    moves, dwells = (
+        [sum(isinstance(s, kind) for r in program.routines for s in r.body) for program in texts]
+        for kind in (Move, Dwell)
+    )
+    assert moves[0] == moves[1] > 0
+    assert dwells[0] == dwells[1] >= 4
+    assert texts[0].vendor == {"src": "krl", "mod": "rapid", "ls": "tp", "script": "urscript"}[suffix]
+
+
+def test_timers_alone_make_a_job_that_moves_nothing(up20, tmp_path):
+    recording, _ = up20
+    file = tmp_path / "next.jbi"
+    write_experiment_job(NextExperiment("timers", (), (NextTimer(5.0, 3),)), recording, file)
+    body = [s for r in olp.read(str(file)).routines for s in r.body]
+    assert sum(isinstance(s, Dwell) for s in body) == 3
+    assert not any(isinstance(s, Move) for s in body)

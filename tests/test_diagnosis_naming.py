@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis.evidence import chosen
+from olp.identification.diagnosis.evidence import chosen, matters
 from olp.identification.diagnosis.findings import findings_of
 from olp.identification.diagnosis.fitting import Noise, evaluate
 from olp.identification.diagnosis.folds import Folds, blocks
@@ -124,6 +124,20 @@ def test_both_names_stay_where_each_is_worth_it():
     noise = Noise(NOISE / 2)
     found = search(made, noise, shelf_of(made, [load_term("acceleration"), load_term("dispatch")]), WIDE)
     assert chosen(found, made, noise, 3, 20).names == ("acceleration", "dispatch")
+
+
+def test_a_second_name_matters_where_without_it_clearly_more_is_left():
+    """Beside a large effect a small one is little of the mean square, and still several times the scatter."""
+    real = case()
+    both = Model((part("acceleration", real, 1.0), part("dispatch", real, 0.004, key="")))
+    one = Model(both.parts[:1])
+    quiet = replace(real, measured=both.seconds(real) + scatter(), derived={})
+    noise = Noise(NOISE / 10)
+    fewer, more = (evaluate(m, quiet, noise) for m in (one, both))
+    explained = np.mean((both.seconds(quiet) - quiet.simulated) ** 2)
+    assert np.mean((both.seconds(quiet) - one.seconds(quiet)) ** 2) < 0.01 * explained
+    assert matters(fewer, more, quiet, 0.01)
+    assert not matters(more._replace(scale=1.1 * more.scale), more, quiet, 0.01)
 
 
 def test_late_moves_that_all_carry_what_a_term_acts_on_are_no_waits():
