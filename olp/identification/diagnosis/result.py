@@ -271,4 +271,4 @@ def _experiment(experiment: NextExperiment) -> dict[str, Any]:
         for m in experiment.moves
     ]
     timers = [{"duration_s": t.duration, "times": t.times, "why": t.why} for t in experiment.timers]
-    return {"why": experiment.why, "moves": moves, "timers": timers}
+    return {"why": experiment.why, "moves": moves, **({"timers": timers} if timers else {})}
