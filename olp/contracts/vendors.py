@@ -63,7 +63,9 @@ class VendorUnderTest:
     @cached_property
     def pause(self) -> int:
         """The line that waits, which is like no other."""
-        return next(e.line for e in self.found if abs(e.seconds - _PAUSE) < 1e-6)
+        found = next((e.line for e in self.found if abs(e.seconds - _PAUSE) < 1e-6), 0)
+        assert found, f"{self.main.name} waits {_PAUSE} s nowhere, as the handling program does"
+        return found
 
     def read(self, raw: bytes, encoding: str | None = None) -> Program:
         """Other bytes under the name of the sample."""

@@ -59,6 +59,9 @@ class ValueRules(Transformer[Token, Any]):
         self.spellings: dict[str, str] = {}
         self._fold = fold
 
+    def __default__(self, data: Token, children: list[Any], meta: Any) -> Any:
+        raise TypeError(f"the rule '{data}' of the grammar has no method in {type(self).__name__}")
+
     def spelled(self, name: str) -> str:
         return self.spellings.setdefault(name.casefold(), name) if self._fold else name
 

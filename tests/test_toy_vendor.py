@@ -1,0 +1,61 @@
+"""A vendor as CONTRIBUTING has it written, in a copy of olp: it is found by being there, and keeps both contracts."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+TOY = ROOT / "tests" / "toy_vendor"
+NOT_COPIED = shutil.ignore_patterns("__pycache__")
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("copy")
+    for name in ("olp", "grammars", "templates", "samples"):
+        shutil.copytree(ROOT / name, folder / name, ignore=NOT_COPIED)
+    shutil.copytree(TOY, folder, dirs_exist_ok=True, ignore=NOT_COPIED)
+    return folder
+
+
+CHECK = "from olp.contracts import {0}; from olp.languages.vendor import find_vendor; {0}(find_vendor('toy'))"
+
+
+def run_in(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.parametrize("suite", ["check_vendor", "check_writer"])
+def test_the_toy_vendor_keeps_its_contract(copy: Path, suite: str) -> None:
+    done = run_in(copy, "-c", CHECK.format(suite))
+    assert not done.returncode, done.stderr[-4000:]
+
+
+def test_the_toy_vendor_is_timed_and_translated_without_an_edit_elsewhere(copy: Path) -> None:
+    timed = run_in(copy, "-m", "olp", "time", "samples/toy/handling.toy", "--robot", "gp25")
+    assert not timed.returncode, timed.stderr
+    source = ["samples/krl/handling.src", "--robot", "gp25"]
+    made = run_in(copy, "-m", "olp", "convert", *source, "--to", "toy", "-o", "made")
+    assert made.returncode in (0, 1), made.stderr
+    (written,) = (copy / "made").glob("*.toy")
+    assert " SPEED 40 % BLEND 0 " in written.read_text(encoding="utf-8")
+
+
+def test_a_rule_of_a_grammar_that_has_no_method_is_named(copy: Path) -> None:
+    path = copy / "olp/languages/vendors/toy/reader.py"
+    whole = path.read_text(encoding="utf-8")
+    path.write_text(whole.replace("    def dwell(", "    def dwells("), encoding="utf-8")
+    try:
+        done = run_in(copy, "-c", CHECK.format("check_vendor"))
+    finally:
+        path.write_text(whole, encoding="utf-8")
+    assert "the rule 'dwell' of the grammar has no method in ToyRules" in done.stderr
