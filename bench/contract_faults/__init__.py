@@ -40,38 +40,76 @@ class Kind:
     faults: Callable[[str], Sequence[Planted]] = lambda name: ()
 
 
+class Row(NamedTuple):
+    """What the suite of one member caught: of faults of meaning, or in a file, and of faults of code."""
+
+    kind: str
+    member: str
+    meaning: tuple[int, int]  # caught, planted
+    code: tuple[int, int]
+
+    @property
+    def caught(self) -> int:
+        return self.meaning[0] + self.code[0]
+
+    @property
+    def planted(self) -> int:
+        return self.meaning[1] + self.code[1]
+
+
 def run(kinds: Sequence[str], only: str, count: int) -> int:
-    """Prints what was caught, a row per member; the exit status is 1 when less than 98 % were."""
+    """Prints what was caught, a row per member and a table of the kinds; exit status 1 when less than 98 % were."""
     import olp.contracts  # noqa: F401  # once for all processes; it imports no member
 
-    planted = caught = 0
     print(
         f"{'kind':<10} {'member':<34} {'meaning':>9} {'code':>9} {'nothing':>8} {'lines not run':>14}",
         flush=True,
     )
-    for name in kinds:
-        for member in KINDS[name].members():
-            if only.lower() in member.lower():
-                row = _member(name, member, count)
-                planted, caught = planted + row[0], caught + row[1]
+    members = [(kind, one) for kind in kinds for one in KINDS[kind].members() if only.lower() in one.lower()]
+    rows = [_member(kind, member, count) for kind, member in members]
+    print(table(rows))
+    planted, caught = sum(row.planted for row in rows), sum(row.caught for row in rows)
     share = caught / planted if planted else 0.0
     print(f"caught {caught} of {planted}: {share:.1%}")
     return 0 if share >= 0.98 else 1
 
 
-def _member(name: str, member: str, count: int) -> tuple[int, int]:
+def table(rows: Sequence[Row]) -> str:
+    """The kinds in Markdown, as CONTRIBUTING quotes them."""
+    lines = [
+        "| kind | members | meaning | code | caught | members at 98 % | least |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for kind in dict.fromkeys(row.kind for row in rows):
+        own = [row for row in rows if row.kind == kind and row.planted]
+        if not own:
+            continue
+        parts = [f"{sum(one[0] for one in part)}/{sum(one[1] for one in part)}" for part in _parts(own)]
+        caught, planted = sum(row.caught for row in own), sum(row.planted for row in own)
+        good = sum(row.caught >= 0.98 * row.planted for row in own)
+        least = min(own, key=lambda row: row.caught / row.planted)
+        cells = [kind, str(len(own)), *parts, f"{caught / planted:.1%}", str(good)]
+        lines.append(f"| {' | '.join(cells)} | {least.member} {least.caught}/{least.planted} |")
+    return "\n".join(lines)
+
+
+def _parts(rows: Sequence[Row]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    return [row.meaning for row in rows], [row.code for row in rows]
+
+
+def _member(name: str, member: str, count: int) -> Row:
     kind = KINDS[name]
     wrong = _unharmed(lambda: kind.check(member))
     if wrong:
         print(f"{name} {member} breaks its contract without any fault: {wrong}")
-        return 1, 0
+        return Row(name, member, (0, 1), (0, 0))
     found = [_tried(fault, lambda: kind.check(member)) for fault in kind.faults(member)]
     modules, rows, dead = kind.modules(member), [], 0
     if modules and count:
         lines, wrong = code.executed_lines(modules, lambda: kind.check(member))
         if wrong:
             print(f"{name} {member} breaks its contract without any fault:\n{wrong}")
-            return 1, 0
+            return Row(name, member, (0, 1), (0, 0))
         chosen, _, dead = code.mutants(modules, lines, count)
         rows = [_tried(code.as_fault(one), lambda: kind.check(member)) for one in chosen]
     parts = [Counter(one.state for one in part) for part in (found, rows)]
@@ -81,8 +119,8 @@ def _member(name: str, member: str, count: int) -> tuple[int, int]:
     for one in (*found, *rows):
         if one.state in ("survived", "unsound"):
             print(f"    {one.state}: {one.fault}", flush=True)
-    total = sum(part["caught"] + part["survived"] for part in parts)
-    return total, sum(part["caught"] for part in parts)
+    meaning, mutated = ((part["caught"], part["caught"] + part["survived"]) for part in parts)
+    return Row(name, member, meaning, mutated)
 
 
 # --- one fault in a process of its own ----------------------------------------------------------------------

@@ -14,6 +14,7 @@ from typing import Final
 from olp.contracts import handling
 from olp.contracts.events import Event, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.promises import Difference, Promise, hold
+from olp.contracts.writers import WriterUnderTest, does_what_the_program_does, writes_each_kind_of_statement
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source, decode, load
@@ -23,6 +24,7 @@ from olp.reports.annotate import annotate, remove
 from olp.runtime.interpreter import run
 from olp.timing.blending import law_names
 from olp.timing.timing import time_plan
+from olp.transpile.export import writable
 
 _CODE: Final = re.compile(r"[A-Z]\d{3}")
 _KINDS: Final = frozenset(value for name, value in vars(LineKind).items() if name.isupper())
@@ -392,6 +394,14 @@ def carries_annotations(it: VendorUnderTest) -> Iterator[Difference]:
             yield name, "annotating twice is not annotating once"
 
 
+def reads_what_is_written(it: VendorUnderTest) -> Iterator[Difference]:
+    """Of a language that olp writes, a written program is read as what it was written from, whatever its statements"""
+    if it.vendor.name in writable():
+        writer = WriterUnderTest(it.vendor, it.folder)
+        yield from does_what_the_program_does(writer)
+        yield from writes_each_kind_of_statement(writer)
+
+
 PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     states_its_conventions,
     is_the_handling_cell,
@@ -405,4 +415,5 @@ PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     says_what_is_wrong,
     carries_annotations,
     stands_bad_text,
+    reads_what_is_written,
 )

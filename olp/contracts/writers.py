@@ -93,6 +93,18 @@ class WriterUnderTest:
             if not found.code or not found.message.strip():
                 yield "refused without a reason"
 
+    def unlike(self, given: str, program: Program, wanted: list[Event]) -> Iterator[Difference]:
+        """What changes when a program that was read is written in its own language again, and that once more."""
+        made = self.written(program)
+        again, found = self.events(made)
+        yield from ((f"{given}, read and written again", d) for d in differences(wanted, found))
+        twice = self.written(again).files
+        yield from (
+            (f"{given}, read and written again", f"{name} is another text the next time")
+            for name, data in made.files.items()
+            if twice.get(name) != data
+        )
+
     def events(self, made: Converted) -> tuple[Program, list[Event]]:
         return read_again(made, self.vendor)
 
@@ -257,9 +269,10 @@ def writes_each_kind_of_statement(it: WriterUnderTest) -> Iterator[Difference]:
         wanted = [
             replace(e, axes=e.axes if e.kind == "joint" else ()) for e in events_of(program, plan, it.vendor)
         ]
-        _, found = it.events(made)
+        again, found = it.events(made)
         wanted = stopped_by_advance(loosened(wanted, made.translated.losses), it.vendor)
         yield from ((f"a program with {kind}", d) for d in differences(wanted, found))
+        yield from it.unlike(f"a program with {kind}", again, found)
 
 
 def writes_back_its_own(it: WriterUnderTest) -> Iterator[Difference]:
@@ -300,6 +313,7 @@ def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
         read, found = it.events(there)
         wanted = stopped_by_advance(_wanted(sample, there), it.vendor, find_vendor(name))
         yield from ((f"{name} to {it.vendor.name}", d) for d in differences(wanted, found))
+        yield from it.unlike(f"{name} to {it.vendor.name}", read, found)
         if name in writable():
             back = convert(read, name, Context(robot=robot_of(), on_loss="comment"), date=_DATE)
             _, found = read_again(back, find_vendor(name))
