@@ -7,13 +7,15 @@ are integrals are added up in many small steps, so that a term that takes few is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.physics import Form
+from olp.contracts.promises import Difference
+from olp.timing.physics import Form, MoveTerm
 from olp.timing.physics._case import Case
 
 Array = NDArray[np.float64]
@@ -419,6 +421,40 @@ def blending(case: Case, form: Form, values: Array) -> Columns:
     }
 
 
+# --- what a recording tells -----------------------------------------------------------------------------------
+
+
+def found_cycles(term: MoveTerm, case: Case) -> Iterator[Difference]:
+    """The longest cycle that durations are multiples of is found, no part of it; none where they are of none."""
+    n = len(case)
+
+    def cycles(measured: Array, resolution: float) -> list[float]:
+        forms = term.forms(replace(case, measured=measured, resolution=resolution, derived={}))
+        return [0.5 * (form.parameters[0].low + form.parameters[0].high) for form in forms]
+
+    for cycle in (0.004, 0.008, 0.010, 0.012, 0.016, 0.032):
+        rng = np.random.default_rng(int(cycle * 1e4))
+        measured = np.round(rng.uniform(0.2, 2.5, n) / cycle) * cycle + rng.normal(0, 0.03 * cycle, n)
+        found = cycles(measured, 1e-4)
+        if not found or abs(found[0] / cycle - 1.0) > 1e-3:
+            yield f"multiples of {cycle * 1e3:g} ms", f"cycles of {found} s"
+    for seed in range(12):
+        found = cycles(np.random.default_rng(seed).uniform(0.2, 2.5, n), 1e-4)
+        if found:
+            yield "durations that are no multiples", f"cycles of {found} s"
+    found = cycles(np.round(np.random.default_rng(8).uniform(0.2, 2.5, n), 2), 0.01)
+    if found:
+        yield "the clock's own digits", f"cycles of {found} s"
+    # A recorder that rounds to 10 ms shows a cycle of 12 ms at 1/12 and at 1/10 - 1/12 per ms.
+    rng = np.random.default_rng(12)
+    found = cycles(np.round(np.round(rng.uniform(0.2, 2.5, n) / 0.044) * 0.044, 2), 0.01)
+    if not any(abs(one / 0.044 - 1.0) < 1e-3 for one in found):
+        yield "multiples of 44 ms, rounded to 10 ms", f"cycles of {found} s"
+
+
+FOUND: Final[Mapping[str, Callable[[MoveTerm, Case], Iterator[Difference]]]] = {
+    "cycle-quantisation": found_cycles
+}
 ORACLES: Final[Mapping[str, Oracle]] = {
     "acceleration": acceleration,
     "blending": blending,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.contracts.promises import Difference, Promise, hold
-from olp.contracts.term_oracles import COARSE, NEAR, ORACLES, Oracle
+from olp.contracts.term_oracles import COARSE, FOUND, NEAR, ORACLES, Oracle
 from olp.contracts.term_page import PAGE, section
 from olp.core.units import deg, mm
 from olp.identification.diagnosis.case_making import case_of
@@ -243,6 +243,14 @@ def does_what_its_equation_says(it: TermUnderTest) -> Iterator[Difference]:
                         yield f"form {form.key!r} at {values.tolist()}, {name}", f"another {column}"
 
 
+def is_told_by_what_it_did(it: TermUnderTest) -> Iterator[Difference]:
+    """Where the forms hang on the measured durations, they are those of what was planted, and none of what was not"""
+    look = FOUND.get(it.term.name) if it.is_shipped else None
+    if look is not None:
+        assert isinstance(it.term, MoveTerm)
+        yield from look(it.term, rich_case(moves=150, joint_moves=0, seed=11))
+
+
 _COLUMNS: Final = (
     *(
         "way",
@@ -459,6 +467,7 @@ PROMISES: Final[tuple[Promise[TermUnderTest], ...]] = (
     sets_its_equation,
     is_what_its_page_says,
     does_what_its_equation_says,
+    is_told_by_what_it_did,
     bounds_its_parameters,
     does_nothing_at_its_null,
     acts_on_moves,
