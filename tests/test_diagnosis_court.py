@@ -12,7 +12,7 @@ from olp.identification.diagnosis.conditions import conditioned
 from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.evidence import Gain, fallen
 from olp.identification.diagnosis.fitting import Noise, evaluate, whiten
-from olp.identification.diagnosis.model import Condition, Model, Statement
+from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import move_terms, shelf_of
 from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined
 from olp.identification.recording import read_recording
@@ -150,7 +150,7 @@ def test_what_acts_everywhere_gets_no_condition(tmp_path):
     case = case_of(record(tmp_path / "r", plain(7) + 0.05, 7)).case
     shelf, noise = shelf_of(case, move_terms()), Noise(1e-3)
     part = next(p for p in shelf.parts if p.term.name == "dispatch")
-    best = evaluate(Model((part._replace(values=np.array([0.05])),)), case, noise)
+    best = evaluate(DurationModel((part._replace(values=np.array([0.05])),)), case, noise)
     assert conditioned(best, case, noise, shelf, 8) is best
 
 

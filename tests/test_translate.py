@@ -22,7 +22,7 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Quantity,
-    State,
+    SignalState,
     Variable,
 )
 from olp.ir.points import PointTable
@@ -261,7 +261,7 @@ def test_the_opposite_of_a_condition():
     turned = negated(Logic(a, (("and", b), ("or", c))))
     assert [word for word, _ in turned.rest] == ["or", "and"]
     assert negated(turned) == Logic(a, (("and", b), ("or", c)))
-    assert negated(State(True)) == State(False)
+    assert negated(SignalState(True)) == SignalState(False)
 
 
 def test_names_are_legal_and_apart():

@@ -62,8 +62,8 @@ FAULTS: Final = (
     ),
     Fault(
         "moves.py",
-        '"movec": Layout(_C, "vtszo")',
-        '"movec": Layout(_C, "tvszo")',
+        '"movec": ArgumentLayout(_C, "vtszo")',
+        '"movec": ArgumentLayout(_C, "tvszo")',
         "MoveC: via point and target swapped",
     ),
     Fault(
@@ -87,8 +87,8 @@ FAULTS: Final = (
     ),
     Fault(
         "instructions.py",
-        'State(name.lower() == "set")',
-        'State(name.lower() == "reset")',
+        'SignalState(name.lower() == "set")',
+        'SignalState(name.lower() == "reset")',
         "Set and Reset inverted",
     ),
     Fault(

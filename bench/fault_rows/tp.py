@@ -67,11 +67,11 @@ FAULTS: Final = (
         "pass",
         "external axes in mm read as degrees",
     ),
-    Fault("moves.py", 'return Option("relative", OWN)', 'return kept("INC")', "INC read as absolute"),
+    Fault("moves.py", 'return TpMoveOption("relative", OWN)', 'return kept("INC")', "INC read as absolute"),
     Fault(
         "moves.py",
-        'return Option("offset", children[1])',
-        'return Option("tool_offset", children[1])',
+        'return TpMoveOption("offset", children[1])',
+        'return TpMoveOption("tool_offset", children[1])',
         "Offset read as Tool_Offset",
     ),
     Fault(

@@ -81,7 +81,7 @@ FAULTS: Final = (
     Fault("waits.py", '"<": ">="', '"<": ">"', "wait for < ends too late"),
     Fault(
         "waits.py",
-        "return Compare(condition.operator, condition.left, State(not condition.right.on))",
+        "return Compare(condition.operator, condition.left, SignalState(not condition.right.on))",
         "return condition",
         "waits for the wrong state",
     ),
@@ -177,8 +177,8 @@ FAULTS: Final = (
     ),
     Fault(
         "writer.py",
-        "value = ex.State(value == ex.Number(1))",
-        "value = ex.State(value == ex.Number(0))",
+        "value = ex.SignalState(value == ex.Number(1))",
+        "value = ex.SignalState(value == ex.Number(0))",
         "outputs inverted",
     ),
     Fault(

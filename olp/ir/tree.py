@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from olp.ir.expressions import Compare, Expression, Logic, State, Unary
+from olp.ir.expressions import Compare, Expression, Logic, SignalState, Unary
 from olp.ir.program import (
     Break,
     Case,
@@ -127,12 +127,12 @@ def leaves(node: Node, inside: bool = False) -> bool:
 def negated(condition: Expression) -> Expression:
     """The opposite condition: comparisons turn round, and and or change places."""
     match condition:
-        case State(on):
-            return State(not on)
+        case SignalState(on):
+            return SignalState(not on)
         case Unary("not", operand):
             return operand
-        case Compare(operator, left, State(on)) if operator in ("=", "<>"):
-            return Compare(operator, left, State(not on))
+        case Compare(operator, left, SignalState(on)) if operator in ("=", "<>"):
+            return Compare(operator, left, SignalState(not on))
         case Compare(operator, left, right):
             return Compare(_NEGATED[operator], left, right)
         case Logic(first, rest):

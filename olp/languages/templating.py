@@ -34,7 +34,7 @@ LARGEST_TEMPLATE = 256 * 1024  # characters; also bounds what a static text can 
 LARGEST_NUMBER = 10**18
 
 
-class Limits(NamedTuple):
+class RenderingLimits(NamedTuple):
     """What one rendering may cost. Iterations, calls, includes and outputs are steps."""
 
     steps: int = 200_000
@@ -50,9 +50,9 @@ class _Spent:
     """What the current rendering has cost."""
 
     def __init__(self) -> None:
-        self.begin(Limits())
+        self.begin(RenderingLimits())
 
-    def begin(self, limits: Limits) -> None:
+    def begin(self, limits: RenderingLimits) -> None:
         self.limits = limits
         self.steps = self.characters = 0
         self.deadline = time.monotonic() + limits.seconds
@@ -189,7 +189,7 @@ class Renderer:
 
     def __init__(self, sandbox: Sandbox, name: str) -> None:
         self._sandbox = sandbox
-        sandbox.spent.begin(Limits())
+        sandbox.spent.begin(RenderingLimits())
         try:
             self._template = sandbox.get_template(name)
         except Exception as problem:
@@ -200,9 +200,9 @@ class Renderer:
         """The template's file, as it is shown in diagnostics."""
         return self._template.filename or ""
 
-    def render(self, values: Mapping[str, Any], limits: Limits | None = None) -> str:
+    def render(self, values: Mapping[str, Any], limits: RenderingLimits | None = None) -> str:
         """The template's text. Raises OlpError with the template's file and line."""
-        self._sandbox.spent.begin(limits or Limits())
+        self._sandbox.spent.begin(limits or RenderingLimits())
         try:
             context = self._template.new_context(dict(values))
             return "".join(self._template.root_render_func(context))

@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 from olp.languages.vocabulary import grammar_words
 
 
-class Kind(StrEnum):
+class TokenKind(StrEnum):
     """What a name stands for."""
 
     POINT = "point"
@@ -30,7 +30,7 @@ class Pattern(NamedTuple):
     `key`: what tells names apart, with {} for the name's number; empty: the name as it is spelt.
     """
 
-    kind: Kind
+    kind: TokenKind
     text: str
     defines: bool = False
     local: bool = False
@@ -40,7 +40,7 @@ class Pattern(NamedTuple):
 class Word(NamedTuple):
     """A name in a line. `kind` None: any name, whose declaration says what it is. `plain`: no pattern says it."""
 
-    kind: Kind | None
+    kind: TokenKind | None
     key: str
     column: int
     end_column: int
@@ -92,7 +92,7 @@ class Words(ABC):
                 key = self._key(pattern, match[group])
                 yield Word(pattern.kind, key, start + 1, stop + 1, pattern.defines, pattern.local)
 
-    def declared(self, line: str) -> Iterator[tuple[int, Kind]]:
+    def declared(self, line: str) -> Iterator[tuple[int, TokenKind]]:
         """Where in a line identifiers come into being (offset), and as what."""
         return iter(())
 

@@ -23,7 +23,7 @@ from olp.ir.program import Begin, Program
 if TYPE_CHECKING:
     from olp.languages.templating import Renderer
     from olp.languages.vendor import Vendor
-    from olp.reports.annotation_rows import Row
+    from olp.reports.annotation_rows import AnnotationRow
     from olp.timing.timing import Timing
 
 MARK: Final = "olp "
@@ -170,7 +170,7 @@ def _places(program: Program) -> dict[int, int]:
 
 
 def _comments(
-    rows: list[Row], renderer: Renderer, vendor: Vendor, begins: Mapping[int, int]
+    rows: list[AnnotationRow], renderer: Renderer, vendor: Vendor, begins: Mapping[int, int]
 ) -> dict[int, list[bytes]]:
     """The comments to stand above each line, in bytes, sealed."""
     comments: dict[int, list[bytes]] = {}

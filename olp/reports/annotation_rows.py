@@ -21,7 +21,7 @@ _AVERAGED = ("distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2")
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class AnnotationRow:
     """One line, as a template sees it; templates/inform_annotation.j2 lists the kinds.
 
     Numbers other than `seconds` are the mean of the `count` executions, nan where they do not apply.
@@ -48,20 +48,20 @@ class Row:
         return self.seconds / self.count if self.count else 0.0
 
 
-def rows(program: Program, timing: Timing) -> list[Row]:
+def rows(program: Program, timing: Timing) -> list[AnnotationRow]:
     """The rows of `program`'s file in the order of its lines, the total first."""
     found = [*_own(program, timing), *_calls(program, timing)]
     found.sort(key=lambda row: row.line)
     return [*_total(program, timing), *found]
 
 
-def _total(program: Program, timing: Timing) -> Iterator[Row]:
+def _total(program: Program, timing: Timing) -> Iterator[AnnotationRow]:
     body = program.routines[0].body if program.routines else ()
     begin = next((statement for statement in body if isinstance(statement, Begin)), None)
     if begin is not None:
         text = program.source.line(begin.line).strip()
         total = timing.total_s
-        yield Row(
+        yield AnnotationRow(
             begin.line,
             "total",
             text,
@@ -74,7 +74,7 @@ def _total(program: Program, timing: Timing) -> Iterator[Row]:
         )
 
 
-def _own(program: Program, timing: Timing) -> Iterator[Row]:
+def _own(program: Program, timing: Timing) -> Iterator[AnnotationRow]:
     """One row per line of this file that was executed and takes time or moves."""
     plan = timing.plan
     here = [index for index, source in enumerate(plan.sources) if source.path == program.source.path]
@@ -98,7 +98,7 @@ def _own(program: Program, timing: Timing) -> Iterator[Row]:
     for line, step, count, total, end, *numbers in columns:
         text = program.source.line(line).strip()
         distance, speed, reached, acceleration = numbers
-        yield Row(
+        yield AnnotationRow(
             line,
             timing.kind[step],
             text,
@@ -123,7 +123,7 @@ def _mean(values: NDArray[np.float64], group: NDArray[np.intp], size: int) -> ND
     return mean
 
 
-def _calls(program: Program, timing: Timing) -> Iterator[Row]:
+def _calls(program: Program, timing: Timing) -> Iterator[AnnotationRow]:
     """One row per call of the main routine, with what all its executions took in other files."""
     plan = timing.plan
     if not plan.sources or plan.sources[0].path != program.source.path:
@@ -139,4 +139,4 @@ def _calls(program: Program, timing: Timing) -> Iterator[Row]:
         seconds = sum(float(spent[span.stop] - spent[span.start]) for span in found)
         if seconds > 0.0:
             text = program.source.line(line).strip()
-            yield Row(line, "call", text, len(found), seconds, float(ends[found[-1].stop]))
+            yield AnnotationRow(line, "call", text, len(found), seconds, float(ends[found[-1].stop]))

@@ -15,7 +15,7 @@ from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 Table = Mapping[str, Any]
 
 
-class Document:
+class RobotDocument:
     """The parsed file, its text, and the problems found so far."""
 
     def __init__(self, path: Path) -> None:

@@ -8,7 +8,7 @@ from typing import Final, TypeVar, cast
 import numpy as np
 
 from olp.core.units import mm
-from olp.robots.document import Document, Table
+from olp.robots.document import RobotDocument, Table
 from olp.robots.masses import NO_INERTIA, Body, Drive, Dynamics, Inertia, Vector
 
 T = TypeVar("T")
@@ -19,7 +19,7 @@ _SLIDING: Final = ("force_n", "rotor_mass_kg", "viscous_n_s_m", "coulomb_n")
 _ROUNDING: Final = 5e-5  # [kg m²]
 
 
-def read_dynamics(document: Document, names: Sequence[str], linear: Sequence[bool]) -> Dynamics | None:
+def read_dynamics(document: RobotDocument, names: Sequence[str], linear: Sequence[bool]) -> Dynamics | None:
     """The masses and drives of a machine whose axes have these names, None when the file states none.
 
     Problems go to the document: R003 unknown key, R004 missing, R005 wrong value.
@@ -49,7 +49,7 @@ def read_dynamics(document: Document, names: Sequence[str], linear: Sequence[boo
 
 
 def _rows(
-    document: Document,
+    document: RobotDocument,
     table: Table,
     key: str,
     names: Sequence[str],
@@ -69,7 +69,7 @@ def _rows(
     return found
 
 
-def _body(document: Document, row: Table, start: int) -> Body:
+def _body(document: RobotDocument, row: Table, start: int) -> Body:
     document.known_keys(row, _BODY_KEYS, "a body", start)
     if "mass_kg" not in row:
         document.report("R004", f"the body of axis {row['axis']} needs mass_kg", "axis", start)
@@ -82,14 +82,14 @@ def _body(document: Document, row: Table, start: int) -> Body:
     return Body(mass, cast(Vector, tuple(value * mm for value in centre)), inertia)
 
 
-def _drive(document: Document, row: Table, start: int, slides: bool) -> Drive:
+def _drive(document: RobotDocument, row: Table, start: int, slides: bool) -> Drive:
     keys = _SLIDING if slides else _TURNING
     document.known_keys(row, ("axis", *keys), "the drive of a sliding axis" if slides else "a drive", start)
     limit, rotor, viscous, coulomb = (_not_negative(document, row, key, start) for key in keys)
     return Drive(limit, rotor or 0.0, viscous or 0.0, coulomb or 0.0)
 
 
-def _not_negative(document: Document, row: Table, key: str, start: int) -> float | None:
+def _not_negative(document: RobotDocument, row: Table, key: str, start: int) -> float | None:
     value = document.number(row, key, start)
     if value is not None and value < 0.0:
         document.report("R005", f"{key} must not be negative, not {value!r}", key, start)

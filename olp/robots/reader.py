@@ -8,7 +8,7 @@ from typing import Final, Literal, cast
 
 from olp.core.diagnostic import raise_errors
 from olp.core.units import deg, mm, ms
-from olp.robots.document import Document, Table
+from olp.robots.document import RobotDocument, Table
 from olp.robots.masses_reader import read_dynamics
 from olp.robots.model import FLANGE_AT_ZERO, Axis, Geometry, Joint, Kind, Links, Robot, Vector
 from olp.robots.sources import check_sources, read_sources
@@ -45,7 +45,7 @@ def read_robot(path: Path, name: str | None = None) -> Robot:
     Raises OlpError with all problems: R002 unreadable, R003 unknown key, R004 missing, R005 wrong value,
     R006 numbers without a source.
     """
-    document = Document(path)
+    document = RobotDocument(path)
     root = document.root
     document.known_keys(root, _ROOT_KEYS, "a robot file")
     maker, model = document.word(root, "maker"), document.word(root, "model")
@@ -83,7 +83,7 @@ def read_robot(path: Path, name: str | None = None) -> Robot:
     return robot
 
 
-def _axes(document: Document) -> tuple[Axis, ...]:
+def _axes(document: RobotDocument) -> tuple[Axis, ...]:
     rows = document.tables(document.root, "axes")
     if not rows:
         document.report(
@@ -96,7 +96,7 @@ def _axes(document: Document) -> tuple[Axis, ...]:
     return axes
 
 
-def _axis(document: Document, row: Table, start: int) -> Axis:
+def _axis(document: RobotDocument, row: Table, start: int) -> Axis:
     linear = any(key in row for key in ("lower_mm", "upper_mm", "speed_mm_s", "pulses_per_mm"))
     unit, scale = ("mm", mm) if linear else ("deg", deg)
     document.known_keys(
@@ -125,7 +125,9 @@ def _axis(document: Document, row: Table, start: int) -> Axis:
     )
 
 
-def _acceleration(document: Document, row: Table, start: int, speed: float, linear: bool) -> float | None:
+def _acceleration(
+    document: RobotDocument, row: Table, start: int, speed: float, linear: bool
+) -> float | None:
     """[rad/s² | m/s²] from the one of three ways to state it; a time is that from rest to rated speed."""
     ways = {"acceleration_mm_s2": mm} if linear else {"acceleration_deg_s2": deg, "acceleration_rad_s2": 1.0}
     given = [key for key in (*ways, "acceleration_time_ms") if key in row]
@@ -140,7 +142,7 @@ def _acceleration(document: Document, row: Table, start: int, speed: float, line
     return None
 
 
-def _geometry(document: Document, axes: tuple[Axis, ...]) -> Geometry | None:
+def _geometry(document: RobotDocument, axes: tuple[Axis, ...]) -> Geometry | None:
     links, chain = document.subtable("links"), document.subtable("chain")
     if links is not None and chain is not None:
         document.report(
@@ -151,7 +153,7 @@ def _geometry(document: Document, axes: tuple[Axis, ...]) -> Geometry | None:
     return None if chain is None else _chain(document, chain, [axis.name for axis in axes])
 
 
-def _wrist_arm(document: Document, links: Table, count: int) -> Geometry | None:
+def _wrist_arm(document: RobotDocument, links: Table, count: int) -> Geometry | None:
     start = document.table_start("links")
     document.known_keys(links, (*_LINK_KEYS, *_STANCE_KEYS), "links", start)
     values = [document.number(links, key, start) for key in _LINK_KEYS]
@@ -212,7 +214,7 @@ def _times(rows: Rows, vector: Vector) -> Vector:
     return cast(Vector, tuple(sum(a * b for a, b in zip(row, vector, strict=True)) for row in rows))
 
 
-def _chain(document: Document, chain: Table, names: list[str]) -> Geometry | None:
+def _chain(document: RobotDocument, chain: Table, names: list[str]) -> Geometry | None:
     start = document.table_start("chain")
     keys = ("joints", "flange_offset_mm", "flange_x", "flange_z", "base_height_mm")
     document.known_keys(chain, keys, "chain", start)
@@ -233,7 +235,7 @@ def _chain(document: Document, chain: Table, names: list[str]) -> Geometry | Non
     )
 
 
-def _joint(document: Document, row: Table, start: int, names: list[str]) -> Joint:
+def _joint(document: RobotDocument, row: Table, start: int, names: list[str]) -> Joint:
     document.known_keys(row, ("axis", "direction", "offset_mm"), "a joint", start)
     axis = row.get("axis")
     if axis not in names:
@@ -244,7 +246,7 @@ def _joint(document: Document, row: Table, start: int, names: list[str]) -> Join
 
 
 def _direction(
-    document: Document, row: Table, key: Literal["direction", "flange_x", "flange_z"], start: int
+    document: RobotDocument, row: Table, key: Literal["direction", "flange_x", "flange_z"], start: int
 ) -> Vector | None:
     value = row.get(key)
     if isinstance(value, str) and value in _DIRECTIONS:
@@ -259,12 +261,12 @@ def _direction(
     return None
 
 
-def _offset(document: Document, row: Table, key: str, start: int) -> Vector:
+def _offset(document: RobotDocument, row: Table, key: str, start: int) -> Vector:
     numbers = document.numbers(row, key, 3, start) or (0.0, 0.0, 0.0)
     return cast(Vector, tuple(number * mm for number in numbers))
 
 
-def _flange(document: Document, chain: Table, start: int) -> Rows:
+def _flange(document: RobotDocument, chain: Table, start: int) -> Rows:
     """Rows of the flange's rotation at zero, from its x and z directions."""
     if "flange_x" not in chain and "flange_z" not in chain:
         return FLANGE_AT_ZERO

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from olp.robots.document import Document
+from olp.robots.document import RobotDocument
 from olp.robots.model import Robot
 
 SOURCE_GROUPS: Final = (
@@ -41,7 +41,7 @@ def number_groups(robot: Robot) -> tuple[str, ...]:
     return tuple(group for group in SOURCE_GROUPS if held[group])
 
 
-def read_sources(document: Document) -> dict[str, str]:
+def read_sources(document: RobotDocument) -> dict[str, str]:
     """The table `[sources]` as it stands, its unknown keys reported (R003)."""
     table = document.subtable("sources") or {}
     start = document.table_start("sources")
@@ -49,7 +49,7 @@ def read_sources(document: Document) -> dict[str, str]:
     return {key: document.word(table, key, start) or "" for key in table}
 
 
-def check_sources(document: Document, robot: Robot) -> None:
+def check_sources(document: RobotDocument, robot: Robot) -> None:
     """Reports groups of numbers without a source (R006), and inferred groups that are not there (R005)."""
     groups = number_groups(robot)
     missing = [group for group in groups if group not in robot.sources]

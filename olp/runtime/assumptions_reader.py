@@ -88,7 +88,7 @@ def read_assumptions(path: Path) -> Assumptions:
         root = parse_toml(text)
     except TOMLDecodeError as problem:
         return Assumptions(file, diagnostics=(_syntax(str(problem), file, text),))
-    return _Reader(file, text, root).read()
+    return _AssumptionsReader(file, text, root).read()
 
 
 def _syntax(message: str, file: str, text: str) -> Diagnostic:
@@ -107,7 +107,7 @@ def _syntax(message: str, file: str, text: str) -> Diagnostic:
     )
 
 
-class _Reader:
+class _AssumptionsReader:
     def __init__(self, file: str, text: str, root: Table) -> None:
         self.file, self.text, self.root = file, text, root
         self.problems: list[Diagnostic] = []

@@ -26,12 +26,12 @@ from olp.ir.program import (
     While,
 )
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
-from olp.runtime.jobs import Job
+from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.loops import enter_loop, way_back
 from olp.runtime.memory import RANGES, Value
 from olp.runtime.plan import CallSpan
 from olp.runtime.spelling import spell
-from olp.runtime.state import OTHER_FRAME, EndedError, Frame, Machine, StatementError
+from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Machine, StatementError
 
 _NESTED = 30  # calls within expressions of routines so called: each is a level of Python's own stack
 _DEPTH = 100  # calls within calls; controllers allow about a dozen
@@ -260,7 +260,7 @@ def _is_passed_over(m: Machine, name: str, s: Call) -> bool:
     return True
 
 
-def _found(m: Machine, name: str, then: str = "") -> Job:
+def _found(m: Machine, name: str, then: str = "") -> RunnableRoutine:
     job = m.jobs.find(name, m.frame.job.source)
     if job is not None:
         return job
@@ -276,16 +276,16 @@ def _found(m: Machine, name: str, then: str = "") -> Job:
     )
 
 
-def _new_frame(m: Machine, job: Job, arguments: tuple[Expression, ...]) -> Frame:
+def _new_frame(m: Machine, job: RunnableRoutine, arguments: tuple[Expression, ...]) -> CallFrame:
     if not job.routine.parameters:
         values = tuple(evaluate(m, argument) for argument in arguments)
         m.load(job)
-        return Frame(job, values)
+        return CallFrame(job, values)
     from olp.runtime.scope import bind
 
     m.load(job)
     names, outs = bind(m, job.routine.parameters, arguments)
-    return Frame(job, names=names, outs=outs)
+    return CallFrame(job, names=names, outs=outs)
 
 
 def _check_depth(m: Machine) -> None:
@@ -375,7 +375,7 @@ def leave(m: Machine) -> None:
         m.spans[-1] = m.spans[-1]._replace(stop=len(m.recorder))
 
 
-def _hand_back(m: Machine, done: Frame) -> None:
+def _hand_back(m: Machine, done: CallFrame) -> None:
     """Stores what a routine returned or changed in its parameters where the caller wants it."""
     from olp.runtime.data import store_value
 

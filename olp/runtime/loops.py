@@ -13,23 +13,23 @@ from olp.runtime.assumptions import SignalKey
 from olp.runtime.evaluate import holds
 from olp.runtime.regions import Region, region
 from olp.runtime.signals import flip
-from olp.runtime.state import Entry, Loop, Machine, StatementError
+from olp.runtime.state import Loop, LoopEntry, Machine, StatementError
 
 # A loop that counts while it polls an input ends when its count does; nobody polls longer than this.
 _PATIENCE = 20_000
-_NOTHING = Entry(0, 0, 0, 0)
+_NOTHING = LoopEntry(0, 0, 0, 0)
 
 
 def enter_loop(m: Machine, index: int) -> None:
     """Notes what had happened when the head of a possible loop was reached from outside."""
     m.entries += 1
-    m.frame.entered[index] = Entry(m.memory.stamp, m.moves, m.reads, m.entries)
+    m.frame.entered[index] = LoopEntry(m.memory.stamp, m.moves, m.reads, m.entries)
 
 
 def way_back(m: Machine, first: int, last: int, condition: Expression | None) -> int:
     """The statement to go on with at `last`, which leads back to `first` where `condition` holds."""
     entry = m.frame.entered.get(first, _NOTHING)
-    m.frame.entered[first] = Entry(m.memory.stamp, m.moves, m.reads, entry.number)
+    m.frame.entered[first] = LoopEntry(m.memory.stamp, m.moves, m.reads, entry.number)
     loop = _loop(m, last, entry)
     loop.passes += 1
     about = _region(m, first, last)
@@ -50,7 +50,7 @@ def way_back(m: Machine, first: int, last: int, condition: Expression | None) ->
     return last + 1
 
 
-def _loop(m: Machine, last: int, entry: Entry) -> Loop:
+def _loop(m: Machine, last: int, entry: LoopEntry) -> Loop:
     loop = m.frame.loops.get(last)
     if loop is None or loop.entry != entry.number:
         loop = m.frame.loops[last] = Loop(entry.number)
@@ -71,7 +71,7 @@ def _lines(m: Machine, first: int, last: int) -> str:
 
 
 def _ended_by_input(
-    m: Machine, first: int, last: int, condition: Expression | None, about: Region, entry: Entry
+    m: Machine, first: int, last: int, condition: Expression | None, about: Region, entry: LoopEntry
 ) -> int | None:
     """Turns over the input that ends the loop; None when no input does."""
     loop = m.frame.loops[last]
@@ -117,7 +117,7 @@ def _stop(m: Machine, first: int, last: int, moved: bool) -> None:
     m.stop(says)
 
 
-def _candidates(m: Machine, loop: Loop, entry: Entry) -> list[SignalKey]:
+def _candidates(m: Machine, loop: Loop, entry: LoopEntry) -> list[SignalKey]:
     """Inputs that were read in the last pass and not yet turned over, the last one first: it is nearest to the end."""
     read = [
         (when, key)
@@ -156,7 +156,7 @@ def _holds(m: Machine, condition: Expression) -> bool:
         return False
 
 
-def _changed(m: Machine, about: Region, entry: Entry) -> bool:
+def _changed(m: Machine, about: Region, entry: LoopEntry) -> bool:
     """Whether anything that decides about the loop was changed since its head."""
     if m.listed > entry.stamp:
         return True  # a list of inputs from olp.toml goes on

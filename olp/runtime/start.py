@@ -15,7 +15,7 @@ from olp.runtime.machine import OPERATIONS, execute
 from olp.runtime.memory import Memory
 from olp.runtime.recorder import Recorder
 from olp.runtime.robots import missing_robots
-from olp.runtime.state import Frame, Machine
+from olp.runtime.state import CallFrame, Machine
 from olp.runtime.world import build_world
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def start(
     world = build_world(robot, assumptions, folder)
     recorder = Recorder(world.cell, tuple(jobs.sources))
     m = Machine(
-        OPERATIONS, recorder, world, Memory(), jobs, assumptions, cycles, Frame(main), first_job=main.key
+        OPERATIONS, recorder, world, Memory(), jobs, assumptions, cycles, CallFrame(main), first_job=main.key
     )
     if program.vendor in vendor_names():
         m.known_routines = part_of(program.vendor, "known_routines") or {}

@@ -85,7 +85,7 @@ class JointLaw(Protocol):
     def predict(self, moves: JointMoves) -> JointTimes: ...
 
 
-class KnownArm(NamedTuple):
+class PriorArm(NamedTuple):
     """The law alone, with what is known of an arm without any recorded move."""
 
     timing: ArmTiming

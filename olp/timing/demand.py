@@ -17,7 +17,7 @@ from olp.core.units import deg
 from olp.ir.program import Path
 from olp.robots.times_to_speed import times_to_speed
 from olp.runtime.plan import PATHS, Moves, Plan
-from olp.timing.accelerations import Limits, of_axes, of_lines
+from olp.timing.accelerations import MotionLimits, of_axes, of_lines
 from olp.timing.slowing import slow_down
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Demand:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def demand(plan: Plan, limits: Limits) -> Demand:
+def demand(plan: Plan, limits: MotionLimits) -> Demand:
     """What each row of `plan.moves` asks for."""
     moves = plan.moves
     count = len(moves)
@@ -92,7 +92,7 @@ def demand(plan: Plan, limits: Limits) -> Demand:
     return result
 
 
-def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, out: Demand) -> None:
+def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: MotionLimits, out: Demand) -> None:
     """Lines, arcs and splines: the slower of travelling and turning."""
     length, angle = moves.length[rows], np.nan_to_num(moves.angle[rows])
     speed = moves.travel[rows].copy()
@@ -142,7 +142,7 @@ def _axes(
     moves: Moves,
     rows: NDArray[np.intp],
     mechanism: int,
-    limits: Limits,
+    limits: MotionLimits,
     out: Demand,
     names: list[str],
 ) -> None:

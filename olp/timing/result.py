@@ -19,7 +19,7 @@ from olp.timing.motion import Profile
 if TYPE_CHECKING:
     import pandas
 
-    from olp.identification.signature.correction_interval import Interval
+    from olp.identification.signature.correction_interval import CorrectionInterval
 
 Floats = NDArray[np.float64]
 
@@ -105,7 +105,9 @@ class Timing:
     expected: tuple[float, float] | None = (
         None  # [s] ends of the total's 95 % interval before anything was recorded
     )
-    interval: Interval | None = None  # with a signature: see olp/identification/signature/correction.py
+    interval: CorrectionInterval | None = (
+        None  # with a signature: see olp/identification/signature/correction.py
+    )
 
     @property
     def low_s(self) -> float | None:

@@ -10,11 +10,11 @@ from olp.core.diagnostic import Diagnostic
 from olp.runtime.plan import Plan
 
 if TYPE_CHECKING:
-    from olp.timing.accelerations import Limits
+    from olp.timing.accelerations import MotionLimits
     from olp.timing.demand import Demand
 
 
-def slow_down(plan: Plan, limits: Limits, out: Demand, names: list[str]) -> tuple[Diagnostic, ...]:
+def slow_down(plan: Plan, limits: MotionLimits, out: Demand, names: list[str]) -> tuple[Diagnostic, ...]:
     """Lowers the speeds of rows and names the axis; what is to be told of singularities, reach and soft limits.
 
     A row keeps one speed: the mean one of a run that slows down only where the axis asks for it.

@@ -25,9 +25,9 @@ from olp.robots.controller_effects import Effects, effects_of, settling_of
 from olp.runtime.plan import PATHS, Assumption, Plan, StepKind
 from olp.runtime.plan_findings import of_rows
 from olp.timing.acceleration import load_law
-from olp.timing.accelerations import Limits, filter_time
+from olp.timing.accelerations import MotionLimits, filter_time
 from olp.timing.additions import Additions, additions
-from olp.timing.arm_moves import KnownArm
+from olp.timing.arm_moves import PriorArm
 from olp.timing.arm_prior import arm_prior_of, inferred_arm
 from olp.timing.chain import Caps, Chain, chain
 from olp.timing.demand import Demand, demand
@@ -72,7 +72,7 @@ def time_plan(
         acceleration = float(settings["accel_mm_s2"]) * mm
     assumed: dict[str, Assumption] = {}
     law = load_law(acceleration_law or str(settings.get("acceleration_law", DEFAULT_LAW)))
-    limits = Limits(
+    limits = MotionLimits(
         acceleration,
         lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
         law,
@@ -91,7 +91,7 @@ def time_plan(
         )
     prior = None
     if signed is None and law.name == DEFAULT_LAW and plan.robot is not None and inferred_arm(plan.robot):
-        prior = time_joints(plan, wanted, KnownArm(arm_prior_of(plan.robot)), effects.override, None)
+        prior = time_joints(plan, wanted, PriorArm(arm_prior_of(plan.robot)), effects.override, None)
     joined = _feasible(plan, chosen, wanted, chain(plan, wanted), parameters)
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
@@ -214,7 +214,7 @@ def _at_override(plan: Plan, override: float) -> Plan:
 def _settling(
     plan: Plan,
     joined: Chain,
-    limits: Limits,
+    limits: MotionLimits,
     effects: Effects,
     signed: Signed | None,
     prior: TimedJoints | None,

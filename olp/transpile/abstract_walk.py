@@ -9,11 +9,20 @@ from typing import Final
 
 import numpy as np
 
-from olp.ir.expressions import CallValue, Function, Named, Number, PositionLiteral, State, Text, Variable
+from olp.ir.expressions import (
+    CallValue,
+    Function,
+    Named,
+    Number,
+    PositionLiteral,
+    SignalState,
+    Text,
+    Variable,
+)
 from olp.ir.program import Assign, Call, End, Move, Path, Program, Routine, StartTask, Statement, Update
 from olp.ir.transformer import calls_nothing, expressions_of, is_usual
 from olp.robots.geometry import Array, rotation_angle, rotation_from_angles
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbols
 
 # What runs between two moves without leading elsewhere; nothing jumps there either.
@@ -21,7 +30,7 @@ BETWEEN: Final = frozenset(
     {"Comment", "SetOutput", "PulseOutput", "Dwell", "Wait", "Message", "Declare", "Begin"}
 )
 SETTING: Final = frozenset({"Assign", "Update", "DefineFrame"})
-_PLAIN: Final = (Number, Text, State)
+_PLAIN: Final = (Number, Text, SignalState)
 _HOLDERS: Final = frozenset({Named, Variable})  # no component of a tool or of a frame
 _NOTHING: Final = 1e-9  # [m]
 Segment = tuple[float, float]  # [m] and [rad]
@@ -83,7 +92,7 @@ def _least(one: float, other: float) -> float:
     return min(one, other) if one == one and other == other else nan
 
 
-def walk_through(program: Program, work: Work) -> Walk:
+def walk_through(program: Program, work: TranslationContext) -> Walk:
     """The walk through a program, which passes that ask about the same one share."""
     if work.walk is None or work.walk.program is not program:
         work.walk = _walked(program, work.symbols(program))

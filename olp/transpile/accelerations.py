@@ -12,13 +12,13 @@ from olp.ir.expressions import Number, Quantity
 from olp.ir.program import Acceleration, AccelerationUnit, Move, Path, Program
 from olp.ir.transformer import edited
 from olp.languages.limits import Range, range_text, within
-from olp.transpile.context import Fate, Loss, Work
+from olp.transpile.context import Fate, Loss, TranslationContext
 
 _UNITS: Final = {AccelerationUnit.TRAVEL: "m/s²", AccelerationUnit.AXIS: "rad/s²"}
 _SAME: Final = 1e-6  # relative: below this two shares are one
 
 
-def accelerations(program: Program, work: Work) -> Program:
+def accelerations(program: Program, work: TranslationContext) -> Program:
     """Every move's accelerations as the target says them; what it cannot say is left out, with a loss."""
     says = work.limits.unprogrammed_acceleration
     joints = AccelerationUnit.AXIS in work.limits.accelerations
@@ -41,7 +41,7 @@ def accelerations(program: Program, work: Work) -> Program:
 class _Accelerations:
     """`known`: by the ids of a move's accelerations, that move, what became of them, and what is lost of it."""
 
-    work: Work
+    work: TranslationContext
     known: dict[tuple[object, ...], tuple[Move, dict[str, Any], list[Loss]]] = field(default_factory=dict)
 
     def move(self, s: Move) -> Move:
@@ -65,7 +65,7 @@ def _is_free(s: Move, joints: bool) -> bool:
     return (joints or s.path is not Path.JOINT) and s.acceleration is None and s.rate is None
 
 
-def _within(s: Move, work: Work) -> Move:
+def _within(s: Move, work: TranslationContext) -> Move:
     """The nearest accelerations that the target takes."""
     changes: dict[str, object] = {}
     for name in ("acceleration", "deceleration"):
@@ -81,7 +81,9 @@ def _within(s: Move, work: Work) -> Move:
     return edited(s, changes) if changes else s
 
 
-def _near(s: Move, work: Work, value: Quantity, bounds: Range, scale: float, unit: str) -> Quantity | None:
+def _near(
+    s: Move, work: TranslationContext, value: Quantity, bounds: Range, scale: float, unit: str
+) -> Quantity | None:
     """The nearest number within bounds, told with how far off it is; None where the value itself is within."""
     literal = value.literal
     near = literal if literal is None else within(literal, bounds)
@@ -92,7 +94,7 @@ def _near(s: Move, work: Work, value: Quantity, bounds: Range, scale: float, uni
     return Quantity(Number(_clean(near / scale)), scale)
 
 
-def _rounded(s: Move, work: Work) -> Move:
+def _rounded(s: Move, work: TranslationContext) -> Move:
     """As many decimals as the target writes."""
     step, share = work.limits.acceleration_step, s.acceleration
     value = None if share is None or not step else share.literal
@@ -105,7 +107,7 @@ def _rounded(s: Move, work: Work) -> Move:
     return edited(s, {"acceleration": Quantity(Number(_clean(rounded / percent)), percent)})
 
 
-def _converted(s: Move, work: Work) -> Move:
+def _converted(s: Move, work: TranslationContext) -> Move:
     allowed = work.limits.accelerations
     rated = _rated(s, work)
     if s.rate is not None and s.rate.unit not in allowed:
@@ -123,7 +125,7 @@ def _converted(s: Move, work: Work) -> Move:
     return _as_rate(s, work, rated)
 
 
-def _one_share(s: Move, work: Work) -> Move:
+def _one_share(s: Move, work: TranslationContext) -> Move:
     """Braking and speeding up are one share where the target cannot tell them apart."""
     if s.deceleration is None or work.limits.separate_deceleration:
         return s
@@ -137,7 +139,7 @@ def _one_share(s: Move, work: Work) -> Move:
     return replace(s, acceleration=s.acceleration or s.deceleration, deceleration=None)
 
 
-def _as_rate(s: Move, work: Work, rated: float | None) -> Move:
+def _as_rate(s: Move, work: TranslationContext, rated: float | None) -> Move:
     share = s.acceleration or s.deceleration
     if share is None:
         return s
@@ -152,7 +154,7 @@ def _as_rate(s: Move, work: Work, rated: float | None) -> Move:
     return edited(s, {"rate": Acceleration(unit, Quantity(Number(_clean(value * rated)), 1.0))})
 
 
-def _bounded(s: Move, work: Work) -> Move:
+def _bounded(s: Move, work: TranslationContext) -> Move:
     assert s.acceleration is not None
     value = s.acceleration.literal
     if value is not None and value > 1.0:
@@ -162,7 +164,7 @@ def _bounded(s: Move, work: Work) -> Move:
     return s
 
 
-def _rated(s: Move, work: Work) -> float | None:
+def _rated(s: Move, work: TranslationContext) -> float | None:
     """[m/s²] or, of a joint move, [rad/s²]: the rated acceleration; None where no robot says it."""
     robot = work.target_robot
     if robot is None:

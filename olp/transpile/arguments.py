@@ -8,10 +8,10 @@ from olp.ir.expressions import CallValue, Expression, NamedArgument
 from olp.ir.program import Call, Parameter, Program, Statement
 from olp.ir.transformer import calls_nothing, mapped
 from olp.transpile.constant_folding import paired
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 
 
-def arguments(program: Program, work: Work) -> Program:
+def arguments(program: Program, work: TranslationContext) -> Program:
     """Every call with all arguments, those left out with their defaults. A switch, or one without a default, stays.
 
     What a routine is given and never reads is left out.
@@ -46,7 +46,7 @@ def arguments(program: Program, work: Work) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _without_surplus(program: Program, work: Work) -> Program:
+def _without_surplus(program: Program, work: TranslationContext) -> Program:
     taken = {r.name: len(r.parameters) for r in program.routines}
 
     def row(s: Statement) -> Statement:

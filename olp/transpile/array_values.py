@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from olp.ir.expressions import Expression, Item, Named, Number, RecordLiteral
 from olp.ir.program import Assign, Program, Statement
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 
 
-def array_values(program: Program, work: Work) -> Program:
+def array_values(program: Program, work: TranslationContext) -> Program:
     """`a := [[1,2],[3,4]]` as four assignments."""
     if work.limits.array_literals:
         return program

@@ -5,7 +5,7 @@ from __future__ import annotations
 from olp.ir.expressions import Expression, Item, Named, Number, RecordLiteral
 from olp.ir.program import Program
 from olp.ir.transformer import expressions_of
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbol, Symbols
 
 
@@ -27,7 +27,7 @@ def _listed(symbol: Symbol) -> tuple[int, ...] | None:
     return None if symbol.sizes else ()
 
 
-def largest_indices(program: Program, work: Work) -> dict[str, int]:
+def largest_indices(program: Program, work: TranslationContext) -> dict[str, int]:
     """The largest index that is written out of each array of one dimension."""
     found: dict[str, int] = {}
     for routine in program.routines:
@@ -39,7 +39,7 @@ def largest_indices(program: Program, work: Work) -> dict[str, int]:
     return found
 
 
-def array_bounds(program: Program, work: Work) -> Program:
+def array_bounds(program: Program, work: TranslationContext) -> Program:
     """Refuses elements beyond an array's end; for numbered languages also computed ones where no end is known."""
     if not any(type(e) is Item for routine in program.routines for e in work.look(routine).expressions):
         return program

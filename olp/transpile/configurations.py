@@ -11,12 +11,12 @@ from olp.ir.program import Move, Path, Program, Statement
 from olp.ir.transformer import edited, mapped
 from olp.robots.kinematics.readings import readings_of_joints, same_posture
 from olp.runtime.plan import StepKind
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 
 _SAME = 1e-6  # [rad] below this two ends are one
 
 
-def configurations(program: Program, work: Work) -> Program:
+def configurations(program: Program, work: TranslationContext) -> Program:
     """Poses with the arm flags of the plan, or without any for languages that have none; URScript is told joint values.
 
     Each other joint move that led to a pose with flags is a loss.
@@ -42,7 +42,7 @@ def configurations(program: Program, work: Work) -> Program:
     return replace(program, data=data, routines=tuple(routines))
 
 
-def _near(s: Move, work: Work) -> Move:
+def _near(s: Move, work: TranslationContext) -> Move:
     """The move to the joint values near which the pose is reached, where each run of it ends in the same ones."""
     axes = _ends(s.line, work) if work.limits.near_joints else None
     if axes is None and not work.has_flags:
@@ -55,7 +55,7 @@ def _near(s: Move, work: Work) -> Move:
     return edited(s, {"targets": (Function("inverse", (s.targets[0], near)),)})
 
 
-def _ends(line: int, work: Work) -> tuple[float, ...] | None:
+def _ends(line: int, work: TranslationContext) -> tuple[float, ...] | None:
     """[rad] Where the source's plan has the arm at the end of a line; None where that is not known."""
     robot, plan = work.robot, work.plan()
     if robot is None or plan is None or work.target_robot is None:

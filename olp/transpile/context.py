@@ -113,7 +113,7 @@ class Elsewhere:
 
 
 @dataclass(slots=True)
-class Work:
+class TranslationContext:
     """One translation under way. `names`: (kind, name in the source, name in the target), for the receipt."""
 
     source: Program
@@ -305,9 +305,9 @@ def _plain(label: str) -> str:
     return label.casefold().replace(" ", "").replace("{", "[").replace("}", "]")
 
 
-def work_for(program: Program, target: str, context: Context) -> Work:
+def work_for(program: Program, target: str, context: Context) -> TranslationContext:
     """Raises OlpError (X010) for a language that cannot be written."""
-    return Work(program, target, limits_of(target), context)
+    return TranslationContext(program, target, limits_of(target), context)
 
 
 def _names_in(program: Program) -> set[str]:

@@ -11,7 +11,7 @@ from typing import Final
 from olp.ir.expressions import Expression, FrameRef, Function, NamedArgument, Number, SystemValue
 from olp.ir.program import Move, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 
 HERE: Final = SystemValue("current-pose")
 _UNSEEN: Final = (FrameRef("tool", Number(0)), FrameRef("base"))
@@ -34,14 +34,14 @@ def systems_of(e: Expression) -> System | None:
     return named.get(_TOOL.casefold()), named.get(_FRAME.casefold())
 
 
-def here(program: Program, work: Work) -> Program:
+def here(program: Program, work: TranslationContext) -> Program:
     """Every reading of the position that names a tool or a frame as the target says it."""
     if not work.conventions.names_read_frames:
         return program
     return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
 
 
-def _routine(routine: Routine, work: Work) -> Routine:
+def _routine(routine: Routine, work: TranslationContext) -> Routine:
     rows: list[Statement] = []
     last: System = _UNSEEN  # of the move before, in the order of writing
     for s in routine.body:
@@ -51,7 +51,7 @@ def _routine(routine: Routine, work: Work) -> Routine:
     return replace(routine, body=tuple(rows))
 
 
-def _statement(s: Statement, last: System, work: Work) -> Statement:
+def _statement(s: Statement, last: System, work: TranslationContext) -> Statement:
     if not any(e == HERE or systems_of(e) is not None for e in expressions_of(s)):
         return s
 

@@ -17,7 +17,7 @@ from olp.ir.program import Move, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, edited, expressions_of
 from olp.transpile.abstract_walk import BETWEEN, SETTING
 from olp.transpile.blends import STOP
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.current_position import systems_of
 
 _READ: Final = frozenset({"current-pose", "current-joints"})
@@ -48,12 +48,12 @@ class Lead(Enum):
     OPEN = "several ways, or a routine"
 
 
-def standing(program: Program, work: Work) -> Program:
+def standing(program: Program, work: TranslationContext) -> Program:
     """Every move that such a reading follows with an exact stop; where that is open, the loss says so."""
     return replace(program, routines=tuple([_routine(r, program, work) for r in program.routines]))
 
 
-def _routine(routine: Routine, program: Program, work: Work) -> Routine:
+def _routine(routine: Routine, program: Program, work: TranslationContext) -> Routine:
     body = list(routine.body)
     first = next((r for r in program.routines if r.name == program.main), program.routines[0])
     for at, s in enumerate(body):
@@ -69,7 +69,7 @@ def _routine(routine: Routine, program: Program, work: Work) -> Routine:
     return replace(routine, body=tuple(body))
 
 
-def _reads(s: Statement, work: Work) -> bool:
+def _reads(s: Statement, work: TranslationContext) -> bool:
     if isinstance(s, Move) and s.relative is not None:
         return "relative" not in work.limits.native_offsets
     waits = work.conventions.waits_before_reading and not work.target_conventions.waits_before_reading
@@ -97,7 +97,7 @@ def _stops(s: Move) -> bool:
     return size is not None and size <= 0.0
 
 
-def _stopped(s: Statement, work: Work) -> Statement:
+def _stopped(s: Statement, work: TranslationContext) -> Statement:
     assert isinstance(s, Move)
     blend = s.blend
     size = (

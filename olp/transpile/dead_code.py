@@ -8,7 +8,7 @@ from olp.ir.expressions import Named, PositionLiteral, RecordLiteral
 from olp.ir.program import Declare, Program
 from olp.ir.transformer import expressions_of, note_names
 from olp.languages.vendor import language_of
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.data_only import holds_data_only
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
@@ -16,7 +16,7 @@ _WRITTEN = frozenset({"speed", "zone"})
 _HELD = _PLAIN | {"tool", "frame", ""}  # types that every language has in some form
 
 
-def prune(program: Program, work: Work) -> Program:
+def prune(program: Program, work: TranslationContext) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
     used: set[str] = set()
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
@@ -66,7 +66,7 @@ def _is_said(d: Declare) -> bool:
     return type(d.value) is PositionLiteral or (bool(d.sizes) and d.type in _PLAIN)
 
 
-def _tell_gone(data: list[Declare], work: Work) -> None:
+def _tell_gone(data: list[Declare], work: TranslationContext) -> None:
     """Of a file that holds nothing else; of others' data what is used stands in the statements."""
     for d in data:
         kind = f"data of the type {d.native or d.type}" if d.native or d.type else "such data"
@@ -74,7 +74,7 @@ def _tell_gone(data: list[Declare], work: Work) -> None:
         work.lose(d, Fate.APPROXIMATED, "data", says)
 
 
-def _refuse(program: Program, types: dict[str, str], work: Work) -> None:
+def _refuse(program: Program, types: dict[str, str], work: TranslationContext) -> None:
     """Every statement that names data of a type that only its own language has."""
     if not types:
         return

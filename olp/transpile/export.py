@@ -101,14 +101,14 @@ def rendered(
     template: str | os.PathLike[str] | None = None,
 ) -> str:
     """What the vendor's template, or another one, makes of a writer's values. Raises OlpError (J…)."""
-    from olp.languages.templating import Limits, given, shipped
+    from olp.languages.templating import RenderingLimits, given, shipped
 
     renderer = shipped(vendor) if template is None else given(template)
     # What was read from several files has little text of its own.
     rows = len(program.data) + sum(len(r.body) + len(r.points) for r in program.routines)
     size = len(program.source.raw) + rows
     characters = 1_000_000 + 100 * size + _ROW * rows
-    limits = Limits(steps=100_000 + 10 * size, characters=characters, seconds=60.0)
+    limits = RenderingLimits(steps=100_000 + 10 * size, characters=characters, seconds=60.0)
     return renderer.render(values, limits)
 
 

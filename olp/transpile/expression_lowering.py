@@ -18,7 +18,7 @@ from olp.ir.expressions import (
     Named,
     Number,
     PositionLiteral,
-    State,
+    SignalState,
     Store,
     SystemValue,
     Taught,
@@ -44,7 +44,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of, mapped, sets_numbers
 from olp.runtime.assumptions import Given
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.move_lowering import has_names, lifted_move
 from olp.transpile.number_lowering import (
     TYPES,
@@ -72,7 +72,7 @@ _ZEROS: Final[dict[str, Expression]] = {
     "integer": Number(0),
     "real": Number(0.0),
     "string": Text(""),
-    "boolean": State(False),
+    "boolean": SignalState(False),
     "position": PositionLiteral("pose", (0.0,) * 6),
     "joints": PositionLiteral("joint", (0.0,) * 6),
 }
@@ -85,7 +85,7 @@ _LARGEST_ARRAY: Final = 100
 _POSE: Final = frozenset(_ELEMENTS[:6])
 
 
-def lift(program: Program, work: Work) -> Program:
+def lift(program: Program, work: TranslationContext) -> Program:
     """Only names from here on. A program without numbers comes back as it is."""
     lifted = _Lift(program, work)
     routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
@@ -98,7 +98,7 @@ def lift(program: Program, work: Work) -> Program:
 @dataclass(slots=True)
 class _Lift:
     program: Program
-    work: Work
+    work: TranslationContext
     points: Points = field(init=False)
     expressions: list[list[Expression]] = field(
         default_factory=list

@@ -23,7 +23,7 @@ from olp.ir.points import PointKind
 from olp.ir.program import Declare, Move, Program, Routine, SetFrame, SetTool, Statement
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped, sets_numbers
 from olp.runtime.assumptions import WrittenPosition
-from olp.transpile.context import Elsewhere, Work, world_of
+from olp.transpile.context import Elsewhere, TranslationContext, world_of
 from olp.transpile.current_position import systems_of
 from olp.transpile.frame_names import system_label
 from olp.transpile.occurrences import Look
@@ -33,7 +33,7 @@ _FIELDS = {Move: ("tool", "frame"), SetTool: ("tool",), SetFrame: ("frame",)}
 _KINDS = {"tool": "tool", "frame": "user"}
 
 
-def elsewhere(program: Program, work: Work) -> Program:
+def elsewhere(program: Program, work: TranslationContext) -> Program:
     """Notes them in `work.elsewhere` and puts their numbers in their places."""
     symbols = work.symbols(program)
     if not any(_names_undeclared(symbols, routine, work.look(routine)) for routine in program.routines):
@@ -82,7 +82,7 @@ def _is_undeclared(symbols: Symbols, routine: Routine, e: Expression) -> bool:
 class _Elsewhere:
     """`numbers`: by kind and label; `declared`: what olp.toml gives a value."""
 
-    work: Work
+    work: TranslationContext
     program: Program
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
     declared: dict[str, Declare] = field(default_factory=dict)

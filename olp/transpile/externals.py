@@ -7,11 +7,11 @@ from dataclasses import replace
 from olp.ir.expressions import Expression, PositionLiteral
 from olp.ir.program import Move, Program, Statement
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols
 
 
-def externals(program: Program, work: Work) -> Program:
+def externals(program: Program, work: TranslationContext) -> Program:
     """Positions without external axes. Those that stand at zero all the time are nothing; others are refused."""
     if not work.limits.no_external_axes or not any(e.external for e in work.literals(program)):
         return program

@@ -17,21 +17,21 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Signal,
-    State,
+    SignalState,
     Text,
     Unary,
 )
 from olp.ir.program import Declare, Program
 from olp.ir.transformer import expressions_of, mapped
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols, symbols_of
 
-_PLAIN: Final = (Number, Text, State, PositionLiteral, type(None))
+_PLAIN: Final = (Number, Text, SignalState, PositionLiteral, type(None))
 _LEFT: Final = (Named, Item, Binary)  # what is not known before the program runs
 _DEEPEST: Final = 20  # a value that names a value that names …
 
 
-def first_values(program: Program, work: Work) -> Program:
+def first_values(program: Program, work: TranslationContext) -> Program:
     """All data of the program with literal values."""
     if all(type(d.value) in _PLAIN for d in program.data) and not any(r.data for r in program.routines):
         return program
@@ -44,7 +44,7 @@ def first_values(program: Program, work: Work) -> Program:
     return replace(program, routines=routines, data=data)
 
 
-def _written(s: Declare, symbols: Symbols, routine: str, work: Work) -> Declare:
+def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContext) -> Declare:
     if type(s.value) in _PLAIN or isinstance(s.value, Signal):
         return s
     value: Expression | None = s.value
@@ -72,8 +72,8 @@ def _known(e: Expression, symbols: Symbols, routine: str) -> Expression:
             return symbols.fixed_value(routine, e) or e
         case Unary("-", Number(value)):
             return Number(-value)
-        case Unary("not", State(on)):
-            return State(not on)
+        case Unary("not", SignalState(on)):
+            return SignalState(not on)
         case Binary(operator, Number(left), Number(right)):
             return _computed(operator, left, right) or e
     return e

@@ -23,7 +23,7 @@ from olp.ir.program import (
 from olp.ir.transformer import edited, mapped
 from olp.robots.geometry import Pose
 from olp.transpile.constant_frames import system_of
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.current_position import HERE, seen_in, systems_of
 from olp.transpile.frame_names import BASE, SystemNames, system_words
 from olp.transpile.occurrences import with_rows
@@ -209,7 +209,7 @@ class _Systems(SystemNames):
         return [Comment(0, "tools and frames of the translated program"), *rows] if rows else []
 
 
-def frames(program: Program, work: Work) -> Program:
+def frames(program: Program, work: TranslationContext) -> Program:
     """Every move's tool and frame as the target says them, and their values where it has none yet."""
     systems = _Systems(work, work.symbols(program))
     systems.note_numbers(program)

@@ -13,7 +13,7 @@ from olp.ir.program import Assign, Call, Move, Path, Program, Return, Routine, S
 from olp.ir.transformer import mapped
 from olp.robots.geometry import Pose, rotation_from_angles, rotation_from_quaternion
 from olp.runtime.plan import StepKind
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.records import literal_of
 from olp.transpile.symbols import Symbols, kind_of_value
@@ -22,7 +22,7 @@ from olp.transpile.typed_values import whole_decimals
 _NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that reach a pose
 
 
-def functions(program: Program, work: Work) -> Program:
+def functions(program: Program, work: TranslationContext) -> Program:
     """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
     symbols = work.symbols(program)
     flagged = any(r is not None and r.geometry and r.geometry.links for r in (work.robot, work.target_robot))
@@ -139,7 +139,9 @@ def _in_frame(s: Move, goals: set[str], symbols: Symbols, routine: str) -> Move:
     return replace(s, frame=frame, targets=(replace(e, arguments=(pose, *e.arguments[1:])),))
 
 
-def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool, work: Work, s: Move) -> Expression:
+def _joints(
+    e: Expression, symbols: Symbols, routine: str, flagged: bool, work: TranslationContext, s: Move
+) -> Expression:
     """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints written beside it."""
     if not isinstance(e, Function) or e.name != "inverse":
         return e
@@ -150,7 +152,7 @@ def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool, work: 
     return e.arguments[0]
 
 
-def _reached(near: PositionLiteral, work: Work, s: Move) -> PositionLiteral | None:
+def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> PositionLiteral | None:
     """The joints with which the plan reaches the pose of a move, None where they are `near` or nobody knows them."""
     plan = None if work.robot is None else work.plan()
     if plan is None or work.robot is None:

@@ -14,7 +14,7 @@ from olp.ir.program import Assign, Call, Declare, For, Move, Program, Routine, S
 from olp.ir.transformer import mapped, note_names
 from olp.languages.vendor import conventions_of, language_of
 from olp.transpile.constant_folding import called_in, paired
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.name_types import COMPONENTS, PLACES, TARGET, Use
 from olp.transpile.name_uses import uses_of
 from olp.transpile.symbols import base_of
@@ -35,7 +35,7 @@ _ASKS: Final = {
 }
 
 
-def undeclared(program: Program, work: Work) -> Program:
+def undeclared(program: Program, work: TranslationContext) -> Program:
     """Every name declared."""
     program = _counters(program)
     _tell_calls(program, work)
@@ -114,7 +114,7 @@ def _unwaited(program: Program) -> set[str]:
     return found
 
 
-def _refuse_own(program: Program, names: set[str], work: Work) -> None:
+def _refuse_own(program: Program, names: set[str], work: TranslationContext) -> None:
     """What names a variable of the controller (KRL's $MODE_OP): as a program's own variable it would mean nothing."""
     for s in program.statements() if names else ():
         found = sorted(_names(s) & names)
@@ -124,7 +124,7 @@ def _refuse_own(program: Program, names: set[str], work: Work) -> None:
             work.lose(s, Fate.REFUSED, "name", says)
 
 
-def _tell_calls(program: Program, work: Work) -> None:
+def _tell_calls(program: Program, work: TranslationContext) -> None:
     """Routines that no file at hand has, one line for each: the translation calls what nobody has translated."""
     known = {routine.name.casefold() for routine in program.routines}
     known |= {name.casefold() for name in work.context.mapping.routines}
@@ -144,7 +144,7 @@ def _declaration(use: Use) -> Declare:
     )
 
 
-def _tell(use: Use, work: Work) -> None:
+def _tell(use: Use, work: TranslationContext) -> None:
     """One line for each name, at its first use."""
     kind = _WORDS[use.kind] if use.kinds else "a number, for nothing tells its type"
     if TARGET in use.kinds and use.kind == "position":
@@ -161,7 +161,7 @@ def _tell(use: Use, work: Work) -> None:
         work.lose(line, Fate.REFUSED, "index", says)
 
 
-def _tell_moves(program: Program, uses: dict[str, Use], work: Work) -> None:
+def _tell_moves(program: Program, uses: dict[str, Use], work: TranslationContext) -> None:
     """Every move that depends on such a name, or on a position that is computed from one."""
     origin = {name: name for name in uses}
     places = {name for name, use in uses.items() if use.kind in PLACES}

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from olp.ir.expressions import Expression, Named, Number, Signal, State, Text
+from olp.ir.expressions import Expression, Named, Number, Signal, SignalState, Text
 from olp.ir.program import Call, Move, Program, SetOutput, Statement
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 
 _BUSES: Final = {"do": "out", "ao": "analog-out", "go": "out-group"}
 _MID: Final = "at the middle of the corner: written behind the move"
 
 
-def at_ends(program: Program, work: Work) -> Program:
+def at_ends(program: Program, work: TranslationContext) -> Program:
     """Moves that set an output or call a routine at their end as moves, with that behind them."""
     if not work.conventions.actions_at_ends:
         return program
@@ -25,7 +25,7 @@ def at_ends(program: Program, work: Work) -> Program:
     return replace(program, routines=routines)
 
 
-def _split(s: Statement, work: Work) -> list[Statement]:
+def _split(s: Statement, work: TranslationContext) -> list[Statement]:
     if not isinstance(s, Move) or not s.other:
         return [s]
     word, values = s.other[0][0], [value for name, value in s.other[1:] if not name]
@@ -46,7 +46,7 @@ def _deed(line: int, ending: str, values: list[Expression]) -> Statement | None:
             if isinstance(signal, Named):
                 signal = Signal(_BUSES[ending], Text(signal.name))
             on = ending == "do" and type(value) is Number and value.value in (0, 1)
-            return SetOutput(line, signal, State(value == Number(1)) if on else value)
+            return SetOutput(line, signal, SignalState(value == Number(1)) if on else value)
         case [Text(name)] if ending == "sync":
             return Call(line, name)
     return None

@@ -53,13 +53,13 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, sets_numbers
 from olp.languages.vendor import conventions_of
 from olp.transpile.constant_folding import paired
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
 from olp.transpile.symbols import Symbols, kind_of_value
 
 
-def uses_of(program: Program, work: Work) -> dict[str, Use]:
+def uses_of(program: Program, work: TranslationContext) -> dict[str, Use]:
     """The names of `program` that nothing declares, in order of their first use."""
     symbols = work.symbols(program)
     if not any(_uses_unknown(routine, symbols, work.look(routine)) for routine in program.routines):

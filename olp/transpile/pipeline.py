@@ -20,7 +20,7 @@ from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.configurations import configurations
 from olp.transpile.constant_folding import fold_constants, share_variables
 from olp.transpile.constant_frames import known_systems
-from olp.transpile.context import Context, Fate, Loss, Work, work_for
+from olp.transpile.context import Context, Fate, Loss, TranslationContext, work_for
 from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here
 from olp.transpile.current_position_moves import standing
@@ -56,7 +56,7 @@ from olp.transpile.unroll import executed
 from olp.transpile.vectors import vectors
 from olp.transpile.written_systems import written_systems
 
-Pass = Callable[[Program, Work], Program]
+Pass = Callable[[Program, TranslationContext], Program]
 _ROUNDS = 12  # of commenting out what the passes refuse
 
 
@@ -79,7 +79,7 @@ class Translated:
     held: Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
 
 
-def passes(work: Work) -> tuple[Pass, ...]:
+def passes(work: TranslationContext) -> tuple[Pass, ...]:
     """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
         spelling,
@@ -172,7 +172,9 @@ def canonical(
     )
 
 
-def _translated(program: Program, target: str, context: Context, out: LeftOut) -> tuple[Program, Work]:
+def _translated(
+    program: Program, target: str, context: Context, out: LeftOut
+) -> tuple[Program, TranslationContext]:
     work = work_for(program, target, context)
     result = leave_out(program, out, work)
     for step in passes(work):

@@ -13,7 +13,7 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, FrameRef, Named, Number, PositionLiteral, Store
 from olp.ir.points import Point, PointKind, PointState
 from olp.ir.program import Declare, Routine
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 
 _POSE = 6
 _LETTERS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}
@@ -23,7 +23,7 @@ _LETTERS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}
 class Points:
     """The named positions made so far. `states`: what holds for each of them, for the moves that go there."""
 
-    work: Work
+    work: TranslationContext
     names: dict[tuple[str, Store, bool, int], str] = field(default_factory=dict)
     states: dict[str, PointState] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)

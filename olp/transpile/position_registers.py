@@ -33,7 +33,7 @@ from olp.ir.program import (
 from olp.ir.transformer import mapped
 from olp.languages.limits import Registers
 from olp.transpile.arrays import sizes_of
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.point_table import Place, place_of
 from olp.transpile.symbols import Symbol, Symbols
 
@@ -42,10 +42,10 @@ _NO_FLAGS: Final = (1, 0, 0, 0, 0, 0)  # N U T
 
 
 @dataclass(slots=True)
-class Numbers:
+class PositionNumbers:
     """`points`: taught points of each routine; `constants`: positions that the program sets when it is loaded."""
 
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     arrays: Mapping[str, int] = field(default_factory=dict)  # largest index written of each
     numbers: dict[str, int] = field(default_factory=dict)

@@ -16,7 +16,7 @@ from olp.ir.expressions import Expression, Function, PositionLiteral
 from olp.ir.program import Declare, Move, Program, Statement
 from olp.ir.transformer import expressions_of, mapped
 from olp.robots.robot import Robot
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import symbols_of
 
 Floats = NDArray[np.float64]
@@ -24,7 +24,7 @@ _SAME = 1e-7  # [m]
 _SIX = 6
 
 
-def postures(program: Program, work: Work) -> Program:
+def postures(program: Program, work: TranslationContext) -> Program:
     """The program with the target robot's joint values; what poses in its base mean there is told."""
     robot, other = work.robot, work.target_robot
     note = work.limits.joint_values_note
@@ -55,7 +55,7 @@ def postures(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Postures:
-    work: Work
+    work: TranslationContext
     robot: Robot
     other: Robot
     apart: dict[PositionLiteral, float] = field(

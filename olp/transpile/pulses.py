@@ -8,12 +8,12 @@ from typing import Final
 from olp.ir.expressions import Number, Quantity
 from olp.ir.program import Program, PulseOutput, Statement
 from olp.languages.limits import limits_of
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 
 _INVERTS: Final = "a pulse that switches it on is written"
 
 
-def pulses(program: Program, work: Work) -> Program:
+def pulses(program: Program, work: TranslationContext) -> Program:
     """Every pulse with its time, as each language takes another one where none is named; those to off are refused."""
     if not any(isinstance(s, PulseOutput) for s in program.statements()):
         return program

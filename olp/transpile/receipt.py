@@ -30,7 +30,7 @@ _ORDER = tuple(Fate)
 _UNCOUNTED = (Begin, End, Comment, Declare)
 
 
-class Runs(NamedTuple):
+class PlanRuns(NamedTuple):
     """Plans of the source and of the translation: with the inputs as assumed, then with other ones, in the same order.
 
     None where a program could not be run. `origins`: see `Rerun`.
@@ -89,7 +89,7 @@ def receipt_of(
     translated: Translated,
     target: str,
     files: tuple[str, ...],
-    runs: Runs,
+    runs: PlanRuns,
     robots: tuple[Robot | None, Robot | None],
     tolerances: Tolerances = WRITTEN,
 ) -> Receipt:

@@ -8,13 +8,13 @@ from typing import Final
 from olp.ir.expressions import Item, Member, Named
 from olp.ir.program import Call, End, Parameter, Program, Return, Routine, StartTask, Statement
 from olp.transpile.constant_folding import paired
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbols, symbols_of
 
 _ROUNDS: Final = 5  # of routines that hand a parameter on
 
 
-def references(program: Program, work: Work) -> Program:
+def references(program: Program, work: TranslationContext) -> Program:
     """`PROC a(PERS tooldata t)` as `PROC a(tooldata t)` where nothing assigns to t, here or in what it is handed to."""
     if work.limits.reference_parameters:
         return program

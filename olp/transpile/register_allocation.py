@@ -14,7 +14,7 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     RecordLiteral,
-    State,
+    SignalState,
     Text,
     Variable,
 )
@@ -38,9 +38,9 @@ from olp.ir.program import (
 from olp.ir.transformer import edited, is_usual, is_written_out, mapped
 from olp.languages.vendor import language_of
 from olp.transpile.arrays import largest_indices
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.point_table import Place, place_of, table
-from olp.transpile.position_registers import MEMBERS, Numbers, counts_of
+from olp.transpile.position_registers import MEMBERS, PositionNumbers, counts_of
 from olp.transpile.symbols import kind_of_value, symbols_of
 
 _NO_SYSTEMS: Final = {"tool": None, "frame": None}
@@ -50,7 +50,7 @@ _VALUES: Final = (
 )  # fmt: skip
 
 
-def number(program: Program, work: Work) -> Program:
+def number(program: Program, work: TranslationContext) -> Program:
     """For INFORM and FANUC: no name of a variable or point is left."""
     own = _Numbers(work, symbols_of(program), largest_indices(program, work))
     main = program.main or (program.routines[0].name if program.routines else "")
@@ -70,7 +70,7 @@ def number(program: Program, work: Work) -> Program:
 
 
 @dataclass(slots=True)
-class _Numbers(Numbers):
+class _Numbers(PositionNumbers):
     """Statements and routines with numbers."""
 
     # --- statements -------------------------------------------------------------------------------------
@@ -139,7 +139,7 @@ class _Numbers(Numbers):
             return self._set_element(s)
         value = mapped(s.value, self._change)
         match value:
-            case State(on):
+            case SignalState(on):
                 value = Number(int(on))
             case Binary("*", Member(base, name), Number(factor)) if (
                 self.registers.elements and factor in (1000, 10_000) and name in MEMBERS
@@ -181,7 +181,7 @@ class _Numbers(Numbers):
                 return []
             case PositionLiteral() | Number() | Text():
                 return [Assign(0, target, value)]
-            case State(on):
+            case SignalState(on):
                 return [Assign(0, target, Number(int(on)))]
             case RecordLiteral(_, members) if all(not member for member, _ in members):
                 assert isinstance(target.index, Number)

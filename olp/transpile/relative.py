@@ -10,7 +10,7 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral
 from olp.ir.program import Assign, ExternalTool, Move, Program, ShiftOff, ShiftOn, Statement
 from olp.ir.transformer import expressions_of
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.current_position import HERE, seen_in
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.symbols import Symbols
@@ -19,7 +19,7 @@ _TURNS: Final = ("rx", "ry", "rz")
 _ZEROS: Final = (Number(0), Number(0.0))
 
 
-def relative(program: Program, work: Work) -> Program:
+def relative(program: Program, work: TranslationContext) -> Program:
     """Offsets as positions that are computed: from where the arm stands, or from the target."""
     own = _Relative(program, work, work.symbols(program), work.limits.native_offsets)
     routines = []
@@ -51,7 +51,7 @@ def relative(program: Program, work: Work) -> Program:
 @dataclass(slots=True)
 class _Relative:
     program: Program
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     native: frozenset[str]
     name: str = ""

@@ -15,10 +15,10 @@ from olp.ir.program import Assign, Call, Clear, For, Move, ReadInput, Routine, S
 from olp.ir.transformer import expressions_of
 from olp.runtime.assumptions import Given
 from olp.runtime.initial import NUMBERS, POSITIONS, saved_position
-from olp.transpile.context import Fate, Work, world_of
+from olp.transpile.context import Fate, TranslationContext, world_of
 
 
-def saved_values(work: Work) -> dict[tuple[Store, int], Given]:
+def saved_values(work: TranslationContext) -> dict[tuple[Store, int], Given]:
     """By kind and number; olp.toml wins over VAR.DAT. Nothing where neither file is there."""
     if not work.conventions.saved_variables:
         return {}
@@ -56,7 +56,7 @@ def label_of(name: Expression) -> str:
 
 
 def tell_unset(
-    work: Work,
+    work: TranslationContext,
     routines: Iterable[Routine],
     name_of: Callable[[Variable], Expression],
     is_set: Callable[[Expression], bool],
@@ -67,7 +67,7 @@ def tell_unset(
 
 
 def _tell_values(
-    work: Work,
+    work: TranslationContext,
     routines: Iterable[Routine],
     name_of: Callable[[Variable], Expression],
     is_set: Callable[[Expression], bool],
@@ -107,7 +107,7 @@ def _read_by(s: Statement) -> Iterator[Variable]:
 
 
 def _tell_positions(
-    work: Work,
+    work: TranslationContext,
     routines: Iterable[Routine],
     name_of: Callable[[Variable], Expression],
     is_set: Callable[[Expression], bool],

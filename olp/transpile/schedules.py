@@ -8,10 +8,10 @@ from olp.ir import terminology
 from olp.ir.expressions import Named, SystemValue
 from olp.ir.program import Declare, Move, Program, Statement
 from olp.ir.transformer import edited
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 
 
-def schedules(program: Program, work: Work) -> Program:
+def schedules(program: Program, work: TranslationContext) -> Program:
     """Every speed that only the controller knows by the name of one variable for each table."""
     names: dict[SystemValue, str] = {}
     routines = tuple(
@@ -23,7 +23,7 @@ def schedules(program: Program, work: Work) -> Program:
     return replace(program, routines=routines, data=(*program.data, *data))
 
 
-def _move(s: Statement, names: dict[SystemValue, str], work: Work) -> Statement:
+def _move(s: Statement, names: dict[SystemValue, str], work: TranslationContext) -> Statement:
     if type(s) is not Move or s.speed is None:
         return s
     held = s.speed.value.written

@@ -10,7 +10,7 @@ from typing import Final
 from olp.ir.expressions import Expression, Number, Signal, Text
 from olp.ir.program import Move, Program, Statement
 from olp.ir.transformer import expressions_of, mapped
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 
 # How signals that have only a number are called where they have names.
 _STEMS: Final[Mapping[str, str]] = {
@@ -38,7 +38,7 @@ def _plain(bus: str) -> str:
     return kind if kind in ("in", "out") and bus not in _ANALOG else bus
 
 
-def signals(program: Program, work: Work) -> Program:
+def signals(program: Program, work: TranslationContext) -> Program:
     """Every signal as the target addresses it."""
     own = _Signals(work)
     if work.limits.first_signal:
@@ -51,7 +51,7 @@ def signals(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Signals:
-    work: Work
+    work: TranslationContext
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
     taken: dict[str, set[int]] = field(default_factory=dict)
 

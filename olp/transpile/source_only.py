@@ -41,7 +41,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import language_of
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.pose_folding import without_folds
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
@@ -72,7 +72,7 @@ _READING = (
 )
 
 
-def foreign_words(program: Program, work: Work) -> Program:
+def foreign_words(program: Program, work: TranslationContext) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     comments = work.context.on_loss == "comment"
     started = {s.task for s in program.statements() if isinstance(s, StartTask)}
@@ -133,13 +133,13 @@ def _is_clock(e: Expression) -> bool:
     return isinstance(e, (SystemValue, Function)) and e.name == "timer"
 
 
-def _idle(s: Statement, why: str, program: Program, work: Work) -> Comment:
+def _idle(s: Statement, why: str, program: Program, work: TranslationContext) -> Comment:
     """A statement that does nothing, as a comment."""
     work.lose(s, Fate.EXACT, "statement", f"{why}: it stands there as a comment")
     return Comment(s.line, untranslated(program, s))
 
 
-def comment_texts(program: Program, work: Work) -> Program:
+def comment_texts(program: Program, work: TranslationContext) -> Program:
     """Comments and messages in characters that the target takes, comments in lines that it keeps whole."""
     if not work.limits.comment and not work.limits.comment_swaps:
         return program
@@ -155,7 +155,7 @@ def comment_texts(program: Program, work: Work) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _with_legal_texts(s: Statement, work: Work) -> list[Statement]:
+def _with_legal_texts(s: Statement, work: TranslationContext) -> list[Statement]:
     """The statement; before it its comment, where that is too long to stand behind it."""
     said: Any = s
     if isinstance(s, Message) and isinstance(s.text, Text):
@@ -169,7 +169,7 @@ def _with_legal_texts(s: Statement, work: Work) -> list[Statement]:
     return [*(Comment(s.line, part) for part in lines), replace(said, comment="")]
 
 
-def _lines(text: str, work: Work) -> list[str]:
+def _lines(text: str, work: TranslationContext) -> list[str]:
     legal, room = _legal(text, work), work.limits.comment
     if not room or len(legal) <= room:
         return [legal]
@@ -178,7 +178,7 @@ def _lines(text: str, work: Work) -> list[str]:
     return wrap(legal, room)
 
 
-def _legal(text: str, work: Work) -> str:
+def _legal(text: str, work: TranslationContext) -> str:
     for old, new in work.limits.comment_swaps.items():
         if old in text:
             work.note_once(f"{old!r} ends a line there: in comments and messages it is written as {new!r}")
@@ -186,7 +186,7 @@ def _legal(text: str, work: Work) -> str:
     return text
 
 
-def _without_options(s: Move, work: Work) -> Move:
+def _without_options(s: Move, work: TranslationContext) -> Move:
     """Options of a move that olp keeps without understanding stand in its comment."""
     said = [name for name, _ in s.other if name.rpartition("\\")[2].casefold() not in _HARMLESS]
     if not said:

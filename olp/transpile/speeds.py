@@ -17,8 +17,8 @@ from olp.ir.transformer import edited
 from olp.languages.limits import Limits, range_text, within
 from olp.robots.robot import Robot
 from olp.transpile.abstract_walk import Segment, walk_through
-from olp.transpile.context import Fate, Work
-from olp.transpile.rows import Row, Rows, moves_at_all
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
 
 _SCALES: Final = {
     SpeedUnit.FRACTION: percent,
@@ -37,7 +37,7 @@ _USUAL: Final = (
 _LEAST, _MOST = 0.01, 1.0
 
 
-def speeds(program: Program, work: Work) -> Program:
+def speeds(program: Program, work: TranslationContext) -> Program:
     """Every move's speed in a unit that the target has."""
     own = _Speeds(work, program)
     routines = tuple(
@@ -49,16 +49,16 @@ def speeds(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Speeds:
-    work: Work
+    work: TranslationContext
     program: Program
-    rows: Rows = field(init=False)
+    rows: LineExecutions = field(init=False)
     shown: dict[int, Segment] | None = None
     written: dict[int, tuple[Speed, Told, Speed]] = field(default_factory=dict)  # by the id of the last
     turn: Quantity | None = None  # the fastest turning that the target can bound moves to
     scaled: bool = False  # the robots differ, so that a percent of one is not a percent of the other
 
     def __post_init__(self) -> None:
-        self.rows = Rows(self.work)
+        self.rows = LineExecutions(self.work)
         target = self.work.context.target_robot
         self.scaled = (
             target is not None and self.work.robot is not None and target.name != self.work.robot.name
@@ -156,7 +156,7 @@ class _Speeds:
             slowest = _MOST  # its axes bound the source's move as well
         return Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
 
-    def _time(self, unit: SpeedUnit, value: float, row: Row) -> float | None:
+    def _time(self, unit: SpeedUnit, value: float, row: MoveExecution) -> float | None:
         """[s] that the segment takes at this speed, None where the robot has to be known for it."""
         if unit is SpeedUnit.TIME:
             return value
@@ -174,7 +174,7 @@ class _Speeds:
             return None
         return max(a / (w * value) for a, w in zip(axes, _rated(robot), strict=False))
 
-    def _value(self, s: Move, unit: SpeedUnit, time: float, row: Row) -> float | None:
+    def _value(self, s: Move, unit: SpeedUnit, time: float, row: MoveExecution) -> float | None:
         """The speed at which the segment takes `time` [s]."""
         if unit is SpeedUnit.TIME:
             return time
@@ -218,7 +218,7 @@ class _Speeds:
             full[SpeedUnit.AXIS] = float(robot.speeds.min())
         return full[other] / full[unit]
 
-    def _by_variable(self, s: Move, speed: Speed, unit: SpeedUnit, found: list[Row]) -> Speed:
+    def _by_variable(self, s: Move, speed: Speed, unit: SpeedUnit, found: list[MoveExecution]) -> Speed:
         """A speed that a variable holds: times a factor that holds for this segment."""
         factors = []
         for row in found:

@@ -6,10 +6,10 @@ import re
 from dataclasses import replace
 
 from olp.ir.program import Program, StartTask, Statement, WaitTask
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 
 
-def tasks(program: Program, work: Work) -> Program:
+def tasks(program: Program, work: TranslationContext) -> Program:
     """Every task that has a name by a number, in the order of their starts."""
     most, spelt = work.limits.tasks, work.limits.task_name
     if not most:

@@ -19,7 +19,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
 )
 from olp.ir.program import (
     Assign,
@@ -46,12 +46,12 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import calls_nothing, mapped
 from olp.ir.tree import Block, Node, flat, negated, parse
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import kind_of_value, symbols_of
 from olp.transpile.temporary_values import Values, is_condition, is_number
 
 
-def hoist(program: Program, work: Work) -> Program:
+def hoist(program: Program, work: TranslationContext) -> Program:
     """For INFORM and FANUC: expressions that they can write, all else computed into variables beforehand."""
     own = _Hoist(work, symbols_of(program))
     routines = tuple(own.routine_of(routine) for routine in program.routines)
@@ -96,7 +96,7 @@ class _Hoist(Values):
             if not before:
                 return [Block([(replace(head, condition=condition), inside[0][1])], block.closer)]
             leave = Block([(If(head.line, negated(condition)), [Break(head.line)])], EndIf(head.line))
-            endless = While(head.line, State(True), head.comment)
+            endless = While(head.line, SignalState(True), head.comment)
             return [Block([(endless, [*before, leave, *inside[0][1]])], EndWhile(block.closer.line))]
         if isinstance(block.closer, Until):
             condition = self.condition(block.closer.condition, before)
@@ -192,7 +192,7 @@ class _Hoist(Values):
         self.used.clear()
         condition = self.condition(s.condition, before)
         leave = Block([(If(s.line, condition), [Break(s.line)])], EndIf(s.line))
-        head = While(s.line, State(True), s.comment)
+        head = While(s.line, SignalState(True), s.comment)
         return [Block([(head, [*before, leave])], EndWhile(s.line))]
 
     def _assign(self, s: Assign) -> list[Node]:
@@ -218,12 +218,16 @@ class _Hoist(Values):
 
     def _output(self, s: SetOutput) -> list[Node]:
         before: list[Statement] = []
-        if is_condition(s.value) and not isinstance(s.value, (State, Named)) and not is_number(s.signal.bus):
+        if (
+            is_condition(s.value)
+            and not isinstance(s.value, (SignalState, Named))
+            and not is_number(s.signal.bus)
+        ):
             if not self.simple:
                 return [s]
             condition = self.condition(s.value, before)
-            on: list[Node] = [replace(s, value=State(True))]
-            off: list[Node] = [replace(s, value=State(False), comment="")]
+            on: list[Node] = [replace(s, value=SignalState(True))]
+            off: list[Node] = [replace(s, value=SignalState(False), comment="")]
             return [*before, Block([(If(s.line, condition), on), (Else(s.line), off)], EndIf(s.line))]
         value = self.value(s.value, before, alone=True)  # first: it adds to what stands before
         return [*before, replace(s, value=value)]

@@ -17,7 +17,7 @@ from olp.ir.expressions import (
     Named,
     Number,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -33,7 +33,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of, mapped
 from olp.ir.tree import Block, Node, flat, negated
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbols, kind_of_value
 
 _FLAG_WORDS: Final = ("group", "analog", "register")
@@ -43,7 +43,7 @@ _FLAG_WORDS: Final = ("group", "analog", "register")
 class Values:
     """The temporaries of one translation; each method adds what has to run first to `before`."""
 
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     declared: list[Declare] = field(default_factory=list)
     routine: str = ""
@@ -73,7 +73,7 @@ class Values:
 
     def _as_flag(self, line: int, target: Expression, value: Expression, comment: str = "") -> list[Node]:
         """A condition's value in a variable: 1 where it holds, else 0."""
-        if isinstance(value, State):
+        if isinstance(value, SignalState):
             return [Assign(line, target, Number(int(value.on)), comment)]
         before: list[Statement] = []
         condition = self.condition(value, before)
@@ -101,7 +101,7 @@ class Values:
     ) -> Expression:
         """An expression that the target can write; `alone`: a single value, as most instructions take it."""
         match e:
-            case Number() | Text() | State() | Named():
+            case Number() | Text() | SignalState() | Named():
                 return e
             case CallValue():
                 return self._called(e, before)
@@ -218,7 +218,7 @@ class Values:
             return Logic(self._as_comparison(e.first), rest)
         if isinstance(e, Unary) and e.operator == "not":
             return Unary("not", self._as_comparison(e.operand))
-        if isinstance(e, Compare) and isinstance(e.right, State) and isinstance(e.left, Named):
+        if isinstance(e, Compare) and isinstance(e.right, SignalState) and isinstance(e.left, Named):
             return Compare(e.operator, e.left, Number(int(e.right.on)))
         return e
 
@@ -227,10 +227,10 @@ class Values:
 
     def _comparison(self, e: Expression, before: list[Statement]) -> Expression:
         match e:
-            case State(on):
+            case SignalState(on):
                 return Compare("=", Number(1), Number(1 if on else 0))
             case Signal():
-                return Compare("=", e, State(True))
+                return Compare("=", e, SignalState(True))
             case Unary("not", operand):
                 turned = negated(operand)
                 if isinstance(turned, Unary):
@@ -250,7 +250,7 @@ class Values:
     def _compare(
         self, operator: str, left: Expression, right: Expression, before: list[Statement]
     ) -> Expression:
-        if isinstance(right, State) and not isinstance(left, Signal):
+        if isinstance(right, SignalState) and not isinstance(left, Signal):
             if isinstance(left, (Named, Item)):
                 return Compare(operator, left, Number(int(right.on)))
             inner = left if right.on == (operator == "=") else negated(left)
@@ -261,7 +261,7 @@ class Values:
         return Compare(operator, self._side(left, before), self._side(right, before))
 
     def _side(self, e: Expression, before: list[Statement]) -> Expression:
-        if isinstance(e, (Signal, State)):
+        if isinstance(e, (Signal, SignalState)):
             return e
         # Jobs seen compare one value with another: what is computed stands in a variable.
         return self.value(e, before, alone=True)
@@ -300,7 +300,7 @@ def is_number(bus: str) -> bool:
 
 def is_condition(e: Expression) -> bool:
     match e:
-        case State() | Compare() | Logic() | Unary("not", _):
+        case SignalState() | Compare() | Logic() | Unary("not", _):
             return True
         case Signal(bus):
             return not is_number(bus)

@@ -7,13 +7,13 @@ from dataclasses import replace
 from olp.ir.expressions import Expression, Item, Named, Unknown
 from olp.ir.program import Declare, Program, Routine, Statement
 from olp.ir.transformer import expressions_of, mapped
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 
 _WHOLE = Unknown("")  # an index that is left out
 
 
-def texts(program: Program, work: Work) -> Program:
+def texts(program: Program, work: TranslationContext) -> Program:
     """NAME[] is the text itself, NAMES[2,] one of several. A single character of a text is refused."""
     if not work.conventions.text_arrays:
         return program
@@ -31,11 +31,11 @@ def texts(program: Program, work: Work) -> Program:
     return replace(program, routines=routines, data=tuple(map(_shorter, program.data)))
 
 
-def _declared(routine: Routine, work: Work) -> list[Declare]:
+def _declared(routine: Routine, work: TranslationContext) -> list[Declare]:
     return [*(s for _, s in work.look(routine).rare if isinstance(s, Declare)), *routine.data]
 
 
-def _row(s: Statement, rows: dict[str, int], work: Work) -> Statement:
+def _row(s: Statement, rows: dict[str, int], work: TranslationContext) -> Statement:
     if isinstance(s, Declare):
         s = _shorter(s)
     for e in expressions_of(s) if rows else ():

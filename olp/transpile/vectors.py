@@ -9,7 +9,7 @@ from typing import Final
 from olp.ir.expressions import Binary, Expression, Function, Member, Named, Number, PositionLiteral
 from olp.ir.program import Assign, Call, Declare, Dwell, Message, Move, Program, Return, SetOutput, Statement
 from olp.ir.transformer import calls_nothing, mapped
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbols, symbols_of
 
 _TURNS: Final = ("rotation1", "rotation2", "rotation3")
@@ -19,7 +19,7 @@ _SIMPLE: Final = (Assign, Move, Call, Return, SetOutput, Dwell, Message)
 _ZERO: Final = PositionLiteral("pose", (0.0,) * 6)
 
 
-def vectors(program: Program, work: Work) -> Program:
+def vectors(program: Program, work: TranslationContext) -> Program:
     """p[x, y, z, a[3], a[4], a[5]] as a copy of `a` with another place; a[3] of a constant as its number."""
     if not work.conventions.pose_lists or work.target_conventions.pose_lists:
         return program
@@ -32,7 +32,7 @@ def vectors(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Vectors:
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     declared: list[Declare] = field(default_factory=list)
 

@@ -15,7 +15,7 @@ from olp.core.diagnostic import Diagnostic
 from olp.runtime.machine import LIMIT
 from olp.runtime.plan import Plan
 from olp.runtime.state import ASSUMABLE
-from olp.transpile.compare import Comparison, Difference
+from olp.transpile.compare import Comparison, PlanDifference
 from olp.transpile.context import Fate, Loss
 from olp.transpile.pipeline import Translated
 
@@ -93,7 +93,7 @@ def _differences(losses: Sequence[Loss], comparisons: Sequence[Comparison]) -> I
             before = one.line
 
 
-def _follows(one: Difference, before: int, turned: set[int]) -> bool:
+def _follows(one: PlanDifference, before: int, turned: set[int]) -> bool:
     """Whether the joint move before a step ends with another arm configuration, as the receipt says."""
     return before in turned or any(line < one.line for line in turned if line > before)
 

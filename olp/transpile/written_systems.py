@@ -21,7 +21,7 @@ from olp.ir.expressions import (
 from olp.ir.program import Assign, Move, Program, SetFrame, SetTool, Statement
 from olp.ir.transformer import edited, expressions_of
 from olp.transpile.constant_frames import Key
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 
 _ARRAYS: Final = {"TOOL_DATA": "tool", "BASE_DATA": "user"}
 _FIELDS: Final[dict[type, tuple[str, ...]]] = {
@@ -31,7 +31,7 @@ _FIELDS: Final[dict[type, tuple[str, ...]]] = {
 }
 
 
-def written_systems(program: Program, work: Work) -> Program:
+def written_systems(program: Program, work: TranslationContext) -> Program:
     """Those that the program sets by their numbers, with the values that $config.dat gives them before."""
     if not work.conventions.numbered_frame_values:
         return program
@@ -69,7 +69,7 @@ def _set(target: Expression) -> Key | None:
     return found.kind, int(found.number.value)
 
 
-def _refuse(assigned: list[Assign], written: set[Key], work: Work) -> None:
+def _refuse(assigned: list[Assign], written: set[Key], work: TranslationContext) -> None:
     for s in assigned:
         word = ""
         target: Expression = s.target

@@ -7,13 +7,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from olp.checks.difference.rows import Row
+from olp.checks.difference.rows import ComparedLine
 
 _SKIP = 1.0  # cost of a line that has no partner; a pair that costs more than two of them is none
 _SMALL = 300  # lines of a gap that are aligned exactly; longer gaps pair up by their text
 
 
-def align(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | None, Row | None]]:
+def align(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
     """Pairs in order; each row comes once. Lines that do the same are anchors, those between pair up."""
     matcher = difflib.SequenceMatcher(
         None, [r.signature for r in old], [r.signature for r in new], autojunk=False
@@ -25,7 +27,9 @@ def align(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | None, 
             yield from _gap(old[a:b], new[c:d])
 
 
-def _gap(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | None, Row | None]]:
+def _gap(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
     if not old or not new:
         yield from ((row, None) for row in old)
         yield from ((None, row) for row in new)
@@ -35,7 +39,9 @@ def _gap(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | None, R
         yield from _cheapest(old, new)
 
 
-def _by_text(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | None, Row | None]]:
+def _by_text(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
     """A long gap: first by the same text, what is left by order."""
     matcher = difflib.SequenceMatcher(
         None, [_words(r) for r in old], [_words(r) for r in new], autojunk=False
@@ -50,11 +56,13 @@ def _by_text(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | Non
         yield from ((None, row) for row in new[c + both : d])
 
 
-def _words(row: Row) -> tuple[str, str, str]:
+def _words(row: ComparedLine) -> tuple[str, str, str]:
     return row.routine, row.kind, row.text
 
 
-def _cheapest(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | None, Row | None]]:
+def _cheapest(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
     """The pairing of least cost (Needleman and Wunsch)."""
     price = np.array([[_price(a, b) for b in new] for a in old])
     table = np.zeros((len(old) + 1, len(new) + 1))
@@ -65,7 +73,7 @@ def _cheapest(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | No
             table[i, j] = min(
                 table[i - 1, j - 1] + price[i - 1, j - 1], table[i - 1, j] + _SKIP, table[i, j - 1] + _SKIP
             )
-    pairs: list[tuple[Row | None, Row | None]] = []
+    pairs: list[tuple[ComparedLine | None, ComparedLine | None]] = []
     i, j = len(old), len(new)
     while i or j:
         if i and j and table[i, j] == table[i - 1, j - 1] + price[i - 1, j - 1]:
@@ -80,7 +88,7 @@ def _cheapest(old: Sequence[Row], new: Sequence[Row]) -> Iterator[tuple[Row | No
     yield from reversed(pairs)
 
 
-def _price(a: Row, b: Row) -> float:
+def _price(a: ComparedLine, b: ComparedLine) -> float:
     """0 for the same, more than two skips for what cannot be the same line."""
     if a.routine != b.routine or (a.kind in ("wait", "signal")) != (b.kind in ("wait", "signal")):
         return 3 * _SKIP
@@ -96,5 +104,5 @@ def _price(a: Row, b: Row) -> float:
     return price
 
 
-def _same_axes(a: Row, b: Row) -> bool:
+def _same_axes(a: ComparedLine, b: ComparedLine) -> bool:
     return bool(np.allclose(a.axes, b.axes, rtol=0.0, atol=1e-9, equal_nan=True))

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from olp.checks.difference.align import align
-from olp.checks.difference.model import Cause, Change, Difference
-from olp.checks.difference.rows import Row, rows_of
+from olp.checks.difference.model import Cause, LineChange, ProgramDifference
+from olp.checks.difference.rows import ComparedLine, rows_of
 from olp.core.units import deg, mm
 from olp.ir.program import Program
 from olp.runtime.plan import BlendCode
@@ -27,7 +27,7 @@ _UNITS = {
 }
 
 
-def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Program]) -> Difference:
+def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Program]) -> ProgramDifference:
     """What changed from `old` to `new`. The changes' seconds add up to the change of the totals."""
     before, after = rows_of(old, programs[0]), rows_of(new, programs[1])
     # A copy under another name is still the same program.
@@ -45,7 +45,7 @@ def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Progra
         if (change := _change(a, b, cause, details, elsewhere, touched)) is not None
     ]
     notes = (*_left_out("old", old), *_left_out("new", new))
-    return Difference(file, old.total_s, new.total_s, tuple(changes), notes=notes)
+    return ProgramDifference(file, old.total_s, new.total_s, tuple(changes), notes=notes)
 
 
 def _left_out(version: str, timing: Timing) -> Iterator[str]:
@@ -65,8 +65,13 @@ def _main(program: Program) -> str:
 
 
 def _change(
-    a: Row | None, b: Row | None, cause: Cause | None, details: str, elsewhere: Cause | None, touched: bool
-) -> Change | None:
+    a: ComparedLine | None,
+    b: ComparedLine | None,
+    cause: Cause | None,
+    details: str,
+    elsewhere: Cause | None,
+    touched: bool,
+) -> LineChange | None:
     old_s, new_s = a.seconds if a else 0.0, b.seconds if b else 0.0
     if cause is None and abs(new_s - old_s) <= _SAME_S:
         return None
@@ -75,7 +80,7 @@ def _change(
     row = b or a
     assert row is not None
     moved, turned = _moved(a, b)
-    return Change(
+    return LineChange(
         row.routine,
         a.line if a else 0,
         b.line if b else 0,
@@ -91,7 +96,7 @@ def _change(
     )
 
 
-def _moved(a: Row | None, b: Row | None) -> tuple[float, float]:
+def _moved(a: ComparedLine | None, b: ComparedLine | None) -> tuple[float, float]:
     """[mm], [deg] between the two targets; 0 where one is not known."""
     if a is None or b is None:
         return 0.0, 0.0
@@ -101,7 +106,7 @@ def _moved(a: Row | None, b: Row | None) -> tuple[float, float]:
     return (distance / mm if math.isfinite(distance) else 0.0), angle / deg
 
 
-def _own_cause(a: Row | None, b: Row | None) -> tuple[Cause | None, str]:
+def _own_cause(a: ComparedLine | None, b: ComparedLine | None) -> tuple[Cause | None, str]:
     """What the line itself says differently, None where it says the same."""
     if a is None or b is None:
         return (Cause.ADDED if a is None else Cause.REMOVED), ""
@@ -117,7 +122,7 @@ def _own_cause(a: Row | None, b: Row | None) -> tuple[Cause | None, str]:
     return None, ""
 
 
-def _of_timed(a: Row, b: Row) -> tuple[Cause | None, str]:
+def _of_timed(a: ComparedLine, b: ComparedLine) -> tuple[Cause | None, str]:
     each = a.seconds / a.count, b.seconds / b.count
     cause = Cause.WAIT if a.kind == "wait" else Cause.SIGNAL
     if abs(each[0] - each[1]) > _SAME_S:
@@ -127,7 +132,7 @@ def _of_timed(a: Row, b: Row) -> tuple[Cause | None, str]:
     return (cause, f"{a.text} → {b.text}") if a.text != b.text else (None, "")
 
 
-def _of_move(a: Row, b: Row) -> Iterable[tuple[Cause, str] | None]:
+def _of_move(a: ComparedLine, b: ComparedLine) -> Iterable[tuple[Cause, str] | None]:
     for cause, before, after in zip((Cause.TOOL, Cause.FRAME), a.standing, b.standing, strict=True):
         if before != after and before and after:
             yield cause, f"{cause} {before} → {after}"
@@ -139,7 +144,7 @@ def _of_move(a: Row, b: Row) -> Iterable[tuple[Cause, str] | None]:
         yield Cause.ACCELERATION, f"{a.acceleration[0]:.0%} → {b.acceleration[0]:.0%}"
 
 
-def _point(a: Row, b: Row) -> tuple[Cause, str] | None:
+def _point(a: ComparedLine, b: ComparedLine) -> tuple[Cause, str] | None:
     distance, angle = _moved(a, b)
     via = float(np.nan_to_num(np.linalg.norm(a.via - b.via)))
     # The point beyond the target that shapes an arc belongs to the next line where arcs are chained.
@@ -150,7 +155,7 @@ def _point(a: Row, b: Row) -> tuple[Cause, str] | None:
     return (Cause.POINT, f"via {via / mm:.3f} mm") if via > _SAME_M and a.text != b.text else None
 
 
-def _stop(a: Row, b: Row) -> tuple[Cause, str] | None:
+def _stop(a: ComparedLine, b: ComparedLine) -> tuple[Cause, str] | None:
     if a.blend == b.blend:
         return None
     stops = a.blend[0] == BlendCode.EXACT, b.blend[0] == BlendCode.EXACT
@@ -160,14 +165,14 @@ def _stop(a: Row, b: Row) -> tuple[Cause, str] | None:
     return (Cause.NO_STOP if stops == (True, False) else Cause.BLEND), details
 
 
-def _blend(row: Row) -> str:
+def _blend(row: ComparedLine) -> str:
     code, size = row.blend
     if code == BlendCode.EXACT:
         return "stop"
     return f"{size / mm:g} mm" if size else "no zone"
 
 
-def _speed(row: Row) -> str:
+def _speed(row: ComparedLine) -> str:
     name, value = row.speed
     scale, unit = _UNITS.get(name, (1.0, ""))
     return f"{value / scale:g} {unit}"

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from olp.checks.guard.judge import Judged
+from olp.checks.guard.judge import JudgedFile
 from olp.core.diagnostic import OlpError, error
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ _PATIENCE = "20s"  # to reach the scheduler
 _RETRIES = 5  # of a task whose worker died
 
 
-def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Job]]) -> Iterator[Judged]:
+def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Job]]) -> Iterator[JudgedFile]:
     """The results in the order of the arguments, each once. A task whose worker dies is done by another one.
 
     Raises OlpError (M003) without the extra, without a scheduler, or when tasks keep failing.
@@ -52,7 +52,7 @@ def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Jo
         ) from None
 
 
-def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], Job]], folder: str) -> list[Judged]:
+def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], Job]], folder: str) -> list[JudgedFile]:
     """Some files, one after the other. `folder`: the one that their paths are seen from."""
     from olp.checks.guard.run import judge_one
 

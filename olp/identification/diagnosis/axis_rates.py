@@ -18,7 +18,7 @@ from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, Re
 from olp.timing.physics._case import Floats, Mask, Rates
 
 if TYPE_CHECKING:
-    from olp.identification.diagnosis.axis_ways import Ways
+    from olp.identification.diagnosis.axis_ways import ToolPaths
     from olp.identification.recording import Recording
     from olp.robots.robot import Robot
 
@@ -158,7 +158,7 @@ def _joint_moves(task: _Task, path: Floats) -> None:
         )
 
 
-def _ends(robot: Robot, ways: Ways, posture: Labels, seed: Floats) -> Floats:
+def _ends(robot: Robot, ways: ToolPaths, posture: Labels, seed: Floats) -> Floats:
     """(2, n, k) Joints at start and end in one posture, each by itself; numeric arms end near where they start."""
     from olp.identification.diagnosis.axis_ways import joints_along
     from olp.robots.kinematics import inverse
@@ -208,9 +208,9 @@ def _bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> Floats | None:
     return bodies
 
 
-def _ways(task: _Task, wanted: Mask) -> Ways:
+def _ways(task: _Task, wanted: Mask) -> ToolPaths:
     """The flange's ways of those of the `wanted` moves that can be told; the others are left out, with the reason."""
-    from olp.identification.diagnosis.axis_ways import Ways
+    from olp.identification.diagnosis.axis_ways import ToolPaths
     from olp.robots.geometry import rotation_from_angles
     from olp.robots.kinematics import forward
 
@@ -239,7 +239,7 @@ def _ways(task: _Task, wanted: Mask) -> Ways:
             "the tool is not told: its points are taken as the flange's; tool = [x, y, z, rx, ry, rz] in "
             "recording.toml would make the axes' rates right"
         )
-    return Ways(start, end, via, first, last, np.broadcast_to(tool, (len(at), 3)).copy())
+    return ToolPaths(start, end, via, first, last, np.broadcast_to(tool, (len(at), 3)).copy())
 
 
 def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
@@ -267,7 +267,7 @@ def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
     return np.asarray(tool), True
 
 
-def _posture(task: _Task, ways: Ways, at: NDArray[np.intp]) -> tuple[Labels, Floats]:
+def _posture(task: _Task, ways: ToolPaths, at: NDArray[np.intp]) -> tuple[Labels, Floats]:
     """(n, 6) RCONF's first flags and (n, k) joints to begin near, nan where there are no joint points."""
     from olp.robots.kinematics import configuration_of
 
@@ -286,7 +286,7 @@ def _posture(task: _Task, ways: Ways, at: NDArray[np.intp]) -> tuple[Labels, Flo
     return flags, seed
 
 
-def _usual_posture(task: _Task, ways: Ways) -> Labels:
+def _usual_posture(task: _Task, ways: ToolPaths) -> Labels:
     """(6,) In front, elbow up; the wrist's sign that keeps more ends of ways inside the soft limits."""
     from olp.identification.diagnosis.axis_ways import joints_along
     from olp.identification.probe.reach import FLIPPED, PLAIN

@@ -20,8 +20,8 @@ from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, Re
 from olp.identification.signature.joint_moves import recorded_joint_moves
 from olp.robots.controller_effects import generations_in
 from olp.timing.arm_prior import arm_prior
-from olp.timing.physics._case import Case
-from olp.timing.physics._motion import Corners, Motion
+from olp.timing.physics._case import MeasuredMoves
+from olp.timing.physics._motion import Motion, MoveCorners
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
@@ -39,7 +39,7 @@ _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goe
 class Making(NamedTuple):
     """A case, the rows of the recording's moves that are in it, and what was assumed or left out."""
 
-    case: Case
+    case: MeasuredMoves
     rows: Rows
     notes: tuple[str, ...]
 
@@ -75,7 +75,9 @@ def case_of(recording: Recording) -> Making:
     return Making(_case(recording, rows, pace, simulated, notes), rows, tuple(notes))
 
 
-def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, notes: list[str]) -> Case:
+def _case(
+    recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, notes: list[str]
+) -> MeasuredMoves:
     moves = recording.moves
     stop_start, stop_end, before = _ends(moves)
     resolution = recording.settings.time_resolution
@@ -86,7 +88,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     base, stretch = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
-    return Case(
+    return MeasuredMoves(
         move=moves.move[rows],
         measured=moves.duration[rows],
         simulated=simulated[rows],
@@ -292,7 +294,7 @@ def _base(
     return cornered(whole.with_(corners=corners), sim), 1.0 / faster if stretched else 1.0
 
 
-def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:
+def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners:
     """What the corners of the rows hang on; a neighbour that is not judged brakes as the move itself does."""
     everywhere = np.full(len(pace.way), np.nan)
     everywhere[rows] = slow
@@ -303,7 +305,7 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:
     after = np.full(len(pace.way), np.inf)
     follows = before >= 0
     after[before[follows]] = np.where(np.isfinite(pace.way), pace.way, np.inf)[follows]
-    return Corners(
+    return MoveCorners(
         way,
         speed,
         np.where(has & np.isfinite(ratio), ratio, 1.0),

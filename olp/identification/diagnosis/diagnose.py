@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.errors import errors_of, rms
-from olp.identification.diagnosis.findings import Told, findings_of
+from olp.identification.diagnosis.findings import ReportedFindings, findings_of
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.folds import Folds, folds_of
 from olp.identification.diagnosis.locate import mismatch_of
 from olp.identification.diagnosis.logs_alone import diagnosis_of_logs, in_seconds, no_case
-from olp.identification.diagnosis.model import Model
-from olp.identification.diagnosis.naming import Named, name, without
+from olp.identification.diagnosis.model import DurationModel
+from olp.identification.diagnosis.naming import NamingResult, name, without
 from olp.identification.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
 from olp.identification.diagnosis.scatter import digits_of
 from olp.identification.diagnosis.search import move_terms, price
 from olp.identification.diagnosis.verdict import floor_of, joined, verdict_of
 from olp.identification.diagnosis.ways import settled
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 if TYPE_CHECKING:
     from olp.identification.diagnosis.logs import LogDiagnosis
@@ -37,19 +37,19 @@ _ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
 _LEAST = 1e-5  # [s] no clock is finer than that
 
 
-class Outcome(NamedTuple):
+class DiagnosisOutcome(NamedTuple):
     """A diagnosis and what a report draws beside it."""
 
     diagnosis: Diagnosis
-    case: Case
-    model: Model  # the findings as they act together; waits are not in it
+    case: MeasuredMoves
+    model: DurationModel  # the findings as they act together; waits are not in it
     predicted: Floats  # (n,) [s] with the findings, waits included
     ladder: tuple[tuple[str, float, float], ...]  # name added, BIC, held-out RMSE [s]; the first is ""
     log: LogDiagnosis | None = None
-    named: Named | None = None  # what the search came to, with its predictions of moves it did not see
+    named: NamingResult | None = None  # what the search came to, with its predictions of moves it did not see
 
 
-def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Outcome:
+def diagnose_recording(recording: Recording, robot: Robot | None = None) -> DiagnosisOutcome:
     """Everything that a recording tells; `robot` stands for the recording's. Raises OlpError N010."""
     if robot is not None:
         recording = replace(recording, robot=robot)
@@ -74,12 +74,14 @@ def _log_of(recording: Recording) -> LogDiagnosis | None:
     return diagnose_logs(recording)
 
 
-def _logs_alone(log: LogDiagnosis) -> Outcome:
+def _logs_alone(log: LogDiagnosis) -> DiagnosisOutcome:
     """Of a recording that has no moves."""
-    return Outcome(diagnosis_of_logs(log, _unpaired(log)), no_case(), Model(), np.zeros(0), (), log)
+    return DiagnosisOutcome(
+        diagnosis_of_logs(log, _unpaired(log)), no_case(), DurationModel(), np.zeros(0), (), log
+    )
 
 
-def _on_time(case: Case, log: LogDiagnosis | None) -> Case:
+def _on_time(case: MeasuredMoves, log: LogDiagnosis | None) -> MeasuredMoves:
     """Durations by the simulation's clock, where the logs show that the recorder's runs at another rate."""
     rates = [clock.rate for clock in log.clocks if clock.rate_significant] if log is not None else []
     return replace(case, measured=case.measured / rates[0], derived={}) if rates else case
@@ -87,11 +89,11 @@ def _on_time(case: Case, log: LogDiagnosis | None) -> Case:
 
 def _answer(
     recording: Recording,
-    case: Case,
-    named: Named,
+    case: MeasuredMoves,
+    named: NamingResult,
     log: LogDiagnosis | None,
     notes: tuple[str, ...],
-) -> Outcome:
+) -> DiagnosisOutcome:
     sigma, told_by = floor_of(named)
     told = findings_of(named, case, sigma)
     while idle := _idle(told):
@@ -103,8 +105,8 @@ def _answer(
     notes = (*notes, *tuned)
     if verdict not in ("explained", "partly-explained"):
         notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
-        told = Told([], [], [])
-    model = named.fit.model if told.findings else Model()
+        told = ReportedFindings([], [], [])
+    model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
     if told.findings:
         predicted = np.where(named.waiting, case.measured, predicted)
@@ -130,10 +132,10 @@ def _answer(
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
-    return Outcome(diagnosis, case, model, predicted, _ladder(named), log, named)
+    return DiagnosisOutcome(diagnosis, case, model, predicted, _ladder(named), log, named)
 
 
-def _idle(told: Told) -> str:
+def _idle(told: ReportedFindings) -> str:
     """The weakest name whose interval holds the value at which it does nothing, "" when none does. What cannot be told
     from others has an interval that holds theirs."""
     alike = {name for group in told.alike for name in group}
@@ -141,14 +143,14 @@ def _idle(told: Told) -> str:
     return min(idle, key=lambda f: f.evidence.delta_bic).term if idle else ""
 
 
-def _without_tuning(told: Told, case: Case) -> tuple[Told, tuple[str, ...]]:
+def _without_tuning(told: ReportedFindings, case: MeasuredMoves) -> tuple[ReportedFindings, tuple[str, ...]]:
     """Beside other names, the scale that makes a stretched simulation run as it is written is the tuning of that
     simulation, taken back: it is noted, and no finding."""
     undone = [f.term for f in told.findings if f.term in _SCALES and _undoes(f, case.stretch)]
     if len(undone) != 1 or len(told.findings) < 2:
         return told, ()
     kept = [k for k, group in enumerate(told.alike) if group[0] not in undone]
-    told = Told(
+    told = ReportedFindings(
         [f for f in told.findings if f.term not in undone],
         [told.alike[k] for k in kept],
         [told.rivals[k] for k in kept],
@@ -185,7 +187,9 @@ def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Findin
     return (*logged, *(f for f in found if f.term not in names))
 
 
-def _experiment(told: Told, case: Case, sigma: float, recording: Recording) -> NextExperiment:
+def _experiment(
+    told: ReportedFindings, case: MeasuredMoves, sigma: float, recording: Recording
+) -> NextExperiment:
     """The moves that would tell the first group apart."""
     if not told.rivals:
         return NextExperiment()
@@ -194,7 +198,7 @@ def _experiment(told: Told, case: Case, sigma: float, recording: Recording) -> N
     return design_experiment(case, told.rivals[0], sigma, recording)
 
 
-def _untold(case: Case) -> tuple[str, ...]:
+def _untold(case: MeasuredMoves) -> tuple[str, ...]:
     """The terms that these columns cannot tell, and what would have to be recorded."""
     missing = [(term.name, term.lacks(case)) for term in move_terms()]
     told = "; ".join(f"{name} ({lacks})" for name, lacks in missing if lacks)
@@ -212,20 +216,20 @@ def _log_json(log: LogDiagnosis | None) -> dict[str, Any] | None:
     return None if log is None else log.to_json()
 
 
-def _ladder(named: Named) -> tuple[tuple[str, float, float], ...]:
+def _ladder(named: NamingResult) -> tuple[tuple[str, float, float], ...]:
     """The findings added one at a time, the most telling first."""
     parts = list(named.fit.model.parts)
     case, noise = named.clean, named.noise
-    steps = [("", fit(Model(), case, noise))]
+    steps = [("", fit(DurationModel(), case, noise))]
     while parts:
-        tried = [(p, fit(Model((*steps[-1][1].model.parts, p)), case, noise, 15)) for p in parts]
+        tried = [(p, fit(DurationModel((*steps[-1][1].model.parts, p)), case, noise, 15)) for p in parts]
         part, best = min(tried, key=lambda t: price(t[1]))
         parts = [p for p in parts if p is not part]
         steps.append((part.term.name, best))
     return tuple((label, f.bic, _held_out(f.model, case, noise, named.folds)) for label, f in steps)
 
 
-def _held_out(model: Model, case: Case, noise: Noise, folds: Folds) -> float:
+def _held_out(model: DurationModel, case: MeasuredMoves, noise: Noise, folds: Folds) -> float:
     left = np.zeros(len(case))
     for label in np.unique(folds.labels).tolist():
         seen = np.nonzero(folds.labels != label)[0].astype(np.int64)

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.errors import rms
-from olp.identification.diagnosis.fitting import Fit, fit
+from olp.identification.diagnosis.fitting import ModelFit, fit
 from olp.identification.diagnosis.intervals import parameters_with_intervals
-from olp.identification.diagnosis.model import Model, Part
-from olp.identification.diagnosis.naming import Named
+from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.naming import NamingResult
 from olp.identification.diagnosis.residuals import LEVEL
 from olp.identification.diagnosis.result import Alternative, Evidence, Finding, FittedParameter
 from olp.identification.diagnosis.search import move_terms, swaps
 from olp.identification.diagnosis.waits import spread
 from olp.identification.diagnosis.ways import ALIKE
 from olp.timing.physics import load_term
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
@@ -28,20 +28,20 @@ _RIVALS = 30.0  # in BIC: worse ones are not worth a word
 _ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 
 
-class Told(NamedTuple):
+class ReportedFindings(NamedTuple):
     """Findings, groups of names that cannot be told apart, and for each such group its models."""
 
     findings: list[Finding]
     alike: list[tuple[str, ...]]
-    rivals: list[list[Model]]
+    rivals: list[list[DurationModel]]
 
 
 class _Rival(NamedTuple):
     alternative: Alternative
-    model: Model
+    model: DurationModel
 
 
-def findings_of(named: Named, case: Case, floor: float) -> Told:
+def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> ReportedFindings:
     """A finding per term (axes of one limit together). `floor` [s]: the noise."""
     best = named.fit
     shares = best.model.contributions(case)
@@ -51,7 +51,7 @@ def findings_of(named: Named, case: Case, floor: float) -> Told:
     rivals_of = {name: _rivals(best, parts, named) for name, parts in by_term.items()}
     as_good = [r.model for rivals in rivals_of.values() for r in rivals if r.alternative.delta_bic < ALIKE]
     parameters = parameters_with_intervals(best, named.clean, named.noise, as_good, floor)
-    told = Told([], [], [])
+    told = ReportedFindings([], [], [])
     for name, parts in by_term.items():
         rivals = rivals_of[name]
         told.findings.append(
@@ -65,7 +65,7 @@ def findings_of(named: Named, case: Case, floor: float) -> Told:
     return told if waits is None else told._replace(findings=[*told.findings, waits])
 
 
-def _rivals(best: Fit, parts: list[int], named: Named) -> list[_Rival]:
+def _rivals(best: ModelFit, parts: list[int], named: NamingResult) -> list[_Rival]:
     if len(parts) > 1:
         return []
     used, rivals = set(best.names), list[_Rival]()
@@ -80,8 +80,8 @@ def _rivals(best: Fit, parts: list[int], named: Named) -> list[_Rival]:
 def _finding(
     name: str,
     parts: list[int],
-    named: Named,
-    case: Case,
+    named: NamingResult,
+    case: MeasuredMoves,
     parameters: list[dict[str, FittedParameter]],
     shares: tuple[Floats, ...],
     rivals: list[Alternative],
@@ -92,7 +92,7 @@ def _finding(
     acts = np.abs(share) > _ACTS * best.scale
     rest = best
     for k in sorted(parts, reverse=True):
-        rest = Fit(rest.model.without(k), rest.loss, rest.scale, rest.bic)
+        rest = ModelFit(rest.model.without(k), rest.loss, rest.scale, rest.bic)
     bare = fit(rest.model, named.clean, named.noise, 20)
     gains = [named.gains[k] for k in parts]
     conditions = [str(p.condition) for p in members if p.condition is not None]
@@ -116,13 +116,13 @@ def _finding(
     )
 
 
-def _nulls(members: list[Part]) -> dict[str, float]:
+def _nulls(members: list[ModelPart]) -> dict[str, float]:
     """By parameter the value at which nothing happens; {} where the first one, which says how much, has none."""
     sized = [p for p in members if math.isfinite(p.form.parameters[0].null) and p.term.name != _LATTICE]
     return {q.name: q.null for p in sized for q in p.form.parameters if math.isfinite(q.null)}
 
 
-def _likelihood_ratio(bare: Fit, full: Fit) -> float:
+def _likelihood_ratio(bare: ModelFit, full: ModelFit) -> float:
     """Tail of chi square with one degree per parameter, times the number of names that were tried."""
     freedom = sum(len(p.form.parameters) for p in full.model.parts) - sum(
         len(p.form.parameters) for p in bare.model.parts
@@ -133,7 +133,7 @@ def _likelihood_ratio(bare: Fit, full: Fit) -> float:
     return min(1.0, tail * len(move_terms()))
 
 
-def _waiting(named: Named, case: Case) -> Finding | None:
+def _waiting(named: NamingResult, case: MeasuredMoves) -> Finding | None:
     """The late moves as a finding."""
     late = named.waiting
     if not late.any():

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis.errors import rms
 from olp.identification.diagnosis.fitting import (
     FREEDOM,
-    Fit,
+    ModelFit,
     Noise,
     evaluate,
     parameters_of,
@@ -24,12 +24,12 @@ from olp.identification.diagnosis.fitting import (
     slopes_of,
     whiten,
 )
-from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.profile import distance
 from olp.identification.diagnosis.result import FittedParameter
 from olp.identification.diagnosis.ways import ALIKE, ways_of
-from olp.timing.physics import Parameter
-from olp.timing.physics._case import Case
+from olp.timing.physics import TermParameter
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +60,11 @@ class _Side(NamedTuple):
 
 
 def parameters_with_intervals(
-    fitted: Fit, case: Case, noise: Noise, rivals: Sequence[Model] = (), floor: float = math.inf
+    fitted: ModelFit,
+    case: MeasuredMoves,
+    noise: Noise,
+    rivals: Sequence[DurationModel] = (),
+    floor: float = math.inf,
 ) -> list[dict[str, FittedParameter]]:
     """One mapping per part. `rivals`: models with other terms that cannot be told from this one. `floor` [s]: scatter
     that is known from elsewhere; what is left beyond it is the form's.
@@ -86,7 +90,7 @@ def parameters_with_intervals(
     return result
 
 
-def _told(parameter: Parameter, value: float, low: _Side, high: _Side) -> FittedParameter:
+def _told(parameter: TermParameter, value: float, low: _Side, high: _Side) -> FittedParameter:
     """An end that nothing tells is that of the range, or, where the term does nothing at infinity, far beyond it."""
     bounds = (parameter.low, parameter.high)
     least, most = np.log(bounds) if parameter.log else bounds
@@ -107,7 +111,9 @@ def _told(parameter: Parameter, value: float, low: _Side, high: _Side) -> Fitted
     )
 
 
-def _ends(fitted: Fit, case: Case, noise: Noise, floor: float) -> tuple[list[_Side], list[_Side]]:
+def _ends(
+    fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float
+) -> tuple[list[_Side], list[_Side]]:
     """Of every parameter."""
     errors = _errors(fitted, case, noise, floor)
     place, least, most = place_of(fitted.model)
@@ -127,7 +133,9 @@ def _ends(fitted: Fit, case: Case, noise: Noise, floor: float) -> tuple[list[_Si
     return sides
 
 
-def _others(fitted: Fit, case: Case, noise: Noise, rivals: Sequence[Model]) -> list[tuple[Fit, float]]:
+def _others(
+    fitted: ModelFit, case: MeasuredMoves, noise: Noise, rivals: Sequence[DurationModel]
+) -> list[tuple[ModelFit, float]]:
     """Fits that explain as well, and how much worse they are in BIC."""
     told = fitted.model.seconds(case)
     found = [
@@ -145,10 +153,10 @@ def _others(fitted: Fit, case: Case, noise: Noise, rivals: Sequence[Model]) -> l
 def _widen(
     low: list[_Side],
     high: list[_Side],
-    fitted: Fit,
-    other: Fit,
+    fitted: ModelFit,
+    other: ModelFit,
     near: float,
-    case: Case,
+    case: MeasuredMoves,
     noise: Noise,
     floor: float,
 ) -> None:
@@ -168,7 +176,7 @@ def _widen(
         high[k] = max(high[k], _Side(float(place[at]) + reach, high[k].told))
 
 
-def _errors(fitted: Fit, case: Case, noise: Noise, floor: float) -> _Errors:
+def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -> _Errors:
     """The larger of what scatter alone leaves and of what repeats of one move leave that have an error in common
     (cluster-robust; K.-Y. Liang, S. Zeger, Biometrika 73, 1986; J. MacKinnon, H. White, J. Econometrics 29, 1985),
     and what a form leaves that is not quite the body's
@@ -198,7 +206,7 @@ def _errors(fitted: Fit, case: Case, noise: Noise, floor: float) -> _Errors:
     return _Errors(np.where(known, np.sqrt(plain), 0.0), np.where(known, np.sqrt(whole), 0.0))
 
 
-def _lattice_error(case: Case, fitted: Fit, cycle: float) -> float:
+def _lattice_error(case: MeasuredMoves, fitted: ModelFit, cycle: float) -> float:
     """[s] of a cycle: the durations are m c + noise, so the variance is s² / Σ m² (a line through the origin)."""
     counts = np.round(case.measured / cycle)
     off = case.measured - counts * cycle

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.errors import errors_of
-from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.result import Mismatch, MoveResidual
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
 _FALSE_DISCOVERIES = 0.05  # of the moves that are called significant
 
 
-def mismatch_of(case: Case, sigma: float, model: Model, late: NDArray[np.bool_]) -> Mismatch:
+def mismatch_of(case: MeasuredMoves, sigma: float, model: DurationModel, late: NDArray[np.bool_]) -> Mismatch:
     """Residuals of all moves against the judged simulation."""
     residual = case.residual
     chosen = significant(residual, sigma)
@@ -47,7 +47,7 @@ def significant(residual: Floats, sigma: float) -> NDArray[np.bool_]:
     return chosen
 
 
-def _phases(case: Case, model: Model, late: NDArray[np.bool_]) -> list[str]:
+def _phases(case: MeasuredMoves, model: DurationModel, late: NDArray[np.bool_]) -> list[str]:
     """Of the term that does most in a move; "whole" without one."""
     shares = model.contributions(case)
     if not shares:

@@ -17,7 +17,7 @@ from olp.identification.diagnosis.result import (
     NextExperiment,
     Remainder,
 )
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion
 
 if TYPE_CHECKING:
@@ -109,12 +109,12 @@ def _in_seconds(finding: Finding, log: LogDiagnosis, axes: list[AxisResidual]) -
     return replace(finding, evidence=finding.evidence._replace(heldout_before=before, heldout_after=after))
 
 
-def no_case() -> Case:
+def no_case() -> MeasuredMoves:
     """The case of no moves at all."""
     one, three = np.zeros(0), np.zeros((0, 3))
     number, mask = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
     motion = Motion(one, one, one, one, one, one, one, one, one, one)
-    return Case(
+    return MeasuredMoves(
         *(number, one, one, motion, mask, mask, three, three, one, mask, mask),
         *(one, one, one, one, one, one, number, (), number),
     )

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from olp.core.units import mm
 from olp.identification.diagnosis.axis_rates import PLACES
-from olp.identification.diagnosis.next_lines import SHORTEST, Lines, lines_of
-from olp.timing.physics._case import Case, Floats, Rates
+from olp.identification.diagnosis.next_lines import SHORTEST, StraightLines, lines_of
+from olp.timing.physics._case import Floats, MeasuredMoves, Rates
 from olp.timing.physics._motion import Motion
 
 if TYPE_CHECKING:
@@ -44,10 +44,10 @@ _USUAL_ROUNDING = 25 * mm
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Candidates:
+class CandidateMoves:
     """r rows of hypothetical moves; the rows of a run stand together."""
 
-    case: Case
+    case: MeasuredMoves
     run: Labels  # (r,) 0, 1, …
     line: Labels  # (r,) which line
 
@@ -77,7 +77,7 @@ class _Row(NamedTuple):
     when: float
 
 
-def candidates(case: Case, recording: Recording, terms: Collection[str]) -> Candidates | None:
+def candidates(case: MeasuredMoves, recording: Recording, terms: Collection[str]) -> CandidateMoves | None:
     """Runs to choose from, None where the recording has no straight move with tool points. Raises OlpError (K…).
 
     `terms`: names of what may be at work; loads and running time are varied only where one of them depends on it.
@@ -95,7 +95,7 @@ def candidates(case: Case, recording: Recording, terms: Collection[str]) -> Cand
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def _loads(case: Case) -> list[tuple[float, float]]:
+def _loads(case: MeasuredMoves) -> list[tuple[float, float]]:
     """[kg], [kg m²] that were recorded: the lightest, the heaviest, and one between."""
     both = np.round(np.stack([case.payload, case.payload_inertia], axis=1), 6)[case.moving]
     # Not a number is not equal to itself: what was not written is one load too.
@@ -106,7 +106,7 @@ def _loads(case: Case) -> list[tuple[float, float]]:
     return [(float(mass), float(inertia)) for mass, inertia in both]
 
 
-def _times(case: Case, matters: bool) -> list[float]:
+def _times(case: MeasuredMoves, matters: bool) -> list[float]:
     """[s] on the recorder's clock: its end, and where running time matters its begin."""
     if not np.isfinite(case.t_start).all() or np.ptp(case.t_start) <= 0:
         return [float("nan")]
@@ -114,7 +114,9 @@ def _times(case: Case, matters: bool) -> list[float]:
     return [float(case.t_start.min()), last] if matters else [last]
 
 
-def _rows(case: Case, lines: Lines, loads: int, times: list[float], straight: Labels) -> list[_Row]:
+def _rows(
+    case: MeasuredMoves, lines: StraightLines, loads: int, times: list[float], straight: Labels
+) -> list[_Row]:
     top = float(case.base.speed[straight].max())
     rounding = usual_rounding(case)
     rows: list[_Row] = []
@@ -138,13 +140,13 @@ def _rows(case: Case, lines: Lines, loads: int, times: list[float], straight: La
     return rows
 
 
-def usual_rounding(case: Case) -> float:
+def usual_rounding(case: MeasuredMoves) -> float:
     """[m] The middle of the recorded roundings."""
     rounded = case.blend[np.nan_to_num(case.blend) > 0]
     return float(np.median(rounded)) if len(rounded) else _USUAL_ROUNDING
 
 
-def _possible(case: Case, lines: Lines, line: int, speed: float, top: float) -> bool:
+def _possible(case: MeasuredMoves, lines: StraightLines, line: int, speed: float, top: float) -> bool:
     """Nothing faster than recorded, but where every axis stays below its rated speed all along."""
     rated = None if case.rates is None else case.rates.rated
     if lines.rates is None or not lines.checked[line] or rated is None:
@@ -156,8 +158,12 @@ def _possible(case: Case, lines: Lines, line: int, speed: float, top: float) -> 
 
 
 def _as_case(
-    case: Case, lines: Lines, rows: list[_Row], loads: list[tuple[float, float]], straight: Labels
-) -> Candidates:
+    case: MeasuredMoves,
+    lines: StraightLines,
+    rows: list[_Row],
+    loads: list[tuple[float, float]],
+    straight: Labels,
+) -> CandidateMoves:
     table = np.array(rows)
     line = table[:, 1].astype(np.int64)
     way = (lines.end - lines.start)[line]
@@ -198,11 +204,11 @@ def _as_case(
         else case.repeats,
         derived={},
     )
-    return Candidates(hypothetical, table[:, 0].astype(np.int64), line)
+    return CandidateMoves(hypothetical, table[:, 0].astype(np.int64), line)
 
 
 def _motion(
-    case: Case, straight: Labels, way: Floats, speed: Floats, blend_start: Floats, blend: Floats
+    case: MeasuredMoves, straight: Labels, way: Floats, speed: Floats, blend_start: Floats, blend: Floats
 ) -> Motion:
     """What the judged simulation would use: the middle of what it used for straight moves."""
     base, count = case.base, len(way)
@@ -227,7 +233,9 @@ def _passing(base: Motion) -> Motion:
     return base if (base.round_end > 0).any() else base.with_(law="full", overlap=1.0, split=0.5)
 
 
-def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -> Rates | None:
+def _rates(
+    case: MeasuredMoves, lines: StraightLines, line: Labels, begin: Floats, end: Floats
+) -> Rates | None:
     """Rates along parts of lines; backwards the axes turn the other way."""
     if case.rates is None or lines.rates is None:
         return None
@@ -246,10 +254,10 @@ def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -
     return replace(case.rates, path=path, known=lines.checked[line], bodies=bodies)
 
 
-def joined(case: Case, more: Case) -> Case:
+def joined(case: MeasuredMoves, more: MeasuredMoves) -> MeasuredMoves:
     """The rows of both, so that what a term takes from the whole recording stays what it was."""
     both: dict[str, object] = {}
-    for column in fields(Case):
+    for column in fields(MeasuredMoves):
         first, second = getattr(case, column.name), getattr(more, column.name)
         if isinstance(first, np.ndarray):
             both[column.name] = np.concatenate([first, second])

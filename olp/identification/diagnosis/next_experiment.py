@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import Noise, parameters_of, slopes_of
-from olp.identification.diagnosis.model import Model
-from olp.identification.diagnosis.next_candidates import Candidates, candidates, joined
+from olp.identification.diagnosis.model import DurationModel
+from olp.identification.diagnosis.next_candidates import CandidateMoves, candidates, joined
 from olp.identification.diagnosis.next_job import write_experiment_job
 from olp.identification.diagnosis.next_words import sentence
 from olp.identification.diagnosis.result import NextExperiment, NextMove
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
@@ -41,7 +41,7 @@ _SAME_LINE = 1.1  # preference for a line that is run already: the moves then di
 
 
 def design_experiment(
-    case: Case, rivals: Sequence[Model], noise: float, recording: Recording
+    case: MeasuredMoves, rivals: Sequence[DurationModel], noise: float, recording: Recording
 ) -> NextExperiment:
     """Moves that separate the fitted `rivals` most, and why. `noise` [s]: standard deviation of one measured duration.
 
@@ -49,7 +49,7 @@ def design_experiment(
     no such move separates the rivals, or none can be proposed. Raises OlpError (K…).
     """
     models = [
-        Model(tuple(p for p in m.parts if p.form.parameters and p.term.name != "external-wait"))
+        DurationModel(tuple(p for p in m.parts if p.form.parameters and p.term.name != "external-wait"))
         for m in rivals
     ]
     if len(models) < 2:
@@ -81,14 +81,14 @@ def design_experiment(
 # --- predictions ------------------------------------------------------------------------------------------------------
 
 
-def taken(found: Candidates, runs: Labels) -> Candidates:
+def taken(found: CandidateMoves, runs: Labels) -> CandidateMoves:
     """Some of the runs, numbered anew."""
     rows = np.nonzero(np.isin(found.run, runs))[0]
     _, number = np.unique(found.run[rows], return_inverse=True)
-    return Candidates(found.case.take(rows), number.astype(np.int64), found.line[rows])
+    return CandidateMoves(found.case.take(rows), number.astype(np.int64), found.line[rows])
 
 
-def _blocks(case: Case, found: Candidates) -> list[Labels]:
+def _blocks(case: MeasuredMoves, found: CandidateMoves) -> list[Labels]:
     """Few rows at a time beside the recorded ones: a term's medians then stay those of the recording."""
     size = max(6, len(case) // 10)
     edges = np.searchsorted(found.run, np.arange(len(found)), side="right")
@@ -100,13 +100,13 @@ def _blocks(case: Case, found: Candidates) -> list[Labels]:
     return blocks
 
 
-def _predicted(model: Model, case: Case, found: Candidates) -> Floats:
+def _predicted(model: DurationModel, case: MeasuredMoves, found: CandidateMoves) -> Floats:
     """(runs,) [s] of each run, its rows together."""
     rows = [model.smooth(joined(case, found.case.take(block)))[len(case) :] for block in _blocks(case, found)]
     return _per_run(found, np.concatenate(rows))
 
 
-def _per_run(found: Candidates, rows: Floats) -> Floats:
+def _per_run(found: CandidateMoves, rows: Floats) -> Floats:
     return np.asarray(np.add.reduceat(rows, found.first, axis=0))
 
 
@@ -115,7 +115,7 @@ def _differences(predicted: Sequence[Floats]) -> Floats:
     return np.stack([first - second for first, second in combinations(predicted, 2)])
 
 
-def _worth_weighing(found: Candidates, apart: Floats) -> Labels:
+def _worth_weighing(found: CandidateMoves, apart: Floats) -> Labels:
     """Runs on which some pair differs most, and the others of the same lines for comparison."""
     if len(found) <= _WEIGHED:
         return np.arange(len(found))
@@ -127,7 +127,9 @@ def _worth_weighing(found: Candidates, apart: Floats) -> Labels:
     return np.unique(np.concatenate([most, beside, twins]))
 
 
-def _spreads(models: Sequence[Model], case: Case, found: Candidates, scatter: float) -> list[Floats]:
+def _spreads(
+    models: Sequence[DurationModel], case: MeasuredMoves, found: CandidateMoves, scatter: float
+) -> list[Floats]:
     """Per pair (runs, p) [s]: what one standard deviation of each parameter of the two models does to a run."""
     noise = Noise(scatter)
     each = []
@@ -154,7 +156,7 @@ def _spreads(models: Sequence[Model], case: Case, found: Candidates, scatter: fl
 
 
 def _chosen(
-    found: Candidates, few: Labels, apart: Floats, spread: Sequence[Floats], scatter: float
+    found: CandidateMoves, few: Labels, apart: Floats, spread: Sequence[Floats], scatter: float
 ) -> tuple[list[int], float]:
     """Positions in `few`, and the worst pair's dᵀ V⁻¹ d."""
     rows = np.bincount(found.run)[few]
@@ -218,7 +220,7 @@ def _gains(
 # --- the answer -------------------------------------------------------------------------------------------------------
 
 
-def _moves(found: Candidates, runs: Labels, times: int) -> tuple[NextMove, ...]:
+def _moves(found: CandidateMoves, runs: Labels, times: int) -> tuple[NextMove, ...]:
     case = found.case
     moves = []
     timed = len(np.unique(case.t_start[np.isfinite(case.t_start)])) > 1
@@ -241,7 +243,7 @@ def _moves(found: Candidates, runs: Labels, times: int) -> tuple[NextMove, ...]:
     return tuple(moves)
 
 
-def _remark(case: Case, rows: Labels, row: int, begin: float) -> str:
+def _remark(case: MeasuredMoves, rows: Labels, row: int, begin: float) -> str:
     """What a move is for, as far as its numbers do not say it. `begin` [s]: of the day, nan where time is no matter."""
     words = []
     if len(rows) > 1:

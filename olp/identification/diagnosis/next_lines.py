@@ -12,7 +12,7 @@ from olp.core.units import mm
 from olp.identification.diagnosis.axis_rates import PLACES, rates_of
 from olp.identification.recording.moves import LINEAR, RecordedMoves
 from olp.robots.geometry import rotation_from_angles
-from olp.timing.physics._case import Case, Floats, Rates
+from olp.timing.physics._case import Floats, MeasuredMoves, Rates
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
@@ -23,7 +23,7 @@ _MOST = 10  # recorded lines and proved lines, each
 SHORTEST = 10 * mm
 
 
-class Lines(NamedTuple):
+class StraightLines(NamedTuple):
     """m straight lines. `rates` (m, 21, k) per metre, None: axes are not known; `checked` (m,): rates are known."""
 
     start: Floats  # (m, 3) [m]
@@ -38,7 +38,7 @@ class Lines(NamedTuple):
         return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
 
 
-def lines_of(case: Case, recording: Recording, straight: Labels) -> Lines:
+def lines_of(case: MeasuredMoves, recording: Recording, straight: Labels) -> StraightLines:
     kept = _spread(case.start[straight], case.end[straight])
     rows = straight[kept]
     top = float(case.base.speed[straight].max())
@@ -46,7 +46,7 @@ def lines_of(case: Case, recording: Recording, straight: Labels) -> Lines:
     path = None if rates is None else rates.path[rows]
     known = np.zeros(len(rows), dtype=bool) if rates is None else rates.known[rows]
     start, end = case.start[rows], case.end[rows]
-    recorded = Lines(start, end, case.base.speed[rows], path, known, _bodies(rates, rows))
+    recorded = StraightLines(start, end, case.base.speed[rows], path, known, _bodies(rates, rows))
     further = _proved(recording, case, straight, top) if rates is not None and rates.exact else None
     if further is None:
         return recorded
@@ -57,10 +57,12 @@ def lines_of(case: Case, recording: Recording, straight: Labels) -> Lines:
     more = np.concatenate([further.start, further.end], axis=1)
     new = np.abs(more[:, None] - had[None]).max(axis=2).min(axis=1) > SHORTEST
     pairs = zip(recorded, further, strict=True)
-    return Lines(*(np.concatenate([a, b[new]]) for a, b in pairs))  # type: ignore[index]
+    return StraightLines(*(np.concatenate([a, b[new]]) for a, b in pairs))  # type: ignore[index]
 
 
-def _proved(recording: Recording, case: Case, straight: Labels, speed: float) -> Lines | None:
+def _proved(
+    recording: Recording, case: MeasuredMoves, straight: Labels, speed: float
+) -> StraightLines | None:
     """Lines between points of the recorded box that can be run at the fastest recorded speed."""
     from olp.identification.probe.candidates import candidates as lines_in
     from olp.identification.signature.axis_paths import has_axes
@@ -85,7 +87,7 @@ def _proved(recording: Recording, case: Case, straight: Labels, speed: float) ->
     if rates is None:
         return None
     bodies = _bodies(rates, np.arange(len(start)))
-    return Lines(start, end, np.zeros(len(start)), rates.path, rates.known, bodies)
+    return StraightLines(start, end, np.zeros(len(start)), rates.path, rates.known, bodies)
 
 
 def _bodies(rates: Rates | None, rows: Labels) -> Floats:

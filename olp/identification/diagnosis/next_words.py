@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import mm
-from olp.identification.diagnosis.model import Model
-from olp.identification.diagnosis.next_candidates import Candidates
+from olp.identification.diagnosis.model import DurationModel
+from olp.identification.diagnosis.next_candidates import CandidateMoves
 from olp.timing.physics._case import Floats
 
 Labels = NDArray[np.int64]
@@ -35,7 +35,7 @@ class _Property:
 
 
 def sentence(
-    models: Sequence[Model], found: Candidates | None, apart: Floats | None, runs: Labels | None
+    models: Sequence[DurationModel], found: CandidateMoves | None, apart: Floats | None, runs: Labels | None
 ) -> str:
     """`apart` (runs,) [standard deviations]: the difference of two models on all candidates; `runs`: the chosen."""
     names = " and ".join(_names(models))
@@ -49,7 +49,7 @@ def sentence(
     return f"{names} {when}: run these {count} moves{how}"
 
 
-def _names(models: Sequence[Model]) -> list[str]:
+def _names(models: Sequence[DurationModel]) -> list[str]:
     """What each model has that the others have not."""
     every = [{part.term.name for part in model.parts} for model in models]
     shared = set.intersection(*every)
@@ -63,7 +63,7 @@ def _names(models: Sequence[Model]) -> list[str]:
     ]
 
 
-def _where(found: Candidates, apart: Floats, runs: Labels) -> tuple[str, bool, str]:
+def _where(found: CandidateMoves, apart: Floats, runs: Labels) -> tuple[str, bool, str]:
     """What the difference hangs on most, whether it vanishes elsewhere, and how the chosen runs differ in it."""
     size = np.abs(apart)
     rounded = np.nonzero(found.rounded)[0]
@@ -105,7 +105,7 @@ def _hangs_on(
     return " and ".join(word for _, word in named), only, how
 
 
-def _properties(found: Candidates) -> list[_Property]:
+def _properties(found: CandidateMoves) -> list[_Property]:
     case, first = found.case, found.first
     last = np.append(first[1:], len(found.run)) - 1
     length = np.linalg.norm(case.end[last] - case.start[first], axis=1)

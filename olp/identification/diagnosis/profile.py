@@ -9,9 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from olp.identification.diagnosis.fitting import Fit, Noise, evaluate, fit, moved, parameters_of, place_of
-from olp.identification.diagnosis.model import Model
-from olp.timing.physics._case import Case
+from olp.identification.diagnosis.fitting import (
+    ModelFit,
+    Noise,
+    evaluate,
+    fit,
+    moved,
+    parameters_of,
+    place_of,
+)
+from olp.identification.diagnosis.model import DurationModel
+from olp.timing.physics._case import MeasuredMoves
 
 _STEPS = 4  # of each refit
 _TRIES = 6  # refits per side
@@ -24,7 +32,7 @@ _LIKELY = 4  # starts
 
 
 def distance(
-    best: Fit, index: int, sign: int, error: float, deviations: float, case: Case, noise: Noise
+    best: ModelFit, index: int, sign: int, error: float, deviations: float, case: MeasuredMoves, noise: Noise
 ) -> float:
     """[coordinate] to where the likelihood has fallen as far as `deviations` of a normal one; inf where it never does.
 
@@ -35,7 +43,7 @@ def distance(
     if room <= 0:
         return math.inf
 
-    def asked(model: Model, at: float, steps: int = _STEPS) -> tuple[Model, float]:
+    def asked(model: DurationModel, at: float, steps: int = _STEPS) -> tuple[DurationModel, float]:
         there = moved(model, index, float(place[index]) + sign * at)
         tried = fit(there, case, noise, steps, held=index)
         return tried.model, math.sqrt(max(2.0 * (tried.loss - best.loss), 0.0))
@@ -53,18 +61,18 @@ def distance(
     return at
 
 
-def _starts(model: Model, index: int, case: Case) -> list[Model]:
+def _starts(model: DurationModel, index: int, case: MeasuredMoves) -> list[DurationModel]:
     """The model, and, where the part of coordinate `index` has more than one, with its guesses at the others."""
     part = parameters_of(model)[index][0]
     if len(part.values) == 1:
         return [model]
     guessed = [part._replace(values=values) for values in part.term.guesses(part.form, case)]
-    return [model, *(Model(tuple(g if p is part else p for p in model.parts)) for g in guessed)]
+    return [model, *(DurationModel(tuple(g if p is part else p for p in model.parts)) for g in guessed)]
 
 
 def _nearest(
-    model: Model,
-    asked: Callable[[Model, float], tuple[Model, float]],
+    model: DurationModel,
+    asked: Callable[[DurationModel, float], tuple[DurationModel, float]],
     room: float,
     error: float,
     deviations: float,

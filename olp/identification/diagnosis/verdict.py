@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.errors import rms
-from olp.identification.diagnosis.naming import Named
+from olp.identification.diagnosis.naming import NamingResult
 from olp.identification.diagnosis.scatter import Scatter, digits_of, scatter_of
 
 Floats = NDArray[np.float64]
@@ -22,18 +22,18 @@ _ROUGH, _DIGITS = (
 )  # share of a duration, and times the digits' standard deviation: robots repeat better
 
 
-def floor_of(named: Named) -> Scatter:
+def floor_of(named: NamingResult) -> Scatter:
     """Of repeats where there are enough, else of what remains or of moves that are alike; at least the digits."""
     least = max(digits_of(named.clean), named.noise.least)
     return scatter_of(left_over(named), named.clean, least, named.remains.structured)
 
 
-def left_over(named: Named) -> Floats:
+def left_over(named: NamingResult) -> Floats:
     """(n,) [s] of the moves that are not late."""
     return np.asarray(named.clean.measured - named.fit.model.seconds(named.clean))
 
 
-def verdict_of(named: Named) -> str:
+def verdict_of(named: NamingResult) -> str:
     """One of VERDICTS, from the durations alone."""
     if len(named.late) < _FEWEST:
         return "not-judged"
@@ -59,6 +59,6 @@ def joined(one: str, other: str, found: bool) -> str:
     return "unexplained" if "unexplained" in judged else "no-mismatch"
 
 
-def _rough(named: Named) -> bool:
+def _rough(named: NamingResult) -> bool:
     """Whether simulation and robot differ by a share of the durations that no scatter is."""
     return float(np.mean(np.abs(named.clean.residual) / np.maximum(named.clean.measured, 1e-6))) > _ROUGH

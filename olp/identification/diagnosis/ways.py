@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from olp.identification.diagnosis.fitting import Fit, Noise, evaluate, fit
-from olp.identification.diagnosis.model import Model, Part
-from olp.timing.physics._case import Case
+from olp.identification.diagnosis.fitting import ModelFit, Noise, evaluate, fit
+from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.timing.physics._case import MeasuredMoves
 
 ALIKE = 6.0  # in BIC: what is no worse than that is not told apart
 _GUESSES = 2  # of a form, that are fitted
@@ -17,28 +17,28 @@ _SETTLED = 2.0  # in BIC: "not worth more than a bare mention" by R. Kass and A.
 _STEPS = 12
 
 
-class Way(NamedTuple):
+class AlternativeModel(NamedTuple):
     """Parts stand in the same places as those of the best model, except the one at `place`, which is another."""
 
-    fit: Fit
+    fit: ModelFit
     worse: float  # in BIC
     place: int
 
     @property
-    def part(self) -> Part:
+    def part(self) -> ModelPart:
         return self.fit.model.parts[self.place]
 
 
-def ways_of(best: Fit, case: Case, noise: Noise) -> list[Way]:
+def ways_of(best: ModelFit, case: MeasuredMoves, noise: Noise) -> list[AlternativeModel]:
     """The best fits in which one part has another form of its term, or starts elsewhere in its own, the best first."""
-    found = list[Way]()
+    found = list[AlternativeModel]()
     for index, part in enumerate(best.model.parts):
         if part.term.name == "cycle-quantisation":
             continue
         others = {p.label for k, p in enumerate(best.model.parts) if k != index}
         for form in part.term.forms(case):
             parts = [
-                Part(part.term, form, values, part.condition) for values in part.term.guesses(form, case)
+                ModelPart(part.term, form, values, part.condition) for values in part.term.guesses(form, case)
             ]
             if not parts or parts[0].label in others or (form.axis >= 0) != (part.form.axis >= 0):
                 continue
@@ -47,11 +47,11 @@ def ways_of(best: Fit, case: Case, noise: Noise) -> list[Way]:
             tried = [fit(model, case, noise, _STEPS) for model in models[:_GUESSES]]
             closest = min(tried, key=lambda f: f.bic)
             if closest.bic - best.bic < ALIKE:
-                found.append(Way(closest, max(closest.bic - best.bic, 0.0), index))
+                found.append(AlternativeModel(closest, max(closest.bic - best.bic, 0.0), index))
     return sorted(found, key=lambda way: way.worse)
 
 
-def settled(best: Fit, case: Case, noise: Noise) -> Fit:
+def settled(best: ModelFit, case: MeasuredMoves, noise: Noise) -> ModelFit:
     """The same terms, each in the first of its forms that does as well with no more parameters: its plain law."""
     for index in range(len(best.model.parts)):
         part = best.model.parts[index]
@@ -70,9 +70,9 @@ def settled(best: Fit, case: Case, noise: Noise) -> Fit:
     return best
 
 
-def _key(way: Way) -> str:
+def _key(way: AlternativeModel) -> str:
     return way.part.form.key
 
 
-def _replaced(model: Model, index: int, part: Part) -> Model:
-    return Model((*model.parts[:index], part, *model.parts[index + 1 :]))
+def _replaced(model: DurationModel, index: int, part: ModelPart) -> DurationModel:
+    return DurationModel((*model.parts[:index], part, *model.parts[index + 1 :]))

@@ -26,7 +26,7 @@ _GRID = 0.1 * mm
 _BASES = (2, 3, 5)
 
 
-class Candidates(NamedTuple):
+class CandidateLines(NamedTuple):
     """`points` (p, 3) [m]; `possible` (p, p): lines that can be run; `starts`, `ends` (n,): those to choose from."""
 
     points: Floats
@@ -40,7 +40,7 @@ class Candidates(NamedTuple):
 
 def candidates(
     robot: Robot, box: Floats, rotation: Floats, tool: Pose | None, speed: float, shortest: float
-) -> Candidates:
+) -> CandidateLines:
     """Lines in `box` (3, 2) [m] at least `shortest` [m] long. Raises OlpError (K…)."""
     points = _points(box)
     count = len(points)
@@ -59,7 +59,7 @@ def candidates(
     if len(starts) > _MOST:
         kept = spread_out(np.concatenate([points[starts], points[ends]], axis=1), _MOST)
         starts, ends = starts[kept], ends[kept]
-    return Candidates(
+    return CandidateLines(
         points, possible, starts.astype(np.int64), ends.astype(np.int64), len(first), lines.told(), posture
     )
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.core.units import mm
-from olp.identification.probe.candidates import Candidates, candidates
+from olp.identification.probe.candidates import CandidateLines, candidates
 from olp.identification.probe.design import most_telling, share_left
 from olp.identification.probe.reach import Posture
-from olp.identification.probe.route import Ways, order
+from olp.identification.probe.route import ShortestPaths, order
 from olp.identification.signature.axis_paths import has_axes
 from olp.identification.signature.estimators.averaged_process import views_of
 from olp.identification.signature.mixture import Views, average_covariance, ruler_of
@@ -151,7 +151,7 @@ def _shortest(wanted: Wanted) -> float:
     return min(wanted.speed**2 / acceleration, 0.5 * diagonal)
 
 
-def _moves(found: Candidates, wanted: Wanted, rotation: Floats) -> MoveSet:
+def _moves(found: CandidateLines, wanted: Wanted, rotation: Floats) -> MoveSet:
     count = len(found.starts)
     nothing = np.full(count, np.nan)
     return MoveSet(
@@ -180,9 +180,9 @@ def _covariance(lines: MoveSet, measured: MoveSet | None, robot: Robot) -> tuple
     return average_covariance(views, views, ruler_of(views)), known
 
 
-def _routed(wanted: Wanted, found: Candidates, chosen: Labels, left: float, first: int) -> Experiment:
+def _routed(wanted: Wanted, found: CandidateLines, chosen: Labels, left: float, first: int) -> Experiment:
     starts, ends = found.starts[chosen], found.ends[chosen]
-    ways = Ways(found.points, found.possible)
+    ways = ShortestPaths(found.points, found.possible)
     turn = order(starts, ends, ways)
     before: list[tuple[int, ...]] = []
     at = int(starts[turn[0]])
@@ -204,7 +204,7 @@ def _routed(wanted: Wanted, found: Candidates, chosen: Labels, left: float, firs
     )
 
 
-def _told(wanted: Wanted, found: Candidates) -> tuple[Diagnostic, ...]:
+def _told(wanted: Wanted, found: CandidateLines) -> tuple[Diagnostic, ...]:
     robot, told = wanted.robot, []
     if found.told:
         says = f"of {found.looked} lines between points of the box some cannot be run: {found.told}"

@@ -35,7 +35,7 @@ _STEP, _MOST = 0.02, 64
 _CHUNK = 40_000
 
 
-class Lines(NamedTuple):
+class ProbeLines(NamedTuple):
     """n lines. `reason` (n,): why a line cannot be run, "" when it can."""
 
     possible: Bools
@@ -55,7 +55,7 @@ def look(
     tool: Pose | None,
     speed: float,
     posture: Posture = PLAIN,
-) -> Lines:
+) -> ProbeLines:
     """Lines from `start` to `end` (n, 3) [m] at `speed` [m/s]; `rotation` (3, 3) of the tool. Raises OlpError (K…)."""
     longest = float(np.linalg.norm(end - start, axis=1).max(initial=0.0))
     looks = int(min(_MOST, max(3, np.ceil(longest / _STEP) + 1)))
@@ -64,7 +64,7 @@ def look(
     for first in range(0, len(start), step):
         part = slice(first, first + step)
         reasons += _look(robot, start[part], end[part], rotation, tool, speed, looks, posture)
-    return Lines(np.array([not reason for reason in reasons], dtype=bool), tuple(reasons))
+    return ProbeLines(np.array([not reason for reason in reasons], dtype=bool), tuple(reasons))
 
 
 def _look(

@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 
-class Ways:
+class ShortestPaths:
     """The shortest ways between p points along allowed lines. `allowed` (p, p), `points` (p, 3) [m]."""
 
     def __init__(self, points: Floats, allowed: NDArray[np.bool_]) -> None:
@@ -35,7 +35,7 @@ class Ways:
         return found
 
 
-def order(starts: Labels, ends: Labels, ways: Ways) -> list[int]:
+def order(starts: Labels, ends: Labels, ways: ShortestPaths) -> list[int]:
     """Move numbers so that each starts near where the one before ended; always the nearest, the first one stays."""
     rest = list(range(1, len(starts)))
     found = [0] if len(starts) else []

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
-from olp.identification.recording.columns import Rule
-from olp.identification.recording.table import SHOWN, Column, Floats, Table
+from olp.identification.recording.columns import ColumnRule
+from olp.identification.recording.table import SHOWN, Floats, RecordingTable, TableColumn
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _COMMA = re.compile(r"[+-]?\d+,\d+")
@@ -23,7 +23,7 @@ _COMMA = re.compile(r"[+-]?\d+,\d+")
 class Problems:
     """What is wrong with one table. Of each kind and column the first are told one by one, the rest counted."""
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: RecordingTable) -> None:
         self.table = table
         self.found: list[Diagnostic] = []
         self._count: Counter[tuple[str, str]] = Counter()
@@ -64,18 +64,18 @@ class Problems:
         return [*self.found, *rest]
 
 
-class Numbers(NamedTuple):
+class NumberColumn(NamedTuple):
     """(n,) as written, nan where nothing is written or no number; `bad`: rows that hold something else."""
 
     values: Floats
     bad: NDArray[np.intp]
 
 
-def numbers(column: Column) -> Numbers:
+def numbers(column: TableColumn) -> NumberColumn:
     """The cells as numbers. `nan` and `inf` are no numbers here: what is missing is left empty."""
     if column.values is not None:
         wrong = ~np.isfinite(column.values) & ~column.missing
-        return Numbers(np.where(wrong | column.missing, np.nan, column.values), np.nonzero(wrong)[0])
+        return NumberColumn(np.where(wrong | column.missing, np.nan, column.values), np.nonzero(wrong)[0])
     cells = column.text or ()
     values, bad = np.full(len(cells), np.nan), []
     for row, cell in enumerate(cells):
@@ -85,10 +85,10 @@ def numbers(column: Column) -> Numbers:
             values[row] = float(cell)
         else:
             bad.append(row)
-    return Numbers(values, np.array(bad, dtype=np.intp))
+    return NumberColumn(values, np.array(bad, dtype=np.intp))
 
 
-def texts(column: Column) -> tuple[str, ...]:
+def texts(column: TableColumn) -> tuple[str, ...]:
     """The cells as text; numbers of a typed file as they are usually written."""
     if column.text is not None:
         return column.text
@@ -97,7 +97,7 @@ def texts(column: Column) -> tuple[str, ...]:
     return tuple("" if missing else f"{value:.15g}" for value, missing in cells)
 
 
-def checked(problems: Problems, name: str, column: Column, rule: Rule) -> Floats:
+def checked(problems: Problems, name: str, column: TableColumn, rule: ColumnRule) -> Floats:
     """(n,) in SI. Cells that are no number (D014) or cannot be (D015) are told and nan."""
     values, bad = numbers(column)
     shown = texts(column) if len(bad) else ()
@@ -126,7 +126,7 @@ def tell_bad(problems: Problems, name: str, cell: str, row: int) -> None:
     problems.cell("D014", f"{name} is not a number: {cell[:40]!r}", row, name, help)
 
 
-def _range(rule: Rule) -> str:
+def _range(rule: ColumnRule) -> str:
     if np.isfinite(rule.highest):
         return f"it lies between {rule.lowest:g} and {rule.highest:g}"
     return f"it is {'above' if rule.above else 'at least'} {rule.lowest:g}"

@@ -12,7 +12,7 @@ _ROUNDS = 30
 _HUBER = 1.345  # of the scatter: 95 % efficient for normal errors (P. J. Huber, "Robust Statistics", 1981)
 
 
-class Clock(NamedTuple):
+class ClockAlignment(NamedTuple):
     """log time = offset + rate * plan time. The rate holds the log's clock and the plan's own error alike."""
 
     offset: float  # [s]
@@ -22,7 +22,7 @@ class Clock(NamedTuple):
     scatter: float  # [s] of single instants around the line
 
 
-def fit_clock(plan: Floats, log: Floats) -> Clock | None:
+def fit_clock(plan: Floats, log: Floats) -> ClockAlignment | None:
     """The clock from instants (n,) [s] of both; None for fewer than three that differ."""
     good = np.isfinite(plan) & np.isfinite(log)
     x, y = plan[good], log[good]
@@ -42,4 +42,4 @@ def fit_clock(plan: Floats, log: Floats) -> Clock | None:
     freedom = max(weight.sum() - 2.0, 1.0)
     scatter = float(np.sqrt((weight * residual**2).sum() / freedom))
     spread = scatter * np.sqrt(np.diag(np.linalg.inv(normal)))
-    return Clock(float(offset) + shift, float(rate), float(spread[0]), float(spread[1]), scatter)
+    return ClockAlignment(float(offset) + shift, float(rate), float(spread[0]), float(spread[1]), scatter)

@@ -12,7 +12,7 @@ from olp.core.units import mm, percent
 KINDS: Final = ("joint", "linear", "circular", "wait")
 
 
-class Rule(NamedTuple):
+class ColumnRule(NamedTuple):
     """What a number of a column can be, and by how much it is multiplied to become SI."""
 
     factor: float = 1.0
@@ -22,29 +22,29 @@ class Rule(NamedTuple):
     whole: bool = False
 
 
-_DURATION, _POSITIVE, _ANY = Rule(lowest=0.0), Rule(lowest=0.0, above=True), Rule()
+_DURATION, _POSITIVE, _ANY = ColumnRule(lowest=0.0), ColumnRule(lowest=0.0, above=True), ColumnRule()
 _MOST = 1e9  # a counter beyond it counts nothing
 
 MOVE_NUMBERS: Final = {
-    "move": Rule(lowest=0.0, highest=_MOST, whole=True),
+    "move": ColumnRule(lowest=0.0, highest=_MOST, whole=True),
     "duration_s": _DURATION,
     "sim_s": _DURATION,
-    "speed_mm_s": Rule(mm, 0.0, True),
-    "speed_pct": Rule(percent, 0.0, True),
-    "accel_mm_s2": Rule(mm, 0.0, True),
-    "accel_pct": Rule(percent, 0.0, True),
-    "blend_mm": Rule(mm, 0.0),
-    "pl": Rule(lowest=0.0, highest=8.0, whole=True),
+    "speed_mm_s": ColumnRule(mm, 0.0, True),
+    "speed_pct": ColumnRule(percent, 0.0, True),
+    "accel_mm_s2": ColumnRule(mm, 0.0, True),
+    "accel_pct": ColumnRule(percent, 0.0, True),
+    "blend_mm": ColumnRule(mm, 0.0),
+    "pl": ColumnRule(lowest=0.0, highest=8.0, whole=True),
     "t_start_s": _ANY,
-    "cycle": Rule(lowest=0.0, highest=_MOST, whole=True),
-    "line": Rule(lowest=1.0, highest=_MOST, whole=True),
-    "payload_kg": Rule(lowest=0.0),
-    "payload_inertia_kg_m2": Rule(lowest=0.0),
-    "sim_payload_kg": Rule(lowest=0.0),
-    "sim_payload_inertia_kg_m2": Rule(lowest=0.0),
-    "override_pct": Rule(percent, 0.0, True),
-    "sim_override_pct": Rule(percent, 0.0, True),
-    "temperature_c": Rule(lowest=-273.15),
+    "cycle": ColumnRule(lowest=0.0, highest=_MOST, whole=True),
+    "line": ColumnRule(lowest=1.0, highest=_MOST, whole=True),
+    "payload_kg": ColumnRule(lowest=0.0),
+    "payload_inertia_kg_m2": ColumnRule(lowest=0.0),
+    "sim_payload_kg": ColumnRule(lowest=0.0),
+    "sim_payload_inertia_kg_m2": ColumnRule(lowest=0.0),
+    "override_pct": ColumnRule(percent, 0.0, True),
+    "sim_override_pct": ColumnRule(percent, 0.0, True),
+    "temperature_c": ColumnRule(lowest=-273.15),
 }
 MOVE_TEXTS: Final = ("type", "job")
 POINTS: Final = {
@@ -69,7 +69,7 @@ LOG_UNITS: Final = {
 }  # fmt: skip
 
 
-class Axis(NamedTuple):
+class AxisColumn(NamedTuple):
     """A column of one axis: `what` (start, end, q, command, speed, torque, current), counted from 1."""
 
     what: str
@@ -77,17 +77,17 @@ class Axis(NamedTuple):
     slides: bool  # millimetres instead of degrees
 
 
-def move_axis(name: str) -> Axis | None:
+def move_axis(name: str) -> AxisColumn | None:
     """What a column of joint points of moves holds, None when it is none."""
     match = _MOVE_AXIS.fullmatch(name)
-    return Axis(match[2], int(match[1]), match[3] == "mm") if match else None
+    return AxisColumn(match[2], int(match[1]), match[3] == "mm") if match else None
 
 
-def log_axis(name: str) -> Axis | None:
+def log_axis(name: str) -> AxisColumn | None:
     """What a column of a log holds for one axis, None when it is none."""
     match = _LOG_AXIS.fullmatch(name)
     what = LOG_UNITS.get((match[1], match[3])) if match else None
-    return Axis(what[0], int(match[2]), what[1]) if match and what else None
+    return AxisColumn(what[0], int(match[2]), what[1]) if match and what else None
 
 
 def move_names(axes: int = 6) -> list[str]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, info, warning
 from olp.core.units import deg, mm
-from olp.identification.recording.clock import Clock, fit_clock
+from olp.identification.recording.clock import ClockAlignment, fit_clock
 from olp.identification.recording.log import Log
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.identification.recording.programmed import Moved, moved, tool_of, way_of
@@ -51,7 +51,7 @@ class FromLog:
     tool: (
         tuple[float, ...] | None
     )  # x, y, z [m], Rx, Ry, Rz [rad] on the flange, if one tool was used throughout
-    clock: Clock | None
+    clock: ClockAlignment | None
     diagnostics: tuple[Diagnostic, ...]
 
 
@@ -196,7 +196,7 @@ def _middles(moves: Moved, rows: NDArray[np.int32]) -> Floats:
     return middle
 
 
-def _told(moves: Moved, found: Segments, clock: Clock | None, log: Log) -> list[Diagnostic]:
+def _told(moves: Moved, found: Segments, clock: ClockAlignment | None, log: Log) -> list[Diagnostic]:
     plan = moves.timing.plan
     told: list[Diagnostic] = []
     for steps, why in (

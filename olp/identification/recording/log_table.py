@@ -21,9 +21,9 @@ from olp.identification.recording.columns import LOG_POINT, LOG_TURN, log_axis
 from olp.identification.recording.table import (
     MOST_BYTES,
     SHOWN,
-    Column,
     Floats,
-    Table,
+    RecordingTable,
+    TableColumn,
     cell_extent,
     check_header,
     decode,
@@ -42,11 +42,11 @@ Cells = dict[str, Any]  # name -> floats (n,), or a tuple of texts
 class LogTable:
     """`cells` as written; `table` knows names and lines, and has its lines' text only after `located`."""
 
-    table: Table
+    table: RecordingTable
     cells: Cells
     diagnostics: tuple[Diagnostic, ...] = ()
 
-    def located(self) -> Table:
+    def located(self) -> RecordingTable:
         """The table with the text of its lines, for messages."""
         path = Path(self.table.file)
         if is_parquet(path):
@@ -124,7 +124,7 @@ def _csv(path: Path) -> LogTable:
     }
     if any(np.isinf(values).any() for name, values in cells.items() if name not in text):
         return _slowly(file, raw)
-    return LogTable(Table(file, names, (), np.arange(2, len(frame) + 2), (first,)), cells)
+    return LogTable(RecordingTable(file, names, (), np.arange(2, len(frame) + 2), (first,)), cells)
 
 
 def _text_columns(raw: bytes, names: tuple[str, ...]) -> set[str]:
@@ -168,7 +168,7 @@ def _slowly(file: str, raw: bytes) -> LogTable:
     if wrong and wrong[-1][0] > (starts[-1] if starts else 0) and len(wrong[-1][1]) < len(names):
         told += left_out_rows(file, [wrong.pop()[0]], "the file breaks off there")
         left_out += 1
-    table = Table(file, names, (), np.array(starts, dtype=np.int64), lines, left_out=left_out)
+    table = RecordingTable(file, names, (), np.array(starts, dtype=np.int64), lines, left_out=left_out)
     problems = Problems(table)
     problems.found += [_ragged(file, lines, line, len(row), len(names)) for line, row in wrong[:SHOWN]]
     cells: Cells = {}
@@ -181,7 +181,7 @@ def _slowly(file: str, raw: bytes) -> LogTable:
 
 
 def _numbers(problems: Problems, name: str, column: tuple[str, ...]) -> Floats:
-    values, bad = numbers(Column(np.zeros(len(column), dtype=bool), column))
+    values, bad = numbers(TableColumn(np.zeros(len(column), dtype=bool), column))
     for row in bad.tolist():
         tell_bad(problems, name, column[row], row)
     return values
@@ -197,11 +197,11 @@ def _ragged(file: str, lines: tuple[str, ...], line: int, found: int, width: int
 def _parquet(path: Path) -> LogTable:
     frame = load_parquet(path)
     names = check_header([str(name) for name in frame.column_names], str(path), "")
-    table = Table(str(path), names, (), np.zeros(frame.num_rows, dtype=np.int64))
+    table = RecordingTable(str(path), names, (), np.zeros(frame.num_rows, dtype=np.int64))
     problems = Problems(table)
     cells: Cells = {}
     for i, name in enumerate(names):
-        column: Column = parquet_column(frame.column(i))
+        column: TableColumn = parquet_column(frame.column(i))
         if column.values is None and not is_known(name):
             cells[name] = column.text
             continue

@@ -21,27 +21,27 @@ from olp.identification.recording.columns import (
     MOVE_TEXTS,
     POINTS,
     TURNS,
-    Rule,
+    ColumnRule,
     move_axis,
     move_names,
     nearest,
 )
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
-from olp.identification.recording.table import Column, Floats, Table
+from olp.identification.recording.table import Floats, RecordingTable, TableColumn
 
 _MOSTLY = 0.9  # from this share of numbers on, a text column was probably meant to be numbers
 
 
-def read_moves(table: Table) -> tuple[RecordedMoves, list[Diagnostic]]:
+def read_moves(table: RecordingTable) -> tuple[RecordedMoves, list[Diagnostic]]:
     """The moves and what there is to tell. Whether they can be used: no error among the diagnostics."""
-    reader = _Reader(table)
+    reader = _MovesReader(table)
     return reader.moves(), [*table.diagnostics, *reader.problems.all()]
 
 
-class _Reader:
+class _MovesReader:
     """One table on its way; every method takes the columns it knows and notes what is wrong with them."""
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: RecordingTable) -> None:
         self.table = table
         self.columns = dict(zip(table.names, table.columns, strict=True))
         self.problems = Problems(table)
@@ -134,7 +134,7 @@ class _Reader:
         near = nearest(name, unknown) or next((o for o in unknown if nearest(o, [name])), "")
         return f"is it the column {near}?" if near else ""
 
-    def _number(self, name: str, rule: Rule) -> Floats:
+    def _number(self, name: str, rule: ColumnRule) -> Floats:
         if name not in self.columns:
             return np.full(self.count, np.nan)
         column = self.columns[name]
@@ -154,10 +154,10 @@ class _Reader:
         result = np.full((self.count, 3), np.nan)
         if len(present) < 3:
             for name in present:
-                checked(self.problems, name, self.columns[name], Rule(factor))
+                checked(self.problems, name, self.columns[name], ColumnRule(factor))
             return result
         for i, name in enumerate(names):
-            result[:, i] = checked(self.problems, name, self.columns[name], Rule(factor))
+            result[:, i] = checked(self.problems, name, self.columns[name], ColumnRule(factor))
         empty = np.stack([self.columns[name].missing for name in names], axis=1)
         self._incomplete(empty, names)
         return result
@@ -193,7 +193,7 @@ class _Reader:
                 if (end, i) in axes:
                     name, slides = axes[end, i]
                     values[:, i - 1] = checked(
-                        self.problems, name, self.columns[name], Rule(mm if slides else deg)
+                        self.problems, name, self.columns[name], ColumnRule(mm if slides else deg)
                     )
             if names:
                 empty = np.stack([self.columns[name].missing for name in names], axis=1)
@@ -271,7 +271,7 @@ class _Reader:
             self._nearly_numbers(name, column, bad)
         return covariates, groups
 
-    def _nearly_numbers(self, name: str, column: Column, bad: NDArray[np.intp]) -> None:
+    def _nearly_numbers(self, name: str, column: TableColumn, bad: NDArray[np.intp]) -> None:
         written = int((~column.missing).sum())
         if len(bad) > (1 - _MOSTLY) * written:
             return

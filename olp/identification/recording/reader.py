@@ -21,8 +21,8 @@ from olp.identification.recording.log_reader import read_log
 from olp.identification.recording.moves import no_moves
 from olp.identification.recording.moves_reader import read_moves
 from olp.identification.recording.recording import Recording
-from olp.identification.recording.settings import FILE_NAME, Settings, read_settings
-from olp.identification.recording.table import SUFFIXES, Table, read_table, role_of
+from olp.identification.recording.settings import FILE_NAME, RecordingSettings, read_settings
+from olp.identification.recording.table import SUFFIXES, RecordingTable, read_table, role_of
 from olp.robots.geometry import Pose
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def read_recording(path: str | os.PathLike[str], *, logs_alone: bool = False) ->
     """
     found: list[Diagnostic] = []
     files = _files(Path(path), logs_alone)
-    settings = Settings()
+    settings = RecordingSettings()
     if FILE_NAME in files:
         settings, told = read_settings(files[FILE_NAME])
         found += told
@@ -153,7 +153,7 @@ def _attempt(work: Any, found: list[Diagnostic]) -> Any:
         return None
 
 
-def _robot(settings: Settings, found: list[Diagnostic]) -> Robot | None:
+def _robot(settings: RecordingSettings, found: list[Diagnostic]) -> Robot | None:
     """The robot that recording.toml names; a path is seen from the file's folder."""
     if not settings.robot:
         return None
@@ -166,12 +166,12 @@ def _robot(settings: Settings, found: list[Diagnostic]) -> Robot | None:
     return answer
 
 
-def _settings_key(settings: Settings) -> bytes:
+def _settings_key(settings: RecordingSettings) -> bytes:
     said = [settings.robot, settings.controller, settings.time_resolution, settings.tool, settings.job]
     return json.dumps(said, ensure_ascii=False).encode()
 
 
-def _digest_table(digest: Any, table: Table) -> None:
+def _digest_table(digest: Any, table: RecordingTable) -> None:
     """Adds the values of the table, whatever its columns' order and its format: CSV and Parquet hash alike."""
     cells: dict[str, Any] = {}
     for name, column in zip(table.names, table.columns, strict=True):

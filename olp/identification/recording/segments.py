@@ -15,7 +15,7 @@ from olp.identification.recording.alignment import Alignment, align
 from olp.identification.recording.boundaries import Rest, pass_by, rest, stillness
 from olp.identification.recording.fit import interpolate
 from olp.identification.recording.log import Log
-from olp.identification.recording.programmed import Moved, Way, features_of_log
+from olp.identification.recording.programmed import Moved, ProgrammedPath, features_of_log
 
 Floats = NDArray[np.float64]
 _OFF = 1e-3  # [m]
@@ -40,7 +40,7 @@ class Segments:
     offset: Floats | None = None  # (3,) [m] the log stands off the program, the median
 
 
-def by_points(moves: Moved, way: Way, log: Log) -> Segments:
+def by_points(moves: Moved, way: ProgrammedPath, log: Log) -> Segments:
     """Matching the programmed points: a stop ends when the arm leaves it, a corner where the way is nearest to it."""
     place = features_of_log(moves.timing.plan.robot, log)
     still = stillness(log.time, place)
@@ -66,7 +66,7 @@ def by_points(moves: Moved, way: Way, log: Log) -> Segments:
 
 
 def _rests(
-    moves: Moved, way: Way, log: Log, place: Floats, found: Alignment, still: float
+    moves: Moved, way: ProgrammedPath, log: Log, place: Floats, found: Alignment, still: float
 ) -> tuple[list[Rest | None], Floats]:
     """The rest at each of the m + 1 points, None where the arm passes, and how far (m + 1, c) [m] the log is off there.
 
@@ -131,7 +131,7 @@ def _windows(moves: Moved, found: Alignment, log: Log, place: Floats, point: Flo
     return list(zip(first.tolist(), last.tolist(), strict=True))
 
 
-def _corner_shift(moves: Moved, way: Way) -> Floats:
+def _corner_shift(moves: Moved, way: ProgrammedPath) -> Floats:
     """(m + 1,) [s]: in the plan, from where the way is nearest to a corner to where the move ends.
 
     It is 0 when the corner is passed evenly, and what a change of speed in the corner makes otherwise.

@@ -42,7 +42,7 @@ _SURE = 1.96
 _ALL, _TO_CHOOSE, _TO_JUDGE = 150, 120, 300
 
 
-class Fit(NamedTuple):
+class SignatureFit(NamedTuple):
     """What was learnt from a set of moves, before it has a name and a robot."""
 
     method: str
@@ -96,7 +96,7 @@ def calibrate(
     return signature, tuple(told)
 
 
-def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> Fit:
+def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> SignatureFit:
     """Learns from measured moves. Raises OlpError: H001, H002."""
     compared: dict[str, Score] = {}
     judged, trial = _sample(moves, _TO_JUDGE), None
@@ -110,7 +110,7 @@ def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> Fit:
     parameters = fit_or_refuse(load_estimator(method), moves, robot)
     trial = trial or try_out([method], judged, robot)[method]
     compared.setdefault(method, score_of(trial, judged))
-    return Fit(method, parameters, _error_model(trial, judged), compared)
+    return SignatureFit(method, parameters, _error_model(trial, judged), compared)
 
 
 def chosen(trials: dict[str, Trial], moves: MoveSet) -> str:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.signature.errors import Spread, spread_of
-from olp.identification.signature.estimator import Parameter
-from olp.identification.signature.robust import Choice, Model, choose
+from olp.identification.signature.estimator import LearntParameter
+from olp.identification.signature.robust import FormChoice, Model, choose
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -25,48 +25,48 @@ _FOLDS = 10
 _MANY = 40
 
 
-class Quantity(NamedTuple):
+class LearntQuantity(NamedTuple):
     name: str
     unit: str
     plain: float  # what it is when nothing was learnt
     lowest: float
 
 
-class Kind(NamedTuple):
+class CorrectionKind(NamedTuple):
     """`forms`: which quantities may be learnt together, the simplest first."""
 
     name: str
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[LearntQuantity, ...]
     forms: tuple[tuple[int, ...], ...]
 
 
-_SCALE = Quantity("acceleration_time_scale", "1", 1.0, 0.05)
-_FIXED = Quantity("fixed_time", "s", 0.0, -1.0)
-KINDS: Mapping[str, Kind] = {
+_SCALE = LearntQuantity("acceleration_time_scale", "1", 1.0, 0.05)
+_FIXED = LearntQuantity("fixed_time", "s", 0.0, -1.0)
+KINDS: Mapping[str, CorrectionKind] = {
     kind.name: kind
     for kind in (
-        Kind(
+        CorrectionKind(
             STOP,
-            (Quantity("fixed_time", "s", 0.0, 0.0), Quantity("slowness", "s²/m", 0.3, 1e-9)),
+            (LearntQuantity("fixed_time", "s", 0.0, 0.0), LearntQuantity("slowness", "s²/m", 0.3, 1e-9)),
             ((1,), (0, 1)),
         ),
-        Kind(JOINT, (_SCALE, _FIXED), ((), (0,), (1,), (0, 1))),
-        Kind(CIRCULAR, (_SCALE, _FIXED), ((), (0,), (1,), (0, 1))),
-        Kind(
+        CorrectionKind(JOINT, (_SCALE, _FIXED), ((), (0,), (1,), (0, 1))),
+        CorrectionKind(CIRCULAR, (_SCALE, _FIXED), ((), (0,), (1,), (0, 1))),
+        CorrectionKind(
             CORNER,
             (
-                Quantity("saving_scale", "1", 1.0, 0.0),
-                Quantity("stretch_time", "s", 0.0, -10.0),
-                Quantity("corner_time", "s", 0.0, -10.0),
+                LearntQuantity("saving_scale", "1", 1.0, 0.0),
+                LearntQuantity("stretch_time", "s", 0.0, -10.0),
+                LearntQuantity("corner_time", "s", 0.0, -10.0),
             ),
             ((), (0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)),
         ),
-        Kind(TERMS, (), ((),)),
+        CorrectionKind(TERMS, (), ((),)),
     )
 }
 
 
-class Part(NamedTuple):
+class CorrectionPart(NamedTuple):
     """Learnt `quantities` by name; held-out errors in s.
 
     `rows`: rows (stretches, for corners) it was learnt from; `longest` [s]: of them. `row_half` [s]: half-width that
@@ -74,7 +74,7 @@ class Part(NamedTuple):
     with the part. `law`: the blending law of the corners.
     """
 
-    quantities: Mapping[str, Parameter]
+    quantities: Mapping[str, LearntParameter]
     spread: Spread
     row_half: float
     rows: int
@@ -87,7 +87,7 @@ class Part(NamedTuple):
         return float(self.quantities[name].value)
 
 
-Parts = Mapping[str, Part]
+Parts = Mapping[str, CorrectionPart]
 
 
 def value_of(parts: Parts, kind: str, name: str) -> float:
@@ -99,7 +99,7 @@ def value_of(parts: Parts, kind: str, name: str) -> float:
 
 def learn_part(
     kind: str, model: Model, measured: Floats, groups: Labels, plain: Floats | None = None, law: str = ""
-) -> tuple[Part, Choice]:
+) -> tuple[CorrectionPart, FormChoice]:
     """From `measured` (n,) [s], n >= FEWEST; `groups` (n,): rows of one program. `plain`: instead of the kind's own."""
     known = KINDS[kind]
     start = np.array([q.plain for q in known.quantities]) if plain is None else plain
@@ -109,14 +109,14 @@ def learn_part(
     spread = spread_of(found.errors, groups)
     spread = spread._replace(half=max(spread.half, half_of_few(found.errors)))
     quantities = {
-        q.name: Parameter(float(value), q.unit, float(sd) if i in found.form else None)
+        q.name: LearntParameter(float(value), q.unit, float(sd) if i in found.form else None)
         for i, (q, value, sd) in enumerate(
             zip(known.quantities, found.solved.values, found.solved.sd, strict=True)
         )
     }
     before, after = (100.0 * float(np.mean(np.abs(e) / measured)) for e in (found.plain, found.errors))
     longest = float(np.max(measured))
-    part = Part(quantities, spread, spread.half, len(measured), longest, before, after, law)
+    part = CorrectionPart(quantities, spread, spread.half, len(measured), longest, before, after, law)
     return part, found
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from olp.identification.recording import Recording
-    from olp.identification.signature.term_model import Named
+    from olp.identification.signature.term_model import NamedModel
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -73,7 +73,7 @@ def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
 
 
 def _recording(
-    plan: Plan, joined: Chain, signed: Signed, named: Named, own: Rows, use: Mask, override: float
+    plan: Plan, joined: Chain, signed: Signed, named: NamedModel, own: Rows, use: Mask, override: float
 ) -> Recording:
     """The arm's rows one after another; those that are not in `use` are there for their neighbours."""
     from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR

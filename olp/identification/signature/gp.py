@@ -33,7 +33,7 @@ class Belief(NamedTuple):
     spread: float
 
 
-class Part(NamedTuple):
+class KernelPart(NamedTuple):
     """One smooth function: its size, and its length in each group of coordinates."""
 
     scale: Belief
@@ -45,7 +45,7 @@ class Fitted(NamedTuple):
     lengths: tuple[float, ...]
 
 
-class Process(NamedTuple):
+class FittedProcess(NamedTuple):
     """What was learnt of n values at `places`."""
 
     parts: tuple[Fitted, ...]
@@ -58,10 +58,10 @@ class Process(NamedTuple):
 def learn(
     places: Places,
     values: Floats,
-    parts: tuple[Part, ...],
+    parts: tuple[KernelPart, ...],
     noise: Belief,
     few: NDArray[np.int64] | None = None,
-) -> Process:
+) -> FittedProcess:
     """The most probable scales, lengths and noise, with outliers set apart, and the weights.
 
     `few`: row numbers from which scales, lengths and noise are learnt, by default all.
@@ -88,10 +88,10 @@ def learn(
     size = float(np.exp(theta[-1]))
     variances = np.asarray(size**2 * every, dtype=np.float64)
     matrix = sum(_covariances(fitted, whole)) + np.diag(variances)
-    return Process(fitted, size, places, np.asarray(np.linalg.solve(matrix, values)), variances)
+    return FittedProcess(fitted, size, places, np.asarray(np.linalg.solve(matrix, values)), variances)
 
 
-def answer(process: Process, places: Places) -> tuple[Floats, Floats]:
+def answer(process: FittedProcess, places: Places) -> tuple[Floats, Floats]:
     """Mean and standard deviation (n,) at new places; the noise is not in the standard deviation."""
     own = sum(_covariances(process.parts, _squares(process.places, process.places))) + np.diag(
         process.variances

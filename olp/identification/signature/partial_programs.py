@@ -35,7 +35,7 @@ _MOST_MOVES = 2000
 _MOST_BYTES = 50_000_000
 
 
-class Table(NamedTuple):
+class TotalsTable(NamedTuple):
     """`totals`: per job file the measured totals [s], in the order of the rows."""
 
     path: str
@@ -51,7 +51,7 @@ class Programs(NamedTuple):
     told: tuple[Diagnostic, ...]
 
 
-def read_totals(path: str | Path) -> Table:
+def read_totals(path: str | Path) -> TotalsTable:
     """Raises OlpError (H030) with everything that is wrong."""
     file = str(path)
     try:
@@ -87,10 +87,10 @@ def read_totals(path: str | Path) -> Table:
         found.setdefault(Path(path).parent / cells[job].strip(), []).append(value)
     if problems or not found:
         raise OlpError(*(problems or [error("H030", "the table has no rows", file=file)]))
-    return Table(file, found, hashlib.sha256(data).hexdigest())
+    return TotalsTable(file, found, hashlib.sha256(data).hexdigest())
 
 
-def programs_of(table: Table, robot: str | None = None) -> Programs:
+def programs_of(table: TotalsTable, robot: str | None = None) -> Programs:
     """Plans every program. Raises OlpError: what a program cannot be read for, H031 when none can be used."""
     from olp.identification.timing_job import TimingJob, plan_and_time
 

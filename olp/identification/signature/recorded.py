@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.signature.coefficients import JOINT, Part, Parts
+from olp.identification.signature.coefficients import JOINT, CorrectionPart, Parts
 from olp.identification.signature.document import Signature
 from olp.identification.signature.joint_moves import LearntArm, recorded_joint_moves
 from olp.identification.signature.motions import Motions, motions_of, with_slowness
@@ -32,7 +32,7 @@ _ALONG = ("linear", "circular")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class RecordedTimes:
     """`half` (n,) [s]: half-width of the signature's interval along paths; `strain` (n,) [1]: how far outside.
 
     `told`: the rows that the signature's method was asked for, `said`: what it said, in that order.
@@ -59,11 +59,11 @@ class Rows:
             self.moves, self.motions, self.stretches, self.parts, self.saving, self.settling, self.joints
         )
 
-    def with_part(self, kind: str, part: Part) -> Rows:
+    def with_part(self, kind: str, part: CorrectionPart) -> RecordedTimes:
         return replace(self, parts={**self.parts, kind: part})
 
 
-def rows_of(signature: Signature, recording: Recording, report: Callable[[str], None]) -> Rows:
+def rows_of(signature: Signature, recording: Recording, report: Callable[[str], None]) -> RecordedTimes:
     """`report` is called with what had to be assumed. Raises OlpError (see predict)."""
     from olp.robots.controller_effects import Effects, settling_of
 
@@ -88,7 +88,7 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     if assumed and not learnt and any(kind == "joint" for kind in moves.kinds):
         report(assumed)
     joints = None if signature.arm is None else _joint_rows(signature.arm, moves, robot, recording.tool)
-    return Rows(
+    return RecordedTimes(
         moves,
         motions,
         stretches,

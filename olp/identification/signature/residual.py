@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.signature.domain import points
-from olp.identification.signature.estimator import Parameter, Parameters
-from olp.identification.signature.gp import Belief, Part, Places
+from olp.identification.signature.estimator import LearntParameter, Parameters
+from olp.identification.signature.gp import Belief, KernelPart, Places
 from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.smooth import (
     estimate_smooth,
@@ -22,18 +22,18 @@ Floats = NDArray[np.float64]
 _PREFIX = "residual"
 
 
-def fit_residual(moves: MoveSet, values: Floats) -> dict[str, Parameter]:
+def fit_residual(moves: MoveSet, values: Floats) -> dict[str, LearntParameter]:
     """`values` (n,) [s²/m]: one part over start and end points together, one over the direction wherever it is."""
     size = spread_of_values(values)
-    by_direction = Part(Belief(size, 1.0), (Belief(0.5, 1.0),))
+    by_direction = KernelPart(Belief(size, 1.0), (Belief(0.5, 1.0),))
     parts = (place_part(moves, 2 * size), by_direction)
     return fit_smooth(_PREFIX, points(moves), "m", _coordinates, parts, values)
 
 
-def place_part(moves: MoveSet, size: float) -> Part:
+def place_part(moves: MoveSet, size: float) -> KernelPart:
     """A smooth function of start and end point; `size` [s²/m]."""
     reach = max(float(np.median(moves.length)), 1e-3)
-    return Part(Belief(size, 1.0), (Belief(0.7 * reach, 1.0), Belief(0.6 * reach, 1.0)))
+    return KernelPart(Belief(size, 1.0), (Belief(0.7 * reach, 1.0), Belief(0.6 * reach, 1.0)))
 
 
 def estimate_residual(parameters: Parameters, moves: MoveSet) -> tuple[Floats, Floats]:

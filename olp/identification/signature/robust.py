@@ -23,7 +23,7 @@ class Solved(NamedTuple):
     sd: Floats  # (p,) 0 for those that were not free
 
 
-class Choice(NamedTuple):
+class FormChoice(NamedTuple):
     """`form`: which quantities were learnt. `errors` (n,): measured less predicted, each without its own fold."""
 
     form: tuple[int, ...]
@@ -63,7 +63,7 @@ def choose(
     measured: Floats,
     folds: Labels,
     lowest: Floats,
-) -> Choice:
+) -> FormChoice:
     """The form that predicts held-out rows best; of those that are equally good, the one named first.
 
     `folds` (n,): rows of one number are held out together. A form that some fold leaves too few rows for is not tried.
@@ -82,7 +82,7 @@ def choose(
     size = {form: np.log(np.mean(np.abs(errors)) + _TINY) for form, errors in held.items()}
     best = min(size.values())
     chosen = next(form for form in held if size[form] <= best + _EQUAL)
-    return Choice(
+    return FormChoice(
         chosen, solve(model, start, chosen, measured, lowest), held[chosen], measured - model(start)
     )
 

@@ -17,7 +17,7 @@ from olp.identification.signature import intervals
 from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, TERMS
 from olp.identification.signature.document import Signature
 from olp.identification.signature.predict import robot_of
-from olp.identification.signature.recorded import Rows as Known
+from olp.identification.signature.recorded import RecordedTimes as Known
 from olp.identification.signature.recorded import rows_of
 from olp.identification.signature.stretches import plain_rows
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from olp.identification.recording import Recording
     from olp.identification.recording.moves import RecordedMoves
     from olp.identification.signature.path_moves import LearntPaths
-    from olp.identification.signature.term_durations import Told
+    from olp.identification.signature.term_durations import PredictedRows
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ _WAIT_COLUMN = "wait_s"
 _SLACK = 0.01  # of a speed: nearer to learnt ones it is one of them
 
 
-class Rows(NamedTuple):
+class SignatureRows(NamedTuple):
     """One entry per row of the recording; nan where nothing can be said. Times in s."""
 
     move: NDArray[np.int64]
@@ -50,7 +50,9 @@ class Rows(NamedTuple):
         return "\n".join(lines) + "\n"
 
 
-def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows, tuple[Diagnostic, ...]]:
+def predict_recording(
+    signature: Signature, recording: Recording
+) -> tuple[SignatureRows, tuple[Diagnostic, ...]]:
     """Predicts each row and tells of those it cannot, or only with a wider interval. Raises OlpError (see predict)."""
     assumed: list[str] = []
     known = rows_of(signature, recording, assumed.append)
@@ -85,7 +87,7 @@ def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows,
     ]
     if nothing.any():
         found.append(_nothing(moves, nothing, recording.path))
-    return Rows(moves.move, predicted, low, high), tuple(found)
+    return SignatureRows(moves.move, predicted, low, high), tuple(found)
 
 
 def _by_paths(
@@ -115,7 +117,7 @@ def _for_paths(signature: Signature, paths: LearntPaths, known: Known) -> NDArra
     return np.asarray(np.where(plain, beyond, paths.corners | arcs))
 
 
-def _by_terms(signature: Signature, recording: Recording) -> Told | None:
+def _by_terms(signature: Signature, recording: Recording) -> PredictedRows | None:
     """What the terms of a diagnosis say, where the signature holds some."""
     if TERMS not in signature.parts:
         return None
@@ -194,7 +196,7 @@ def _nothing(moves: RecordedMoves, nothing: NDArray[np.bool_], file: str) -> Dia
     return warning("H012", says, file=file, help=f"{help}; a wait its programmed time in sim_s or wait_s")
 
 
-def _outside(known: Known, told: Told | None, file: str) -> list[Diagnostic]:
+def _outside(known: Known, told: PredictedRows | None, file: str) -> list[Diagnostic]:
     """One note for all moves that are outside, with the commonest reason's first example."""
     rows, reasons = (known.told, known.said.reasons if known.said else ())
     if told is not None:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.signature.domain import spread_out
-from olp.identification.signature.estimator import Parameter, Parameters
-from olp.identification.signature.gp import Belief, Fitted, Part, Places, Process, answer, learn
+from olp.identification.signature.estimator import LearntParameter, Parameters
+from olp.identification.signature.gp import Belief, Fitted, FittedProcess, KernelPart, Places, answer, learn
 
 Floats = NDArray[np.float64]
 Coordinates = Callable[[Floats], Places]  # of columns (n, c): what each part sees of them
@@ -26,9 +26,9 @@ def fit_smooth(
     columns: Floats,
     unit: str,
     coordinates: Coordinates,
-    parts: tuple[Part, ...],
+    parts: tuple[KernelPart, ...],
     values: Floats,
-) -> dict[str, Parameter]:
+) -> dict[str, LearntParameter]:
     """`values` (n,) [s²/m] of moves; `columns` (n, 6 or more): start and end point [m], and what else is told.
 
     Names of the parameters begin with `prefix`; `unit` is that of the columns.
@@ -38,12 +38,12 @@ def fit_smooth(
     noise = Belief(0.1 * spread_of_values(values), 1.0)
     process = learn(coordinates(kept), middle, parts, noise, few)
     return {
-        f"{prefix}_scales": Parameter([p.scale for p in process.parts], "s²/m"),
-        f"{prefix}_lengths": Parameter([list(p.lengths) for p in process.parts], f"{unit}; 1"),
-        f"{prefix}_noise": Parameter(process.noise, "s²/m"),
-        f"{prefix}_places": Parameter(kept.tolist(), unit),
-        f"{prefix}_weights": Parameter(process.weights.tolist(), "m/s²"),
-        f"{prefix}_variances": Parameter(process.variances.tolist(), "s⁴/m²"),
+        f"{prefix}_scales": LearntParameter([p.scale for p in process.parts], "s²/m"),
+        f"{prefix}_lengths": LearntParameter([list(p.lengths) for p in process.parts], f"{unit}; 1"),
+        f"{prefix}_noise": LearntParameter(process.noise, "s²/m"),
+        f"{prefix}_places": LearntParameter(kept.tolist(), unit),
+        f"{prefix}_weights": LearntParameter(process.weights.tolist(), "m/s²"),
+        f"{prefix}_variances": LearntParameter(process.variances.tolist(), "s⁴/m²"),
     }
 
 
@@ -53,7 +53,7 @@ def estimate_smooth(
     """Mean and standard deviation (n,) [s²/m]."""
     lengths = parameters[f"{prefix}_lengths"].value
     scales = parameters[f"{prefix}_scales"].value
-    process = Process(
+    process = FittedProcess(
         tuple(Fitted(float(s), tuple(map(float, own))) for s, own in zip(scales, lengths, strict=True)),
         float(parameters[f"{prefix}_noise"].value),
         coordinates(learnt_columns(prefix, parameters)),

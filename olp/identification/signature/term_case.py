@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.identification.diagnosis.case_making import case_of
-from olp.identification.diagnosis.model import Part
+from olp.identification.diagnosis.model import ModelPart
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves
 from olp.identification.recording.recording import Recording
-from olp.identification.recording.settings import Settings
-from olp.identification.signature.term_model import Named
-from olp.timing.physics._case import Case, Rates
+from olp.identification.recording.settings import RecordingSettings
+from olp.identification.signature.term_model import NamedModel
+from olp.timing.physics._case import MeasuredMoves, Rates
 
 if TYPE_CHECKING:
     from olp.robots.geometry import Pose
@@ -31,7 +31,7 @@ Rows = NDArray[np.int64]
 _RUNNING_TIME = "running time"  # the column that warm-up goes by: for ever is warm
 
 
-def case_for(named: Named, recording: Recording) -> tuple[Case, Rows] | None:
+def case_for(named: NamedModel, recording: Recording) -> tuple[MeasuredMoves, Rows] | None:
     """The moves of which the terms can tell the time, and their rows; None where there is none.
 
     Durations in `recording` do not matter. Left out: waits, kinds of moves that were not learnt, moves without way or
@@ -62,7 +62,7 @@ def case_for(named: Named, recording: Recording) -> tuple[Case, Rows] | None:
     return _beside(named, made.case, recording, made.rows), made.rows
 
 
-def _beside(named: Named, case: Case, recording: Recording, rows: Rows) -> Case:
+def _beside(named: NamedModel, case: MeasuredMoves, recording: Recording, rows: Rows) -> MeasuredMoves:
     """The case with the judged simulation's motion, for ever running."""
     slow = case.base.accelerate
     if named.ramp > 0:
@@ -79,7 +79,7 @@ def _beside(named: Named, case: Case, recording: Recording, rows: Rows) -> Case:
     )
 
 
-def seconds_of(named: Named, case: Case) -> Floats:
+def seconds_of(named: NamedModel, case: MeasuredMoves) -> Floats:
     """(n,) [s] with the terms. Raises OlpError (H011) where one of them needs axes that are not known."""
     lacking = [part.term.name for part in named.model.parts if not _known(part, case.rates)]
     if lacking:
@@ -90,7 +90,7 @@ def seconds_of(named: Named, case: Case) -> Floats:
     return np.maximum(named.model.seconds(case), 0.0)
 
 
-def _known(part: Part, rates: Rates | None) -> bool:
+def _known(part: ModelPart, rates: Rates | None) -> bool:
     """Whether what the form of a term hangs on is there."""
     name, key, axis = part.term.name, part.form.key, part.form.axis
     if key == "whole arm":
@@ -108,7 +108,7 @@ def _known(part: Part, rates: Rates | None) -> bool:
     return True
 
 
-def rated_speed(case: Case, recording: Recording, rows: Rows) -> Floats:
+def rated_speed(case: MeasuredMoves, recording: Recording, rows: Rows) -> Floats:
     """(n,) [rad/s] of the leading axes, times the share of the rated acceleration that a move asks for."""
     speed, push = (
         np.where(np.isfinite(v), v, 1.0)
@@ -144,4 +144,4 @@ def bare_recording(
         "job": ("",) * count,
     }
     moves = RecordedMoves(**{**fields, **columns})
-    return Recording("", moves, None, None, Settings(), robot, tool, "")
+    return Recording("", moves, None, None, RecordingSettings(), robot, tool, "")

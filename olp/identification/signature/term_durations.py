@@ -14,8 +14,8 @@ from olp.identification.signature.document import Signature
 from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.places import with_points
 from olp.identification.signature.term_case import case_for, seconds_of
-from olp.identification.signature.term_model import Named, from_parameters
-from olp.timing.physics._case import Case
+from olp.identification.signature.term_model import NamedModel, from_parameters
+from olp.timing.physics._case import MeasuredMoves
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
@@ -27,7 +27,7 @@ _UNUSABLE = (KeyError, TypeError, ValueError, IndexError)
 _CURVED = 2.0  # [1] no curve was learnt from: its interval is that many times as wide
 
 
-class Told(NamedTuple):
+class PredictedRows(NamedTuple):
     """m rows of a recording. `strain` (m,) [1]: how far outside; `half` (m,) [s] of the 95 % interval, with it."""
 
     rows: Rows
@@ -37,7 +37,7 @@ class Told(NamedTuple):
     reasons: tuple[str, ...]  # why a row is outside what was learnt, "" inside
 
 
-def told_rows(signature: Signature, recording: Recording) -> Told | None:
+def told_rows(signature: Signature, recording: Recording) -> PredictedRows | None:
     """What the terms say of the rows of `recording`, measured or not; None where they say nothing, or there are none.
 
     Raises OlpError: H008 parameters that cannot be used, H011 axes that are not known.
@@ -63,10 +63,10 @@ def told_rows(signature: Signature, recording: Recording) -> Told | None:
             reasons[row] = "" if case.joint[row] else reason
     strain[recording.moves.kind[rows] == CIRCULAR] *= _CURVED
     half = signature.parts[TERMS].spread.half * strain
-    return Told(rows, seconds, half, strain, tuple(reasons))
+    return PredictedRows(rows, seconds, half, strain, tuple(reasons))
 
 
-def terms_of(signature: Signature) -> Named:
+def terms_of(signature: Signature) -> NamedModel:
     """The terms that a signature holds. Raises OlpError: H008, N001 a term that this olp does not know."""
     try:
         return from_parameters(signature.parameters)
@@ -79,7 +79,7 @@ def _unusable(problem: Exception) -> OlpError:
     return OlpError(error("H008", f"the signature's terms cannot be used ({what})"))
 
 
-def moves_of_case(case: Case, recording: Recording, rows: Rows) -> MoveSet:
+def moves_of_case(case: MeasuredMoves, recording: Recording, rows: Rows) -> MoveSet:
     """The rows whose points are known, as places to be compared; a joint move has the usual speed of the others."""
     points = with_points(recording.moves, recording.robot, recording.tool)
     at = _placed(case, recording, rows)
@@ -103,7 +103,7 @@ def moves_of_case(case: Case, recording: Recording, rows: Rows) -> MoveSet:
     )
 
 
-def _placed(case: Case, recording: Recording, rows: Rows) -> NDArray[np.intp]:
+def _placed(case: MeasuredMoves, recording: Recording, rows: Rows) -> NDArray[np.intp]:
     """Which of the rows have, or get from the robot, points of the tool, and go somewhere."""
     points = with_points(recording.moves, recording.robot, recording.tool)
     return np.nonzero(points.has_points[rows] & case.moving)[0]

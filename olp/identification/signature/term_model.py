@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from olp.identification.diagnosis.model import Model, Part
-from olp.identification.signature.estimator import Parameter, Parameters
-from olp.timing.physics import Form, MoveTerm, load_term
-from olp.timing.physics import Parameter as TermParameter
+from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.signature.estimator import LearntParameter, Parameters
+from olp.timing.physics import Form, MoveTerm, TermParameter, load_term
 
 _FREE = math.inf  # a term in a file is applied, not fitted: it has no bounds
 _NUMBER = "learnt moves: "
@@ -29,7 +28,7 @@ _LINEAR, _RAMP, _LAW, _OVERLAP, _SPLIT = (
 )
 
 
-class Named(NamedTuple):
+class NamedModel(NamedTuple):
     """A model and the judged simulation's own motion.
 
     `linear` [m/s²] where a move does not say, `ramp` [s] of every axis to its rated speed, 0: as the robot's file says:
@@ -38,7 +37,7 @@ class Named(NamedTuple):
     move does not say, nan where nothing does. `numbers`: see `Case.number`.
     """
 
-    model: Model
+    model: DurationModel
     linear: float
     ramp: float
     law: str = "stop"
@@ -49,39 +48,39 @@ class Named(NamedTuple):
     numbers: Mapping[str, float] = {}
 
 
-def to_parameters(named: Named, sd: Mapping[tuple[str, str], float]) -> dict[str, Parameter]:
+def to_parameters(named: NamedModel, sd: Mapping[tuple[str, str], float]) -> dict[str, LearntParameter]:
     """`sd`: standard deviations by the labels of part and parameter."""
     parts = named.model.parts
     found = {
-        "terms": Parameter([part.term.name for part in parts], ""),
-        "forms": Parameter([part.form.key for part in parts], ""),
-        "axes": Parameter([part.form.axis for part in parts], ""),
-        "nulls": Parameter([[_written(p.null) for p in part.form.parameters] for part in parts], ""),
+        "terms": LearntParameter([part.term.name for part in parts], ""),
+        "forms": LearntParameter([part.form.key for part in parts], ""),
+        "axes": LearntParameter([part.form.axis for part in parts], ""),
+        "nulls": LearntParameter([[_written(p.null) for p in part.form.parameters] for part in parts], ""),
     }
     for part in parts:
         for parameter, value in zip(part.form.parameters, part.values.tolist(), strict=True):
             key = _key(part.term.name, part.form.axis, parameter.name)
-            found[key] = Parameter(value, parameter.unit, sd.get((part.label, parameter.name)))
-    found[_LINEAR] = Parameter(_written(named.linear), "m/s²")
-    found[_RAMP] = Parameter(_written(named.ramp), "s")
-    found[_LAW] = Parameter(named.law, "")
-    found[_OVERLAP], found[_SPLIT] = Parameter(named.overlap, "1"), Parameter(named.split, "1")
+            found[key] = LearntParameter(value, parameter.unit, sd.get((part.label, parameter.name)))
+    found[_LINEAR] = LearntParameter(_written(named.linear), "m/s²")
+    found[_RAMP] = LearntParameter(_written(named.ramp), "s")
+    found[_LAW] = LearntParameter(named.law, "")
+    found[_OVERLAP], found[_SPLIT] = LearntParameter(named.overlap, "1"), LearntParameter(named.split, "1")
     for name, value, unit in ((_PAYLOAD, named.payload, "kg"), (_INERTIA, named.inertia, "kg m²")):
         if math.isfinite(value):
-            found[name] = Parameter(value, unit)
-    found.update({f"{_NUMBER}{name}": Parameter(value, "SI") for name, value in named.numbers.items()})
+            found[name] = LearntParameter(value, unit)
+    found.update({f"{_NUMBER}{name}": LearntParameter(value, "SI") for name, value in named.numbers.items()})
     return found
 
 
-def from_parameters(parameters: Parameters) -> Named:
+def from_parameters(parameters: Parameters) -> NamedModel:
     """What `to_parameters` wrote. Raises KeyError, TypeError, ValueError for anything else; OlpError N001."""
     lists = [parameters[name].value for name in ("terms", "forms", "axes", "nulls")]
     parts = tuple(
         _part(parameters, str(name), str(key), int(axis), nulls)
         for name, key, axis, nulls in zip(*lists, strict=True)
     )
-    return Named(
-        Model(parts),
+    return NamedModel(
+        DurationModel(parts),
         _read(parameters[_LINEAR].value),
         _read(parameters[_RAMP].value),
         str(parameters[_LAW].value),
@@ -97,7 +96,7 @@ def from_parameters(parameters: Parameters) -> Named:
     )
 
 
-def _part(parameters: Parameters, name: str, key: str, axis: int, nulls: list[float | None]) -> Part:
+def _part(parameters: Parameters, name: str, key: str, axis: int, nulls: list[float | None]) -> ModelPart:
     term = load_term(name)
     if not isinstance(term, MoveTerm):
         raise ValueError(f"{name} is no term of moves")
@@ -110,7 +109,7 @@ def _part(parameters: Parameters, name: str, key: str, axis: int, nulls: list[fl
         TermParameter(label, p.unit, -_FREE, _FREE, math.inf if null is None else float(null))
         for (label, p), null in zip(own, nulls, strict=True)
     )
-    return Part(term, Form(key, known, "", axis), values)
+    return ModelPart(term, Form(key, known, "", axis), values)
 
 
 def _optional(parameters: Parameters, name: str) -> float:

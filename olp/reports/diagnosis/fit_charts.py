@@ -11,7 +11,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis import phrasing
-from olp.reports.diagnosis.rows import Rows
+from olp.reports.diagnosis.rows import MoveRows
 from olp.reports.diagnosis.svg import Chart, around, svg
 from olp.reports.plot.axes import room
 
@@ -22,7 +22,7 @@ _BINS = 30
 _ROOM = 62.0  # [px] that a number beside a bar takes
 
 
-def scatter(rows: Rows) -> Markup:
+def scatter(rows: MoveRows) -> Markup:
     """Simulated against measured durations; on the diagonal both agree."""
     known = np.isfinite(rows.measured) & np.isfinite(rows.simulated)
     if not known.any():
@@ -42,7 +42,7 @@ def scatter(rows: Rows) -> Markup:
     )
 
 
-def histogram(rows: Rows, noise: float) -> Markup:
+def histogram(rows: MoveRows, noise: float) -> Markup:
     """How the residuals spread, with the band of the recording's noise."""
     before, after = rows.before * MS, rows.after * MS
     before, after = before[np.isfinite(before)], after[np.isfinite(after)]
@@ -116,7 +116,7 @@ def ladder(steps: list[Rung], noise: float) -> Markup:
     return chart.svg("Evidence ladder: error of unseen moves after each cause", told)
 
 
-def waterfall(rows: Rows) -> Markup:
+def waterfall(rows: MoveRows) -> Markup:
     """From the simulated total to the measured one, by causes; [s] summed over all moves."""
     parts = [(name, float(np.nansum(values))) for name, values in rows.causes.items()]
     parts.append(("without a name", float(np.nansum(rows.after))))

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis import phrasing
-from olp.reports.diagnosis.rows import Rows
+from olp.reports.diagnosis.rows import MoveRows
 from olp.reports.diagnosis.svg import Chart, around, n, svg
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ class Strip(NamedTuple):
     chart: Markup
 
 
-def over_time(rows: Rows, noise: float) -> Markup:
+def over_time(rows: MoveRows, noise: float) -> Markup:
     """In order of execution, over the recorder's clock where it was written."""
     clock = bool(np.isfinite(rows.time).all()) and len(rows) > 0
     x = rows.time - rows.time.min() if clock else np.arange(1.0, len(rows) + 1)
@@ -44,18 +44,18 @@ def over_time(rows: Rows, noise: float) -> Markup:
     return chart.svg("Difference between robot and simulation over running time")
 
 
-def _shown(rows: Rows) -> Floats:
+def _shown(rows: MoveRows) -> Floats:
     """[ms] all values that the charts have to hold."""
     return np.concatenate([rows.before, rows.after]) * MS
 
 
-def _both(chart: Chart, rows: Rows, x: Floats, index: NDArray[np.int64]) -> None:
+def _both(chart: Chart, rows: MoveRows, x: Floats, index: NDArray[np.int64]) -> None:
     chart.dots(x, rows.before[index] * MS, "before", index.tolist())
     if rows.causes:
         chart.dots(x, rows.after[index] * MS, "after", index.tolist())
 
 
-def by_direction(rows: Rows, noise: float) -> Markup:
+def by_direction(rows: MoveRows, noise: float) -> Markup:
     """Mean residual by the direction of travel, seen from above; steep moves are left to `steep`."""
     on = rows.on_path
     way = np.where(on[:, None], rows.end - rows.start, np.nan)
@@ -110,7 +110,7 @@ def _ring(centre: float, radius: float, css: str) -> str:
     return f'<circle class="{css}" cx="{n(centre)}" cy="{n(centre)}" r="{n(radius)}"/>'
 
 
-def steep(rows: Rows) -> list[tuple[str, int, float, float]]:
+def steep(rows: MoveRows) -> list[tuple[str, int, float, float]]:
     """Up, level and down: how many moves, and the mean residual before and after [s]."""
     on = rows.on_path
     way = np.where(on[:, None], rows.end - rows.start, np.nan)
@@ -125,12 +125,12 @@ def steep(rows: Rows) -> list[tuple[str, int, float, float]]:
     ]
 
 
-def strips(rows: Rows, groups: dict[str, list[str]], noise: float) -> list[Strip]:
+def strips(rows: MoveRows, groups: dict[str, list[str]], noise: float) -> list[Strip]:
     """A row of dots per group, for every way to part the moves."""
     return [_strip(rows, name, labels, noise) for name, labels in groups.items()]
 
 
-def _strip(rows: Rows, name: str, labels: list[str], noise: float) -> Strip:
+def _strip(rows: MoveRows, name: str, labels: list[str], noise: float) -> Strip:
     found = list(dict.fromkeys(label for label in labels if label))
     found.sort(key=labels.count, reverse=True)
     shown = sorted(found[:_MOST], key=_order)

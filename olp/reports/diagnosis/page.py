@@ -20,15 +20,15 @@ from olp.reports.diagnosis.tables import tables_of
 from olp.reports.webpage import FOLDER, json_in_page, render_page, script_of
 
 if TYPE_CHECKING:
-    from olp.identification.diagnosis.diagnose import Outcome
+    from olp.identification.diagnosis.diagnose import DiagnosisOutcome
     from olp.identification.recording import Recording
-    from olp.timing.physics._case import Case
+    from olp.timing.physics._case import MeasuredMoves
 
 _TEMPLATE = "diagnosis.html.j2"
 
 
 def html_report(
-    outcome: Outcome,
+    outcome: DiagnosisOutcome,
     recording: Recording | None = None,
     job_text: str | Mapping[str, str] | None = None,
     *,
@@ -52,7 +52,7 @@ def html_report(
 
 def diagnosis_page(
     diagnosis: Diagnosis,
-    case: Case | None = None,
+    case: MeasuredMoves | None = None,
     recording: Recording | None = None,
     job_text: str | Mapping[str, str] | None = None,
     *,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis import phrasing
 from olp.reports.diagnosis.colours import STEPS, scale_limit, step_of
-from olp.reports.diagnosis.rows import Rows
+from olp.reports.diagnosis.rows import MoveRows
 from olp.reports.diagnosis.svg import Chart, n
 from olp.reports.plot.axes import room
 
@@ -35,7 +35,7 @@ class Panel(NamedTuple):
     chart: Markup
 
 
-def panels(rows: Rows) -> list[Panel]:
+def panels(rows: MoveRows) -> list[Panel]:
     """Every view before and, where causes were found, after, on one scale of colours."""
     on = rows.on_path
     if not on.any():
@@ -49,7 +49,7 @@ def panels(rows: Rows) -> list[Panel]:
     ]
 
 
-def _view(rows: Rows, on: NDArray[np.bool_], view: View, when: str, steps: NDArray[np.int64]) -> Markup:
+def _view(rows: MoveRows, on: NDArray[np.bool_], view: View, when: str, steps: NDArray[np.int64]) -> Markup:
     ends = np.concatenate([rows.start[on], rows.end[on]]) * MM
     chart = Chart(
         room(ends[:, view.right], zero=False), room(ends[:, view.up], zero=False), (480.0, 340.0), equal=True
@@ -82,14 +82,14 @@ def _at(chart: Chart, points: Floats, view: View) -> list[tuple[float, float]]:
     )
 
 
-def legend(rows: Rows) -> tuple[str, str]:
+def legend(rows: MoveRows) -> tuple[str, str]:
     """What the ends of the colour scale stand for."""
     on = rows.on_path
     limit = scale_limit(rows.before[on] if on.any() else rows.before)
     return phrasing.seconds(-limit), phrasing.seconds(limit, sign=True)
 
 
-def data(rows: Rows) -> dict[str, Any]:
+def data(rows: MoveRows) -> dict[str, Any]:
     """What the page's script draws and tells at the pointer: compact columns, mm and ms."""
     limit = scale_limit(rows.before[rows.on_path])
     on = rows.on_path

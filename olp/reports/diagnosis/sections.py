@@ -11,11 +11,11 @@ from olp.identification.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, RE
 from olp.reports.diagnosis import fit_charts, group_charts, ledger, path_charts, program
 from olp.reports.diagnosis.fit_charts import Ladder
 from olp.reports.diagnosis.mathml import mathml
-from olp.reports.diagnosis.rows import Floats, Rows, groups_of
+from olp.reports.diagnosis.rows import Floats, MoveRows, groups_of
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
-    from olp.timing.physics._case import Case
+    from olp.timing.physics._case import MeasuredMoves
 
 _MM = 1000.0
 _MUCH = 1.5  # times the noise that the recording itself shows
@@ -112,7 +112,7 @@ def _facts(recording: Recording | None) -> list[tuple[str, str]]:
     return [*facts, ("SHA-256 of the values", recording.sha256)]
 
 
-def fit(diagnosis: Diagnosis, rows: Rows) -> dict[str, Any]:
+def fit(diagnosis: Diagnosis, rows: MoveRows) -> dict[str, Any]:
     noise = diagnosis.noise_floor
     whole, unseen = "all moves", "moves the fit never saw"
     if not diagnosis.moves:
@@ -133,7 +133,7 @@ def fit(diagnosis: Diagnosis, rows: Rows) -> dict[str, Any]:
     }
 
 
-def evidence(diagnosis: Diagnosis, rows: Rows, ladder: Ladder) -> dict[str, Any]:
+def evidence(diagnosis: Diagnosis, rows: MoveRows, ladder: Ladder) -> dict[str, Any]:
     """The steps that lead to the causes; nothing where none was named."""
     steps = fit_charts.rungs(ladder) if rows.causes else []
     return {
@@ -166,7 +166,7 @@ def _error(errors: Errors) -> tuple[str, str, str]:
     return phrasing.seconds(errors.rmse), phrasing.percent(errors.mape), phrasing.percent(errors.worst)
 
 
-def where(diagnosis: Diagnosis, rows: Rows, recording: Recording | None) -> dict[str, Any]:
+def where(diagnosis: Diagnosis, rows: MoveRows, recording: Recording | None) -> dict[str, Any]:
     noise = diagnosis.noise_floor
     told = [m for m in diagnosis.mismatch.moves if m.significant]
     phases = [(phase, [m.residual for m in told if m.phase == phase]) for phase in PHASES]
@@ -190,7 +190,9 @@ def where(diagnosis: Diagnosis, rows: Rows, recording: Recording | None) -> dict
     }
 
 
-def findings(diagnosis: Diagnosis, case: Case | None, lines: list[program.ProgramLine]) -> dict[str, Any]:
+def findings(
+    diagnosis: Diagnosis, case: MeasuredMoves | None, lines: list[program.ProgramLine]
+) -> dict[str, Any]:
     known = phrasing.places(diagnosis, case)
     anchors = {line.place: line.anchor for line in lines}
     labels = phrasing.labels(diagnosis.findings)
@@ -245,9 +247,9 @@ def _interval(low: float, high: float) -> str:
 
 def split(
     diagnosis: Diagnosis,
-    rows: Rows,
+    rows: MoveRows,
     lines: list[program.ProgramLine],
-    listings: list[program.Listing],
+    listings: list[program.ProgramListing],
     predicted: Floats | None,
 ) -> dict[str, Any]:
     anchors = {line.place: line.anchor for line in lines}

@@ -12,16 +12,16 @@ _DEEPEST = 4
 _MOST = 200  # rows
 
 
-class Table(NamedTuple):
+class ReportTable(NamedTuple):
     title: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
-def tables_of(summary: Mapping[str, Any], title: str = "", depth: int = 0) -> list[Table]:
+def tables_of(summary: Mapping[str, Any], title: str = "", depth: int = 0) -> list[ReportTable]:
     """Single values as one table, a list of mappings or a mapping of mappings as one each."""
     single = [(_words(key), _text(value)) for key, value in summary.items() if not _nested(value)]
-    found = [Table(title, ("name", "value"), tuple(single[:_MOST]))] if single else []
+    found = [ReportTable(title, ("name", "value"), tuple(single[:_MOST]))] if single else []
     for key, value in summary.items():
         name = f"{title}: {_words(key)}" if title else _words(key)
         if isinstance(value, Mapping) and value:
@@ -41,10 +41,10 @@ def _nested(value: Any) -> bool:
     return isinstance(value, Sequence) and not isinstance(value, str) and any(map(_nested, value))
 
 
-def _table(title: str, rows: Sequence[Mapping[Any, Any]]) -> Table:
+def _table(title: str, rows: Sequence[Mapping[Any, Any]]) -> ReportTable:
     keys = list(dict.fromkeys(key for row in rows for key in row))
     body = tuple(tuple(_text(row.get(key, "")) for key in keys) for row in rows[:_MOST])
-    return Table(title, tuple(map(_words, keys)), body)
+    return ReportTable(title, tuple(map(_words, keys)), body)
 
 
 def _text(value: Any) -> str:

@@ -5,10 +5,10 @@ Layout, as seen in backups: `//MACRO1 n`, `///JOB1 name`, arguments.
 
 from __future__ import annotations
 
-from olp.robots.backup.controller_text import Findings, Row, blocks, record
+from olp.robots.backup.controller_text import BackupFindings, BackupLine, blocks, record
 
 
-def read_macro_dat(rows: tuple[Row, ...], findings: Findings) -> dict[int, str]:
+def read_macro_dat(rows: tuple[BackupLine, ...], findings: BackupFindings) -> dict[int, str]:
     """The job names by macro number, the n of `MACRO1 MJ#(n)`. Numbers without a job are left out."""
     jobs: dict[int, str] = {}
     for block in blocks(rows, "MACRO1", findings):

@@ -23,7 +23,7 @@ from olp.robots.dynamics.links import Link
 from olp.robots.masses import Vector
 
 
-class Motion(NamedTuple):
+class AxisMotion(NamedTuple):
     """Of the robot's axes, one term each; a constant applies to all samples and is cheaper than an array."""
 
     sines: Sequence[Term]  # of the angles; not used for sliding axes
@@ -33,7 +33,7 @@ class Motion(NamedTuple):
     accelerations: Sequence[Term]  # [rad/s² | m/s²]
 
 
-class State(NamedTuple):
+class LinkState(NamedTuple):
     """A link's motion in its own frame. `pull` p is the acceleration of the point p less that of the origin."""
 
     turning: Triple  # [rad/s]
@@ -43,7 +43,9 @@ class State(NamedTuple):
     arm: Triple  # [m] from the origin of the link before, in that link's frame
 
 
-def joint_forces(links: Sequence[Link], motion: Motion, gravity: Vector, first: int = 0) -> dict[int, Term]:
+def joint_forces(
+    links: Sequence[Link], motion: AxisMotion, gravity: Vector, first: int = 0
+) -> dict[int, Term]:
     """[Nm | N] by index of the axis, of the joints from chain index `first` on to the flange.
 
     Luh, Walker, Paul: On-line computational scheme for mechanical manipulators (1980), in link frames, with
@@ -69,10 +71,10 @@ def joint_forces(links: Sequence[Link], motion: Motion, gravity: Vector, first: 
     return forces
 
 
-def _outward(links: Sequence[Link], motion: Motion, gravity: Vector) -> list[State]:
+def _outward(links: Sequence[Link], motion: AxisMotion, gravity: Vector) -> list[LinkState]:
     rest: Triple = (0.0, 0.0, 0.0)
     still: Matrix = (rest, rest, rest)
-    state = State(rest, rest, (-gravity[0], -gravity[1], -gravity[2]), still, rest)
+    state = LinkState(rest, rest, (-gravity[0], -gravity[1], -gravity[2]), still, rest)
     states = []
     for link in links:
         state = _slid(link, motion, state) if link.linear else _turned(link, motion, state)
@@ -80,7 +82,7 @@ def _outward(links: Sequence[Link], motion: Motion, gravity: Vector) -> list[Sta
     return states
 
 
-def _turned(link: Link, motion: Motion, before: State) -> State:
+def _turned(link: Link, motion: AxisMotion, before: LinkState) -> LinkState:
     """The state of a link that turns on the one before."""
     axis, index = link.direction, link.axis
     origin = _outer(link, motion, add(before.origin, apply(before.pull, link.offset)))
@@ -90,17 +92,17 @@ def _turned(link: Link, motion: Motion, before: State) -> State:
     rate = _outer(link, motion, before.turning_rate)
     rate = add(rate, scale(cross(carried, axis), speed))
     rate = add(rate, scale(axis, motion.accelerations[index]))
-    return State(turning, rate, origin, _pull(turning, rate), link.offset)
+    return LinkState(turning, rate, origin, _pull(turning, rate), link.offset)
 
 
-def _slid(link: Link, motion: Motion, before: State) -> State:
+def _slid(link: Link, motion: AxisMotion, before: LinkState) -> LinkState:
     """The state of a link that slides on the one before."""
     axis, index = link.direction, link.axis
     arm = add(link.offset, scale(axis, motion.positions[index]))
     origin = add(before.origin, apply(before.pull, arm))
     coriolis = scale(cross(before.turning, axis), times(2.0, motion.speeds[index]))
     origin = add(add(origin, coriolis), scale(axis, motion.accelerations[index]))
-    return State(before.turning, before.turning_rate, origin, before.pull, arm)
+    return LinkState(before.turning, before.turning_rate, origin, before.pull, arm)
 
 
 def _pull(w: Triple, rate: Triple) -> Matrix:
@@ -115,7 +117,7 @@ def _pull(w: Triple, rate: Triple) -> Matrix:
     )
 
 
-def _newton(link: Link, state: State, wanted: Sequence[int]) -> Triple:
+def _newton(link: Link, state: LinkState, wanted: Sequence[int]) -> Triple:
     """m a + U c"""
     force: list[Term] = [0.0, 0.0, 0.0]
     for i in wanted:
@@ -123,7 +125,7 @@ def _newton(link: Link, state: State, wanted: Sequence[int]) -> Triple:
     return force[0], force[1], force[2]
 
 
-def _euler(link: Link, state: State, wanted: Sequence[int]) -> Triple:
+def _euler(link: Link, state: LinkState, wanted: Sequence[int]) -> Triple:
     """The moment of the inertia forces about the origin: sum of m r × (a + U r)."""
     pull, second, first, origin = state.pull, link.second, link.first, state.origin
     moment: list[Term] = [0.0, 0.0, 0.0]
@@ -138,13 +140,13 @@ def _euler(link: Link, state: State, wanted: Sequence[int]) -> Triple:
     return moment[0], moment[1], moment[2]
 
 
-def _outer(link: Link, motion: Motion, vector: Triple) -> Triple:
+def _outer(link: Link, motion: AxisMotion, vector: Triple) -> Triple:
     """A vector of the frame before, seen from the link."""
     back = (-link.direction[0], -link.direction[1], -link.direction[2])
     return turn(vector, back, motion.sines[link.axis], motion.cosines[link.axis])
 
 
-def _inward(link: Link, motion: Motion, vector: Triple) -> Triple:
+def _inward(link: Link, motion: AxisMotion, vector: Triple) -> Triple:
     """A vector of the link, seen from the frame before."""
     if link.linear:
         return vector

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from olp.core.diagnostic import OlpError, error
 from olp.robots.dynamics.algebra import Term
 from olp.robots.dynamics.links import Link, links_of
-from olp.robots.dynamics.model import Model
-from olp.robots.dynamics.newton_euler import Motion, joint_forces
+from olp.robots.dynamics.model import DynamicModel
+from olp.robots.dynamics.newton_euler import AxisMotion, joint_forces
 from olp.robots.kinematics.chain import as_joints
 from olp.robots.masses import Body, Vector
 from olp.robots.model import Robot
@@ -25,7 +25,7 @@ _WEIGHTLESS: Final = (0.0, 0.0, 0.0)
 
 
 def inverse_dynamics(
-    model: Model, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, payload: Body | None = None
+    model: DynamicModel, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, payload: Body | None = None
 ) -> Array:
     """Torques (n, k) [Nm | N] of the joints, friction and rotors included (Apostolovic's thesis, equation 5.1).
 
@@ -42,7 +42,7 @@ def inverse_dynamics(
     return torques + accelerations * drives[0] if drives[0].any() else torques
 
 
-def bias_forces(model: Model, q: ArrayLike, qd: ArrayLike, payload: Body | None = None) -> Array:
+def bias_forces(model: DynamicModel, q: ArrayLike, qd: ArrayLike, payload: Body | None = None) -> Array:
     """(n, k) [Nm | N]: centrifugal and Coriolis forces, friction and gravity; torques without acceleration."""
     positions, speeds = same_shape(model.robot, q, qd)
     torques = _recursion(model, payload, model.gravity, positions, speeds, None)
@@ -50,13 +50,13 @@ def bias_forces(model: Model, q: ArrayLike, qd: ArrayLike, payload: Body | None 
     return torques + speeds * viscous + np.sign(speeds) * coulomb
 
 
-def gravity_torques(model: Model, q: ArrayLike, payload: Body | None = None) -> Array:
+def gravity_torques(model: DynamicModel, q: ArrayLike, payload: Body | None = None) -> Array:
     """(n, k) [Nm | N] that hold the robot still, without friction."""
     return _recursion(model, payload, model.gravity, as_joints(model.robot, q), None, None)
 
 
 def inertia_forces(
-    model: Model, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike, payload: Body | None = None
+    model: DynamicModel, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike, payload: Body | None = None
 ) -> Array:
     """(n, k) [Nm | N] without gravity and friction: M q'' + h, or M q'' alone when `qd` is None."""
     rotors = drives_of(model)[0]
@@ -66,7 +66,7 @@ def inertia_forces(
     return torques + accelerations * rotors if rotors.any() else torques
 
 
-def mass_matrix(model: Model, q: ArrayLike, payload: Body | None = None) -> Array:
+def mass_matrix(model: DynamicModel, q: ArrayLike, payload: Body | None = None) -> Array:
     """(n, k, k) [kg m² | kg m | kg], symmetric, rotors included: column j is what unit acceleration of axis j takes."""
     positions = as_joints(model.robot, q)
     links = links_of(model.robot, payload)
@@ -85,7 +85,7 @@ def mass_matrix(model: Model, q: ArrayLike, payload: Body | None = None) -> Arra
     return matrix
 
 
-def drives_of(model: Model) -> tuple[Array, Array, Array]:
+def drives_of(model: DynamicModel) -> tuple[Array, Array, Array]:
     """Rotors [kg m² | kg], viscous [Nm s/rad | N s/m] and Coulomb friction [Nm | N], each (k,)."""
     assert model.robot.dynamics is not None
     drives = model.robot.dynamics.drives
@@ -108,7 +108,7 @@ def same_shape(robot: Robot, *arrays: ArrayLike) -> list[Array]:
 
 
 def _recursion(
-    model: Model,
+    model: DynamicModel,
     payload: Body | None,
     gravity: Vector,
     positions: Array,
@@ -127,7 +127,7 @@ def _recursion(
 
 def _blocks(
     links: Sequence[Link], positions: Array, speeds: Array | None, accelerations: Array | None
-) -> Iterator[tuple[slice, Motion]]:
+) -> Iterator[tuple[slice, AxisMotion]]:
     """Slices of the samples and the motion in each."""
     zeros = [0.0] * positions.shape[1]
     turning = [link.axis for link in links if not link.linear]
@@ -139,4 +139,4 @@ def _blocks(
             sines[axis], cosines[axis] = np.sin(place[axis]), np.cos(place[axis])
         rate = zeros if speeds is None else list(np.ascontiguousarray(speeds[part].T))
         change = zeros if accelerations is None else list(np.ascontiguousarray(accelerations[part].T))
-        yield part, Motion(sines, cosines, list(place), rate, change)
+        yield part, AxisMotion(sines, cosines, list(place), rate, change)

@@ -23,7 +23,7 @@ _BUSY = (
 class _Handler(socketserver.StreamRequestHandler):
     """One connection is one session."""
 
-    server: Server
+    server: ControllerServer
     timeout = PATIENCE
     disable_nagle_algorithm = True  # a simulator waits for each answer
 
@@ -46,7 +46,7 @@ class _Handler(socketserver.StreamRequestHandler):
                 return
 
 
-class Server(socketserver.ThreadingTCPServer):
+class ControllerServer(socketserver.ThreadingTCPServer):
     """Serves until `shutdown`. Raises OlpError S015 for a port that cannot be had."""
 
     # Elsewhere it lets a server come back at once; on Windows two could share a port.

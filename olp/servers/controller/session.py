@@ -28,7 +28,7 @@ Fields = dict[str, Any]
 _POSE = 6
 
 
-class Answer(NamedTuple):
+class SessionReply(NamedTuple):
     line: bytes  # with its line end
     last: bool = False  # the session is over
 
@@ -51,12 +51,12 @@ class Session:
             "bye": lambda fields: _done(fields, {}),
         }
 
-    def answer(self, line: bytes) -> Answer:
+    def answer(self, line: bytes) -> SessionReply:
         """The answer to one request. A line that is no request ends the session."""
         try:
             request = _parsed(line)
         except OlpError as problem:
-            return Answer(_failed(problem.diagnostics), last=True)
+            return SessionReply(_failed(problem.diagnostics), last=True)
         name = request.pop("do", None)
         try:
             work = self._requests.get(name) if isinstance(name, str) else None
@@ -65,9 +65,9 @@ class Session:
                 raise OlpError(
                     error("S011", f"there is no request {str(name)[:40]!r}", help=f"known: {known}")
                 )
-            return Answer(_line({"ok": True, **work(request)}), last=name == "bye")
+            return SessionReply(_line({"ok": True, **work(request)}), last=name == "bye")
         except OlpError as problem:
-            return Answer(_failed(problem.diagnostics))
+            return SessionReply(_failed(problem.diagnostics))
 
     def _arm(self) -> Controller:
         if self._controller is None:

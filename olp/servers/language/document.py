@@ -18,7 +18,7 @@ class Place(NamedTuple):
     column: int
 
 
-class Change(NamedTuple):
+class TextChange(NamedTuple):
     """The text from `start` to `stop` is replaced by `text`."""
 
     start: Place
@@ -40,7 +40,7 @@ class Splice(NamedTuple):
         return line + self.added - self.removed if line >= self.first + self.removed else None
 
 
-class Document:
+class OpenDocument:
     """The text of the file `path`, which need not exist. `language`: as the editor calls it. `version`: its count.
 
     `edition` counts the changes of this object, whatever the editor counts.
@@ -86,7 +86,7 @@ class Document:
         self._lines, self._ends = _split(text)
         self._changed(Splice(1, before, len(self._lines)))
 
-    def change(self, change: Change) -> None:
+    def change(self, change: TextChange) -> None:
         """One edit; places outside of the text mean its nearest place."""
         start, stop = sorted((self.clamped(change.start), self.clamped(change.stop)))
         first, last = start.line - 1, stop.line - 1

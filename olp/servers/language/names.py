@@ -7,23 +7,23 @@ from typing import NamedTuple
 
 from olp.core.source import Source
 from olp.ir.program import Program, Routine
-from olp.languages.tokens import Kind, Word, Words
+from olp.languages.tokens import TokenKind, Word, Words
 from olp.languages.vendor import part_of
 
 
-class Name(NamedTuple):
+class PlacedName(NamedTuple):
     """A name at a place. `scope`: the routine that it is known in, "" where every one knows it."""
 
     file: str
     line: int
     column: int
     end_column: int
-    kind: Kind
+    kind: TokenKind
     key: str
     scope: str
     defines: bool
 
-    def same_as(self, other: Name) -> bool:
+    def same_as(self, other: PlacedName) -> bool:
         """Whether both mean one thing. What is known in one routine only is another thing in another file."""
         alike = self.key == other.key and self.scope == other.scope
         return alike and (not self.scope or self.file == other.file)
@@ -35,14 +35,14 @@ def words_of(vendor: str) -> Words | None:
     return words
 
 
-def names_in(source: Source, program: Program | None, vendor: str) -> list[Name]:
+def names_in(source: Source, program: Program | None, vendor: str) -> list[PlacedName]:
     """All names of a text, in order."""
     words = words_of(vendor)
     if words is None:
         return []
     routines = () if program is None or words.one_scope else program.routines
     rows: list[tuple[int, str, Word]] = []
-    known: dict[tuple[str, str], Kind] = {}  # scope and key of what a line declares
+    known: dict[tuple[str, str], TokenKind] = {}  # scope and key of what a line declares
     for number, text in enumerate(source.lines, 1):
         found = list(words.words(text))
         scope = scope_at(routines, number) if found else ""
@@ -50,19 +50,19 @@ def names_in(source: Source, program: Program | None, vendor: str) -> list[Name]
             rows.append((number, scope, word))
             if word.defines and word.kind is not None:
                 known.setdefault((_home(words, word, scope), word.key), word.kind)
-    names: list[Name] = []
+    names: list[PlacedName] = []
     defined: set[tuple[str, str]] = set()
     for number, scope, word in rows:
         home = _home(words, word, scope)
         if words.identifier and (home, word.key) not in known:
             home = ""
-        kind = known.get((home, word.key), word.kind or Kind.VARIABLE)
+        kind = known.get((home, word.key), word.kind or TokenKind.VARIABLE)
         # A variable that a language does not declare comes into being where it is assigned first.
         defines = word.defines and not (words.first_counts and (home, word.key) in defined)
         if defines:
             defined.add((home, word.key))
         place = (source.path, number, word.column, word.end_column)
-        names.append(Name(*place, word.kind or kind, word.key, home, defines))
+        names.append(PlacedName(*place, word.kind or kind, word.key, home, defines))
     return names
 
 

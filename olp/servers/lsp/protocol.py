@@ -14,7 +14,7 @@ from pygls.exceptions import JsonRpcException, JsonRpcInternalError
 from pygls.protocol import LanguageServerProtocol, lsp_method
 
 if TYPE_CHECKING:
-    from olp.servers.lsp.server import Server
+    from olp.servers.lsp.server import OlpLanguageServer
 
 logger = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ class Raw:
 
 
 class Protocol(LanguageServerProtocol):
-    _server: Server
+    _server: OlpLanguageServer
 
     @lsp_method(types.TEXT_DOCUMENT_DID_OPEN)
     def lsp_text_document__did_open(self, params: types.DidOpenTextDocumentParams) -> None:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from lsprotocol import types
 
-from olp.servers.language.findings import Mark, Weight
+from olp.servers.language.findings import FindingMark, Weight
 from olp.servers.lsp.places import Json, uri_of
 
 if TYPE_CHECKING:
-    from olp.servers.lsp.server import Server
+    from olp.servers.lsp.server import OlpLanguageServer
 
 _SEVERITIES = {Weight.ERROR: 1, Weight.WARNING: 2, Weight.INFO: 3, Weight.HINT: 4}
 
@@ -18,13 +18,13 @@ _SEVERITIES = {Weight.ERROR: 1, Weight.WARNING: 2, Weight.INFO: 3, Weight.HINT: 
 class Publisher:
     """`_told`: file -> owner (the text whose analysis tells it) -> its marks, as sent last."""
 
-    def __init__(self, server: Server) -> None:
+    def __init__(self, server: OlpLanguageServer) -> None:
         self._server = server
-        self._told: dict[str, dict[str, list[Mark]]] = {}
+        self._told: dict[str, dict[str, list[FindingMark]]] = {}
 
-    def publish(self, owner: str, found: list[Mark]) -> None:
+    def publish(self, owner: str, found: list[FindingMark]) -> None:
         """What the text `owner` tells now, in place of what it told before."""
-        files: dict[str, list[Mark]] = {owner: []}
+        files: dict[str, list[FindingMark]] = {owner: []}
         for mark in found:
             files.setdefault(mark.file or owner, []).append(mark)
         for file, tellers in self._told.items():
@@ -38,7 +38,7 @@ class Publisher:
         for file in [file for file, tellers in self._told.items() if owner in tellers]:
             self._put(file, owner, [])
 
-    def _put(self, file: str, owner: str, told: list[Mark]) -> None:
+    def _put(self, file: str, owner: str, told: list[FindingMark]) -> None:
         tellers = self._told.setdefault(file, {})
         tellers.pop(owner, None)
         if told:
@@ -55,7 +55,7 @@ class Publisher:
             params["version"] = document.version
         self._server.protocol.tell(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS, params)
 
-    def _json(self, mark: Mark) -> Json:
+    def _json(self, mark: FindingMark) -> Json:
         document = self._server.service.documents.get(mark.file)
         if document is not None:
             where = self._server.places.range(

@@ -19,17 +19,17 @@ from olp.servers.language.rules import rule_runs
 from olp.servers.lsp.publishing import Publisher
 
 if TYPE_CHECKING:
-    from olp.servers.lsp.server import Server
+    from olp.servers.lsp.server import OlpLanguageServer
 
 _PATIENCE = 1.0  # [s] without an answer; then no keystroke ends a computation any more
 _IDLE = 0.25  # [s] without a message, before the rules run
 _TIDY = 3.0  # [s], before garbage is looked for
 
 
-class Work:
+class Scheduler:
     """`arrived`: counts the changes that the reader has seen, handled or not."""
 
-    def __init__(self, server: Server) -> None:
+    def __init__(self, server: OlpLanguageServer) -> None:
         self._server = server
         self._publisher = Publisher(server)
         self._dirty: dict[str, None] = {}

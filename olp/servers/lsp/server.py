@@ -19,27 +19,27 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import default_converter
 
 from olp.core.version import __version__
-from olp.servers.language.service import Service
+from olp.servers.language.service import ProgramService
 from olp.servers.language.settings import settings_of
 from olp.servers.lsp.places import Places
 from olp.servers.lsp.protocol import Protocol
-from olp.servers.lsp.scheduler import Work
+from olp.servers.lsp.scheduler import Scheduler
 from olp.servers.lsp.texts import Texts
 
 _CHANGE = b'"textDocument/didChange"'
 
 
-class Server(LanguageServer):
+class OlpLanguageServer(LanguageServer):
     """`arrived`: how many changes have come in, handled or not."""
 
     protocol: Protocol
 
     def __init__(self) -> None:
         super().__init__("olp", __version__, protocol_cls=Protocol, converter_factory=default_converter)
-        self.service = Service()
+        self.service = ProgramService()
         self.places = Places()
         self.texts = Texts(self)
-        self.work = Work(self)
+        self.work = Scheduler(self)
         self.arrived = 0
         for module in iter_modules(import_module("olp.servers.lsp.features").__path__):
             import_module(f"olp.servers.lsp.features.{module.name}").register(self, self.service)
@@ -101,7 +101,7 @@ def start() -> None:
     logging.getLogger("pygls").setLevel(logging.CRITICAL)  # its log holds whole texts, and tracebacks
     outgoing = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nothing else may speak there
-    server = Server()
+    server = OlpLanguageServer()
     gc.disable()
     gc.freeze()
     server.serve(sys.stdin.buffer, outgoing)

@@ -9,13 +9,13 @@ from lsprotocol import types
 from olp.servers.lsp.places import path_of
 
 if TYPE_CHECKING:
-    from olp.servers.lsp.server import Server
+    from olp.servers.lsp.server import OlpLanguageServer
 
 
 class Texts:
     """`uris`: path -> URI as the client writes it, of every open text."""
 
-    def __init__(self, server: Server) -> None:
+    def __init__(self, server: OlpLanguageServer) -> None:
         self._server = server
         self.uris: dict[str, str] = {}
 

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
-from olp.servers.mcp.tool import Given, Tool
+from olp.servers.mcp.tool import AssistantTool, ToolArguments
 
 _KINDS = {
     "string_type": "a text",
@@ -18,7 +18,7 @@ _KINDS = {
 _KINDS |= {"float_type": "a number"}
 
 
-def check(tool: Tool[Any], arguments: dict[str, Any] | None) -> dict[str, Any]:
+def check(tool: AssistantTool[Any], arguments: dict[str, Any] | None) -> dict[str, Any]:
     """The arguments with their defaults. Raises OlpError (Z006) with everything that is wrong."""
     try:
         return tool.given.model_validate(arguments or {}).model_dump()
@@ -27,7 +27,7 @@ def check(tool: Tool[Any], arguments: dict[str, Any] | None) -> dict[str, Any]:
         raise OlpError(*(_problem(one, tool.given) for one in found[:20])) from None
 
 
-def _problem(found: Any, given: type[Given]) -> Diagnostic:
+def _problem(found: Any, given: type[ToolArguments]) -> Diagnostic:
     place = ".".join(str(part) for part in found["loc"])[:100]
     known = given.model_fields
     if found["type"] == "extra_forbidden":

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import NamedTuple
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
-from olp.servers.mcp.limits import Limits
+from olp.servers.mcp.limits import ServerLimits
 
 _HELP = "name it by its path below the folder that olp mcp was started with, such as cells/MAIN.JBI"
 _LONGEST = 1024  # characters of a path
@@ -25,7 +25,7 @@ class Folder(NamedTuple):
     """`root`: an existing folder, absolute, without links. It is the worker's current folder as well."""
 
     root: Path
-    limits: Limits = Limits()
+    limits: ServerLimits = ServerLimits()
 
     def inside(self, text: str) -> str:
         """`text` as a path below the root, as the command line takes it. Raises OlpError (Z001, Z002)."""

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class ServerLimits:
     """The defaults hold a cell of a few hundred jobs; a call beyond them is refused, never answered in part unsaid."""
 
     seconds: float = 60.0  # [s] of the clock, then the worker is ended

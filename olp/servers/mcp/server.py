@@ -23,8 +23,8 @@ from mcp.server.stdio import stdio_server
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.version import __version__
 from olp.servers.mcp.arguments import check
-from olp.servers.mcp.limits import Limits
-from olp.servers.mcp.tool import Tool, load_tool, tool_names
+from olp.servers.mcp.limits import ServerLimits
+from olp.servers.mcp.tool import AssistantTool, load_tool, tool_names
 
 log = logging.getLogger("olp.mcp")
 _AT_ONCE = 2  # workers
@@ -35,16 +35,16 @@ program does not say is listed as assumed: tell the user. Robots move by program
 its losses."""
 
 
-class Service:
+class FolderService:
     """One folder, served. `root`: absolute, without links."""
 
-    def __init__(self, root: Path, write: bool = False, limits: Limits | None = None) -> None:
+    def __init__(self, root: Path, write: bool = False, limits: ServerLimits | None = None) -> None:
         self.root = root
         self.write = write
-        self.limits = limits or Limits()
+        self.limits = limits or ServerLimits()
         self.places = asyncio.Semaphore(_AT_ONCE)
 
-    def tools(self) -> list[Tool[Any]]:
+    def tools(self) -> list[AssistantTool[Any]]:
         """Those that may be called here."""
         found = map(load_tool, tool_names())
         return [tool for tool in found if self.write or not tool.writes]
@@ -53,7 +53,7 @@ class Service:
         """For `tools/list`."""
         return types.ListToolsResult(tools=[self.described(tool) for tool in self.tools()])
 
-    def described(self, tool: Tool[Any]) -> types.Tool:
+    def described(self, tool: AssistantTool[Any]) -> types.Tool:
         """A tool as the protocol describes it."""
         name = type(tool).__module__.rpartition(".")[2]
         reads = not tool.writes and not (self.write and "output" in tool.given.model_fields)
@@ -166,7 +166,7 @@ def refusal(diagnostics: tuple[Diagnostic, ...] | list[Diagnostic]) -> types.Cal
     return types.CallToolResult(content=[types.TextContent(type="text", text=text)], is_error=True)
 
 
-async def serve(service: Service) -> None:
+async def serve(service: FolderService) -> None:
     """Until the client hangs up."""
     server: Server[Any] = Server(
         "olp",

@@ -20,7 +20,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import from_os_error
 from olp.servers.mcp.folder import Folder
 from olp.servers.mcp.guard import close_in
-from olp.servers.mcp.limits import Limits
+from olp.servers.mcp.limits import ServerLimits
 from olp.servers.mcp.tool import Ran, load_tool
 from olp.servers.mcp.truncate import fit
 
@@ -103,7 +103,7 @@ def answer(request: dict[str, Any], command_line: CommandLine) -> dict[str, Any]
 
 def _answer(request: dict[str, Any], command_line: CommandLine) -> dict[str, Any]:
     tool = load_tool(request["tool"])
-    limits = Limits(**request["limits"])
+    limits = ServerLimits(**request["limits"])
     root, temporary = Path(request["root"]), Path(request["temporary"])
     given = tool.given.model_validate(request["arguments"])
     limit_memory(int(limits.memory), limits.seconds)

@@ -3,12 +3,12 @@
 from olp.timing.retiming.along import along_path
 from olp.timing.retiming.limits import PathLimits, Singular
 from olp.timing.retiming.path import SampledPath
-from olp.timing.retiming.retime import Further, Kind, Limiter, Retimed, retime
+from olp.timing.retiming.retime import Further, Limiter, LimitKind, Retimed, retime
 from olp.timing.retiming.spline import Spline, spline_through
 
 __all__ = [
     "Further",
-    "Kind",
+    "LimitKind",
     "Limiter",
     "PathLimits",
     "Retimed",

@@ -10,7 +10,7 @@ from olp.ir.program import Path
 from olp.robots.kinematics import clearance, within_limits
 from olp.robots.robot import Robot
 from olp.runtime.plan import PATHS, Plan
-from olp.timing.retiming.cache import Known
+from olp.timing.retiming.cache import RetimingCache
 from olp.timing.retiming.findings import findings
 from olp.timing.retiming.limits import PathLimits, Singular
 from olp.timing.retiming.path import SampledPath
@@ -63,7 +63,7 @@ def along_path(
             if samples == 2:
                 _ends(plan, robot, part, change[np.searchsorted(rows, part)], speeds, result)
                 continue
-            known = Known(plan, robot, samples, part, speeds, pushes)
+            known = RetimingCache(plan, robot, samples, part, speeds, pushes)
             fresh = known.fresh(result)
             if not len(fresh):
                 known.keep(result)

@@ -19,7 +19,7 @@ _FOUND: Final = (
 )  # fmt: skip
 
 
-class Known:
+class RetimingCache:
     """What is known of `rows` (r,) of a plan that are looked at `samples` times each, if anybody remembers.
 
     A row is known where all numbers that decide about it are the same bit for bit. Rows come and go between others, so

@@ -21,7 +21,7 @@ _SAVING = 2e-6  # [s] per sample that compiled code saves, measured by bench/ret
 _AT_ONCE = 20_000  # samples at a time: their arrays stay in the cache
 
 
-class Kind(StrEnum):
+class LimitKind(StrEnum):
     """What kind of limit rules."""
 
     SPEED = "speed"
@@ -35,7 +35,7 @@ class Limiter(NamedTuple):
     """A limit by name: the number of its axis (or of the further limit), -1 for those of the path."""
 
     axis: int
-    kind: Kind
+    kind: LimitKind
 
 
 class Further(NamedTuple):
@@ -153,18 +153,18 @@ def _limits(
     with np.errstate(divide="ignore"):
         by_axis = v.reshape(shape) / np.abs(first)
     rows = [(first, second, -a.reshape(shape), a.reshape(shape))]
-    names = [Limiter(axis, Kind.ACCELERATION) for axis in axes]
+    names = [Limiter(axis, LimitKind.ACCELERATION) for axis in axes]
     if not np.isinf(push).all():
         bound = push.reshape(*first.shape[:2], 1)
         rows.append((np.ones_like(bound), np.zeros_like(bound), -bound, bound))
-        names.append(Limiter(-1, Kind.PATH_ACCELERATION))
+        names.append(Limiter(-1, LimitKind.PATH_ACCELERATION))
     if further is not None:
         count = further.p.shape[-1]
         rows.append(tuple(np.broadcast_to(f, (*first.shape[:2], count)) for f in further))  # type: ignore[arg-type]
-        names += [Limiter(i, Kind.FURTHER) for i in range(count)]
+        names += [Limiter(i, LimitKind.FURTHER) for i in range(count)]
     p, r, low, high = (np.concatenate(parts, axis=2) for parts in zip(*rows, strict=True))
     speeds = np.concatenate((travel.reshape(*first.shape[:2], 1), by_axis), axis=2)
-    of_speeds = [Limiter(-1, Kind.PATH_SPEED), *(Limiter(axis, Kind.SPEED) for axis in axes)]
+    of_speeds = [Limiter(-1, LimitKind.PATH_SPEED), *(Limiter(axis, LimitKind.SPEED) for axis in axes)]
     # A path along which nothing moves has no speed; any large one will do, for the time is that of other limits.
     return _Limits((*of_speeds, *names), p, r, low, high, v.reshape(shape), np.minimum(speeds, 1e9))
 

@@ -39,7 +39,7 @@ class Strips(NamedTuple):
     axes: int
 
 
-class Lines(NamedTuple):
+class IntervalBounds(NamedTuple):
     """Of every interval: x <= a - b y for all its lines, (n - 1, 2m + axes, b) each; `low_*`: x >= a - b y."""
 
     a: Floats
@@ -84,7 +84,7 @@ def intervals(strips: Strips) -> tuple[Floats, Floats, Floats, Floats]:
     )
 
 
-def _lines(x_part: Floats, y_part: Floats, low: Floats, high: Floats) -> Lines:
+def _lines(x_part: Floats, y_part: Floats, low: Floats, high: Floats) -> IntervalBounds:
     """Limits solved for x; where x does not occur they say nothing about it."""
     none = x_part == 0.0
     factor = 1.0 / np.where(none, 1.0, x_part)
@@ -92,7 +92,7 @@ def _lines(x_part: Floats, y_part: Floats, low: Floats, high: Floats) -> Lines:
     up, down = high * factor, low * factor
     falling = factor < 0
     a = np.where(none, np.inf, np.where(falling, down, up))
-    return Lines(a, b, np.where(none, -np.inf, np.where(falling, up, down)), b)
+    return IntervalBounds(a, b, np.where(none, -np.inf, np.where(falling, up, down)), b)
 
 
 def _last_y(x_part: Floats, y_part: Floats, low: Floats, high: Floats, cap: Floats) -> Floats:
@@ -106,7 +106,7 @@ def _last_y(x_part: Floats, y_part: Floats, low: Floats, high: Floats, cap: Floa
     return last
 
 
-def _peaks(lines: Lines, cap: Floats, last: Floats) -> Floats:
+def _peaks(lines: IntervalBounds, cap: Floats, last: Floats) -> Floats:
     """The smallest y (n - 1, b) where the largest x is largest, within 0..`last`.
 
     Kelley's cutting planes: where the rising and the falling line found so far meet is the next place to look;

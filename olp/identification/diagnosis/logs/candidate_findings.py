@@ -9,7 +9,7 @@ import numpy as np
 
 from olp.identification.diagnosis.logs.effort import Efforts
 from olp.identification.diagnosis.logs.encoders import PLAY, SKEW, TWIST, Encoders
-from olp.identification.diagnosis.logs.findings import Named
+from olp.identification.diagnosis.logs.findings import ConfirmedTerm
 from olp.identification.diagnosis.logs.pairing import LEAST_RATE, Pairing
 from olp.identification.diagnosis.logs.position import PositionResult, numbers
 from olp.identification.diagnosis.logs.result import AxisEvidence, ClockFit
@@ -27,11 +27,11 @@ _HELD = 0.5  # sampling periods: a loop that computes once per cycle is that ear
 
 
 class Candidate(NamedTuple):
-    named: Named
+    named: ConfirmedTerm
     held: bool = True  # False: not a discovery, whatever its p-value
 
 
-def confirmed(candidates: list[Candidate], looks: int) -> list[Named]:
+def confirmed(candidates: list[Candidate], looks: int) -> list[ConfirmedTerm]:
     """Discoveries among as many `looks` as there were; those not taken up count with p = 1."""
     p = np.ones(max(looks, len(candidates)))
     p[: len(candidates)] = [c.named.evidence.p_value for c in candidates]
@@ -61,7 +61,7 @@ def of_position(result: PositionResult, slides: tuple[bool, ...]) -> list[Candid
             )
             parameters = _parameters(term, values, unit)
             known = all(p.identified for name, p in parameters.items() if name != "damping")
-            found.append(Candidate(Named(evidence, parameters), known and a.gains[term][0] > 0))
+            found.append(Candidate(ConfirmedTerm(evidence, parameters), known and a.gains[term][0] > 0))
     return found
 
 
@@ -104,7 +104,7 @@ def of_efforts(result: Efforts, slides: tuple[bool, ...]) -> list[Candidate]:
             )
             p = FittedParameter(value, unit, value - width, value + width, False, width < 0.5 * abs(value))
             name = term.partition("-")[0]
-            found.append(Candidate(Named(evidence, {name: p}), a.gains[term][0] > 0))
+            found.append(Candidate(ConfirmedTerm(evidence, {name: p}), a.gains[term][0] > 0))
     if result.load is not None:
         load = result.load
         evidence = AxisEvidence("payload", 0, "torque", "1", load.delta_bic, load.gain[1], *load.heldout)
@@ -115,7 +115,7 @@ def of_efforts(result: Efforts, slides: tuple[bool, ...]) -> list[Candidate]:
                 centre, "m", centre - width, centre + width, False, width < 0.5 * abs(centre)
             ),
         }
-        found.append(Candidate(Named(evidence, numbers_of)))
+        found.append(Candidate(ConfirmedTerm(evidence, numbers_of)))
     return found
 
 
@@ -128,7 +128,7 @@ def of_encoders(result: Encoders, slides: tuple[bool, ...]) -> tuple[list[Candid
         rms = [math.sqrt(np.mean([a.heldout[SKEW][i] ** 2 for a in result.axes])) for i in (0, 1)]
         evidence = AxisEvidence("clock", 0, "link encoder", "rad", math.nan, p, rms[0], rms[1])
         parameter = FittedParameter(result.late, "s", result.low, result.high)
-        found.append(Candidate(Named(evidence, {"link behind motor encoders": parameter})))
+        found.append(Candidate(ConfirmedTerm(evidence, {"link behind motor encoders": parameter})))
         clock = ClockFit(
             *("link encoders", "motor encoders", result.late, result.low, result.high),
             *(math.nan, math.nan, math.nan, True, False),
@@ -147,7 +147,9 @@ def of_encoders(result: Encoders, slides: tuple[bool, ...]) -> tuple[list[Candid
             label = f"{unit}/{per}" if term == TWIST else unit
             p_fit = FittedParameter(whole, label, whole - half, whole + half, False, half < 0.5 * abs(whole))
             found.append(
-                Candidate(Named(evidence, {name: p_fit}), a.gains[term][0] > 0 and half < 0.5 * abs(whole))
+                Candidate(
+                    ConfirmedTerm(evidence, {name: p_fit}), a.gains[term][0] > 0 and half < 0.5 * abs(whole)
+                )
             )
     return found, clock
 
@@ -228,4 +230,6 @@ def _clock_candidate(fit: ClockFit, position: PositionResult | None) -> Candidat
     p, delta = math.erfc(SURE / math.sqrt(2)), math.nan
     if position is not None and fit.offset_significant and not fit.rate_significant:
         p, delta = position.clock_gain[1], position.clock_delta
-    return Candidate(Named(AxisEvidence("clock", 0, "position", "s", delta, p, math.nan, math.nan), numbers))
+    return Candidate(
+        ConfirmedTerm(AxisEvidence("clock", 0, "position", "s", delta, p, math.nan, math.nan), numbers)
+    )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis.logs import candidate_findings
 from olp.identification.diagnosis.logs.effort import FITTED, Efforts, efforts
 from olp.identification.diagnosis.logs.encoders import Encoders, encoders, link_columns
-from olp.identification.diagnosis.logs.findings import Named
+from olp.identification.diagnosis.logs.findings import ConfirmedTerm
 from olp.identification.diagnosis.logs.pairing import LEAST_RATE, Pairing, pair
 from olp.identification.diagnosis.logs.position import (
     PositionResult,
@@ -23,7 +23,7 @@ from olp.identification.diagnosis.logs.position import (
     judge,
     seconds_left,
 )
-from olp.identification.diagnosis.logs.report import Report
+from olp.identification.diagnosis.logs.report import LogReport
 from olp.identification.diagnosis.logs.result import LogDiagnosis
 from olp.identification.diagnosis.logs.series import Grid, Spectrum, even, smoothed
 from olp.identification.diagnosis.logs.torque import motion
@@ -239,7 +239,7 @@ class _Case:
         named = candidate_findings.confirmed(candidates, looks)
         kept = _kept(self.position, named)
         simulated = self.effort is not None and self.effort.against != FITTED
-        report = Report(
+        report = LogReport(
             log,
             self._reference(),
             self._planned(),
@@ -253,7 +253,7 @@ class _Case:
         return report.diagnosis(tuple(clocks))
 
 
-def _kept(position: PositionResult | None, named: list[Named]) -> PositionResult | None:
+def _kept(position: PositionResult | None, named: list[ConfirmedTerm]) -> PositionResult | None:
     """The axes with only what was confirmed."""
     if position is None:
         return None

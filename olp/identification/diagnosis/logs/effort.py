@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.logs.payload import Payload, payload
+from olp.identification.diagnosis.logs.payload import PayloadEstimate, payload
 from olp.identification.diagnosis.logs.select import Products, best, criterion, gain, held_out, intervals
 from olp.identification.diagnosis.logs.torque import (
     MASSES,
     AxisTorque,
-    Motion,
+    LogMotion,
     axis_torque,
     motion,
     rigid_basis,
@@ -56,10 +56,10 @@ class EffortResult:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Efforts:
-    moved: Motion  # of the samples that were looked at
+    moved: LogMotion  # of the samples that were looked at
     rows: NDArray[np.intp]  # their places in the log
     axes: tuple[EffortResult, ...]
-    load: Payload | None
+    load: PayloadEstimate | None
     against: str  # what was taken out of the torques, in words
     notes: tuple[str, ...]
     fitted: frozenset[int] = (
@@ -150,13 +150,13 @@ def _stripes(count: int) -> NDArray[np.intp]:
 
 
 def _axis(
-    moved: Motion, residual: Floats, base: Floats, axis: int, masses: Floats | None
+    moved: LogMotion, residual: Floats, base: Floats, axis: int, masses: Floats | None
 ) -> AxisTorque | None:
     extra = tuple((MASSES, column) for column in masses.T) if masses is not None else ()
     return axis_torque(moved, residual, base, axis, extra)
 
 
-def _model_torques(robot: Robot | None, moved: Motion) -> Floats | None:
+def _model_torques(robot: Robot | None, moved: LogMotion) -> Floats | None:
     if robot is None or robot.dynamics is None:
         return None
     from dataclasses import replace

@@ -22,7 +22,7 @@ _ORDER = (
 )
 
 
-class Named(NamedTuple):
+class ConfirmedTerm(NamedTuple):
     """One term of one axis (from 1; 0: all), confirmed. `numbers`: name -> parameter."""
 
     evidence: AxisEvidence
@@ -30,7 +30,7 @@ class Named(NamedTuple):
     moves: tuple[int, ...] = ()
 
 
-def findings(named: list[Named], rivals: dict[str, tuple[Alternative, ...]]) -> tuple[Finding, ...]:
+def findings(named: list[ConfirmedTerm], rivals: dict[str, tuple[Alternative, ...]]) -> tuple[Finding, ...]:
     """One per term, the terms that explain most first within their kind; clocks before physics."""
     found = []
     for term in _ORDER:
@@ -40,7 +40,7 @@ def findings(named: list[Named], rivals: dict[str, tuple[Alternative, ...]]) -> 
     return tuple(found)
 
 
-def _finding(term: str, own: list[Named], rivals: tuple[Alternative, ...]) -> Finding:
+def _finding(term: str, own: list[ConfirmedTerm], rivals: tuple[Alternative, ...]) -> Finding:
     numbers: dict[str, FittedParameter] = {}
     for n in own:
         axis = n.evidence.axis
@@ -62,7 +62,7 @@ def equation_of(term: str) -> str:
     )
 
 
-def says(term: str, own: list[Named]) -> str:
+def says(term: str, own: list[ConfirmedTerm]) -> str:
     """One sentence with the numbers."""
     parts = []
     for n in own:

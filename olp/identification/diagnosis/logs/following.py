@@ -18,7 +18,7 @@ from olp.identification.diagnosis.logs.follow import (
     COMPLIANCE,
     LAG,
     Follower,
-    Shape,
+    FollowingShape,
     Whitened,
     compared,
     jacobian,
@@ -42,7 +42,7 @@ class AxisStory:
     """What one axis does: its terms, their numbers, and the BIC of every set that was refitted."""
 
     terms: tuple[str, ...]
-    shape: Shape
+    shape: FollowingShape
     score: float
     scores: tuple[tuple[tuple[str, ...], float], ...]
 
@@ -74,7 +74,7 @@ def stories(followers: list[Follower], unfaulted: float | None) -> tuple[list[St
     return sorted(found, key=lambda s: s.score), noises
 
 
-def noise_of(follower: Follower, full: Shape, late: float) -> Whitened:
+def noise_of(follower: Follower, full: FollowingShape, late: float) -> Whitened:
     """What no mixture of lateness, terms and derivatives explains is the noise that everything is whitened by."""
     axis, reference = follower.axis, follower.reference
     left = follower.residual - follower.effects(full, late)
@@ -88,7 +88,7 @@ def noise_of(follower: Follower, full: Shape, late: float) -> Whitened:
 
 
 def _axis(
-    follower: Follower, noise: Whitened, late: float, allowed: tuple[str, ...], guess: Shape | None
+    follower: Follower, noise: Whitened, late: float, allowed: tuple[str, ...], guess: FollowingShape | None
 ) -> AxisStory:
     """The best set of terms of one axis: all sets by their linear columns, the best three refitted."""
     first = guess if guess is not None else start(follower, late)
@@ -105,11 +105,13 @@ def _axis(
     return AxisStory(terms, shape, score, tuple((t, s) for t, _, s in results))
 
 
-def _with_lag(guess: Shape, lagging: Shape) -> Shape:
+def _with_lag(guess: FollowingShape, lagging: FollowingShape) -> FollowingShape:
     return replace(guess, lag=lagging.lag)
 
 
-def _score(follower: Follower, shape: Shape, late: float, noise: Whitened, terms: tuple[str, ...]) -> float:
+def _score(
+    follower: Follower, shape: FollowingShape, late: float, noise: Whitened, terms: tuple[str, ...]
+) -> float:
     left = noise.of(follower.residual - follower.effects(shape, late))
     constant = noise.of(np.ones(len(follower.time)))
     left = left - constant * float((constant * left).sum()) / max(float((constant**2).sum()), 1e-300)
@@ -125,10 +127,10 @@ def _with_clock(
     late: float,
     allowed: tuple[str, ...],
     name: str,
-    guesses: list[Shape] | None,
+    guesses: list[FollowingShape] | None,
 ) -> Story:
     """Alternates between the common lateness, linear over all axes at once, and the axes' own terms."""
-    shapes = [Shape() for _ in followers]
+    shapes = [FollowingShape() for _ in followers]
     error = math.nan
     if guesses is not None:
         shapes = [
@@ -159,7 +161,7 @@ def _with_clock(
 
 
 def lateness(
-    followers: list[Follower], noises: list[Whitened], shapes: list[Shape], late: float
+    followers: list[Follower], noises: list[Whitened], shapes: list[FollowingShape], late: float
 ) -> tuple[float, float]:
     """Step [s] of the common lateness and its standard error, the axes' own numbers free beside it."""
     power = product = 0.0

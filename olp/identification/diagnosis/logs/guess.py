@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.logs.follow import Follower, Shape, refine
+from olp.identification.diagnosis.logs.follow import Follower, FollowingShape, refine
 from olp.timing.physics.clock import shift
 from olp.timing.physics.joint_compliance import swing
 from olp.timing.physics.servo_lag import lag
@@ -20,7 +20,7 @@ _FREQUENCIES = 80
 _DAMPINGS = (0.02, 0.08, 0.25)
 
 
-def start(follower: Follower, late: float = 0.0) -> Shape:
+def start(follower: Follower, late: float = 0.0) -> FollowingShape:
     """A first guess of every term at once: lag and play by least squares, the oscillation by a scan of what is left."""
     use, axis, reference = follower.use, follower.axis, follower.reference
     residual = follower.residual - (follower.delay(late) if late else 0.0)
@@ -28,7 +28,7 @@ def start(follower: Follower, late: float = 0.0) -> Shape:
     side = direction(reference.grid.values[:, axis])
     library = np.stack([np.ones(len(use)), -follower.seen(velocity), -follower.seen(side)], axis=1)
     _, late_by, half = np.linalg.lstsq(library[use], residual[use], rcond=None)[0]
-    guess = Shape(lag=float(np.clip(late_by, 2e-4, 0.4)), play=float(np.clip(2 * half, 1e-6, 0.1)))
+    guess = FollowingShape(lag=float(np.clip(late_by, 2e-4, 0.4)), play=float(np.clip(2 * half, 1e-6, 0.1)))
     guess = refine(follower, guess, late, None, 3)
     left = follower.residual - follower.effects(guess, late)
     tried = []
@@ -43,7 +43,7 @@ def start(follower: Follower, late: float = 0.0) -> Shape:
     return min(tried, key=lambda t: t[0])[1]
 
 
-def twisted(follower: Follower, guess: Shape, left: Floats, late: float) -> Shape:
+def twisted(follower: Follower, guess: FollowingShape, left: Floats, late: float) -> FollowingShape:
     """`guess` and a gear that gives way to the torque, by least squares of what is `left` (n,)."""
     assert follower.load is not None
     use = follower.use

@@ -8,9 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.logs.select import BLOCKS, FOLDS, Column, Products, left, products, solve
+from olp.identification.diagnosis.logs.select import (
+    BLOCKS,
+    FOLDS,
+    LibraryColumn,
+    Products,
+    left,
+    products,
+    solve,
+)
 from olp.identification.diagnosis.logs.statistics import student_quantile, student_tail
-from olp.identification.diagnosis.logs.torque import Motion
+from olp.identification.diagnosis.logs.torque import LogMotion
 from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
 from olp.robots.model import Robot
 
@@ -22,7 +30,7 @@ _SHARED = 2  # last columns before the residual: mass [kg], first moment along t
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Payload:
+class PayloadEstimate:
     """`mass` [kg] and `centre` [m] along the flange's z with half-widths of 95 % intervals.
 
     `torque` (n, k) [Nm | N] of it.
@@ -46,7 +54,7 @@ class Payload:
         )
 
 
-def payload(robot: Robot, moved: Motion, residual: Floats, usable: Mask) -> Payload | None:
+def payload(robot: Robot, moved: LogMotion, residual: Floats, usable: Mask) -> PayloadEstimate | None:
     """The load that explains `residual` (n, k) [Nm | N] of all axes; None where too little is known."""
     mass, moment = _columns(robot, moved)
     tables = []
@@ -68,13 +76,13 @@ def payload(robot: Robot, moved: Motion, residual: Floats, usable: Mask) -> Payl
         white = products(
             whiten(library, a, keep),
             whiten(np.where(use, residual[:, axis], 0.0), a, keep),
-            (Column(""),) * 5,
+            (LibraryColumn(""),) * 5,
         )
         tables.append(_scaled(white))
     return _shared(tables, mass, moment) if len(tables) >= 2 else None
 
 
-def _columns(robot: Robot, moved: Motion) -> tuple[Floats, Floats]:
+def _columns(robot: Robot, moved: LogMotion) -> tuple[Floats, Floats]:
     """(n, k) torques of 1 kg in the flange, and of 1 kg m of first moment along its z."""
     from olp.robots.dynamics import dynamic_model, inverse_dynamics
     from olp.robots.masses import Body
@@ -102,7 +110,7 @@ def _reduced(gram: Floats) -> Floats:
     return np.asarray(gram[own:, own:] - gram[own:, :own] @ inside @ gram[:own, own:])
 
 
-def _shared(tables: list[Products], mass: Floats, moment: Floats) -> Payload | None:
+def _shared(tables: list[Products], mass: Floats, moment: Floats) -> PayloadEstimate | None:
     whole = np.sum([_reduced(t.total) for t in tables], axis=0)
     inside = whole[:_SHARED, :_SHARED]
     if np.linalg.matrix_rank(inside, hermitian=True) < _SHARED:
@@ -133,7 +141,7 @@ def _shared(tables: list[Products], mass: Floats, moment: Floats) -> Payload | N
     about = math.hypot(float(errors[1]), metres * float(errors[0])) / max(abs(kilograms), 1e-12)
     rms = math.sqrt(without.sum() / count), math.sqrt(with_it.sum() / count)
     torque = sizes[0] * mass + sizes[1] * moment
-    return Payload((kilograms, float(errors[0])), (metres, about), gain, delta_bic, rms, torque)
+    return PayloadEstimate((kilograms, float(errors[0])), (metres, about), gain, delta_bic, rms, torque)
 
 
 def _errors(table: Products, trained: Floats, out: Mask, shared: Floats) -> Floats:

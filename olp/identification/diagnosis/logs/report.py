@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs.effort import Efforts
-from olp.identification.diagnosis.logs.findings import Named, findings
+from olp.identification.diagnosis.logs.findings import ConfirmedTerm, findings
 from olp.identification.diagnosis.logs.following import BOTH, CLOCK, NONE
 from olp.identification.diagnosis.logs.moves import late_moves
 from olp.identification.diagnosis.logs.pairing import Pairing
@@ -37,7 +37,7 @@ _FAR = 3.0  # times the noise: a rest of that size in motion is no noise, whatev
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class LogReport:
     """What is left after the confirmed terms, and everything said about it."""
 
     log: Log
@@ -47,7 +47,7 @@ class Report:
     position: PositionResult | None  # of every axis only what was confirmed
     effort: Efforts | None
     torque_judged: bool  # whether torques were compared with anything but a fit of their own
-    named: list[Named]
+    named: list[ConfirmedTerm]
     notes: list[str]  # more are added
 
     def diagnosis(self, clocks: tuple[ClockFit, ...]) -> LogDiagnosis:

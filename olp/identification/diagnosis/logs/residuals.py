@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs.result import AxisResidual, LogCorrelate
-from olp.identification.diagnosis.logs.select import Column, held_out, products
+from olp.identification.diagnosis.logs.select import LibraryColumn, held_out, products
 from olp.identification.diagnosis.logs.series import rests
 from olp.identification.diagnosis.logs.statistics import student_tail
 from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
@@ -47,7 +47,7 @@ def goes_with_motion(time: Floats, residual: Floats, motion: dict[str, Floats], 
     keep = kept(run, order)
     if keep.sum() < 300:
         return 1.0
-    columns = (Column(""), *(Column("motion") for _ in motion))
+    columns = (LibraryColumn(""), *(LibraryColumn("motion") for _ in motion))
     table = products(whiten(library, a, keep), whiten(np.where(use, residual, 0.0), a, keep), columns)
     ratio = np.log(held_out(table, ()) / held_out(table, ("motion",)))
     spread = max(float(ratio.std(ddof=1)) / math.sqrt(len(ratio)), 1e-300)

@@ -16,7 +16,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Taught,
     Text,
     Unary,
@@ -46,7 +46,7 @@ _FRAMES = {"BF": "base", "RF": "robot", "TF": "tool", "MTF": "master-tool"}
 _JOINTS = {"ANDIF": "and", "ANDEXP": "and", "ORIF": "or", "OREXP": "or"}
 
 
-class Remark(NamedTuple):
+class InformRemark(NamedTuple):
     """Something to tell about a line that was understood. `text`: the word that it is about."""
 
     code: str
@@ -54,13 +54,13 @@ class Remark(NamedTuple):
     column: int
 
 
-class ExpressionRules(Transformer[Token, Any]):
+class InformExpressionRules(Transformer[Token, Any]):
     """`aliases` holds while a routine is read; `remarks` and `named_any` tell about the last line."""
 
     def __init__(self) -> None:
         super().__init__()
         self.aliases: Mapping[str, Variable] = {}
-        self.remarks: list[Remark] = []
+        self.remarks: list[InformRemark] = []
         self.named_any = False
 
     def number(self, children: list[Token]) -> Number:
@@ -69,8 +69,8 @@ class ExpressionRules(Transformer[Token, Any]):
     def text(self, children: list[Token]) -> Text:
         return Text(children[0][1:-1])
 
-    def state(self, children: list[Token]) -> State:
-        return State(children[0] == "ON")
+    def state(self, children: list[Token]) -> SignalState:
+        return SignalState(children[0] == "ON")
 
     def taught(self, children: list[Token]) -> Taught:
         return values.taught(children[0])
@@ -89,7 +89,7 @@ class ExpressionRules(Transformer[Token, Any]):
         found = self.aliases.get(name)
         if found is not None:
             return found
-        self.remarks.append(Remark("P041", name, children[0].column or 1))
+        self.remarks.append(InformRemark("P041", name, children[0].column or 1))
         return Unknown(name)
 
     def index(self, children: list[Expression]) -> Expression:

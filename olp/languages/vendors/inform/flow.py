@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from lark import Token
 
-from olp.ir.expressions import Expression, State, Text, Unknown, Variable
+from olp.ir.expressions import Expression, SignalState, Text, Unknown, Variable
 from olp.ir.program import (
     Begin,
     Call,
@@ -36,8 +36,8 @@ from olp.ir.program import (
     While,
 )
 from olp.languages.vendors.inform import values
-from olp.languages.vendors.inform.expressions import Remark
-from olp.languages.vendors.inform.moves import MoveRules
+from olp.languages.vendors.inform.expressions import InformRemark
+from olp.languages.vendors.inform.moves import InformMoveRules
 from olp.languages.vendors.inform.names import unmangle
 
 
@@ -65,7 +65,7 @@ def _suffix(children: list[Any]) -> tuple[list[Any], Suffix]:
     return children, _NO_SUFFIX
 
 
-class FlowRules(MoveRules):
+class FlowRules(InformMoveRules):
     def suffix(self, children: list[Any]) -> Suffix:
         return Suffix(str(children[0]), children[1])
 
@@ -75,7 +75,7 @@ class FlowRules(MoveRules):
     def jump(self, children: list[Any]) -> Jump:
         (word, *_, target), suffix = _suffix(children)
         if word == "JMP":
-            self.remarks.append(Remark("P036", "JMP", word.column or 1))
+            self.remarks.append(InformRemark("P036", "JMP", word.column or 1))
         name = target[1:] if type(target) is Token else target
         return Jump(0, name, suffix.condition, spelling=suffix.word)
 
@@ -191,4 +191,4 @@ class FlowRules(MoveRules):
         return "", values.taught(children[0])
 
     def positional_state(self, children: list[Token]) -> tuple[str, Expression]:
-        return "", State(children[0] == "ON")
+        return "", SignalState(children[0] == "ON")

@@ -12,7 +12,7 @@ from olp.ir.expressions import FrameRef, Store, Variable
 from olp.ir.points import PointTable
 from olp.ir.program import ControlGroup, LineKind
 from olp.languages.findings import Findings
-from olp.languages.vendors.inform.positions import KINDS, ROW, Positions
+from olp.languages.vendors.inform.positions import KINDS, ROW, InformPositionReader
 from olp.languages.vendors.inform.values import STORES, number
 
 _RECORD = re.compile(r"\s*(/{1,4})([A-Z]+\d?)(?:\s+(.*?))?\s*")
@@ -56,7 +56,7 @@ class HeaderReader:
         self.stop = stop
         self.section = ""
         self.header = Header()
-        self.positions = Positions(findings)
+        self.positions = InformPositionReader(findings)
 
     def read(self) -> Header:
         while self.index < self.stop:

@@ -18,7 +18,7 @@ from olp.ir.program import (
 )
 from olp.languages.findings import Findings
 from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, give_up, values_of
-from olp.languages.vendors.inform.fast import MoveLines
+from olp.languages.vendors.inform.fast import InformMoveLines
 from olp.languages.vendors.inform.markers import MARKERS
 from olp.languages.vendors.inform.positions import ROW
 
@@ -49,10 +49,10 @@ _PRESET: Final[dict[str, _Template]] = {"NOP": (Begin, ("",)), "END": (End, ("",
 _seen = dict(_PRESET)
 
 
-class Instructions:
+class InformInstructionReader:
     """Reads the instruction lines of one job."""
 
-    def __init__(self, findings: Findings, moves: MoveLines, aliases: Mapping[str, Variable]) -> None:
+    def __init__(self, findings: Findings, moves: InformMoveLines, aliases: Mapping[str, Variable]) -> None:
         self._findings = findings
         self._kinds = findings.kinds
         self._moves = moves

@@ -22,7 +22,7 @@ from olp.ir.program import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.inform import values
-from olp.languages.vendors.inform.expressions import ExpressionRules, checked
+from olp.languages.vendors.inform.expressions import InformExpressionRules, checked
 
 PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR, "S": Path.SPLINE}
 _SPEED_WORDS = {unit: f"{word}=" for word, (unit, _, _) in values.SPEEDS.items()}
@@ -42,7 +42,7 @@ _SENTENCES = {
 _CONTINUOUS = Blend(BlendKind.CONTINUOUS)
 
 
-class Tag(NamedTuple):
+class MoveTag(NamedTuple):
     """One word after a move's positions: a field of Move, its value, and how it begins in the line."""
 
     field: str
@@ -62,7 +62,7 @@ def _check_speed(speed: Speed) -> None:
     checked(speed.value, _SPEED_WORDS[speed.unit], "a speed")
 
 
-class MoveRules(ExpressionRules):
+class InformMoveRules(InformExpressionRules):
     def move(self, children: list[Any]) -> Move:
         word, rest = children[0], children[1:]
         targets, tags, parts = _sorted(rest)
@@ -111,52 +111,52 @@ class MoveRules(ExpressionRules):
             _check_speed(speed)
         return SetSpeed(0, tuple(children))
 
-    def level(self, children: list[Any]) -> Tag:
-        return Tag("blend", _level(children[1]), "PL=")
+    def level(self, children: list[Any]) -> MoveTag:
+        return MoveTag("blend", _level(children[1]), "PL=")
 
-    def rate(self, children: list[Any]) -> Tag:
+    def rate(self, children: list[Any]) -> MoveTag:
         field = "acceleration" if children[0] == "ACC=" else "deceleration"
         rate = checked(values.quantity(children[1], values.RATE), children[0], "a rate")
-        return Tag(field, rate, str(children[0]))
+        return MoveTag(field, rate, str(children[0]))
 
-    def radius(self, children: list[Any]) -> Tag:
-        return Tag("blend", Blend(BlendKind.RADIUS, values.quantity(children[1], (mm, mm))), "CR=")
+    def radius(self, children: list[Any]) -> MoveTag:
+        return MoveTag("blend", Blend(BlendKind.RADIUS, values.quantity(children[1], (mm, mm))), "CR=")
 
-    def other(self, children: list[Any]) -> Tag:
-        return Tag("other", (str(children[0])[:-1], children[1]), str(children[0]))
+    def other(self, children: list[Any]) -> MoveTag:
+        return MoveTag("other", (str(children[0])[:-1], children[1]), str(children[0]))
 
-    def continuous(self, _: list[Token]) -> Tag:
-        return Tag("blend", _CONTINUOUS, "CONT")
+    def continuous(self, _: list[Token]) -> MoveTag:
+        return MoveTag("blend", _CONTINUOUS, "CONT")
 
-    def end_of_arc(self, _: list[Token]) -> Tag:
-        return Tag("end_of_arc", True, "FPT")
+    def end_of_arc(self, _: list[Token]) -> MoveTag:
+        return MoveTag("end_of_arc", True, "FPT")
 
-    def no_wait(self, children: list[Token]) -> Tag:
-        return Tag("no_wait", True, str(children[0]))
+    def no_wait(self, children: list[Token]) -> MoveTag:
+        return MoveTag("no_wait", True, str(children[0]))
 
-    def passes(self, children: list[Token]) -> Tag:
-        return Tag("passes", str(children[0]), str(children[0]))
+    def passes(self, children: list[Token]) -> MoveTag:
+        return MoveTag("passes", str(children[0]), str(children[0]))
 
-    def relative(self, children: list[FrameRef]) -> Tag:
-        return Tag("relative", children[0], _FRAME_WORDS[children[0].kind])
+    def relative(self, children: list[FrameRef]) -> MoveTag:
+        return MoveTag("relative", children[0], _FRAME_WORDS[children[0].kind])
 
-    def search(self, children: list[Any]) -> Tag:
+    def search(self, children: list[Any]) -> MoveTag:
         signal, _, state, time, _, distance = children
         travel = None if distance is None else values.quantity(distance, values.DISTANCE)
-        return Tag("search", Search(signal, state == "ON", time, travel), "SRCH")
+        return MoveTag("search", Search(signal, state == "ON", time, travel), "SRCH")
 
-    def until(self, children: list[Any]) -> Tag:
-        return Tag("until", children[0], "UNTIL")
+    def until(self, children: list[Any]) -> MoveTag:
+        return MoveTag("until", children[0], "UNTIL")
 
 
-def _sorted(rest: list[Any]) -> tuple[tuple[Position, ...], list[Tag], tuple[MovePart, ...]]:
+def _sorted(rest: list[Any]) -> tuple[tuple[Position, ...], list[MoveTag], tuple[MovePart, ...]]:
     targets, tags, parts = [], [], []
     for item in rest:
         kind = type(item)
-        if kind is Tag:
+        if kind is MoveTag:
             tags.append(item)
         elif kind is Speed:
-            tags.append(Tag("speed", item, _SPEED_WORDS[item.unit]))
+            tags.append(MoveTag("speed", item, _SPEED_WORDS[item.unit]))
         elif kind is MovePart:
             parts.append(item)
         else:
@@ -164,7 +164,7 @@ def _sorted(rest: list[Any]) -> tuple[tuple[Position, ...], list[Tag], tuple[Mov
     return tuple(targets), tags, tuple(parts)
 
 
-def _fields(tags: list[Tag]) -> dict[str, Any]:
+def _fields(tags: list[MoveTag]) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for tag in tags:
         if tag.field == "other":

@@ -9,9 +9,9 @@ from olp.core.source import Source
 from olp.ir.program import LineKind, Program, Routine
 from olp.languages.findings import Findings
 from olp.languages.vendors.inform import checks
-from olp.languages.vendors.inform.fast import MoveLines, move_lines
+from olp.languages.vendors.inform.fast import InformMoveLines, move_lines
 from olp.languages.vendors.inform.header import HeaderReader
-from olp.languages.vendors.inform.instructions import Instructions
+from olp.languages.vendors.inform.instructions import InformInstructionReader
 
 
 def read_program(source: Source) -> Program:
@@ -50,9 +50,9 @@ def _before_job(findings: Findings, start: int, stop: int) -> bool:
     return is_job
 
 
-def _routine(findings: Findings, moves: MoveLines, start: int, stop: int) -> Routine:
+def _routine(findings: Findings, moves: InformMoveLines, start: int, stop: int) -> Routine:
     header = HeaderReader(findings, start, stop).read()
-    instructions = Instructions(findings, moves, header.aliases)
+    instructions = InformInstructionReader(findings, moves, header.aliases)
     body = instructions.read(findings.source.lines[header.body : stop], header.body + 1)
     routine = Routine(
         header.name,

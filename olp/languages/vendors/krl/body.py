@@ -39,7 +39,7 @@ from olp.languages.findings import Findings
 from olp.languages.lark_host import values_of
 from olp.languages.vendors.krl import lines
 from olp.languages.vendors.krl.declarations import Head, Tail
-from olp.languages.vendors.krl.fast import ACTUAL, MoveLines
+from olp.languages.vendors.krl.fast import ACTUAL, KrlMoveLines
 from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
 from olp.languages.vendors.krl.parsing import KrlLineReader
 from olp.languages.vendors.krl.scope import Scope
@@ -78,7 +78,7 @@ class BodyReader:
         self._kinds = findings.kinds
         self._reader = reader
         self._scope = scope
-        self._moves = MoveLines(scope)
+        self._moves = KrlMoveLines(scope)
         self._modal = Modal(scope)
         self._seen: dict[str, _Template] = {}
         self._block: SplineBlock | None = None

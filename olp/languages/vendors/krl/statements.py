@@ -6,7 +6,7 @@ from typing import Any
 
 from lark import Token
 
-from olp.ir.expressions import Expression, Named, Quantity, Signal, State, Text
+from olp.ir.expressions import Expression, Named, Quantity, Signal, SignalState, Text
 from olp.ir.program import (
     Assign,
     Break,
@@ -39,7 +39,7 @@ from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl.declarations import DeclarationRules
 from olp.languages.vendors.krl.values import settle
 
-TRUE = State(True)
+TRUE = SignalState(True)
 
 
 class StatementRules(DeclarationRules):
@@ -63,7 +63,7 @@ class StatementRules(DeclarationRules):
                 "PULSE switches an output", word="PULSE", wanted="PULSE ($OUT[1], TRUE, 0.5)"
             )
         spelling = "" if state == TRUE else "FALSE"
-        condition = None if state == TRUE or state == State(False) else state
+        condition = None if state == TRUE or state == SignalState(False) else state
         return PulseOutput(0, signal, Quantity(self.plain(time), 1.0), condition, spelling=spelling)
 
     def call(self, children: list[Any]) -> Call | Message:

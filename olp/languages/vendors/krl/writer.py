@@ -182,7 +182,7 @@ class KrlWriter(KrlMoves):
         return ["ENDIF"] * (1 + (self.nested.pop() if self.nested else 0))
 
     def write_while(self, s: st.While) -> Lines:
-        line = "LOOP" if s.condition == ex.State(True) else f"WHILE {self.condition(s.condition)}"
+        line = "LOOP" if s.condition == ex.SignalState(True) else f"WHILE {self.condition(s.condition)}"
         self.ends.append("ENDLOOP" if line == "LOOP" else "ENDWHILE")
         return line
 

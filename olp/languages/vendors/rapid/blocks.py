@@ -34,7 +34,7 @@ _MARKERS: Final = {
 }
 
 
-class Blocks:
+class OpenBlocks:
     """The open blocks of a routine: words and lines."""
 
     def __init__(self, findings: Findings) -> None:

@@ -12,13 +12,13 @@ from olp.ir.expressions import (
     Named,
     PositionLiteral,
     RecordLiteral,
-    State,
+    SignalState,
     Text,
     Unknown,
 )
 from olp.ir.program import Declare, Jump, Label, LineKind, Move, Routine, Speed
 from olp.languages.findings import Findings
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import FASTEST
 
 _NAME_LENGTH = 32
@@ -45,7 +45,7 @@ def _refuse(findings: Findings, message: str, help: str) -> bool:
 
 
 def check_program(
-    findings: Findings, routines: Sequence[Routine], data: Sequence[Declare], names: Names
+    findings: Findings, routines: Sequence[Routine], data: Sequence[Declare], names: RapidNames
 ) -> None:
     """Everything that holds for the whole file."""
     _check_names(findings, routines, data)
@@ -78,7 +78,7 @@ def _check_frames(findings: Findings, data: Sequence[Declare]) -> None:
             continue
         members = dict(one.value.members)
         unit = members.get("ufmec")
-        if (isinstance(unit, Text) and unit.value) or members.get("ufprog") == State(False):
+        if (isinstance(unit, Text) and unit.value) or members.get("ufprog") == SignalState(False):
             message = f"{one.name[:40]} moves with a mechanical unit: it is planned as if it stood still"
             findings.warning(
                 "P473", message, findings.whole_line(one.line), "give it a user frame of its own"
@@ -102,7 +102,7 @@ def _check_labels(findings: Findings, routine: Routine) -> None:
             )
 
 
-def _check_moves(findings: Findings, routine: Routine, names: Names) -> None:
+def _check_moves(findings: Findings, routine: Routine, names: RapidNames) -> None:
     inside = names.inside.get(routine.line, {})
     told: set[str] = set(_OWN)
     fastest: set[int] = set()

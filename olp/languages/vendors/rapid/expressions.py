@@ -20,7 +20,7 @@ from olp.ir.expressions import (
     NamedArgument,
     Number,
     Signal,
-    State,
+    SignalState,
     Text,
     Unary,
     Unknown,
@@ -28,21 +28,21 @@ from olp.ir.expressions import (
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
 from olp.languages.vendors.rapid.functions import SPECIAL
-from olp.languages.vendors.rapid.literals import Aggregate, ShapeError, coerced
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.literals import RapidAggregate, ShapeError, coerced
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, SIGNAL_USERS
-from olp.languages.vendors.rapid.syntax import Given, Option
+from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 from olp.languages.vendors.rapid.texts import unquoted
 
 _CONSTANTS: Final = {"pi": Number(math.pi), "high": Number(1), "low": Number(0)}
 
 
-class ExpressionRules(Transformer[Token, Any]):
+class RapidExpressionRules(Transformer[Token, Any]):
     """`names` holds while a file is read."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.names = Names()
+        self.names = RapidNames()
 
     # --- literals ---------------------------------------------------------------------------------------------
 
@@ -57,11 +57,11 @@ class ExpressionRules(Transformer[Token, Any]):
     def text(self, children: list[Token]) -> Text:
         return Text(unquoted(children[0]))
 
-    def boolean(self, children: list[Token]) -> State:
-        return State(children[0].upper() == "TRUE")
+    def boolean(self, children: list[Token]) -> SignalState:
+        return SignalState(children[0].upper() == "TRUE")
 
-    def aggregate(self, children: list[Any]) -> Aggregate:
-        return Aggregate(tuple(child for child in children if child is not None))
+    def aggregate(self, children: list[Any]) -> RapidAggregate:
+        return RapidAggregate(tuple(child for child in children if child is not None))
 
     def here(self, children: list[Token]) -> Unknown:
         return Unknown("*")
@@ -110,10 +110,10 @@ class ExpressionRules(Transformer[Token, Any]):
     def positive(self, children: list[Any]) -> Expression:
         return self._plain(children[1])
 
-    def _plain(self, value: Expression | Aggregate) -> Expression:
+    def _plain(self, value: Expression | RapidAggregate) -> Expression:
         return self.coerce(value, "")
 
-    def coerce(self, value: Expression | Aggregate, kind: str, sizes: int = 0) -> Expression:
+    def coerce(self, value: Expression | RapidAggregate, kind: str, sizes: int = 0) -> Expression:
         """Raises BrokenLineError where an aggregate does not fit."""
         try:
             return coerced(value, kind, self.names, sizes)
@@ -188,23 +188,23 @@ class ExpressionRules(Transformer[Token, Any]):
 
     # --- calls ------------------------------------------------------------------------------------------------
 
-    def option(self, children: list[Any]) -> Option:
-        return Option(str(children[1]), children[2])
+    def option(self, children: list[Any]) -> RapidOption:
+        return RapidOption(str(children[1]), children[2])
 
-    def passed_on(self, children: list[Any]) -> Option:
+    def passed_on(self, children: list[Any]) -> RapidOption:
         """`\\Name?parameter`: given when the caller gave it."""
-        return Option(str(children[1]) + "?", Named(self.names.spelled(str(children[2]))))
+        return RapidOption(str(children[1]) + "?", Named(self.names.spelled(str(children[2]))))
 
-    def argument(self, children: list[Any]) -> Given:
-        if isinstance(children[0], Option):
-            return Given(None, tuple(children))
-        return Given(children[0], tuple(children[1:]))
+    def argument(self, children: list[Any]) -> RapidArgument:
+        if isinstance(children[0], RapidOption):
+            return RapidArgument(None, tuple(children))
+        return RapidArgument(children[0], tuple(children[1:]))
 
-    def value(self, children: list[Any]) -> Expression | Aggregate:
-        found: Expression | Aggregate = children[0]
+    def value(self, children: list[Any]) -> Expression | RapidAggregate:
+        found: Expression | RapidAggregate = children[0]
         return found
 
-    def arguments(self, children: list[Given]) -> list[Given]:
+    def arguments(self, children: list[RapidArgument]) -> list[RapidArgument]:
         return children
 
     def call(self, children: list[Any]) -> Expression:
@@ -212,7 +212,7 @@ class ExpressionRules(Transformer[Token, Any]):
         found = self._function(name, given)
         return self.parts(found, children[2:]) if len(children) > 2 else found
 
-    def _function(self, name: str, given: list[Given]) -> Expression:
+    def _function(self, name: str, given: list[RapidArgument]) -> Expression:
         key = name.lower()
         if key in self.names.routines:
             return CallValue(self.names.spelled(name), self.passed(name, given))
@@ -229,7 +229,9 @@ class ExpressionRules(Transformer[Token, Any]):
             return self._signal_value(key, given)
         return CallValue(self.names.spelled(name), self.passed(name, given))
 
-    def plain_arguments(self, given: list[Given], kinds: tuple[str, ...] = ()) -> tuple[Expression, ...]:
+    def plain_arguments(
+        self, given: list[RapidArgument], kinds: tuple[str, ...] = ()
+    ) -> tuple[Expression, ...]:
         """Positional values first, then those of options: `Round(x\\Dec:=2)` has two."""
         values = [one.value for one in given if one.value is not None]
         options = [option.value for one in given for option in one.options if option.value is not None]
@@ -237,7 +239,7 @@ class ExpressionRules(Transformer[Token, Any]):
         positional = tuple(self.coerce(value, kind) for value, kind in zip(values, padded, strict=False))
         return (*positional, *map(self._plain, options))
 
-    def passed(self, name: str, given: list[Given]) -> tuple[Expression, ...]:
+    def passed(self, name: str, given: list[RapidArgument]) -> tuple[Expression, ...]:
         """The arguments of a call, options by their names."""
         head = self.names.routines.get(name.lower())
         required = [kind for _, kind, optional in head.parameters if not optional] if head else []
@@ -256,17 +258,17 @@ class ExpressionRules(Transformer[Token, Any]):
                 found.append(NamedArgument(option.name, value))
         return tuple(found)
 
-    def _signal_value(self, key: str, given: list[Given]) -> Expression:
+    def _signal_value(self, key: str, given: list[RapidArgument]) -> Expression:
         signal = self.signal(given[0].value if given else None, SIGNAL_USERS[key])
-        return Compare("=", signal, State(True)) if key == "testdi" else signal
+        return Compare("=", signal, SignalState(True)) if key == "testdi" else signal
 
-    def signal(self, value: Expression | Aggregate | None, bus: str) -> Signal:
+    def signal(self, value: Expression | RapidAggregate | None, bus: str) -> Signal:
         """A signal of an instruction: its name, or what an element of an array of signals names."""
         if isinstance(value, Signal):
             return Signal(bus, value.index)
         if isinstance(value, Named):
             return Signal(bus, Text(value.name))
-        if value is None or isinstance(value, Aggregate):
+        if value is None or isinstance(value, RapidAggregate):
             raise BrokenLineError("a signal is missing", word="", wanted="the name of a signal")
         return Signal(bus, value)
 
@@ -274,7 +276,11 @@ class ExpressionRules(Transformer[Token, Any]):
 def as_state(signal: Signal, value: Expression) -> Expression:
     """1 and 0 beside a digital signal mean on and off."""
     digital = signal.bus in ("in", "out")
-    return State(value.value == 1) if digital and type(value) is Number and value.value in (0, 1) else value
+    return (
+        SignalState(value.value == 1)
+        if digital and type(value) is Number and value.value in (0, 1)
+        else value
+    )
 
 
 def _logic(operator: str, left: Expression, right: Expression) -> Logic:

@@ -12,15 +12,15 @@ from olp.ir.expressions import (
     Named,
     NamedArgument,
     Number,
-    State,
+    SignalState,
     SystemValue,
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
-from olp.languages.vendors.rapid.syntax import Given
+from olp.languages.vendors.rapid.syntax import RapidArgument
 
 if TYPE_CHECKING:
-    from olp.languages.vendors.rapid.expressions import ExpressionRules
+    from olp.languages.vendors.rapid.expressions import RapidExpressionRules
 
 _USUAL: Final[Mapping[tuple[str, str], Expression]] = {
     ("tool", "tool0"): FrameRef("tool", Number(0)),
@@ -30,24 +30,24 @@ _EULER: Final = ("x", "y", "z")
 _ZEROS: Final = (Number(0), Number(0), Number(0))
 
 
-def _value(rules: ExpressionRules, given: list[Given], place: int, kind: str = "") -> Expression:
+def _value(rules: RapidExpressionRules, given: list[RapidArgument], place: int, kind: str = "") -> Expression:
     values = [one.value for one in given if one.value is not None]
     if place >= len(values) or values[place] is None:
         raise BrokenLineError(f"argument {place + 1} of a function is missing", word="(")
     return rules.coerce(values[place], kind)
 
 
-def _options(rules: ExpressionRules, given: list[Given]) -> dict[str, Expression]:
+def _options(rules: RapidExpressionRules, given: list[RapidArgument]) -> dict[str, Expression]:
     found = {}
     for one in given:
         for option in one.options:
             found[option.name.lower()] = (
-                State(True) if option.value is None else rules.coerce(option.value, "")
+                SignalState(True) if option.value is None else rules.coerce(option.value, "")
             )
     return found
 
 
-def _rel_tool(rules: ExpressionRules, given: list[Given]) -> Expression:
+def _rel_tool(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     options = _options(rules, given)
     angles = tuple(options.get(name, Number(0)) for name in ("rx", "ry", "rz"))
     return Function(
@@ -60,23 +60,23 @@ def _rel_tool(rules: ExpressionRules, given: list[Given]) -> Expression:
     )
 
 
-def _euler(rules: ExpressionRules, given: list[Given]) -> Expression | None:
+def _euler(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
     letter = next((name for name in _options(rules, given) if name in _EULER), None)
     if letter is None:
         return None
     return literals.turn_parts(_value(rules, given, 0, "orient"))["xyz".index(letter)]
 
 
-def _orient(rules: ExpressionRules, given: list[Given]) -> Expression:
+def _orient(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     z, y, x = (_value(rules, given, n) for n in range(3))
     return Function("pose-angles", (*_ZEROS, x, y, z))
 
 
-def _distance(rules: ExpressionRules, given: list[Given]) -> Expression:
+def _distance(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     return Function("pose-distance", (_value(rules, given, 0, "pos"), _value(rules, given, 1, "pos")))
 
 
-def _place_now(rules: ExpressionRules, given: list[Given]) -> Expression:
+def _place_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     """CRobT and its like; in which frame and with which tool is kept where it is written."""
     options = _options(rules, given)
     if not options:
@@ -84,12 +84,12 @@ def _place_now(rules: ExpressionRules, given: list[Given]) -> Expression:
     return Function("current-pose", tuple(NamedArgument(name, value) for name, value in _kept(rules, given)))
 
 
-def _joints_now(rules: ExpressionRules, given: list[Given]) -> Expression:
+def _joints_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     options = tuple(NamedArgument(name, value) for name, value in _kept(rules, given))
     return Function("current-joints", options) if options else SystemValue("current-joints")
 
 
-def _kept(rules: ExpressionRules, given: list[Given]) -> list[tuple[str, Expression | None]]:
+def _kept(rules: RapidExpressionRules, given: list[RapidArgument]) -> list[tuple[str, Expression | None]]:
     return [
         (option.name, None if option.value is None else _system(rules, option.name, option.value))
         for one in given
@@ -97,37 +97,39 @@ def _kept(rules: ExpressionRules, given: list[Given]) -> list[tuple[str, Express
     ]
 
 
-def _system(rules: ExpressionRules, name: str, value: Expression | literals.Aggregate) -> Expression:
+def _system(
+    rules: RapidExpressionRules, name: str, value: Expression | literals.RapidAggregate
+) -> Expression:
     """tool0 and wobj0 are the flange and the base."""
     key = (name.lower(), value.name.lower()) if isinstance(value, Named) else ("", "")
     return _USUAL.get(key) or rules.coerce(value, "")
 
 
-def _solved(name: str, kind: str) -> Callable[[ExpressionRules, list[Given]], Expression]:
+def _solved(name: str, kind: str) -> Callable[[RapidExpressionRules, list[RapidArgument]], Expression]:
     """CalcRobT, CalcJointT: the tool and the work object behind the position."""
 
-    def lowered(rules: ExpressionRules, given: list[Given]) -> Expression:
+    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
         values = rules.plain_arguments(given, (kind,))
         return Function(name, values)
 
     return lowered
 
 
-def _text(rules: ExpressionRules, given: list[Given]) -> Expression:
+def _text(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     return Function("text-of-value", rules.plain_arguments(given))
 
 
-def _timer(rules: ExpressionRules, given: list[Given]) -> Expression | None:
+def _timer(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
     value = given[0].value if given else None
     number = rules.names.clocks.get(value.name.lower()) if isinstance(value, Named) else None
     return None if number is None else SystemValue("timer", number)
 
 
-def _present(rules: ExpressionRules, given: list[Given]) -> Expression:
+def _present(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     return Function("given", (_value(rules, given, 0),))
 
 
-Special = Callable[["ExpressionRules", list[Given]], Expression | None]
+Special = Callable[["RapidExpressionRules", list[RapidArgument]], Expression | None]
 # None: the function is called as it is written.
 SPECIAL: Final[Mapping[str, Special]] = {
     "reltool": _rel_tool,

@@ -10,8 +10,8 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from olp.ir.program import Statement
 from olp.languages.lark_host import BrokenLineError, Grammar
-from olp.languages.vendors.rapid.names import Names
-from olp.languages.vendors.rapid.statements import ClauseRules, Frame
+from olp.languages.vendors.rapid.names import RapidNames
+from olp.languages.vendors.rapid.statements import ClauseRules, FramingClause
 
 _WORDS: Final = {
     "NAME": "a name",
@@ -64,12 +64,12 @@ class ClauseParser(Grammar):
         super().__init__("rapid", ClauseRules(), ("clause", "component"))
 
     def clause(
-        self, text: str, names: Names, *, main: bool = False, returns: str = "", component: bool = False
-    ) -> Frame | list[Statement]:
+        self, text: str, names: RapidNames, *, main: bool = False, returns: str = "", component: bool = False
+    ) -> FramingClause | list[Statement]:
         """What a clause means, with line 0. Raises RefusedError."""
         start = "component" if component else "clause"
         try:
-            found: Frame | list[Statement] = self.parse(
+            found: FramingClause | list[Statement] = self.parse(
                 text, start, names=names, raw=text, main=main, returns=returns
             )
         except UnexpectedInput as refused:

@@ -12,8 +12,8 @@ from olp.languages.findings import Findings
 from olp.languages.lark_host import MOST_BROKEN, give_up
 from olp.languages.vendors.rapid.clauses import Clause
 from olp.languages.vendors.rapid.grammar import RefusedError, clause_parser
-from olp.languages.vendors.rapid.names import Names
-from olp.languages.vendors.rapid.statements import Frame
+from olp.languages.vendors.rapid.names import RapidNames
+from olp.languages.vendors.rapid.statements import FramingClause
 
 _MOST_CHARACTERS: Final = 1_000_000
 _MOST_OPERATORS: Final = 300  # more could only exhaust the stack of an interpreter
@@ -24,13 +24,13 @@ _NUMBER: Final = re.compile(r"(?<![\w.])[-+]?(?:\d[\d.]*|\.\d+)(?:E[-+]?\d+)?", 
 _OPERATOR: Final = re.compile(r"[-+*/.\\]|\b(?:AND|OR|XOR|NOT|DIV|MOD)\b", re.IGNORECASE)
 _MEMORY: Final = 50_000
 
-Found = Frame | list[Statement]
+Found = FramingClause | list[Statement]
 
 
 class Parsing:
     """The parser of one file."""
 
-    def __init__(self, findings: Findings, names: Names) -> None:
+    def __init__(self, findings: Findings, names: RapidNames) -> None:
         self._findings = findings
         self._names = names
         self._seen: dict[str, Found] = {}
@@ -41,7 +41,7 @@ class Parsing:
         self._seen.clear()
 
     def read(
-        self, clause: Clause, head: Frame | None = None, component: bool = False
+        self, clause: Clause, head: FramingClause | None = None, component: bool = False
     ) -> tuple[Found | None, Clause | None]:
         """What a clause means, None when it was refused, which is told; and a second one that was found in it.
 
@@ -69,7 +69,7 @@ class Parsing:
             self._seen[text] = found
         return found, None
 
-    def _parse(self, text: str, head: Frame | None, component: bool = False) -> Found:
+    def _parse(self, text: str, head: FramingClause | None, component: bool = False) -> Found:
         main = head is not None and head.name.lower() == "main"
         returns = "" if head is None else head.returns
         return remembered(
@@ -82,7 +82,7 @@ class Parsing:
         )
 
     def _mended(
-        self, clause: Clause, refused: RefusedError, head: Frame | None
+        self, clause: Clause, refused: RefusedError, head: FramingClause | None
     ) -> tuple[Found, Clause] | None:
         """Where a line begins with what is refused, the semicolon before it is missing: both parts are read."""
         lines = clause.text.split("\n")

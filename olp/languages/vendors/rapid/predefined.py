@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from olp.ir.expressions import Expression, Number, PositionLiteral, RecordLiteral, State, Text
+from olp.ir.expressions import Expression, Number, PositionLiteral, RecordLiteral, SignalState, Text
 from olp.languages.vendors.rapid.predefined_data import RECORDS, SPEEDS, ZONES
 
 _HERE: Final = PositionLiteral("pose", (0.0,) * 6)
@@ -25,11 +25,11 @@ _LOAD: Final = _record("loaddata", (_number(0.001), _COG, _HERE, _number(0), _nu
 PREDEFINED: Final[Mapping[str, RecordLiteral]] = {
     **{name: _record("speeddata", tuple(map(_number, values))) for name, values in SPEEDS.items()},
     **{
-        name: _record("zonedata", (State(zone.fine), *map(_number, zone.values)))
+        name: _record("zonedata", (SignalState(zone.fine), *map(_number, zone.values)))
         for name, zone in ZONES.items()
     },
-    "tool0": _record("tooldata", (State(True), _HERE, _LOAD)),
-    "wobj0": _record("wobjdata", (State(False), State(True), Text(""), _HERE, _HERE)),
+    "tool0": _record("tooldata", (SignalState(True), _HERE, _LOAD)),
+    "wobj0": _record("wobjdata", (SignalState(False), SignalState(True), Text(""), _HERE, _HERE)),
     "load0": _LOAD,
 }
 PREDEFINED_NAMES: Final[Mapping[tuple[str, tuple[tuple[str, Expression], ...]], str]] = {

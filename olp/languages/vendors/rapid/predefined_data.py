@@ -21,29 +21,29 @@ SPEEDS: Final[Mapping[str, tuple[float, float, float, float]]] = {
 }
 
 
-class Zone(NamedTuple):
+class ZoneData(NamedTuple):
     """Zonedata: pzone_tcp, pzone_ori, pzone_eax [mm], zone_ori [deg], zone_leax [mm], zone_reax [deg]."""
 
     fine: bool
     values: tuple[float, float, float, float, float, float]
 
 
-ZONES: Final[Mapping[str, Zone]] = {
-    "fine": Zone(True, (0, 0, 0, 0, 0, 0)),
-    "z0": Zone(False, (0.3, 0.3, 0.3, 0.03, 0.3, 0.03)),
-    "z1": Zone(False, (1, 1, 1, 0.1, 1, 0.1)),
-    "z5": Zone(False, (5, 8, 8, 0.8, 8, 0.8)),
-    "z10": Zone(False, (10, 15, 15, 1.5, 15, 1.5)),
-    "z15": Zone(False, (15, 23, 23, 2.3, 23, 2.3)),
-    "z20": Zone(False, (20, 30, 30, 3, 30, 3)),
-    "z30": Zone(False, (30, 45, 45, 4.5, 45, 4.5)),
-    "z40": Zone(False, (40, 60, 60, 6, 60, 6)),
-    "z50": Zone(False, (50, 75, 75, 7.5, 75, 7.5)),
-    "z60": Zone(False, (60, 90, 90, 9, 90, 9)),
-    "z80": Zone(False, (80, 120, 120, 12, 120, 12)),
-    "z100": Zone(False, (100, 150, 150, 15, 150, 15)),
-    "z150": Zone(False, (150, 225, 225, 23, 225, 23)),
-    "z200": Zone(False, (200, 300, 300, 30, 300, 30)),
+ZONES: Final[Mapping[str, ZoneData]] = {
+    "fine": ZoneData(True, (0, 0, 0, 0, 0, 0)),
+    "z0": ZoneData(False, (0.3, 0.3, 0.3, 0.03, 0.3, 0.03)),
+    "z1": ZoneData(False, (1, 1, 1, 0.1, 1, 0.1)),
+    "z5": ZoneData(False, (5, 8, 8, 0.8, 8, 0.8)),
+    "z10": ZoneData(False, (10, 15, 15, 1.5, 15, 1.5)),
+    "z15": ZoneData(False, (15, 23, 23, 2.3, 23, 2.3)),
+    "z20": ZoneData(False, (20, 30, 30, 3, 30, 3)),
+    "z30": ZoneData(False, (30, 45, 45, 4.5, 45, 4.5)),
+    "z40": ZoneData(False, (40, 60, 60, 6, 60, 6)),
+    "z50": ZoneData(False, (50, 75, 75, 7.5, 75, 7.5)),
+    "z60": ZoneData(False, (60, 90, 90, 9, 90, 9)),
+    "z80": ZoneData(False, (80, 120, 120, 12, 120, 12)),
+    "z100": ZoneData(False, (100, 150, 150, 15, 150, 15)),
+    "z150": ZoneData(False, (150, 225, 225, 23, 225, 23)),
+    "z200": ZoneData(False, (200, 300, 300, 30, 300, 30)),
 }
 
 # Neutral type of a declaration by RAPID's word; all others keep their word.

@@ -9,7 +9,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.languages.generator import ATOM, CannotSayError, Generator, Spelled
-from olp.languages.vendors.rapid.names import Names, signal_like
+from olp.languages.vendors.rapid.names import RapidNames, signal_like
 from olp.languages.vendors.rapid.predefined import PREDEFINED_NAMES
 from olp.languages.vendors.rapid.texts import quoted
 from olp.languages.vendors.rapid.write_positions import NO_AXES, NO_CONFIGURATION, literal, number
@@ -74,7 +74,7 @@ class RapidValues(Generator):
     }  # fmt: skip
 
     def __init__(
-        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: Names
+        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: RapidNames
     ) -> None:
         super().__init__(program, program.vendor == "rapid")
         self.types = types
@@ -190,7 +190,7 @@ class RapidValues(Generator):
         return f"{self._compared(e.left, e.right)}{e.operator}{self._compared(e.right, e.left)}", _COMPARED
 
     def _compared(self, it: ex.Expression, other: ex.Expression) -> str:
-        if isinstance(it, ex.State) and isinstance(other, ex.Signal) and self.is_digital(other):
+        if isinstance(it, ex.SignalState) and isinstance(other, ex.Signal) and self.is_digital(other):
             return "1" if it.on else "0"
         return self.value(it, _COMPARED + 1)
 

@@ -16,7 +16,7 @@ from olp.core.diagnostic import Diagnostic
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.languages.generator import CannotSayError, as_text
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.uses import uses
 from olp.languages.vendors.rapid.write_statements import RapidStatements, native_type
 from olp.languages.vendors.rapid.write_values import TIMED_OUT
@@ -235,9 +235,9 @@ class RapidWriter(RapidStatements):
         return self._type(st.Declare(0, one.name, one.type, native=native[-1] if native else ""))
 
 
-def _structures(program: st.Program) -> Names:
+def _structures(program: st.Program) -> RapidNames:
     """The structures that the program's own text declares."""
-    names = Names()
+    names = RapidNames()
     fields: list[tuple[str, str]] = []
     kind = ""
     for routine in program.routines:

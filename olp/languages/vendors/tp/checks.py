@@ -12,9 +12,9 @@ from olp.ir.expressions import Expression, FrameRef, Number, Store, Taught
 from olp.ir.points import PointKind
 from olp.ir.program import Assign, Comment, Label, LineKind, Move, Routine, Statement
 from olp.languages.findings import Findings
-from olp.languages.vendors.tp.header import Listing
+from olp.languages.vendors.tp.header import TpSections
 from olp.languages.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, ROUTINE_LENGTH
-from olp.languages.vendors.tp.positions import MODAL, Positions
+from olp.languages.vendors.tp.positions import MODAL, TpPositionReader
 
 
 def is_readable(findings: Findings) -> bool:
@@ -43,7 +43,11 @@ def _refuse(findings: Findings, code: str, message: str, help: str) -> bool:
 
 
 def check_routine(
-    findings: Findings, listing: Listing, routine: Routine, positions: Positions, markers: Sequence[Statement]
+    findings: Findings,
+    listing: TpSections,
+    routine: Routine,
+    positions: TpPositionReader,
+    markers: Sequence[Statement],
 ) -> None:
     """Everything that holds for one program. `markers`: stand for broken lines that open a block."""
     _check_sections(findings, listing)
@@ -60,7 +64,7 @@ def check_routine(
     _tell_conventions(findings, routine)
 
 
-def _check_sections(findings: Findings, listing: Listing) -> None:
+def _check_sections(findings: Findings, listing: TpSections) -> None:
     last = findings.whole_line(max(listing.last_line, 1))
     head = findings.whole_line(max(listing.line, 1))
     if not listing.name:
@@ -111,7 +115,7 @@ def _used(routine: Routine) -> Iterator[tuple[int, Expression]]:
             yield one.line, one.value
 
 
-def _check_points(findings: Findings, routine: Routine, positions: Positions) -> None:
+def _check_points(findings: Findings, routine: Routine, positions: TpPositionReader) -> None:
     block = routine.points.blocks.get((Store.ROBOT, True))
     rows = block.rows if block is not None else {}
     numbers = sorted(rows)

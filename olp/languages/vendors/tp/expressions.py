@@ -19,7 +19,7 @@ from olp.ir.expressions import (
     Named,
     Number,
     Signal,
-    State,
+    SignalState,
     Store,
     SystemValue,
     Taught,
@@ -35,7 +35,7 @@ _TIMES: Final = {"*": "*", "/": "/", "DIV": "div", "MOD": "mod"}
 _HERE: Final = {"LPOS": "current-pose", "JPOS": "current-joints"}
 
 
-class ValueRules(Transformer[Token, Any]):
+class TpValueRules(Transformer[Token, Any]):
     """Values. Names in brackets stay with their variables as `Variable.name`."""
 
     def close(self, children: list[Token]) -> str:
@@ -53,8 +53,8 @@ class ValueRules(Transformer[Token, Any]):
             value = self.number([value])
         return Number(-value.value) if isinstance(value, Number) else Unary("-", value)
 
-    def state(self, children: list[Token]) -> State:
-        return State(children[0] == "ON")
+    def state(self, children: list[Token]) -> SignalState:
+        return SignalState(children[0] == "ON")
 
     def text(self, children: list[Token]) -> Text:
         return Text(str(children[0])[1:-1])

@@ -7,14 +7,14 @@ from typing import Any
 
 from olp.ir.program import Statement
 from olp.languages.lark_host import Grammar
-from olp.languages.vendors.tp.statements import InstructionRules, Statements
+from olp.languages.vendors.tp.statements import Statements, TpInstructionRules
 
 
 class TpParser(Grammar):
     """Parses one instruction at a time."""
 
     def __init__(self) -> None:
-        super().__init__("tp", InstructionRules())
+        super().__init__("tp", TpInstructionRules())
 
     def statements(self, text: str) -> tuple[Statement, ...]:
         """All statements of one line, with line 0. Raises lark's UnexpectedInput, or BrokenLineError."""

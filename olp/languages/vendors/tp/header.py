@@ -18,7 +18,7 @@ _QUOTED = re.compile(r'"(.*)"')
 
 
 @dataclass(slots=True)
-class Listing:
+class TpSections:
     """Where the sections of one program stand: line numbers (from 1) of the first and behind the last line of each.
 
     `attributes`: by their English names, in order; values as written. `application`: the lines of /APPL.
@@ -39,10 +39,10 @@ class Listing:
         return quoted[1] if quoted else ""
 
 
-def listings(findings: Findings) -> list[Listing]:
+def listings(findings: Findings) -> list[TpSections]:
     """The programs of a file: usually one, and one more with every further /PROG."""
-    found: list[Listing] = []
-    current: Listing | None = None
+    found: list[TpSections] = []
+    current: TpSections | None = None
     section, start = "", 0
     lines = findings.source.lines
     for number, text in enumerate(lines, 1):
@@ -54,7 +54,7 @@ def listings(findings: Findings) -> list[Listing]:
         if current is not None and section:
             current.sections.setdefault(section, (start, number))
         if match[1] == "/PROG" or current is None:
-            current = Listing(line=number)
+            current = TpSections(line=number)
             found.append(current)
             if match[1] == "/PROG":
                 _take_name(current, match[2])
@@ -72,13 +72,13 @@ def listings(findings: Findings) -> list[Listing]:
     return found
 
 
-def _take_name(listing: Listing, text: str) -> None:
+def _take_name(listing: TpSections, text: str) -> None:
     match = _PROGRAM.fullmatch(text)
     if match is not None:
         listing.name, listing.kind = match[1], match[2]
 
 
-def _take_attributes(findings: Findings, listing: Listing) -> None:
+def _take_attributes(findings: Findings, listing: TpSections) -> None:
     lines = findings.source.lines
     first, stop = listing.sections.get("/PROG", (0, 0))
     later = listing.sections.get("/ATTR", (0, 0))

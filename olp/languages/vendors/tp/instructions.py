@@ -22,17 +22,17 @@ from olp.ir.program import (
     Switch,
 )
 from olp.languages.findings import Findings
-from olp.languages.vendors.tp.fast import MoveLines
-from olp.languages.vendors.tp.lines import Line
+from olp.languages.vendors.tp.fast import TpMoveLines
+from olp.languages.vendors.tp.lines import TpLine
 from olp.languages.vendors.tp.parsing import TpLineParser
 
 BLOCK: Final = "P-SPS"  # the instructions that a controller runs beside a move
 
 
-class Instructions:
+class TpInstructionReader:
     """Reads the instructions of one program. `german`: its keywords are German."""
 
-    def __init__(self, findings: Findings, moves: MoveLines, german: bool) -> None:
+    def __init__(self, findings: Findings, moves: TpMoveLines, german: bool) -> None:
         self._findings = findings
         self._kinds = findings.kinds
         self._moves = moves
@@ -46,7 +46,7 @@ class Instructions:
         """Stand for broken lines that open a block."""
         return self._parser.markers
 
-    def read(self, lines: Iterable[Line]) -> list[Statement]:
+    def read(self, lines: Iterable[TpLine]) -> list[Statement]:
         """All statements, in order."""
         move, body, kinds = self._moves.read, self._body, self._kinds
         for line in lines:
@@ -70,7 +70,7 @@ class Instructions:
 
     # --- one line ---------------------------------------------------------------------------------------
 
-    def _line(self, line: Line) -> None:
+    def _line(self, line: TpLine) -> None:
         text, number = line.text, line.number
         if text[0] == "!":
             self._kinds[number - 1] = LineKind.COMMENT
@@ -146,7 +146,7 @@ class Instructions:
                 "P528", "a case without SELECT", self._span(number), "add SELECT R[1]=1,JMP LBL[1] above"
             )
 
-    def _unclosed(self, line: Line) -> None:
+    def _unclosed(self, line: TpLine) -> None:
         message = "no semicolon ends this instruction"
         self._findings.once(
             Severity.WARNING, "P504", "", message, self._span(line.number), "add ; at its end"

@@ -11,7 +11,7 @@ _BLOCK_END = re.compile(r"\s*-{3,}\s*;?\s*")
 _MOST_JOINED = 60  # lines of one instruction
 
 
-class Line(NamedTuple):
+class TpLine(NamedTuple):
     """One instruction. `closed`: it ended with a semicolon. `lines`: source lines that it takes."""
 
     number: int  # of its first source line
@@ -21,7 +21,7 @@ class Line(NamedTuple):
     block_end: bool = False  # the ------ that ends a P-SPS block
 
 
-def instructions(lines: tuple[str, ...], first: int, stop: int) -> Iterator[Line]:
+def instructions(lines: tuple[str, ...], first: int, stop: int) -> Iterator[TpLine]:
     """The instructions in source lines `first` .. `stop` - 1 (from 1), blank lines left out."""
     number = first
     while number < stop:
@@ -30,12 +30,12 @@ def instructions(lines: tuple[str, ...], first: int, stop: int) -> Iterator[Line
             number += 1
             continue
         if _BLOCK_END.fullmatch(text):
-            yield Line(number, "", block_end=True)
+            yield TpLine(number, "", block_end=True)
             number += 1
             continue
         body = _body(text)
         if body.endswith(";"):
-            yield Line(number, body[:-1].rstrip())
+            yield TpLine(number, body[:-1].rstrip())
             number += 1
             continue
         line = _joined(lines, number, stop, body)
@@ -49,7 +49,7 @@ def _body(text: str) -> str:
     return (text[match.end() :] if match else text).strip(" \t\x1a\x00")
 
 
-def _joined(lines: tuple[str, ...], number: int, stop: int, body: str) -> Line:
+def _joined(lines: tuple[str, ...], number: int, stop: int, body: str) -> TpLine:
     """An instruction that its first line does not close: what follows belongs to it, up to a semicolon."""
     parts, count = [body], 1
     while number + count < stop and count < _MOST_JOINED:
@@ -61,7 +61,7 @@ def _joined(lines: tuple[str, ...], number: int, stop: int, body: str) -> Line:
         count += 1
         if parts[-1].endswith(";"):
             parts[-1] = parts[-1][:-1].rstrip()
-            return Line(number, " ".join(parts).strip(), lines=count)
+            return TpLine(number, " ".join(parts).strip(), lines=count)
     if count == 1 or not body.startswith(("C ", "L ", "J ", "A ", "S ")):
-        return Line(number, body, closed=False)
-    return Line(number, " ".join(parts).strip(), closed=False, lines=count)
+        return TpLine(number, body, closed=False)
+    return TpLine(number, " ".join(parts).strip(), closed=False, lines=count)

@@ -11,7 +11,7 @@ from olp.ir.expressions import Expression, FrameRef, Number, Quantity, SystemVal
 from olp.ir.program import Blend, Move, Speed, SpeedUnit
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.tp import values
-from olp.languages.vendors.tp.expressions import ValueRules
+from olp.languages.vendors.tp.expressions import TpValueRules
 
 OWN = FrameRef(
     "own"
@@ -19,14 +19,14 @@ OWN = FrameRef(
 WELD_SPEED = SystemValue("weld-speed")
 
 
-class Option(NamedTuple):
+class TpMoveOption(NamedTuple):
     """One option of a move: the field of `Move` that it sets, "" for one that is kept as written."""
 
     field: str
     value: Any
 
 
-class MoveRules(ValueRules):
+class TpMoveRules(TpValueRules):
     """Motion."""
 
     def position(self, children: list[Expression]) -> Expression:
@@ -36,7 +36,7 @@ class MoveRules(ValueRules):
         letter = str(children[0])
         positions = [one for one in children[1:3] if one is not None]
         speed, corner = children[3], children[4]
-        options: list[Option] = [one for one in children[5:] if one is not None]
+        options: list[TpMoveOption] = [one for one in children[5:] if one is not None]
         path = values.PATHS[letter]
         if (len(positions) == 2) != (letter == "C"):
             wanted = "two positions, as in C P[1] P[2] 100mm/sec FINE" if letter == "C" else "one position"
@@ -85,31 +85,31 @@ class MoveRules(ValueRules):
 
     # --- options ----------------------------------------------------------------------------------------
 
-    def acceleration(self, children: list[Any]) -> Option:
-        return Option("acceleration", Quantity(children[1], values.PERCENT))
+    def acceleration(self, children: list[Any]) -> TpMoveOption:
+        return TpMoveOption("acceleration", Quantity(children[1], values.PERCENT))
 
-    def offset(self, children: list[Any]) -> Option:
+    def offset(self, children: list[Any]) -> TpMoveOption:
         if len(children) == 1 or children[1] is None:
-            return Option("", ("Offset", Text("")))
-        return Option("offset", children[1])
+            return TpMoveOption("", ("Offset", Text("")))
+        return TpMoveOption("offset", children[1])
 
-    def tool_offset(self, children: list[Any]) -> Option:
+    def tool_offset(self, children: list[Any]) -> TpMoveOption:
         if len(children) == 1 or children[1] is None:
-            return Option("", ("Tool_Offset", Text("")))
-        return Option("tool_offset", children[1])
+            return TpMoveOption("", ("Tool_Offset", Text("")))
+        return TpMoveOption("tool_offset", children[1])
 
-    def incremental(self, _: list[Any]) -> Option:
-        return Option("relative", OWN)
+    def incremental(self, _: list[Any]) -> TpMoveOption:
+        return TpMoveOption("relative", OWN)
 
-    def other(self, children: list[Token]) -> Option:
+    def other(self, children: list[Token]) -> TpMoveOption:
         return kept(str(children[0]))
 
 
-def kept(text: str) -> Option:
+def kept(text: str) -> TpMoveOption:
     """An option that is not modelled: its first word, and the rest as written."""
     text = " ".join(text.split())
     length = next((at for at, char in enumerate(text) if not (char.isalpha() or char in "_-")), len(text))
-    return Option("", (text[:length], Text(text[length:])))
+    return TpMoveOption("", (text[:length], Text(text[length:])))
 
 
 def _literal(value: Expression) -> str:

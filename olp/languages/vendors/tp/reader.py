@@ -11,12 +11,12 @@ from olp.ir.expressions import Number
 from olp.ir.program import ControlGroup, Declare, Program, Routine
 from olp.languages.findings import Findings
 from olp.languages.vendors.tp import checks, values
-from olp.languages.vendors.tp.fast import MoveLines
+from olp.languages.vendors.tp.fast import TpMoveLines
 from olp.languages.vendors.tp.german_keywords import is_german
-from olp.languages.vendors.tp.header import Listing, listings
-from olp.languages.vendors.tp.instructions import Instructions
+from olp.languages.vendors.tp.header import TpSections, listings
+from olp.languages.vendors.tp.instructions import TpInstructionReader
 from olp.languages.vendors.tp.lines import instructions
-from olp.languages.vendors.tp.positions import Positions
+from olp.languages.vendors.tp.positions import TpPositionReader
 
 # Comments of signals and labels, which belong to the controller and stand wherever the signal does.
 _NAMED = re.compile(
@@ -38,16 +38,16 @@ def read_program(source: Source) -> Program:
     return Program("tp", source, routines, findings.result(), bytes(findings.kinds), data)
 
 
-def _routine(findings: Findings, listing: Listing) -> Routine:
+def _routine(findings: Findings, listing: TpSections) -> Routine:
     lines = findings.source.lines
     first, stop = listing.sections.get("/MN", (0, 0))
     german = is_german("\n".join(lines[max(listing.line - 1, 0) : max(first - 1, 0)]))
     if german:
         message = "German keywords are read as the English ones they stand for"
         findings.info("P530", message, Span(listing.line, 1, 1), "exported programs are in English")
-    reader = Instructions(findings, MoveLines(), german)
+    reader = TpInstructionReader(findings, TpMoveLines(), german)
     body = reader.read(instructions(lines, first, stop) if first else ())
-    positions = Positions(findings)
+    positions = TpPositionReader(findings)
     begin, end = listing.sections.get("/POS", (0, 0))
     if begin:
         positions.read(begin, end)
@@ -66,13 +66,13 @@ def _routine(findings: Findings, listing: Listing) -> Routine:
     return routine
 
 
-def _groups(listing: Listing) -> tuple[ControlGroup, ...]:
+def _groups(listing: TpSections) -> tuple[ControlGroup, ...]:
     """DEFAULT_GROUP 1,*,*,*,*: a program drives its first motion group, which is a robot; *,*,*,*,*: none."""
     mask = listing.attributes.get("DEFAULT_GROUP", "1")
     return (ControlGroup(("RB1",)),) if "1" in mask else ()
 
 
-def _details(listing: Listing, positions: Positions, text: str) -> dict[str, str]:
+def _details(listing: TpSections, positions: TpPositionReader, text: str) -> dict[str, str]:
     """What only TP's own writer needs: attributes, names of positions and signals, units of slides."""
     found = {f"/ATTR {name}": value for name, value in listing.attributes.items()}
     if listing.kind:

@@ -52,7 +52,7 @@ from olp.ir.program import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.tp import values
-from olp.languages.vendors.tp.moves import MoveRules
+from olp.languages.vendors.tp.moves import TpMoveRules
 
 TIMED_OUT = SystemValue("timed-out")
 BASE = FrameRef("base")
@@ -65,7 +65,7 @@ class Statements(NamedTuple):
     all: tuple[Statement, ...]
 
 
-class InstructionRules(MoveRules):
+class TpInstructionRules(TpMoveRules):
     """The whole instruction."""
 
     # --- values and signals -----------------------------------------------------------------------------

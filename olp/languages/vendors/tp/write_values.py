@@ -47,7 +47,7 @@ class TpValues(Generator):
             ex.Variable,
             ex.Argument,
             ex.Signal,
-            ex.State,
+            ex.SignalState,
             ex.Member,
             ex.Item,
             ex.SystemValue,
@@ -200,14 +200,14 @@ class TpValues(Generator):
         return self.value(e, strength)
 
     def spell_compare(self, e: ex.Compare) -> Spelled:
-        if isinstance(e.right, ex.State) and isinstance(e.left, (ex.Variable, ex.Argument)):
+        if isinstance(e.right, ex.SignalState) and isinstance(e.left, (ex.Variable, ex.Argument)):
             e = ex.Compare(e.operator, e.left, ex.Number(int(e.right.on)))
         return super().spell_compare(e)
 
     def condition(self, e: ex.Expression, strength: int = 0) -> str:
         """Plain where it compares a single value with another and binds no stronger, else in parentheses."""
         single = isinstance(e, ex.Compare) and type(e.left) in self.singles and type(e.right) in self.singles
-        if isinstance(e, ex.Compare) and single and not isinstance(e.left, (ex.Number, ex.State)):
+        if isinstance(e, ex.Compare) and single and not isinstance(e.left, (ex.Number, ex.SignalState)):
             text = self.value(e)
             return f"({text})" if strength else text
         return f"({self.operand(e, 0)})"

@@ -14,7 +14,7 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     RecordLiteral,
-    State,
+    SignalState,
     Text,
     Unknown,
 )
@@ -48,23 +48,23 @@ from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.calls import CallRules
 from olp.languages.vendors.urscript.expressions import Expressions
 from olp.languages.vendors.urscript.folding import fold, scaled
-from olp.languages.vendors.urscript.lines import Broken, Line, Mark
-from olp.languages.vendors.urscript.moves import MoveRules
-from olp.languages.vendors.urscript.outline import Part
-from olp.languages.vendors.urscript.scopes import Names
+from olp.languages.vendors.urscript.lines import Broken, Mark, UrscriptLine
+from olp.languages.vendors.urscript.moves import UrscriptMoveRules
+from olp.languages.vendors.urscript.outline import UrscriptPart
+from olp.languages.vendors.urscript.scopes import UrscriptNames
 from olp.languages.vendors.urscript.syntax import (
     Assignment,
     Closing,
     Evaluation,
     Invocation,
     ListOf,
-    Name,
     Node,
     Opening,
     PlainPose,
     Running,
     Simple,
-    Word,
+    UrscriptKeyword,
+    UrscriptName,
 )
 from olp.languages.vendors.urscript.waits import Waits
 
@@ -81,13 +81,13 @@ _BEFORE_DATA: Final = (Comment, Process, SetTool, SetOutput, StartTask, Declare)
 class Bodies:
     """Lowers all parts of one file; `data` grows with what they share."""
 
-    def __init__(self, findings: Findings, names: Names) -> None:
+    def __init__(self, findings: Findings, names: UrscriptNames) -> None:
         self._findings = findings
         self._names = names
         self.data: dict[str, Declare] = {}
 
-    def routine(self, part: Part, name: str) -> Routine:
-        body = _Body(self._findings, self._names, part, self.data)
+    def routine(self, part: UrscriptPart, name: str) -> Routine:
+        body = _UrscriptBody(self._findings, self._names, part, self.data)
         statements = body.lower()
         details = {} if part.kind in ("def", "file") else {"kind": part.kind}
         return Routine(
@@ -116,10 +116,12 @@ class Bodies:
         return found
 
 
-class _Body:
+class _UrscriptBody:
     """`_loops`: words of the open blocks."""
 
-    def __init__(self, findings: Findings, names: Names, part: Part, data: dict[str, Declare]) -> None:
+    def __init__(
+        self, findings: Findings, names: UrscriptNames, part: UrscriptPart, data: dict[str, Declare]
+    ) -> None:
         self._findings = findings
         self._names = names
         self._facts = names.of(part)
@@ -128,7 +130,7 @@ class _Body:
         self._is_main = part is names.main
         self._preamble = self._is_main
         self._expressions = Expressions(names, part, self._tell)
-        self._moves = MoveRules(self._expressions, self._tell)
+        self._moves = UrscriptMoveRules(self._expressions, self._tell)
         self._calls = CallRules(self._expressions, self._tell)
         self._waits = Waits(part, self._expressions)
         self._open: list[str] = []
@@ -164,7 +166,7 @@ class _Body:
             if type(content) is Evaluation and type(content.value) is Invocation:
                 function = content.value.function
                 if (
-                    type(function) is Name
+                    type(function) is UrscriptName
                     and function.text in builtins.MOVES
                     and function.text not in shadowed
                 ):
@@ -177,7 +179,7 @@ class _Body:
             if (
                 type(content) is Assignment
                 and type(content.value) is PlainPose
-                and type(content.target) is Name
+                and type(content.target) is UrscriptName
                 and content.target.text != helpers.COUNTER
             ):
                 assigned = self._point(content.target.text, content, content.value)
@@ -212,7 +214,7 @@ class _Body:
 
     # --- lines ------------------------------------------------------------------------------------------
 
-    def _lowered(self, line: Line) -> list[Statement]:
+    def _lowered(self, line: UrscriptLine) -> list[Statement]:
         content = line.content
         if type(content) is Mark:
             if content.opaque:
@@ -225,7 +227,7 @@ class _Body:
         if type(content) is Closing:
             word = self._open.pop() if self._open else "if"
             return [EndIf(line.number, line.comment) if word == "if" else EndWhile(line.number, line.comment)]
-        assert isinstance(content, (Word, Assignment, Evaluation))
+        assert isinstance(content, (UrscriptKeyword, Assignment, Evaluation))
         return self._simple(content)
 
     def _opening(self, content: Opening) -> list[Statement]:
@@ -258,12 +260,12 @@ class _Body:
     def _simple(self, content: Simple) -> list[Statement]:
         if type(content) is Assignment:
             return [self._assignment(content)]
-        if type(content) is Word:
+        if type(content) is UrscriptKeyword:
             return [self._word(content)]
         assert type(content) is Evaluation
         value = content.value
         if type(value) is Invocation:
-            if type(value.function) is Name and value.function.text in builtins.MOVES:
+            if type(value.function) is UrscriptName and value.function.text in builtins.MOVES:
                 word = value.function.text
                 if self._part.find(word) is None:
                     move = self._moves.move(word, value.arguments, self._number, self._comment)
@@ -271,7 +273,7 @@ class _Body:
             return self._calls.statements(value, self._number, self._comment)
         if type(value) is Running:
             return [self._start(value, "")]
-        if type(value) is Name:
+        if type(value) is UrscriptName:
             return [self._bare(value.text)]
         return [self._no_statement()]
 
@@ -287,7 +289,7 @@ class _Body:
         self._tell("P566", "a value that nothing is done with: the line is kept", "is () or = missing?")
         return Opaque(self._number, self._findings.source.line(self._number).strip())
 
-    def _word(self, content: Word) -> Statement:
+    def _word(self, content: UrscriptKeyword) -> Statement:
         number, comment, value = self._number, self._comment, content.value
         match content.word:
             case "return":
@@ -314,12 +316,12 @@ class _Body:
         target, value = content.target, content.value
         if type(value) is Running and content.operator == "=":
             return self._start(value, self._text_of(target))
-        if type(target) is Name:
+        if type(target) is UrscriptName:
             return self._named(target.text, content)
         lowered, place = self._expressions.lower(value), self._expressions.lower(target)
         if type(place) is Binary and type(place.right) is Number:
             lowered, place = scaled(lowered, 1.0 / place.right.value), place.left
-        elif type(place) in (CallValue, Number, Text, State):
+        elif type(place) in (CallValue, Number, Text, SignalState):
             self._tell("P558", "this cannot be assigned to", "a name stands left of =")
         if content.operator != "=":
             lowered = Binary(content.operator[0], place, lowered)
@@ -383,7 +385,7 @@ class _Body:
 
     def _start(self, value: Running, task: str) -> Statement:
         call = value.call
-        if type(call) is not Invocation or type(call.function) is not Name or call.arguments:
+        if type(call) is not Invocation or type(call.function) is not UrscriptName or call.arguments:
             return Process(self._number, "run", (("", self._expressions.lower(call)),), self._comment)
         called = self._part.find(call.function.text)
         name = call.function.text if called is None else called.unique
@@ -391,7 +393,7 @@ class _Body:
 
     def _text_of(self, node: Node) -> str:
         """A thread's handle as it is written."""
-        if type(node) is Name:
+        if type(node) is UrscriptName:
             return node.text
         text = self._findings.source.line(self._number).strip().removeprefix("join ")
         return text.split("= run")[0].split("=run")[0].strip()
@@ -404,7 +406,7 @@ def _is_constant(e: Expression) -> bool:
         return all(_is_constant(value) for _, value in e.members)
     if type(e) is Function and e.name in ("joints", "pose-vector"):
         return all(map(_is_constant, e.arguments))
-    return type(e) in (Number, Text, State)
+    return type(e) in (Number, Text, SignalState)
 
 
 def _plain(type_: str, sized: bool = False) -> str:

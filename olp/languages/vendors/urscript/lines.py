@@ -52,7 +52,7 @@ class Broken(NamedTuple):
     head: str
 
 
-class Line(NamedTuple):
+class UrscriptLine(NamedTuple):
     """One instruction. `last`: the last physical line of it."""
 
     number: int
@@ -72,7 +72,7 @@ class UrscriptLineReader:
         self._unclosed = 0
         self._shelf = memory_limit.shelf("urscript lines")
 
-    def read(self) -> Iterator[Line]:
+    def read(self) -> Iterator[UrscriptLine]:
         """All instructions in order; every physical line gets its kind."""
         number, count, lines, kinds = 0, len(self._lines), self._lines, self._kinds
         new = tuple.__new__  # as the constructor does, in half the time
@@ -83,7 +83,7 @@ class UrscriptLineReader:
             instruction = read(text)
             if instruction is not None:
                 kinds[number - 1] = LineKind.STATEMENT
-                yield new(Line, (number, number, instruction, ""))
+                yield new(UrscriptLine, (number, number, instruction, ""))
                 continue
             if not text:
                 continue
@@ -103,18 +103,18 @@ class UrscriptLineReader:
         found: Instruction | None = known[0]
         return found
 
-    def _mark(self, text: str, number: int) -> Line | None:
+    def _mark(self, text: str, number: int) -> UrscriptLine | None:
         if text[0] == "#":
             self._kinds[number - 1] = LineKind.COMMENT
-            return Line(number, number, Mark(text[1:]))
+            return UrscriptLine(number, number, Mark(text[1:]))
         if text[0] == "$":
             self._kinds[number - 1] = LineKind.COMMENT
-            return Line(number, number, Mark(text))
+            return UrscriptLine(number, number, Mark(text))
         if "{" in text and _PLACEHOLDER.search(_STRINGS.sub('""', text)):
             return self._placeholder(text, number)
         return None
 
-    def _placeholder(self, text: str, number: int) -> Line:
+    def _placeholder(self, text: str, number: int) -> UrscriptLine:
         self._kinds[number - 1] = LineKind.OPAQUE
         self._findings.once(
             Severity.WARNING,
@@ -126,10 +126,10 @@ class UrscriptLineReader:
         )
         head = _HEAD.match(text)
         if head is not None:
-            return Line(number, number, Broken(text, head[1]))
-        return Line(number, number, Mark(text, opaque=True))
+            return UrscriptLine(number, number, Broken(text, head[1]))
+        return UrscriptLine(number, number, Mark(text, opaque=True))
 
-    def _statements(self, text: str, number: int) -> list[Line]:
+    def _statements(self, text: str, number: int) -> list[UrscriptLine]:
         """The instruction that begins here; those of a whole `if` in one line, which is parted at elif and else."""
         code, comment = split_comment(text)
         last = number
@@ -143,7 +143,7 @@ class UrscriptLineReader:
             for begin, one in parts
         ]
         comments = [""] * (len(parts) - 1) + [comment]
-        return [Line(number, last, one, said) for one, said in zip(found, comments, strict=True)]
+        return [UrscriptLine(number, last, one, said) for one, said in zip(found, comments, strict=True)]
 
     def _joined(self, code: str, comment: str, number: int) -> tuple[str, str, int]:
         """The instruction with the lines that close its brackets; alone where nothing closes them."""

@@ -13,10 +13,10 @@ from olp.ir.program import Declare, LineKind, Program, Routine
 from olp.languages.findings import Findings
 from olp.languages.vendors.urscript import helpers
 from olp.languages.vendors.urscript.bodies import Bodies
-from olp.languages.vendors.urscript.lines import Line, Mark, UrscriptLineReader
-from olp.languages.vendors.urscript.outline import Outliner, Part
-from olp.languages.vendors.urscript.scopes import Names
-from olp.languages.vendors.urscript.syntax import Evaluation, Invocation, Name
+from olp.languages.vendors.urscript.lines import Mark, UrscriptLine, UrscriptLineReader
+from olp.languages.vendors.urscript.outline import Outliner, UrscriptPart
+from olp.languages.vendors.urscript.scopes import UrscriptNames
+from olp.languages.vendors.urscript.syntax import Evaluation, Invocation, UrscriptName
 
 _GZIP = b"\x1f\x8b"
 
@@ -39,7 +39,7 @@ def read_lines(source: Source) -> Program:
         root = Outliner(findings).read(UrscriptLineReader(findings).read())
         _forget_helpers(root)
         main = _main(root, source)
-        names = Names(root, main)
+        names = UrscriptNames(root, main)
         bodies = Bodies(findings, names)
         # The main program says which data holds before anything runs.
         routines = [bodies.routine(main, main.unique)]
@@ -59,7 +59,7 @@ def read_lines(source: Source) -> Program:
     )
 
 
-def _forget_helpers(root: Part) -> None:
+def _forget_helpers(root: UrscriptPart) -> None:
     """Functions that olp wrote into the script stand for what they compute."""
     for part in list(root.all()):
         for name in helpers.TEXTS.keys() & part.parts.keys():
@@ -93,7 +93,7 @@ def _refused(findings: Findings) -> bool:
     return False
 
 
-def _main(root: Part, source: Source) -> Part:
+def _main(root: UrscriptPart, source: Source) -> UrscriptPart:
     """The part that runs: the file's own instructions, else the function they call, else the one that nobody calls."""
     own = [line for line, _ in root.lines if type(line.content) is not Mark]
     called = _called(own, root)
@@ -108,18 +108,18 @@ def _main(root: Part, source: Source) -> Part:
     return main
 
 
-def _called(own: list[Line], root: Part) -> Part | None:
+def _called(own: list[UrscriptLine], root: UrscriptPart) -> UrscriptPart | None:
     """The function that the file's only instruction calls."""
     if len(own) != 1 or type(own[0].content) is not Evaluation:
         return None
     call = own[0].content.value
-    if type(call) is not Invocation or type(call.function) is not Name or call.arguments:
+    if type(call) is not Invocation or type(call.function) is not UrscriptName or call.arguments:
         return None
     part = root.parts.get(call.function.text)
     return part if part is not None and part.kind == "def" and not part.parameters else None
 
 
-def _uncalled(root: Part) -> Part | None:
+def _uncalled(root: UrscriptPart) -> UrscriptPart | None:
     """The only function, else the first one that needs no arguments and that no other one calls."""
     parts = [part for part in root.parts.values() if part.kind == "def"]
     if len(parts) < 2:
@@ -129,13 +129,13 @@ def _uncalled(root: Part) -> Part | None:
         for part in root.all()
         for line, _ in part.lines
         for node in _calls_in(line)
-        if type(node.function) is Name
+        if type(node.function) is UrscriptName
     }
     free = [part for part in parts if all(default is not None for _, default in part.parameters)]
     return next((part for part in free if part.name not in called), free[0] if free else parts[0])
 
 
-def _calls_in(line: Line) -> Iterator[Invocation]:
+def _calls_in(line: UrscriptLine) -> Iterator[Invocation]:
     from olp.languages.vendors.urscript.syntax import expressions, walk
 
     content = line.content

@@ -4,49 +4,49 @@ from __future__ import annotations
 
 from typing import Final
 
-from olp.ir.expressions import Compare, Expression, Quantity, State, Unary
+from olp.ir.expressions import Compare, Expression, Quantity, SignalState, Unary
 from olp.ir.program import Wait
 from olp.languages.vendors.urscript import helpers
 from olp.languages.vendors.urscript.calls import is_step
 from olp.languages.vendors.urscript.expressions import Expressions
 from olp.languages.vendors.urscript.folding import fold
-from olp.languages.vendors.urscript.lines import Line
-from olp.languages.vendors.urscript.outline import Part
+from olp.languages.vendors.urscript.lines import UrscriptLine
+from olp.languages.vendors.urscript.outline import UrscriptPart
 from olp.languages.vendors.urscript.syntax import (
     Assignment,
     Closing,
     Evaluation,
     Invocation,
-    Name,
     Opening,
-    Pair,
     Simple,
+    UrscriptName,
+    UrscriptPair,
 )
 
 _INVERTED: Final = {"=": "<>", "<>": "=", "<": ">=", ">": "<=", "<=": ">", ">=": "<"}
-_COUNTER: Final = Name(helpers.COUNTER)
+_COUNTER: Final = UrscriptName(helpers.COUNTER)
 
 
 class Waits:
     """Finds the waits of one part."""
 
-    def __init__(self, part: Part, expressions: Expressions) -> None:
+    def __init__(self, part: UrscriptPart, expressions: Expressions) -> None:
         self._part = part
         self._expressions = expressions
 
-    def at(self, index: int, line: Line) -> tuple[Wait, int] | None:
+    def at(self, index: int, line: UrscriptLine) -> tuple[Wait, int] | None:
         """The wait that begins here, and how many lines it has; None when the lines do more than wait."""
         if _is_count(line.content):
             return self._timed(index, line)
         return self._wait(index, line)
 
-    def _wait(self, index: int, line: Line) -> tuple[Wait, int] | None:
+    def _wait(self, index: int, line: UrscriptLine) -> tuple[Wait, int] | None:
         lines = self._part.lines
         opening = lines[index][0].content
         if type(opening) is not Opening or opening.word != "while" or opening.condition is None:
             return None
         condition = self._expressions.lower(opening.condition)
-        if type(condition) is State:
+        if type(condition) is SignalState:
             return None
         if opening.closed:
             idle: object = opening.rest
@@ -74,7 +74,7 @@ class Waits:
             return None
         return inside[0][0].content
 
-    def _timed(self, index: int, line: Line) -> tuple[Wait, int] | None:
+    def _timed(self, index: int, line: UrscriptLine) -> tuple[Wait, int] | None:
         """A wait that gives up, as olp writes it: a counter runs down beside the condition."""
         lines = self._part.lines
         if index + 4 >= len(lines):
@@ -86,7 +86,7 @@ class Waits:
         if not isinstance(idle, Evaluation) or not _is_idle(idle) or not _is_count(last):
             return None
         match opening.condition:
-            case Pair("and", Pair(">", Name(helpers.COUNTER), _), condition):
+            case UrscriptPair("and", UrscriptPair(">", UrscriptName(helpers.COUNTER), _), condition):
                 assert isinstance(start, Assignment)  # `_is_count` has seen it
                 timeout = Quantity(fold(self._expressions.lower(start.value)), 1.0)
                 waited = inverted(self._expressions.lower(condition))
@@ -97,8 +97,8 @@ class Waits:
 def inverted(condition: Expression) -> Expression:
     """What holds when the condition does not; twice inverted it is what it was."""
     if type(condition) is Compare:
-        if type(condition.right) is State and condition.operator in ("=", "<>"):
-            return Compare(condition.operator, condition.left, State(not condition.right.on))
+        if type(condition.right) is SignalState and condition.operator in ("=", "<>"):
+            return Compare(condition.operator, condition.left, SignalState(not condition.right.on))
         return Compare(_INVERTED[condition.operator], condition.left, condition.right)
     if type(condition) is Unary and condition.operator == "not":
         return condition.operand
@@ -115,6 +115,10 @@ def _is_idle(simple: Simple) -> bool:
     if type(simple) is not Evaluation or type(simple.value) is not Invocation:
         return False
     call = simple.value
-    if call.function == Name("sync") and not call.arguments:
+    if call.function == UrscriptName("sync") and not call.arguments:
         return True
-    return call.function == Name("sleep") and len(call.arguments) == 1 and is_step(call.arguments[0].value)
+    return (
+        call.function == UrscriptName("sleep")
+        and len(call.arguments) == 1
+        and is_step(call.arguments[0].value)
+    )

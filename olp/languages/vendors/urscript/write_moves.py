@@ -115,7 +115,7 @@ class UrscriptMoves(UrscriptValues):
         word = words.get(s.speed.unit)
         if word is None:
             raise CannotSayError(f"a {s.path} move with {terminology.SPEEDS[s.speed.unit]}")
-        return "movep" if ("process", ex.State(True)) in s.other and word == "movel" else word
+        return "movep" if ("process", ex.SignalState(True)) in s.other and word == "movel" else word
 
     def _rate(self, s: st.Move, word: str) -> list[str]:
         if word.startswith("optimove"):

@@ -159,7 +159,7 @@ class UrscriptWriter(UrscriptMoves):
         word = self.signal_function(builtins.OUTPUT_WORDS, s.signal)
         value = s.value
         if s.signal.bus != "analog-out" and value in (ex.Number(0), ex.Number(1)):
-            value = ex.State(value == ex.Number(1))
+            value = ex.SignalState(value == ex.Number(1))
         return [f"{word}({self.value(s.signal.index)}, {self.value(value)})"]
 
     def write_read_input(self, s: st.ReadInput) -> Lines:
