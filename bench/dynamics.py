@@ -29,7 +29,7 @@ from olp.robots.dynamics import (
     move_acceleration,
     path_acceleration,
 )
-from olp.robots.masses_reader import tensor
+from olp.robots.reader import tensor
 from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot
 
 Array = NDArray[np.float64]

@@ -389,7 +389,7 @@ def test_the_room_is_what_fits():
 @pytest.mark.parametrize("accel", [float("nan"), 0.0, 0.37, 12_345.6])
 def test_the_shipped_template_fits_for_any_number(seconds, count, accel):
     from olp.languages.templating import shipped
-    from olp.reports.annotation_rows import AnnotationRow
+    from olp.reports.annotate import AnnotationRow
 
     template = shipped("inform_annotation")
     available = room(find_vendor("inform"))

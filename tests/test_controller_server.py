@@ -20,8 +20,14 @@ from olp.ir.program import Path
 from olp.robots.geometry import Pose
 from olp.robots.robot import load_robot
 from olp.servers.controller import Controller, Target
-from olp.servers.controller.server import HOST, MOST_SESSIONS, ControllerServer
-from olp.servers.controller.session import LONGEST_LINE, MOST_STEPS, Session
+from olp.servers.controller.server import (
+    HOST,
+    LONGEST_LINE,
+    MOST_SESSIONS,
+    MOST_STEPS,
+    ControllerServer,
+    Session,
+)
 
 ROOT = File(__file__).parent.parent
 HOME = [11.5, 5.5, -8.5, 12.5, -61.5, 20.5]

@@ -9,12 +9,11 @@ import pytest
 
 from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.conditions import conditioned
-from olp.identification.diagnosis.diagnose import diagnose_recording
+from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import Gain, fallen
 from olp.identification.diagnosis.fitting import Noise, evaluate, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import move_terms, shelf_of
-from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined
 from olp.identification.recording import read_recording
 
 COUNT = 120

@@ -7,15 +7,12 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.case_making import case_of, trapezoid, tuned
 from olp.identification.diagnosis.fitting import Noise, fit, moved, place_of
 from olp.identification.diagnosis.folds import _dealt
-from olp.identification.diagnosis.intervals import parameters_with_intervals
+from olp.identification.diagnosis.intervals import distance, parameters_with_intervals, settled
 from olp.identification.diagnosis.logs.series import Grid, Spectrum
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.profile import distance
-from olp.identification.diagnosis.tuned import trapezoid, tuned
-from olp.identification.diagnosis.ways import settled
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
 

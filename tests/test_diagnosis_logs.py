@@ -12,9 +12,18 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis.logs import LogDiagnosis, diagnose_log, diagnose_logs
 from olp.identification.diagnosis.logs.pairing import pair
 from olp.identification.diagnosis.logs.select import LibraryColumn, best, gain, products
-from olp.identification.diagnosis.logs.series import Spectrum, dropped, even, gaps, hermite
+from olp.identification.diagnosis.logs.series import (
+    Spectrum,
+    autoregression,
+    dropped,
+    even,
+    gaps,
+    hermite,
+    kept,
+    runs,
+    whiten,
+)
 from olp.identification.diagnosis.logs.statistics import false_discovery, student_quantile, student_tail
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, runs, whiten
 from olp.identification.recording import Log
 from olp.identification.recording.writer import log_csv
 from olp.robots.robot import load_robot

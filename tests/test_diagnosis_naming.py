@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from olp.identification.diagnosis.diagnose import findings_of
 from olp.identification.diagnosis.evidence import chosen
-from olp.identification.diagnosis.findings import findings_of
 from olp.identification.diagnosis.fitting import Noise, evaluate
 from olp.identification.diagnosis.folds import Folds, blocks
 from olp.identification.diagnosis.model import DurationModel, ModelPart

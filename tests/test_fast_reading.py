@@ -13,8 +13,8 @@ from olp.core.source import decode
 from olp.ir.program import Program
 from olp.languages.vendors.rapid.clauses import Clause, Cutter
 from olp.languages.vendors.rapid.fast import PlainClauses
-from olp.languages.vendors.rapid.grammar import clause_parser
 from olp.languages.vendors.rapid.names import gather
+from olp.languages.vendors.rapid.parsing import clause_parser
 from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.convert import convert
@@ -42,7 +42,7 @@ def read_by_the_grammar_alone(path: Path, patch: pytest.MonkeyPatch, vendor: str
         patched.setattr(PlainClauses, "point", lambda *_: None)
         patched.setattr("olp.languages.vendors.urscript.lines.quick", lambda _: None)
         patched.setattr(
-            "olp.languages.vendors.urscript.bodies._UrscriptBody._point",
+            "olp.languages.vendors.urscript.reader._UrscriptBody._point",
             lambda body, name, content, _: body._named(name, content),
         )
         return olp.read(path, vendor=vendor)

@@ -73,7 +73,7 @@ def test_paths_seen_from_here_mean_the_same_files_to_the_workers(cluster, jobs, 
 
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_that_is_not_there_is_told(jobs, capsys, monkeypatch):
-    import olp.checks.guard.cluster as module
+    import olp.checks.guard.run as module
 
     monkeypatch.setattr(module, "_PATIENCE", "1s")
     assert main(["check", "--scheduler", "tcp://127.0.0.1:9", jobs[0]]) == 2

@@ -14,7 +14,7 @@ from olp.reports.batch import Job, plan_and_time
 from olp.servers.language.analysis import Analysis
 from olp.servers.language.document import OpenDocument, Place, TextChange
 from olp.servers.language.findings import marks
-from olp.servers.language.hints import hints
+from olp.servers.language.lens import hints
 from olp.servers.language.rules import complete
 from olp.servers.language.service import ProgramService
 from olp.servers.language.settings import settings_of

@@ -16,10 +16,9 @@ import pytest
 from mcp import ClientSession, StdioServerParameters, stdio_client
 
 from olp.core.diagnostic import OlpError
-from olp.servers.mcp.folder import Folder
-from olp.servers.mcp.limits import ServerLimits
+from olp.servers.mcp.folder import Folder, ServerLimits
 from olp.servers.mcp.tool import load_tool, tool_names
-from olp.servers.mcp.truncate import fit
+from olp.servers.mcp.worker import fit
 
 ROOT = Path(__file__).parent.parent
 JOB = "handling/HANDLING.JBI"

@@ -23,8 +23,7 @@ from olp.identification.signature import calibrate, read_signature, write_signat
 from olp.identification.signature.estimator import load_estimator
 from olp.identification.signature.from_diagnosis import signature_of
 from olp.identification.signature.rows import predict_recording
-from olp.identification.signature.term_case import case_for
-from olp.identification.signature.term_model import NamedModel, from_parameters, to_parameters
+from olp.identification.signature.term_model import NamedModel, case_for, from_parameters, to_parameters
 from olp.timing.physics import MoveTerm, load_term, term_names
 from olp.timing.physics._motion import Motion, MoveCorners
 

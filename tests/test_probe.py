@@ -10,9 +10,8 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm
 from olp.identification.probe import Wanted, design_experiment, write_experiment
-from olp.identification.probe.design import NOISE, most_telling, share_left
+from olp.identification.probe.experiment import NOISE, ShortestPaths, most_telling, order, share_left
 from olp.identification.probe.reach import look
-from olp.identification.probe.route import ShortestPaths, order
 from olp.identification.recording import read_recording
 from olp.robots.geometry import Pose, rotation_from_angles
 from olp.robots.kinematics import inverse, singularities, within_limits

@@ -27,8 +27,7 @@ from olp.identification.signature.errors import spread_of
 from olp.identification.signature.estimator import duration_of, estimator_names, load_estimator
 from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.folds import merit
-from olp.identification.signature.gp import Belief, KernelPart, _cost, _squares, answer, learn
-from olp.identification.signature.minimise import minimise
+from olp.identification.signature.gp import Belief, KernelPart, _cost, _squares, answer, learn, minimise
 from olp.identification.signature.subsets import all_subsets, grouped_errors
 from olp.robots.library import load_robot
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from olp.core.diagnostic import OlpError
-from olp.languages.template_filters import fixed, short
-from olp.languages.templating import RenderingLimits, given, shipped
+from olp.languages.templating import RenderingLimits, fixed, given, shipped, short
 
 
 @dataclass(frozen=True)

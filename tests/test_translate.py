@@ -14,6 +14,7 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.fluent import Program
+from olp.ir.block_structure import negated
 from olp.ir.expressions import (
     Compare,
     FrameRef,
@@ -46,7 +47,6 @@ from olp.ir.program import (
     SpeedUnit,
 )
 from olp.ir.program import Path as Shape
-from olp.ir.tree import negated
 from olp.robots.robot import load_robot
 from olp.transpile import Context, Mapping, canonical
 from olp.transpile.arcs import half_way

@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from olp.core.source import decode
+from olp.ir.block_structure import parse
 from olp.ir.expressions import Compare, Logic, Number, Quantity, Store, Variable
 from olp.ir.points import PointTable
 from olp.ir.program import (
@@ -37,7 +38,6 @@ from olp.ir.program import (
     Update,
     While,
 )
-from olp.ir.tree import parse
 from olp.languages.limits import limits_of
 from olp.runtime.interpreter import run
 from olp.transpile.context import Context, TranslationContext

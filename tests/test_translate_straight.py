@@ -12,8 +12,7 @@ import olp
 from olp.ir.program import Move, Program
 from olp.robots.robot import load_robot
 from olp.transpile import Context
-from olp.transpile.abstract_walk import Walk, walk_through
-from olp.transpile.context import TranslationContext, work_for
+from olp.transpile.context import TranslationContext, Walk, walk_through, work_for
 from olp.transpile.convert import convert
 from olp.transpile.link import link
 from olp.transpile.pipeline import passes

@@ -71,7 +71,7 @@ def says_of(cell: Cell, mechanism: int, state: PointState, axes: Floats) -> NDAr
     said = named(cell, mechanism, state)
     found = np.full(len(axes), said, dtype=np.int8)
     if said is WrittenPosture.FLAGS and state.sectors:
-        from olp.robots.kinematics.sectors import stands_in
+        from olp.robots.kinematics.configuration import stands_in
 
         found[~stands_in(axes, state.sectors)] = WrittenPosture.OTHER
     return found

@@ -18,10 +18,10 @@ from olp.ir.program import Path
 from olp.robots.times_to_speed import times_to_speed
 from olp.runtime.plan import PATHS, Moves, Plan
 from olp.timing.accelerations import MotionLimits, of_axes, of_lines
-from olp.timing.slowing import slow_down
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
+
 
 Floats = NDArray[np.float64]
 _JOINT = PATHS.index(Path.JOINT)
@@ -215,3 +215,31 @@ def _rest_to_rest(
             2.0 * np.sqrt(distance / acceleration),
         )
     return np.where(distance <= 0.0, 0.0, time)
+
+
+# --- Slowing ---
+# Lines, arcs and splines slow down where an axis would have to turn faster than it can.
+
+
+def slow_down(plan: Plan, limits: MotionLimits, out: Demand, names: list[str]) -> tuple[Diagnostic, ...]:
+    """Lowers the speeds of rows and names the axis; what is to be told of singularities, reach and soft limits.
+
+    A row keeps one speed: the mean one of a run that slows down only where the axis asks for it.
+    """
+    from olp.timing.retiming import along_path
+
+    found = along_path(plan, out.speed, out.acceleration)
+    for says in found.assumptions:
+        limits.report(says)
+    out.slowed = found.known & ~out.unknown & (found.paced < out.speed)
+    rows = np.flatnonzero(out.slowed)
+    out.speed[rows] = found.paced[rows]
+    for mechanism in np.unique(plan.moves.mechanism[rows]):
+        robot, name = plan.robots[mechanism], plan.mechanisms[mechanism]
+        assert robot is not None
+        some = rows[plan.moves.mechanism[rows] == mechanism]
+        out.rule[some] = len(names) + found.axis[some]
+        names.extend(
+            f"axis {axis}" if name.startswith("R") else f"{name} axis {axis}" for axis in robot.axis_names
+        )
+    return found.diagnostics

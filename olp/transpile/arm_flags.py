@@ -55,7 +55,7 @@ def with_flags(program: Program, work: TranslationContext) -> Program:
 def flags_of(robot: Robot, axes: NDArray[np.float64], style: ArmFlags) -> list[Flags]:
     """Flags and sectors of axes (n, 6) [rad], as the target tells them (see `ArmFlags`)."""
     from olp.robots.kinematics import configuration_of
-    from olp.robots.kinematics.sectors import QUARTER, quarters_of
+    from olp.robots.kinematics.configuration import QUARTER, quarters_of
 
     flags = configuration_of(robot, axes)
     if style is ArmFlags.FLAGS:
@@ -142,8 +142,7 @@ class _Literals:
         self, robot: Robot, axes: NDArray[np.float64], lines: list[int], flags: list[Flags]
     ) -> None:
         """Which of the axes (n, 6) [rad] at the ends of `lines` a reader of `flags` takes for others."""
-        from olp.robots.kinematics.configuration import turn_centres
-        from olp.robots.kinematics.sectors import said_of
+        from olp.robots.kinematics.configuration import said_of, turn_centres
 
         rows = np.flatnonzero((np.abs(axes - turn_centres(robot)) > math.pi).any(axis=1)).tolist()
         if not rows:

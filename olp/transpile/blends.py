@@ -13,8 +13,7 @@ from olp.ir.program import Blend, BlendKind, Move, Path, Program, Statement
 from olp.ir.transformer import edited
 from olp.languages.limits import range_text, within
 from olp.runtime.world import DEFAULT_ZONES
-from olp.transpile.abstract_walk import walk_through
-from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.context import Fate, TranslationContext, walk_through
 from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
 
 STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))

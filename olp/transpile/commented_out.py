@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from olp.ir.block_structure import Block, Node, flat, parse
 from olp.ir.expressions import Function, Named
 from olp.ir.program import (
     Assign,
@@ -19,7 +20,6 @@ from olp.ir.program import (
     Statement,
 )
 from olp.ir.transformer import expressions_of, note_names
-from olp.ir.tree import Block, Node, flat, parse
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.source_only import untranslated
 from olp.transpile.symbols import base_of

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.ir.block_structure import LOOPS, Block, Node, flat, negated, parse
 from olp.ir.expressions import Binary, Compare, Expression, Logic, Named, Number, SignalState, Text
 from olp.ir.program import (
     Assign,
@@ -36,7 +37,6 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import expressions_of
-from olp.ir.tree import LOOPS, Block, Node, flat, negated, parse
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
 

@@ -79,8 +79,7 @@ def export(
 
 def _translated(program: Program, vendor: str) -> Program:
     """A program of another language in the form that the writer takes; `olp convert` says what changed."""
-    from olp.transpile.convert import refusals
-    from olp.transpile.pipeline import canonical
+    from olp.transpile.pipeline import canonical, refusals
 
     translated = canonical(program, vendor)
     raise_errors([*translated.problems, *refusals(program, vendor, translated)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from olp.ir.block_structure import Block, Node, is_plain, jumps_in, labels_in, leaves, negated
 from olp.ir.expressions import Compare, Expression, Named, Number, SignalState
 from olp.ir.program import (
     Assign,
@@ -28,7 +29,6 @@ from olp.ir.program import (
     Until,
     While,
 )
-from olp.ir.tree import Block, Node, is_plain, jumps_in, labels_in, leaves, negated
 
 _ROUNDS = 200  # of looking for patterns; each round removes a label
 

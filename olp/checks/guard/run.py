@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import starmap
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from olp.checks.guard.budget import Budget, Budgets, budgets_for
 from olp.checks.guard.judge import JudgedFile, judge
-from olp.core.diagnostic import Diagnostic, Span, error
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.reports.batch import Job
 
 _WORTH_WORKERS = 24  # files below which starting processes costs more than it saves
@@ -103,8 +104,6 @@ def run(
 def _judged(work: Sequence[Task], settings: GuardSettings) -> Iterator[JudgedFile]:
     arguments = [(task.path, task.budgets, settings.job) for task in work]
     if settings.scheduler:
-        from olp.checks.guard.cluster import judge_on
-
         yield from judge_on(settings.scheduler, arguments)
         return
     workers = min(settings.workers or os.cpu_count() or 1, 1 + len(work) // _WORTH_WORKERS)
@@ -120,3 +119,50 @@ def _judged(work: Sequence[Task], settings: GuardSettings) -> Iterator[JudgedFil
 def judge_one(argument: tuple[str, tuple[Budget, ...], Job]) -> JudgedFile:
     """`judge` with one argument, for pools and clusters."""
     return judge(*argument)
+
+
+# --- Cluster ---
+# The same work on a Dask cluster: `--scheduler tcp://host:8786`. The files must be there under the same paths.
+#
+# Codes: M003 no cluster, or a worker that cannot do the work.
+
+_PATIENCE = "20s"  # to reach the scheduler
+_RETRIES = 5  # of a task whose worker died
+
+
+def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Job]]) -> Iterator[JudgedFile]:
+    """The results in the order of the arguments, each once. A task whose worker dies is done by another one.
+
+    Raises OlpError (M003) without the extra, without a scheduler, or when tasks keep failing.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise OlpError(
+            error("M003", "a cluster needs the library dask", help='pip install "olp[cluster]"')
+        ) from None
+    client_type: Any = distributed.Client
+    chunks = [arguments[start : start + _CHUNK] for start in range(0, len(arguments), _CHUNK)]
+    try:
+        with client_type(address, timeout=_PATIENCE) as client:
+            work = partial(judge_chunk, folder=os.getcwd())
+            futures = client.map(work, chunks, retries=_RETRIES, pure=False)
+            for future in futures:
+                yield from future.result()
+    except OSError as problem:
+        raise OlpError(
+            error("M003", f"no cluster at {address}: {problem}", help="check the address")
+        ) from None
+    except Exception as problem:
+        says = f"the cluster at {address} could not do the work: {problem}"
+        raise OlpError(
+            error("M003", says[:300], help="the workers need the same olp and the same files")
+        ) from None
+
+
+def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], Job]], folder: str) -> list[JudgedFile]:
+    """Some files, one after the other. `folder`: the one that their paths are seen from."""
+
+    if os.path.isdir(folder):
+        os.chdir(folder)
+    return [judge_one(argument) for argument in chunk]

@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.errors import rms
 from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit, penalty, whiten
-from olp.identification.diagnosis.folds import Folds, interleaved
+from olp.identification.diagnosis.folds import Folds, interleaved, rms
 from olp.identification.diagnosis.residuals import remains_of
 from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, price, search
 from olp.timing.physics._case import MeasuredMoves

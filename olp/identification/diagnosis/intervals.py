@@ -7,27 +7,27 @@ way to explain the moves as well: another form of a term, another term in the pl
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.errors import rms
 from olp.identification.diagnosis.fitting import (
     FREEDOM,
     ModelFit,
     Noise,
     evaluate,
+    fit,
+    moved,
     parameters_of,
     place_of,
     slopes_of,
     whiten,
 )
-from olp.identification.diagnosis.model import DurationModel
-from olp.identification.diagnosis.profile import distance
+from olp.identification.diagnosis.folds import rms
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import FittedParameter
-from olp.identification.diagnosis.ways import ALIKE, ways_of
 from olp.timing.physics import TermParameter
 from olp.timing.physics._case import MeasuredMoves
 
@@ -211,3 +211,158 @@ def _lattice_error(case: MeasuredMoves, fitted: ModelFit, cycle: float) -> float
     counts = np.round(case.measured / cycle)
     off = case.measured - counts * cycle
     return float(np.sqrt(np.mean(off**2) / max(float((counts**2).sum()), 1.0)))
+
+
+# --- Ways ---
+# Other ways in which the same terms explain a case as well: other values of the same form, and other forms.
+#
+# What the data do not choose between belongs into the intervals of all parameters that the ways have in common.
+
+ALIKE = 6.0  # in BIC: what is no worse than that is not told apart
+_GUESSES = 2  # of a form, that are fitted
+_SETTLED = 2.0  # in BIC: "not worth more than a bare mention" by R. Kass and A. Raftery, JASA 90, 1995
+_STEPS = 12
+
+
+class AlternativeModel(NamedTuple):
+    """Parts stand in the same places as those of the best model, except the one at `place`, which is another."""
+
+    fit: ModelFit
+    worse: float  # in BIC
+    place: int
+
+    @property
+    def part(self) -> ModelPart:
+        return self.fit.model.parts[self.place]
+
+
+def ways_of(best: ModelFit, case: MeasuredMoves, noise: Noise) -> list[AlternativeModel]:
+    """The best fits in which one part has another form of its term, or starts elsewhere in its own, the best first."""
+    found = list[AlternativeModel]()
+    for index, part in enumerate(best.model.parts):
+        if part.term.name == "cycle-quantisation":
+            continue
+        others = {p.label for k, p in enumerate(best.model.parts) if k != index}
+        for form in part.term.forms(case):
+            parts = [
+                ModelPart(part.term, form, values, part.condition) for values in part.term.guesses(form, case)
+            ]
+            if not parts or parts[0].label in others or (form.axis >= 0) != (part.form.axis >= 0):
+                continue
+            models = [_replaced(best.model, index, other) for other in parts]
+            models.sort(key=lambda model: evaluate(model, case, noise).loss)
+            tried = [fit(model, case, noise, _STEPS) for model in models[:_GUESSES]]
+            closest = min(tried, key=lambda f: f.bic)
+            if closest.bic - best.bic < ALIKE:
+                found.append(AlternativeModel(closest, max(closest.bic - best.bic, 0.0), index))
+    return sorted(found, key=lambda way: way.worse)
+
+
+def settled(best: ModelFit, case: MeasuredMoves, noise: Noise) -> ModelFit:
+    """The same terms, each in the first of its forms that does as well with no more parameters: its plain law."""
+    for index in range(len(best.model.parts)):
+        part = best.model.parts[index]
+        keys = [form.key for form in part.term.forms(case)]
+        plainer = [
+            way
+            for way in ways_of(best, case, noise)
+            if way.place == index
+            and way.worse < _SETTLED
+            and _key(way) in keys[: keys.index(part.form.key)]
+            and len(way.part.values) <= len(part.values)
+        ]
+        if plainer:
+            first = min(plainer, key=lambda way: keys.index(_key(way)))
+            best = fit(first.fit.model, case, noise, 30)
+    return best
+
+
+def _key(way: AlternativeModel) -> str:
+    return way.part.form.key
+
+
+def _replaced(model: DurationModel, index: int, part: ModelPart) -> DurationModel:
+    return DurationModel((*model.parts[:index], part, *model.parts[index + 1 :]))
+
+
+# --- Profile ---
+# How far a parameter can go before the data object, all others refitted: intervals by profile likelihood.
+#
+# A limit that few moves reach has no parabola around its best value: moves come under it one by one. Where the data
+# never object, the side is open (D. Venzon, S. Moolgavkar, Applied Statistics 37, 1988).
+
+_PROFILE_STEPS = 4  # of each refit
+_TRIES = 6  # refits per side
+_NEAR = 0.12  # of the distance that is looked for
+_FIRST = 0.05  # of the room to the bound, where nothing tells how far to go
+_QUICKLY = 4.0  # times as far, at most, from one try to the next
+_BEHIND = (0.15, 0.4, 1.0)  # of the room behind an end: where the likelihood is asked again
+_STEPS_BEHIND = 10
+_LIKELY = 4  # starts
+
+
+def distance(
+    best: ModelFit, index: int, sign: int, error: float, deviations: float, case: MeasuredMoves, noise: Noise
+) -> float:
+    """[coordinate] to where the likelihood has fallen as far as `deviations` of a normal one; inf where it never does.
+
+    `error`: standard error by the curvature at the best value, 0 where there is none.
+    """
+    place, low, high = place_of(best.model)
+    room = float(high[index] - place[index] if sign > 0 else place[index] - low[index])
+    if room <= 0:
+        return math.inf
+
+    def asked(model: DurationModel, at: float, steps: int = _PROFILE_STEPS) -> tuple[DurationModel, float]:
+        there = moved(model, index, float(place[index]) + sign * at)
+        tried = fit(there, case, noise, steps, held=index)
+        return tried.model, math.sqrt(max(2.0 * (tried.loss - best.loss), 0.0))
+
+    at = _nearest(best.model, asked, room, error, deviations)
+    if math.isfinite(at) and math.isinf(parameters_of(best.model)[index][1].null):
+        # A limit that fewer moves reach may do as well when others make up for it.
+        starts = _starts(best.model, index, case)
+        for share in _BEHIND:
+            behind = at + share * (room - at)
+            there = float(place[index]) + sign * behind
+            likely = sorted(starts, key=lambda m: evaluate(moved(m, index, there), case, noise).loss)
+            if any(asked(model, behind, _STEPS_BEHIND)[1] < deviations for model in likely[:_LIKELY]):
+                at = behind if share < 1.0 else math.inf
+    return at
+
+
+def _starts(model: DurationModel, index: int, case: MeasuredMoves) -> list[DurationModel]:
+    """The model, and, where the part of coordinate `index` has more than one, with its guesses at the others."""
+    part = parameters_of(model)[index][0]
+    if len(part.values) == 1:
+        return [model]
+    guessed = [part._replace(values=values) for values in part.term.guesses(part.form, case)]
+    return [model, *(DurationModel(tuple(g if p is part else p for p in model.parts)) for g in guessed)]
+
+
+def _nearest(
+    model: DurationModel,
+    asked: Callable[[DurationModel, float], tuple[DurationModel, float]],
+    room: float,
+    error: float,
+    deviations: float,
+) -> float:
+    """[coordinate] to the first end."""
+    at = min(deviations * error, room) if error > 0 else _FIRST * room
+    inside, fallen_inside, outside, fallen_outside = 0.0, 0.0, math.inf, math.inf
+    for _ in range(_TRIES):
+        tried, fallen = asked(model, at)
+        if abs(fallen - deviations) < _NEAR * deviations:
+            return at * deviations / fallen
+        if fallen < deviations:
+            if at >= room:
+                return math.inf
+            inside, fallen_inside, model = at, fallen, tried
+        else:
+            outside, fallen_outside = at, fallen
+        if math.isinf(outside):
+            at = min(at * min(max(deviations / max(fallen, 1e-9), 1.5), _QUICKLY), room)
+        else:
+            share = (deviations - fallen_inside) / max(fallen_outside - fallen_inside, 1e-9)
+            at = inside + (outside - inside) * min(max(share, 0.1), 0.9)
+    return at

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from olp.core.colour import BOLD, DIM, RED, YELLOW, paint
+from olp.core.terminal import BOLD, DIM, RED, YELLOW, paint
 from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.result import Diagnosis, Errors, Finding, NextMove
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.errors import rms
 from olp.identification.diagnosis.fitting import ModelFit
+from olp.identification.diagnosis.folds import rms
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.residuals import ranks
 from olp.timing.physics._case import MeasuredMoves

@@ -9,7 +9,7 @@ import numpy as np
 
 from olp.core.diagnostic import Diagnostic, error
 from olp.core.units import deg, mm
-from olp.identification.recording.cells import Problems
+from olp.identification.recording.columns import Problems
 from olp.identification.recording.log import Log
 from olp.identification.recording.moves import Floats, RecordedMoves
 from olp.identification.recording.table import RecordingTable

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from olp.identification.signature.document import Signature
     from olp.identification.signature.moveset import MoveSet
     from olp.identification.signature.predict import Prediction
-    from olp.identification.signature.term_durations import PredictedRows
+    from olp.identification.signature.term_model import PredictedRows
     from olp.timing.chain import Chain
     from olp.timing.demand import Demand
     from olp.timing.joint_times import TimedJoints

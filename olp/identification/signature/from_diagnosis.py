@@ -20,9 +20,13 @@ from olp.identification.signature.coefficients import TERMS, CorrectionPart, hal
 from olp.identification.signature.document import Learnt, Signature
 from olp.identification.signature.domain import domain_of
 from olp.identification.signature.errors import ErrorModel, spread_of
-from olp.identification.signature.term_case import case_for, rated_speed
-from olp.identification.signature.term_durations import moves_of_case
-from olp.identification.signature.term_model import NamedModel, to_parameters
+from olp.identification.signature.term_model import (
+    NamedModel,
+    case_for,
+    moves_of_case,
+    rated_speed,
+    to_parameters,
+)
 
 if TYPE_CHECKING:
     from olp.identification.diagnosis.diagnose import DiagnosisOutcome

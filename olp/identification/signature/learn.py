@@ -41,7 +41,7 @@ from olp.identification.signature.joint_moves import (
 from olp.identification.signature.moveset import moves_of_recording
 from olp.identification.signature.path_moves import LearntPaths, learn_paths, paths_note, pieces_of
 from olp.identification.signature.places import with_points
-from olp.identification.signature.recorded import RecordedTimes, rows_of
+from olp.identification.signature.rows import RecordedTimes, rows_of
 from olp.identification.signature.stretches import plain_rows, stretches_of
 from olp.robots.controller_effects import generations_in
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION

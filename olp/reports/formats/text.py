@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from os.path import normpath
 from typing import TYPE_CHECKING
 
-from olp.core.colour import BOLD, DIM, RED, YELLOW, paint
 from olp.core.diagnostic import Diagnostic
+from olp.core.terminal import BOLD, DIM, RED, YELLOW, paint
 from olp.reports.formats import _table
 from olp.reports.formats.report import Options, Report, ReportPart
 

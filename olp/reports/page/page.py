@@ -20,7 +20,7 @@ from markupsafe import Markup
 
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
-from olp.reports.diagnosis.colours import variables
+from olp.reports.diagnosis.svg import variables
 from olp.reports.outcome.model import JudgedItem, Status
 from olp.reports.page.data import program_data
 from olp.reports.webpage import FOLDER, json_in_page, render_page, script_of

@@ -24,7 +24,7 @@ from olp.robots.dynamics.torques import (
     inverse_dynamics,
     mass_matrix,
 )
-from olp.robots.masses import Body
+from olp.robots.model import Body
 
 __all__ = [
     "STANDARD_GRAVITY",

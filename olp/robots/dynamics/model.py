@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.robots.kinematics.chain import geometry_of
-from olp.robots.masses import Body, Vector
-from olp.robots.model import Robot
+from olp.robots.model import Body, Robot, Vector
 
 if TYPE_CHECKING:
     from olp.robots.coordinate_systems import Tool

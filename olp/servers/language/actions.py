@@ -10,7 +10,7 @@ from olp.languages.vendor import find_vendor, vendor_names
 from olp.reports.batch import time_program
 from olp.reports.outcome.model import OutcomeFinding
 from olp.servers.language.analysis import Analysis, folder_of
-from olp.servers.language.edits import Action, TextEdit
+from olp.servers.language.document import Action, TextEdit
 
 _MEANT = re.compile(r"did you mean ([\w.$#-]+)\?")
 

@@ -19,8 +19,7 @@ from olp.reports.batch import time_plan_of
 from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.interpreter import run
 from olp.runtime.machine import LIMIT
-from olp.servers.language.document import OpenDocument
-from olp.servers.language.reading import read_document
+from olp.servers.language.document import OpenDocument, read_document
 from olp.servers.language.settings import EditorSettings
 from olp.timing.timing import Timing
 

@@ -11,9 +11,8 @@ from olp.languages.tokens import TokenKind
 from olp.languages.vendor import find_vendor
 from olp.runtime.folder import files_by_name_record, files_by_stem
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.names import words_of
-from olp.servers.language.reading import vendor_of
-from olp.servers.language.symbols import names
+from olp.servers.language.document import vendor_of
+from olp.servers.language.symbols import names, words_of
 
 _MOST = 500  # names of a kind: a list of 10,000 points helps nobody
 _TOKEN = re.compile(r"[^\s,;(){}=\[]*$")

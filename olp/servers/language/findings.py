@@ -10,7 +10,7 @@ from olp.core.diagnostic import Diagnostic, Severity
 from olp.reports.outcome.model import Level, OutcomeFinding
 from olp.servers.language.analysis import Analysis
 from olp.servers.language.document import Splice
-from olp.timing.assumed import assumed
+from olp.timing.result import assumed
 
 
 class Weight(StrEnum):

@@ -12,8 +12,7 @@ from olp.core.units import deg, mm
 from olp.robots.geometry import angles_from_rotation, rotation_from_quaternion
 from olp.runtime.plan import StepKind
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.names import PlacedName
-from olp.servers.language.symbols import definitions, name_at, names
+from olp.servers.language.symbols import PlacedName, definitions, name_at, names
 
 if TYPE_CHECKING:
     from olp.servers.language.service import ProgramService

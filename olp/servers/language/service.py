@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from olp.core import open_buffers
+from olp.core import source
 from olp.core.memory_limit import TextCache
 from olp.servers.language.analysis import Analysis, analyse
 from olp.servers.language.document import OpenDocument, TextChange
@@ -49,7 +49,7 @@ class ProgramService:
 
     def close(self, path: str) -> bool:
         """The file on the disk counts again. False where no such text is open."""
-        open_buffers.drop(path)
+        source.drop(path)
         self.analyses.pop(path, None)
         self._memories.pop(path, None)
         return self.documents.pop(path, None) is not None
@@ -105,4 +105,4 @@ class ProgramService:
 
     def _overlay(self, document: OpenDocument) -> None:
         if Path(document.path).is_absolute():
-            open_buffers.put(document.path, document.raw)
+            source.put(document.path, document.raw)

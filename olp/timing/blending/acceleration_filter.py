@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.timing.acceleration.time_constant import MA2010_TIME
-from olp.timing.blending._overlap import Overlap
-from olp.timing.blending._overlapping import OverlappingLaw
+from olp.timing.blending._overlap import Overlap, OverlappingLaw
 from olp.timing.blending.law import Corners, Passage
 from olp.timing.blending.yaskawa import SERVO_LAG, filter_times
 from olp.timing.motion.model import ModelParameter

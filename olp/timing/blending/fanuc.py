@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.blending._overlap import Overlap
-from olp.timing.blending._overlapping import OverlappingLaw
+from olp.timing.blending._overlap import Overlap, OverlappingLaw
 from olp.timing.blending.law import Corners, Passage
 from olp.timing.motion.model import ModelParameter
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
-from olp.identification.diagnosis.logs.guess import direction
+from olp.identification.diagnosis.logs.following import direction
 from olp.identification.diagnosis.logs.select import (
     LibraryColumn,
     Products,
@@ -23,9 +23,8 @@ from olp.identification.diagnosis.logs.select import (
     intervals,
     products,
 )
-from olp.identification.diagnosis.logs.series import hermite
+from olp.identification.diagnosis.logs.series import autoregression, hermite, kept, order_of, runs, whiten
 from olp.identification.diagnosis.logs.torque import LogMotion
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
 from olp.identification.recording.log import Log
 
 Floats = NDArray[np.float64]

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs.select import LibraryColumn, Products, products
-from olp.identification.diagnosis.logs.series import Spectrum
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
+from olp.identification.diagnosis.logs.series import Spectrum, autoregression, kept, order_of, runs, whiten
 from olp.timing.physics.backlash import play
 from olp.timing.physics.clock import shift
 from olp.timing.physics.joint_compliance import swing

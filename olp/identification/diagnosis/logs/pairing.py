@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs.series import Grid, Spectrum, even
-from olp.identification.recording.clock import ClockAlignment, fit_clock
+from olp.identification.recording.from_log import ClockAlignment, fit_clock
 from olp.identification.recording.log import Log
 
 Floats = NDArray[np.float64]

@@ -13,8 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs.select import LibraryColumn, Products, products
-from olp.identification.diagnosis.logs.series import Spectrum, even
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
+from olp.identification.diagnosis.logs.series import (
+    Spectrum,
+    autoregression,
+    even,
+    kept,
+    order_of,
+    runs,
+    whiten,
+)
 from olp.identification.recording.log import Log
 from olp.timing.physics.coulomb_friction import coulomb
 from olp.timing.physics.viscous_friction import viscous

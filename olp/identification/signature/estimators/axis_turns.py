@@ -18,11 +18,11 @@ from olp.identification.signature.estimator import (
 )
 from olp.identification.signature.gp import Belief, KernelPart, Places
 from olp.identification.signature.moveset import MoveSet
-from olp.identification.signature.residual import place_part
-from olp.identification.signature.smooth import (
+from olp.identification.signature.residual import (
     estimate_smooth,
     fit_smooth,
     learnt_columns,
+    place_part,
     size_of,
     spread_of_values,
 )

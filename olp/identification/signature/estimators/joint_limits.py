@@ -15,7 +15,7 @@ from olp.identification.signature.estimator import (
     Parameters,
     measured_slowness,
 )
-from olp.identification.signature.minimise import minimise
+from olp.identification.signature.gp import minimise
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:

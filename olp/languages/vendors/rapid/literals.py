@@ -6,6 +6,7 @@ A rotation is written as a quaternion, the scalar first. It is brought to unit l
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from math import isfinite, pi
@@ -29,8 +30,7 @@ from olp.ir.expressions import (
 )
 from olp.ir.points import Sector
 from olp.languages.vendors.rapid.names import RapidNames
-from olp.languages.vendors.rapid.predefined import PREDEFINED
-from olp.languages.vendors.rapid.predefined_data import NOT_CONNECTED
+from olp.languages.vendors.rapid.predefined_data import NOT_CONNECTED, PREDEFINED
 
 _POSES: Final = (
     "pose-angles",
@@ -422,3 +422,25 @@ def type_of(value: Expression | RapidAggregate, names: RapidNames) -> str:
             head = names.routines.get(routine.lower())
             return names.resolved(head.returns) if head is not None else ""
     return ""
+
+
+# --- Texts ---
+# RAPID's string literals: quotes and backslashes are doubled, other characters may be two hexadecimal digits.
+
+_ESCAPE: Final = re.compile(r'""|\\\\|\\([0-9A-Fa-f]{2})')
+_SPECIAL: Final = re.compile(r'["\\\x00-\x1f]')
+
+
+def unquoted(literal: str) -> str:
+    """The text of a literal with its quotes."""
+    return _ESCAPE.sub(lambda m: chr(int(m[1], 16)) if m[1] else m[0][0], literal[1:-1])
+
+
+def quoted(text: str) -> str:
+    """The literal of a text."""
+
+    def escaped(match: re.Match[str]) -> str:
+        character = match[0]
+        return character * 2 if character in '"\\' else f"\\{ord(character):02X}"
+
+    return f'"{_SPECIAL.sub(escaped, text)}"'

@@ -14,8 +14,7 @@ from olp.languages.generator import CannotSayError
 from olp.languages.vendors.rapid.moves import LAYOUTS, OWN
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
-from olp.languages.vendors.rapid.write_positions import decimal, literal
-from olp.languages.vendors.rapid.write_values import RapidValues
+from olp.languages.vendors.rapid.write_values import RapidValues, decimal, literal
 
 _WORDS: Final = {st.Path.LINEAR: "MoveL", st.Path.CIRCULAR: "MoveC", st.Path.JOINT: "MoveJ"}
 # What few moves have, and what they have then.

@@ -11,10 +11,9 @@ from olp.core.units import percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines
-from olp.languages.vendors.rapid.literals import zero
+from olp.languages.vendors.rapid.literals import quoted, zero
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.statements import COMPACT
-from olp.languages.vendors.rapid.texts import quoted
 from olp.languages.vendors.rapid.write_moves import RapidMoves
 from olp.languages.vendors.rapid.write_values import TIMED_OUT
 

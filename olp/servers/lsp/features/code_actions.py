@@ -5,11 +5,10 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.servers.language.actions import actions
-from olp.servers.language.edits import Action, TextEdit
+from olp.servers.language.document import Action, TextEdit
 from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import Json
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
 def register(server: OlpLanguageServer, service: ProgramService) -> None:

@@ -6,8 +6,7 @@ from lsprotocol import types
 
 from olp.servers.language.lens import lenses
 from olp.servers.language.service import ProgramService
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
 def register(server: OlpLanguageServer, service: ProgramService) -> None:

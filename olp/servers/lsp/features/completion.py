@@ -8,8 +8,7 @@ from olp.languages.tokens import TokenKind
 from olp.servers.language.completion import Proposal, completion
 from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import Json, path_of
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 _KINDS = {
     None: types.CompletionItemKind.Keyword,

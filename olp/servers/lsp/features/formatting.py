@@ -8,8 +8,7 @@ from olp.servers.language.analysis import Analysis
 from olp.servers.language.formatting import formatting
 from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import Json
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 _MOST = 16  # columns of one step
 

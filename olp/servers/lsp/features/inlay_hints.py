@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from olp.servers.language.hints import hints
+from olp.servers.language.lens import hints
 from olp.servers.language.service import ProgramService
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
 def register(server: OlpLanguageServer, service: ProgramService) -> None:

@@ -6,12 +6,10 @@ from lsprotocol import types
 
 from olp.core.source import load
 from olp.languages.tokens import TokenKind
-from olp.servers.language.names import PlacedName
 from olp.servers.language.service import ProgramService
-from olp.servers.language.symbols import OutlineSymbol, definitions, outline, references
+from olp.servers.language.symbols import OutlineSymbol, PlacedName, definitions, outline, references
 from olp.servers.lsp.places import Json, Line, uri_of
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 _KINDS = {
     TokenKind.ROUTINE: types.SymbolKind.Function,

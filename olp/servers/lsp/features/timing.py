@@ -6,8 +6,7 @@ from typing import Any
 
 from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import path_of
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
 def register(server: OlpLanguageServer, service: ProgramService) -> None:
