@@ -25,7 +25,7 @@ from olp.ir.program import Path
 from olp.robots.geometry import Pose
 from olp.robots.robot import load_robot
 from olp.servers.controller import Controller, State, Step, Target
-from olp.servers.controller.server import Server
+from olp.servers.controller.server import ControllerServer
 from olp.timing.motion import model_names
 from olp.timing.timing import Timing
 from olp.timing.track import states
@@ -219,7 +219,7 @@ def client() -> str:
     if compiler is None:
         return "no C compiler here"
     source = ROOT / "docs" / "examples" / "controller_client.c"
-    with tempfile.TemporaryDirectory() as folder, Server(0) as server:
+    with tempfile.TemporaryDirectory() as folder, ControllerServer(0) as server:
         program_ = File(folder) / "client"
         subprocess.run([compiler, "-O2", "-Wall", "-Wextra", "-Werror", "-o", program_, source], check=True)
         threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()

@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.checks.difference.model import Cause, Difference  # noqa: E402
+from olp.checks.difference.model import Cause, ProgramDifference  # noqa: E402
 from olp.checks.difference.versions import open_versions  # noqa: E402
 from olp.reports.batch import Job  # noqa: E402
 
@@ -172,7 +172,7 @@ _SETTINGS = """robot = "yaskawa/ma2010"
 """
 
 
-def versions(folder: Path, old: Lines, new: Lines) -> Difference:
+def versions(folder: Path, old: Lines, new: Lines) -> ProgramDifference:
     for name, lines in (("old", old), ("new", new)):
         (folder / name).mkdir(exist_ok=True)
         (folder / name / "olp.toml").write_text(_SETTINGS)
@@ -181,7 +181,7 @@ def versions(folder: Path, old: Lines, new: Lines) -> Difference:
         return found.compare(found.pairs[0], Job())
 
 
-def named(found: Difference) -> Cause | None:
+def named(found: ProgramDifference) -> Cause | None:
     own = [c for c in found.changes if c.cause is not Cause.NEIGHBOUR]
     return max(own, key=lambda c: abs(c.change_s)).cause if own else None
 

@@ -20,7 +20,7 @@ from tables import print_table
 
 from olp.robots.dynamics import (
     Body,
-    Model,
+    DynamicModel,
     bias_forces,
     dynamic_model,
     gravity_torques,
@@ -29,7 +29,7 @@ from olp.robots.dynamics import (
     move_acceleration,
     path_acceleration,
 )
-from olp.robots.masses_reader import tensor
+from olp.robots.reader import tensor
 from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot
 
 Array = NDArray[np.float64]
@@ -93,7 +93,7 @@ def irregular_robot() -> Robot:
     )
 
 
-def pinocchio_model(model: Model) -> pinocchio.Model:
+def pinocchio_model(model: DynamicModel) -> pinocchio.Model:
     """The same chain, with the load on the last link."""
     robot = model.robot
     assert robot.geometry is not None
@@ -126,7 +126,7 @@ def samples(axes: int) -> tuple[Array, Array, Array]:
     )
 
 
-def disagreements(model: Model, peer: pinocchio.Model, *motion: Array) -> dict[str, float]:
+def disagreements(model: DynamicModel, peer: pinocchio.Model, *motion: Array) -> dict[str, float]:
     """Largest difference of each quantity, relative to the largest value of the same axis (of the matrix)."""
     q, qd, qdd = (part[:COMPARED] for part in motion)
     data = peer.createData()
@@ -155,7 +155,7 @@ def relative(ours: Array, theirs: list[Array] | Array) -> float:
 
 
 def comparisons(
-    name: str, model: Model, peer: pinocchio.Model, motion: tuple[Array, Array, Array]
+    name: str, model: DynamicModel, peer: pinocchio.Model, motion: tuple[Array, Array, Array]
 ) -> list[tuple[str, float]]:
     q, qd, qdd = motion
     limits = np.abs(qd).max(axis=1)[:MOVES]

@@ -23,10 +23,16 @@ from olp.identification.probe import Wanted, design_experiment, write_experiment
 from olp.identification.recording import Log, read_recording  # noqa: E402
 from olp.identification.recording.from_log import moves_from_log  # noqa: E402
 from olp.identification.signature import MoveSet, calibrate, moves_of_recording, predict  # noqa: E402
+from olp.identification.signature.calibrate import average_cycles  # noqa: E402
 from olp.identification.signature.estimator import duration_of, load_estimator  # noqa: E402
-from olp.identification.signature.partial_cycles import average_cycles  # noqa: E402
-from olp.identification.signature.partial_programs import gather, stops_of  # noqa: E402
-from olp.identification.signature.partial_totals import METHOD, Totals, fit_totals, predicted_totals  # noqa: E402
+from olp.identification.signature.partial_programs import (  # noqa: E402  # noqa: E402
+    METHOD,
+    Totals,
+    fit_totals,
+    gather,
+    predicted_totals,
+    stops_of,
+)
 from olp.reports.batch import Job, plan_and_time  # noqa: E402
 from olp.timing.timing import time_plan  # noqa: E402
 from olp.timing.track import track  # noqa: E402

@@ -22,12 +22,12 @@ sys.path[:0] = [str(ROOT), str(ROOT / "bench")]
 
 from olp.contracts.terms import CYCLE, rich_case  # noqa: E402
 from olp.core.units import deg, mm, ms  # noqa: E402
-from olp.identification.diagnosis.model import Model, Part  # noqa: E402
+from olp.identification.diagnosis.model import DurationModel, ModelPart  # noqa: E402
 from olp.reports.plot.axes import Axes, room  # noqa: E402
-from olp.reports.plot.figure import Dot, Figure, Text  # noqa: E402
+from olp.reports.plot.figure import Dot, Figure, TextLabel  # noqa: E402
 from olp.reports.plot.svg import svg  # noqa: E402
 from olp.timing.physics import MoveTerm, load_term, term_names  # noqa: E402
-from olp.timing.physics._case import Case  # noqa: E402
+from olp.timing.physics._case import MeasuredMoves  # noqa: E402
 
 FOLDER = ROOT / "docs" / "images" / "physics"
 Floats = NDArray[np.float64]
@@ -49,7 +49,7 @@ class Trace(NamedTuple):
     high: NDArray[np.bool_] | None = None  # (n,) upper half of it
 
 
-def columns(case: Case) -> Mapping[str, Floats]:
+def columns(case: MeasuredMoves) -> Mapping[str, Floats]:
     """What a cause may hang on, in the units people read."""
     fastest = np.full(len(case), np.nan)
     if case.rates is not None and case.rates.rated is not None:
@@ -71,7 +71,7 @@ def columns(case: Case) -> Mapping[str, Floats]:
     }
 
 
-def trace_of(term: MoveTerm, case: Case) -> Trace | None:
+def trace_of(term: MoveTerm, case: MeasuredMoves) -> Trace | None:
     """The straight moves with `term` in it, in the plainest of its forms and starts; None: none shows."""
     rows = case.moving & ~case.joint
     known = {
@@ -80,7 +80,7 @@ def trace_of(term: MoveTerm, case: Case) -> Trace | None:
     best, plainest = None, -1.0
     for form in term.forms(case):
         for values in term.guesses(form, case):
-            late = (Model((Part(term, form, values),)).seconds(case) - case.simulated)[rows]
+            late = (DurationModel((ModelPart(term, form, values),)).seconds(case) - case.simulated)[rows]
             if np.abs(late).max() < _SEEN:
                 continue
             shares = {label: ordered(column, late) for label, column in known.items()}
@@ -156,7 +156,9 @@ def picture(name: str, trace: Trace) -> str:
         figure.add(Dot(panel.x(x), panel.y(y), 2.6, colour))
     if trace.beside:
         figure.add(
-            Text(540, 12, f"orange: upper half of {trace.beside.partition(',')[0]}", "orange", 11.0, "end")
+            TextLabel(
+                540, 12, f"orange: upper half of {trace.beside.partition(',')[0]}", "orange", 11.0, "end"
+            )
         )
     return svg(figure)
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.identification.probe.design import most_telling  # noqa: E402
+from olp.identification.probe.experiment import most_telling  # noqa: E402
 from olp.identification.recording import read_recording  # noqa: E402
 from olp.identification.signature import MoveSet, moves_of_recording  # noqa: E402
 from olp.identification.signature.calibrate import fit_moves  # noqa: E402

@@ -24,7 +24,7 @@ sys.path.insert(0, str(ROOT))
 from olp.identification.diagnosis.logs import LogDiagnosis, diagnose_logs  # noqa: E402
 from olp.identification.diagnosis.logs.effort import efforts  # noqa: E402
 from olp.identification.diagnosis.logs.select import solve  # noqa: E402
-from olp.identification.diagnosis.logs.whiten import kept, runs, whiten  # noqa: E402
+from olp.identification.diagnosis.logs.series import kept, runs, whiten  # noqa: E402
 from olp.identification.recording import Recording, read_recording  # noqa: E402
 
 Floats = NDArray[np.float64]

@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 from ma2010_runs import ROBOT, THRESHOLD, Run, read  # noqa: E402
 from real_tables import Case, print_cases  # noqa: E402
 
-from olp.identification.recording import Settings, write_recording  # noqa: E402
+from olp.identification.recording import RecordingSettings, write_recording  # noqa: E402
 from olp.identification.recording.moves import LINEAR, RecordedMoves  # noqa: E402
 from olp.robots.geometry import Pose, angles_from_rotation  # noqa: E402
 from olp.robots.kinematics import forward  # noqa: E402
@@ -178,7 +178,7 @@ def write(
         payload=nothing,
         payload_inertia=nothing,
     )
-    settings = Settings(
+    settings = RecordingSettings(
         robot="yaskawa/ma2010",
         controller="DX200",
         time_resolution=LEVEL_CLOCK if made[0].level >= 0 else SPEED_CLOCK,

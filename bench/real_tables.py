@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from tables import print_table
 
-from olp.identification.diagnosis.diagnose import Outcome, diagnose_recording
+from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording
 from olp.identification.recording import read_recording
 
 
@@ -45,7 +45,7 @@ def print_cases(cases: list[Case]) -> None:
         print_findings(outcome)
 
 
-def _row(case: Case, outcome: Outcome) -> tuple[str, ...]:
+def _row(case: Case, outcome: DiagnosisOutcome) -> tuple[str, ...]:
     told = outcome.diagnosis
     names = [finding.term for finding in told.findings]
     wrong = [name for name in names if name not in case.expected]
@@ -64,7 +64,7 @@ def _row(case: Case, outcome: Outcome) -> tuple[str, ...]:
     )
 
 
-def print_findings(outcome: Outcome) -> None:
+def print_findings(outcome: DiagnosisOutcome) -> None:
     """The sentences of a diagnosis, its numbers and its ledger."""
     told = outcome.diagnosis
     for finding in told.findings:

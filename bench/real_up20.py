@@ -22,12 +22,12 @@ from real_tables import print_findings  # noqa: E402
 from tables import print_table  # noqa: E402
 
 from olp.identification.diagnosis import confirm  # noqa: E402
-from olp.identification.diagnosis.diagnose import Outcome, diagnose_recording, errors_of  # noqa: E402
+from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording, errors_of  # noqa: E402
 from olp.identification.diagnosis.fitting import Noise  # noqa: E402
 from olp.identification.diagnosis.folds import Folds  # noqa: E402
 from olp.identification.diagnosis.search import move_terms, shelf_of, swaps  # noqa: E402
 from olp.identification.recording import Recording, read_recording  # noqa: E402
-from olp.timing.physics._case import Case  # noqa: E402
+from olp.timing.physics._case import MeasuredMoves  # noqa: E402
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def main() -> int:
     return 0
 
 
-def held_out(recording: Recording, outcome: Outcome) -> None:
+def held_out(recording: Recording, outcome: DiagnosisOutcome) -> None:
     """Whole start points, whole tests, single moves: errors before and after, and what the folds chose."""
     case = outcome.case
     rows = np.searchsorted(recording.moves.move, case.move)
@@ -77,7 +77,7 @@ def held_out(recording: Recording, outcome: Outcome) -> None:
     print_table(("prediction", "rms ms", "mean %", "worst %", "chosen in how many folds"), table)
 
 
-def _constant(case: Case, labels: NDArray[np.int64]) -> Floats:
+def _constant(case: MeasuredMoves, labels: NDArray[np.int64]) -> Floats:
     """(n,) [s] residuals of one constant overhead T - L/v, from the other groups: the thesis' equation 6.1."""
     over = case.measured - case.length / case.base.speed
     left = np.empty(len(case))
@@ -92,7 +92,7 @@ def _errors(errors: tuple[float, float, float]) -> tuple[str, ...]:
     return f"{1000 * rmse:.0f}", f"{mean:.2f}", f"{worst:.1f}"
 
 
-def ledger(recording: Recording, outcome: Outcome) -> None:
+def ledger(recording: Recording, outcome: DiagnosisOutcome) -> None:
     case, told = outcome.case, outcome.diagnosis
     rows = np.searchsorted(recording.moves.move, case.move)
     words = np.array(recording.moves.texts["test"])[rows]
@@ -107,7 +107,7 @@ def ledger(recording: Recording, outcome: Outcome) -> None:
     print_table(("test", "moves", "robot less simulation", *names, "what remains"), table)
 
 
-def confounded(case: Case) -> None:
+def confounded(case: MeasuredMoves) -> None:
     """Which innocent columns stand for each other: no diagnosis of these moves alone can part them."""
     way = case.end - case.start
     length = np.linalg.norm(way, axis=1)
@@ -137,7 +137,7 @@ def confounded(case: Case) -> None:
     print(f"  with the residual: {', '.join(_with_residual(case, columns))}")
 
 
-def _with_residual(case: Case, columns: dict[str, Floats]) -> list[str]:
+def _with_residual(case: MeasuredMoves, columns: dict[str, Floats]) -> list[str]:
     return [
         f"{name} {np.corrcoef(values, case.residual)[0, 1]:+.2f}"
         for name, values in columns.items()
@@ -145,7 +145,7 @@ def _with_residual(case: Case, columns: dict[str, Floats]) -> list[str]:
     ]
 
 
-def experiment(recording: Recording, outcome: Outcome) -> None:
+def experiment(recording: Recording, outcome: DiagnosisOutcome) -> None:
     """For the finding whose place others would take best."""
     from olp.identification.diagnosis.fitting import evaluate
     from olp.identification.diagnosis.next_experiment import design_experiment

@@ -27,7 +27,7 @@ import toppra.constraint
 from numpy.typing import NDArray
 
 from olp.core import compiled_loops
-from olp.timing.retiming import Kind, Retimed, SampledPath, along_path, retime, spline_through
+from olp.timing.retiming import LimitKind, Retimed, SampledPath, along_path, retime, spline_through
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -101,7 +101,7 @@ def measured(all_cases: list[Case]) -> list[Figure]:
                 )
             )
     kinds = [name.kind for name in ours.names]
-    share = np.mean([kinds[i] is Kind.SPEED for i in ours.limiter.ravel()])
+    share = np.mean([kinds[i] is LimitKind.SPEED for i in ours.limiter.ravel()])
     split = f"{share:.0%}, {1 - share:.0%}"
     figures.append(Figure("intervals ruled by an axis's speed, by its acceleration", "-", split, True))
     return figures

@@ -14,8 +14,8 @@ import pytest
 
 if TYPE_CHECKING:
     from olp.checks.guard.budget import Budget
-    from olp.checks.guard.judge import Judged
-    from olp.reports.outcome import Item
+    from olp.checks.guard.judge import JudgedFile
+    from olp.reports.outcome import JudgedItem
     from olp.timing.timing import Timing
 
 
@@ -114,9 +114,9 @@ class _Judge:
 
     def __init__(self, covered: dict[str, tuple[Budget, ...]]) -> None:
         self.covered = covered
-        self.known: dict[str, Judged] = {}
+        self.known: dict[str, JudgedFile] = {}
 
-    def __call__(self, path: str, budget: Budget) -> list[Item]:
+    def __call__(self, path: str, budget: Budget) -> list[JudgedItem]:
         from olp.checks.guard.judge import judge
         from olp.reports.batch import Job
 
@@ -128,7 +128,7 @@ class _Judge:
         return [replace(item, name=budget.name) for item in self.known[path].items if item.name == mark]
 
 
-def _told(item: Item) -> str:
+def _told(item: JudgedItem) -> str:
     place = f"{item.file}:{item.line}" if item.line else item.file
     return "\n".join(filter(None, (f"{place}: {item.message}", item.details)))
 

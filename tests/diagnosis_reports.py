@@ -22,7 +22,7 @@ from olp.identification.diagnosis.result import (
     Remainder,
 )
 from olp.identification.recording import Recording, read_recording
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"
@@ -33,7 +33,7 @@ def up20() -> Recording:
     return read_recording(UP20)
 
 
-def case_of(recording: Recording) -> Case:
+def case_of(recording: Recording) -> MeasuredMoves:
     """Every move of the recording, from exact stop to exact stop."""
     moves = recording.moves
     n = len(moves)
@@ -51,7 +51,7 @@ def case_of(recording: Recording) -> Case:
         rate=ones,
     )
     yes, no = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
-    return Case(
+    return MeasuredMoves(
         move=moves.move,
         measured=moves.duration,
         simulated=moves.sim,
@@ -75,7 +75,7 @@ def case_of(recording: Recording) -> Case:
     )
 
 
-def diagnosis_of(case: Case) -> Diagnosis:
+def diagnosis_of(case: MeasuredMoves) -> Diagnosis:
     """Three causes by least squares: reach at the start, the incline, and a constant per stop."""
     residual = case.residual
     reach = np.hypot(case.start[:, 0], case.start[:, 1]) ** 2
@@ -118,7 +118,7 @@ def diagnosis_of(case: Case) -> Diagnosis:
 
 
 def _finding(
-    name: str, size: float, case: Case, part: np.ndarray, others: np.ndarray, rest: np.ndarray
+    name: str, size: float, case: MeasuredMoves, part: np.ndarray, others: np.ndarray, rest: np.ndarray
 ) -> Finding:
     acts = tuple(case.move[np.abs(part) > 2 * NOISE].tolist())
     return Finding(
@@ -137,6 +137,6 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _errors(residual: np.ndarray, case: Case) -> Errors:
+def _errors(residual: np.ndarray, case: MeasuredMoves) -> Errors:
     share = np.abs(residual) / case.measured * 100
     return Errors(_rms(residual), float(share.mean()), float(share.max()))

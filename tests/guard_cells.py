@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from interpreter_jobs import write_jobs
 
-from olp.checks.guard.judge import Judged
-from olp.checks.guard.run import Settings, run, tasks
+from olp.checks.guard.judge import JudgedFile
+from olp.checks.guard.run import GuardSettings, run, tasks
 from olp.reports.batch import Job
 
 # A cell whose main job calls a routine several times, in a loop and one after the other.
@@ -43,7 +43,7 @@ def cell(folder: Path, budgets: str = "", jobs: dict[str, str] | None = None) ->
 class Run(NamedTuple):
     """What a run over a cell found, and which programs it timed anew."""
 
-    results: list[Judged]
+    results: list[JudgedFile]
     timed: list[str]
 
     @property
@@ -65,5 +65,5 @@ def check(folder: Path, monkeypatch, cache: Path | None = None, **settings: obje
     with monkeypatch.context() as patch:
         patch.setattr(module, "judge", watched)
         paths = [str(path) for path in sorted(folder.rglob("*.JBI"))]
-        found = run(tasks(paths).tasks, Settings(Job(**settings), 1, cache))
+        found = run(tasks(paths).tasks, GuardSettings(Job(**settings), 1, cache))
     return Run(found, timed)

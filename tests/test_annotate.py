@@ -389,12 +389,12 @@ def test_the_room_is_what_fits():
 @pytest.mark.parametrize("accel", [float("nan"), 0.0, 0.37, 12_345.6])
 def test_the_shipped_template_fits_for_any_number(seconds, count, accel):
     from olp.languages.templating import shipped
-    from olp.reports.annotation_rows import Row
+    from olp.reports.annotate import AnnotationRow
 
     template = shipped("inform_annotation")
     available = room(find_vendor("inform"))
     for kind in ("linear", "joint", "call", "total", "wait", "signal"):
-        row = Row(7, kind, "MOVL", count, seconds * count, seconds, accel_mm_s2=accel)
+        row = AnnotationRow(7, kind, "MOVL", count, seconds * count, seconds, accel_mm_s2=accel)
         assert len(template.render({"row": row, "room": available}).strip("\n")) <= available
 
 

@@ -13,15 +13,18 @@ from numpy.typing import NDArray
 import olp
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
-from olp.identification.signature.arm_fit import fit_arm
 from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
-from olp.identification.signature.joint_moves import learn_arm, recorded_joint_moves
+from olp.identification.signature.joint_moves import (
+    corrected,
+    find_regions,
+    fit_arm,
+    learn_arm,
+    recorded_joint_moves,
+)
 from olp.identification.signature.rows import predict_recording
-from olp.identification.signature.slow_regions import corrected, find_regions
 from olp.robots.library import load_robot
 from olp.timing.arm import ArmTiming, JointMotions, gradient, solve
-from olp.timing.arm_inertia import relative_inertia
-from olp.timing.arm_moves import JointMoves, joint_moves
+from olp.timing.arm_moves import JointMoves, joint_moves, relative_inertia
 from olp.timing.arm_prior import arm_prior
 
 Floats = NDArray[np.float64]

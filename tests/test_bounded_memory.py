@@ -93,7 +93,7 @@ def test_every_cache_of_the_package_has_an_end():
 @pytest.mark.parametrize("folder", ["inform", "tp", "urscript"])
 def test_lines_that_were_seen_are_forgotten_when_there_are_too_many(folder, monkeypatch):
     """Each reader's memory of lines, with a small bound."""
-    modules = {"inform": "instructions", "tp": "parsing", "urscript": "lines"}
+    modules = {"inform": "instructions", "tp": "instructions", "urscript": "lines"}
     module = import_module(f"olp.languages.vendors.{folder}.{modules[folder]}")
     monkeypatch.setattr(module, "_MOST_CACHED", 20)
     texts = {

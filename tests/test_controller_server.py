@@ -20,8 +20,14 @@ from olp.ir.program import Path
 from olp.robots.geometry import Pose
 from olp.robots.robot import load_robot
 from olp.servers.controller import Controller, Target
-from olp.servers.controller.server import HOST, MOST_SESSIONS, Server
-from olp.servers.controller.session import LONGEST_LINE, MOST_STEPS, Session
+from olp.servers.controller.server import (
+    HOST,
+    LONGEST_LINE,
+    MOST_SESSIONS,
+    MOST_STEPS,
+    ControllerServer,
+    Session,
+)
 
 ROOT = File(__file__).parent.parent
 HOME = [11.5, 5.5, -8.5, 12.5, -61.5, 20.5]
@@ -33,8 +39,8 @@ START = [
 
 
 @pytest.fixture
-def server() -> Iterator[Server]:
-    with Server(0) as running:
+def server() -> Iterator[ControllerServer]:
+    with ControllerServer(0) as running:
         thread = threading.Thread(target=running.serve_forever, args=(0.02,), daemon=True)
         thread.start()
         yield running
@@ -316,7 +322,7 @@ def test_too_many_sessions_are_told_so(server):
 
 def test_a_port_that_is_taken_is_told_so(server):
     with pytest.raises(OlpError, match=str(server.port)) as caught:
-        Server(server.port)
+        ControllerServer(server.port)
     assert caught.value.diagnostics[0].code == "S015"
 
 

@@ -171,7 +171,7 @@ def test_waits_are_late_moves_each_with_its_own_time():
 def test_waits_are_one_sided():
     """As many early moves as late ones are a heavy-tailed scatter, and nobody waits for a negative time."""
     from olp.identification.diagnosis.fitting import Noise, fit
-    from olp.identification.diagnosis.model import Model
+    from olp.identification.diagnosis.model import DurationModel
     from olp.identification.diagnosis.waits import late_moves
 
     case = diagnosed("nothing").case
@@ -179,11 +179,11 @@ def test_waits_are_one_sided():
     late[10:18] += 0.3
     for measured, expected in ((late, 8), (2 * case.simulated - late, 0)):
         odd = replace(case, measured=measured, derived={})
-        assert late_moves(fit(Model(), odd, Noise(1e-4)), odd, 1e-4).sum() == expected
+        assert late_moves(fit(DurationModel(), odd, Noise(1e-4)), odd, 1e-4).sum() == expected
     both = late.copy()
     both[30:38] -= 0.3
     odd = replace(case, measured=both, derived={})
-    assert late_moves(fit(Model(), odd, Noise(1e-4)), odd, 1e-4).sum() == 0
+    assert late_moves(fit(DurationModel(), odd, Noise(1e-4)), odd, 1e-4).sum() == 0
 
 
 # --- numbers ----------------------------------------------------------------------------------------------------------

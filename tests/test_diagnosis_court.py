@@ -9,12 +9,11 @@ import pytest
 
 from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.conditions import conditioned
-from olp.identification.diagnosis.diagnose import diagnose_recording
+from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import Gain, fallen
 from olp.identification.diagnosis.fitting import Noise, evaluate, whiten
-from olp.identification.diagnosis.model import Condition, Model, Statement
+from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import additions, move_terms, shelf_of
-from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined
 from olp.identification.recording import read_recording
 
 COUNT = 120
@@ -147,7 +146,7 @@ def test_under_a_condition_what_makes_moves_quicker_is_found(tmp_path):
     assert not any(shelf.parts[k].reversible for k in limits)
     assert all(
         p.term.name != "speed-clamp"
-        for p in additions(shelf, evaluate(Model(), case, noise), case, noise, 99)
+        for p in additions(shelf, evaluate(DurationModel(), case, noise), case, noise, 99)
     )
     (finding,) = diagnose_recording(recording).diagnosis.findings
     assert finding.term == "acceleration"
@@ -183,7 +182,7 @@ def test_what_acts_everywhere_gets_no_condition(tmp_path):
     case = case_of(record(tmp_path / "r", plain(7) + 0.05, 7)).case
     shelf, noise = shelf_of(case, move_terms()), Noise(1e-3)
     part = next(p for p in shelf.parts if p.term.name == "dispatch")
-    best = evaluate(Model((part._replace(values=np.array([0.05])),)), case, noise)
+    best = evaluate(DurationModel((part._replace(values=np.array([0.05])),)), case, noise)
     assert conditioned(best, case, noise, shelf, 8) is best
 
 

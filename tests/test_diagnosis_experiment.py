@@ -15,7 +15,7 @@ from olp.core.units import mm
 from olp.identification.diagnosis import next_experiment
 from olp.identification.diagnosis.axis_rates import rates_of
 from olp.identification.diagnosis.case_making import case_of
-from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.next_candidates import candidates, joined
 from olp.identification.diagnosis.next_experiment import design_experiment, write_experiment_job
 from olp.identification.diagnosis.result import NextExperiment, NextTimer
@@ -46,8 +46,8 @@ def model(case, *parts):
         term = load_term(name)
         fitting = (f for f in term.forms(case) if len(f.parameters) == len(values))
         form = next(f for f in fitting if not key or f.key == key[0])
-        made.append(Part(term, form, np.array(values, dtype=float)))
-    return Model(tuple(made))
+        made.append(ModelPart(term, form, np.array(values, dtype=float)))
+    return DurationModel(tuple(made))
 
 
 def settling_and_dispatch(case):

@@ -7,15 +7,12 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.case_making import case_of, trapezoid, tuned
 from olp.identification.diagnosis.fitting import Noise, fit, moved, place_of
 from olp.identification.diagnosis.folds import _dealt
-from olp.identification.diagnosis.intervals import parameters_with_intervals
+from olp.identification.diagnosis.intervals import distance, parameters_with_intervals, settled
 from olp.identification.diagnosis.logs.series import Grid, Spectrum
-from olp.identification.diagnosis.model import Model, Part
-from olp.identification.diagnosis.profile import distance
-from olp.identification.diagnosis.tuned import trapezoid, tuned
-from olp.identification.diagnosis.ways import settled
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
 
@@ -36,14 +33,14 @@ def case(tmp_path_factory):
 def part_of(name, case, key, *values):
     term = load_term(name)
     form = next(f for f in term.forms(case) if f.key == key)
-    return Part(term, form, np.array(values))
+    return ModelPart(term, form, np.array(values))
 
 
 def fitted(case, part, seed=0):
     """The fit of a part to durations that it made itself, with noise."""
     scatter = NOISE * np.random.default_rng(seed).normal(size=len(case))
-    there = replace(case, measured=Model((part,)).seconds(case) + scatter, derived={})
-    return fit(Model((part,)), there, Noise(1e-4), 30), there
+    there = replace(case, measured=DurationModel((part,)).seconds(case) + scatter, derived={})
+    return fit(DurationModel((part,)), there, Noise(1e-4), 30), there
 
 
 def test_an_interval_ends_where_the_likelihood_has_fallen_as_far_as_two_deviations(case):
@@ -66,7 +63,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say(case):
 
 def test_a_clamp_that_no_move_reaches_has_one_end_only(case):
     free = replace(case, measured=case.simulated, derived={})
-    high = Model((part_of("speed-clamp", case, "", 0.85),))
+    high = DurationModel((part_of("speed-clamp", case, "", 0.85),))
     told = parameters_with_intervals(fit(high, free, Noise(NOISE)), free, Noise(NOISE))[0]["clamp"]
     assert not told.identified
     assert 0.5 < told.low < 0.85 < told.high

@@ -11,10 +11,19 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs import LogDiagnosis, diagnose_log, diagnose_logs
 from olp.identification.diagnosis.logs.pairing import pair
-from olp.identification.diagnosis.logs.select import Column, best, gain, products
-from olp.identification.diagnosis.logs.series import Spectrum, dropped, even, gaps, hermite
+from olp.identification.diagnosis.logs.select import LibraryColumn, best, gain, products
+from olp.identification.diagnosis.logs.series import (
+    Spectrum,
+    autoregression,
+    dropped,
+    even,
+    gaps,
+    hermite,
+    kept,
+    runs,
+    whiten,
+)
 from olp.identification.diagnosis.logs.statistics import false_discovery, student_quantile, student_tail
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, runs, whiten
 from olp.identification.recording import Log
 from olp.identification.recording.writer import log_csv
 from olp.robots.robot import load_robot
@@ -614,7 +623,7 @@ def test_whitened_selection_names_no_term_of_noise_with_a_memory_where_raw_selec
         noise = np.zeros(count)
         for i in range(1, count):
             noise[i] = 0.97 * noise[i - 1] + rng.normal()
-        columns = tuple(Column(f"term {i}") for i in range(5))
+        columns = tuple(LibraryColumn(f"term {i}") for i in range(5))
         run = runs(t.astype(float), np.ones(count, dtype=bool))
         a, keep = autoregression(noise, run), kept(run)
         wrong["raw"] += bool(best(products(library, noise, columns))[0])
@@ -626,7 +635,9 @@ def test_whitened_selection_names_no_term_of_noise_with_a_memory_where_raw_selec
 def test_a_term_that_is_there_gains_on_held_out_blocks_and_one_that_is_not_does_not() -> None:
     rng = np.random.default_rng(8)
     library = rng.normal(size=(1200, 2))
-    table = products(library, library[:, 0] + rng.normal(size=1200), (Column("there"), Column("not")))
+    table = products(
+        library, library[:, 0] + rng.normal(size=1200), (LibraryColumn("there"), LibraryColumn("not"))
+    )
     assert gain(table, ("there", "not"), "there")[1] < 1e-6
     assert gain(table, ("there", "not"), "not")[1] > 0.01
 

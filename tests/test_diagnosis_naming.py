@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from olp.identification.diagnosis.diagnose import findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
-from olp.identification.diagnosis.findings import findings_of
 from olp.identification.diagnosis.fitting import Noise, evaluate
 from olp.identification.diagnosis.folds import Folds, blocks
-from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.naming import name
 from olp.identification.diagnosis.search import WIDE, move_terms, search, shelf_of
 from olp.identification.diagnosis.waits import late_moves, waiting_moves
 from olp.timing.physics import load_term
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
 
@@ -46,7 +46,7 @@ def case(measured=None, payload=None, repeats=None, resolution=0.0):
     towards = rng.normal(size=(n, 3))
     slow, zero = np.full(n, ACCELERATION), np.zeros(n)
     base = Motion(way, speed, slow, slow, np.full(n, np.inf), zero, zero, zero, zero, np.ones(n))
-    return Case(
+    return MeasuredMoves(
         move=np.arange(n), measured=sim if measured is None else measured, simulated=sim, base=base,
         moving=np.ones(n, bool), joint=np.zeros(n, bool), start=start,
         end=start + way[:, None] * towards / np.linalg.norm(towards, axis=1)[:, None], turn=nan,
@@ -104,17 +104,17 @@ def test_short_durations_alone_are_no_lattice():
 def part(term_name, made, *values, key=None):
     term = load_term(term_name)
     form = next(f for f in term.forms(made) if key in (None, f.key))
-    return Part(term, form, np.array(values, dtype=float))
+    return ModelPart(term, form, np.array(values, dtype=float))
 
 
 def test_of_sets_that_do_nearly_as_well_the_one_with_fewer_names_is_taken():
     way, speed = programmed()
     made = case(measured=trapezoids(way, speed, 0.8 * ACCELERATION) + scatter())
     noise = Noise(NOISE / 2)
-    one = evaluate(Model((part("acceleration", made, 0.8 * ACCELERATION),)), made, noise)
-    two = evaluate(Model((*one.model.parts, part("settling", made, 0.0001))), made, noise)
+    one = evaluate(DurationModel((part("acceleration", made, 0.8 * ACCELERATION),)), made, noise)
+    two = evaluate(DurationModel((*one.model.parts, part("settling", made, 0.0001))), made, noise)
     better = two._replace(bic=one.bic - 7.0)  # as a form that does not quite fit would make it
-    none = evaluate(Model(), made, noise)
+    none = evaluate(DurationModel(), made, noise)
     assert chosen([better, one, none], made, noise, 2, 5).names == ("acceleration",)
 
 
@@ -129,8 +129,8 @@ def test_both_names_stay_where_each_is_worth_it():
 def test_a_second_name_matters_where_without_it_clearly_more_is_left():
     """Beside a large effect a small one is little of the mean square, and still several times the scatter."""
     real = case()
-    both = Model((part("acceleration", real, 1.0), part("dispatch", real, 0.004, key="")))
-    one = Model(both.parts[:1])
+    both = DurationModel((part("acceleration", real, 1.0), part("dispatch", real, 0.004, key="")))
+    one = DurationModel(both.parts[:1])
     quiet = replace(real, measured=both.seconds(real) + scatter(), derived={})
     noise = Noise(NOISE / 10)
     fewer, more = (evaluate(m, quiet, noise) for m in (one, both))
@@ -144,17 +144,17 @@ def test_late_moves_that_all_carry_what_a_term_acts_on_are_no_waits():
     carried = np.where(np.arange(MOVES) % 11 == 0, 40.0, 0.0)
     real = case(payload=carried)
     one = part("payload", real, 0.02, key="")
-    played = Model((one,)).seconds(real)
+    played = DurationModel((one,)).seconds(real)
     late = np.nonzero(carried > 0)[0][:5]
     measured = played + scatter()
     measured[late] += 0.02
     real = replace(real, measured=measured, derived={})
-    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
+    fitted = evaluate(DurationModel((one,)), real, Noise(NOISE / 2))
     assert not late_moves(fitted, real, NOISE / 2).any()
     elsewhere = played + scatter()
     elsewhere[late + 1] += np.array([0.02, 0.031, 0.045, 0.024, 0.038])
     real = replace(real, measured=elsewhere, derived={})
-    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
+    fitted = evaluate(DurationModel((one,)), real, Noise(NOISE / 2))
     assert np.nonzero(late_moves(fitted, real, NOISE / 2))[0].tolist() == (late + 1).tolist()
 
 
@@ -163,11 +163,11 @@ def test_late_moves_that_a_limit_nearly_reaches_are_no_waits():
     real = case()
     one = part("speed-clamp", real, 0.78, key="")
     hardly = np.nonzero((real.base.speed == 0.8) & (real.base.top() >= 0.8))[0]
-    measured = Model((one,)).seconds(real) + scatter()
+    measured = DurationModel((one,)).seconds(real) + scatter()
     measured[hardly] += 0.05 * real.base.way[hardly]
     real = replace(real, measured=measured, derived={})
-    fitted = evaluate(Model((one,)), real, Noise(NOISE / 2))
-    residual = real.measured - Model((one,)).seconds(real)
+    fitted = evaluate(DurationModel((one,)), real, Noise(NOISE / 2))
+    residual = real.measured - DurationModel((one,)).seconds(real)
     assert (residual[hardly] > 8 * NOISE).sum() >= 3
     assert not late_moves(fitted, real, NOISE / 2).any()
 

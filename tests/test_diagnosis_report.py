@@ -15,13 +15,13 @@ import pytest
 from diagnosis_reports import NOISE, UP20, case_of, diagnosis_of, up20
 
 from olp.identification.diagnosis import phrasing
-from olp.identification.diagnosis.diagnose import Outcome
-from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.diagnose import DiagnosisOutcome
+from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.result import Diagnosis, Errors, Mismatch, MoveResidual
 from olp.reports.diagnosis import diagnosis_page, html_report
 from olp.reports.diagnosis.mathml import mathml
-from olp.reports.diagnosis.tables import tables_of
+from olp.reports.diagnosis.page import tables_of
 from olp.timing.physics import LogTerm, MoveTerm, load_term, term_names
 
 VOID = {"meta", "input", "br", "link", "hr", "img"}
@@ -92,7 +92,7 @@ def predicted(case, diagnosis):
 def html(recording, case, diagnosis, predicted) -> str:
     ladder = (("", -700.0, 0.275), ("settling", -900.0, 0.09), ("gravity", -930.0, 0.08))
     jobs = {name: (UP20 / name).read_text() for name in set(case.job)}
-    return html_report(Outcome(diagnosis, case, Model(), predicted, ladder), recording, jobs)
+    return html_report(DiagnosisOutcome(diagnosis, case, DurationModel(), predicted, ladder), recording, jobs)
 
 
 @pytest.fixture(scope="module")
@@ -385,7 +385,7 @@ def test_both_axes_of_a_map_have_one_scale():
 
 
 def test_the_colour_tells_slower_from_faster_and_neither():
-    from olp.reports.diagnosis.colours import step_of
+    from olp.reports.diagnosis.svg import step_of
 
     assert step_of(np.array([-0.5, -0.1, 0.0, 0.1, 0.5, math.nan]), 0.1).tolist() == [0, 0, 4, 8, 8, 4]
 

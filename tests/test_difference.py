@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from interpreter_jobs import job_text, write_jobs
 
 from olp.__main__ import main
-from olp.checks.difference.model import Cause, Difference
+from olp.checks.difference.model import Cause, ProgramDifference
 from olp.checks.difference.versions import open_versions
 from olp.reports.batch import Job, plan_and_time
 
@@ -34,7 +34,9 @@ BODY = [
 ]
 
 
-def difference(folder: Path, old: str, new: str, before: str = "", after: str = "", **options) -> Difference:
+def difference(
+    folder: Path, old: str, new: str, before: str = "", after: str = "", **options
+) -> ProgramDifference:
     """Of two versions of a job; `before` and `after` are their olp.toml."""
     for name, body, toml in (("old", old, before), ("new", new, after)):
         (folder / name).mkdir(exist_ok=True)
@@ -44,13 +46,13 @@ def difference(folder: Path, old: str, new: str, before: str = "", after: str = 
     return compare(folder / "old" / "PART.JBI", folder / "new" / "PART.JBI")
 
 
-def compare(old: Path, new: Path) -> Difference:
+def compare(old: Path, new: Path) -> ProgramDifference:
     with open_versions(str(old), str(new)) as versions:
         (pair,) = versions.pairs
         return versions.compare(pair, Job())
 
 
-def own(found: Difference) -> list[tuple[Cause, str]]:
+def own(found: ProgramDifference) -> list[tuple[Cause, str]]:
     """Causes and statements, without those that only have a changed neighbour."""
     return [(c.cause, c.statement) for c in found.changes if c.cause is not Cause.NEIGHBOUR]
 

@@ -10,7 +10,7 @@ import pytest
 import olp.robots
 from olp.core.diagnostic import OlpError
 from olp.robots.dynamics import dynamic_model, gravity_torques
-from olp.robots.masses_reader import tensor
+from olp.robots.reader import tensor
 from olp.robots.robot import Body, Drive, load_robot
 
 FILES = sorted(Path(olp.robots.__file__).parent.glob("*/*.toml"))

@@ -14,7 +14,7 @@ from olp.ir.points import PointKind, PointState
 from olp.ir.program import Path
 from olp.reports.explain import explain
 from olp.reports.explanation import Explanation, as_text
-from olp.reports.plot.figure import Text
+from olp.reports.plot.figure import TextLabel
 from olp.reports.plot.motion import motion_figure
 from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.dynamics import dynamic_model, gravity_torques
@@ -217,6 +217,6 @@ def test_torques_stand_where_the_masses_are_known_and_balance_gravity_at_rest():
     assert shoulder.torque_share is not None
     assert shoulder.torque_share.max() == pytest.approx(np.abs(shoulder.torque).max() / 330)
     assert "highest torque and share of its limit" in as_text(found)
-    words = [s.text for s in motion_figure(found).shapes if isinstance(s, Text)]
+    words = [s.text for s in motion_figure(found).shapes if isinstance(s, TextLabel)]
     assert "% of limit" in words
     assert told(FAN, 51).axes[0].torque is None

@@ -25,7 +25,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Store,
     SystemValue,
     Taught,
@@ -435,7 +435,7 @@ arithmetic = st.recursive(
 )
 comparisons = st.one_of(
     st.builds(Compare, st.sampled_from(["=", "<>", "<", ">", "<=", ">="]), scalars, values),
-    st.builds(Compare, st.sampled_from(["=", "<>"]), signals, st.builds(State, st.booleans())),
+    st.builds(Compare, st.sampled_from(["=", "<>"]), signals, st.builds(SignalState, st.booleans())),
     st.builds(Compare, st.just("="), st.builds(Variable, st.just(Store.STRING), indices), texts),
 )
 conditions = st.one_of(
@@ -551,7 +551,7 @@ statements = st.one_of(
     ),
     st.builds(Clear, zero, counted, st.one_of(st.none(), st.integers(1, 99).map(Number))),
     st.just(Clear(0, None)),
-    st.builds(SetOutput, zero, signals, st.one_of(st.builds(State, st.booleans()), scalars), comments),
+    st.builds(SetOutput, zero, signals, st.one_of(st.builds(SignalState, st.booleans()), scalars), comments),
     st.builds(SetOutput, zero, registers, values),
     st.builds(PulseOutput, zero, signals, st.one_of(st.none(), times), maybe_condition),
     st.builds(ReadInput, zero, counted, signals),

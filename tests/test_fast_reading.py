@@ -13,8 +13,8 @@ from olp.core.source import decode
 from olp.ir.program import Program
 from olp.languages.vendors.rapid.clauses import Clause, Cutter
 from olp.languages.vendors.rapid.fast import PlainClauses
-from olp.languages.vendors.rapid.grammar import clause_parser
 from olp.languages.vendors.rapid.names import gather
+from olp.languages.vendors.rapid.parsing import clause_parser
 from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.convert import convert
@@ -34,13 +34,15 @@ def read_by_the_grammar_alone(path: Path, patch: pytest.MonkeyPatch, vendor: str
     """The program as it is read when every fast way declines."""
     with patch.context() as patched:
         for name in ("inform", "tp", "krl"):
-            patched.setattr(f"olp.languages.vendors.{name}.fast.MoveLines.read", lambda *_: None)
+            patched.setattr(
+                f"olp.languages.vendors.{name}.fast.{name.capitalize()}MoveLines.read", lambda *_: None
+            )
         patched.setattr("olp.languages.vendors.krl.fast.literal", lambda *_: None)
         patched.setattr(PlainClauses, "move", lambda *_: None)
         patched.setattr(PlainClauses, "point", lambda *_: None)
         patched.setattr("olp.languages.vendors.urscript.lines.quick", lambda _: None)
         patched.setattr(
-            "olp.languages.vendors.urscript.bodies._Body._point",
+            "olp.languages.vendors.urscript.reader._UrscriptBody._point",
             lambda body, name, content, _: body._named(name, content),
         )
         return olp.read(path, vendor=vendor)

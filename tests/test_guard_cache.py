@@ -178,7 +178,7 @@ def test_a_damaged_row_is_timed_again(tmp_path, monkeypatch):
 
 
 def test_many_programs_on_several_processes_give_the_same_as_one_after_the_other(tmp_path, monkeypatch):
-    from olp.checks.guard.run import Settings, run, tasks
+    from olp.checks.guard.run import GuardSettings, run, tasks
     from olp.reports.batch import Job
 
     home = tmp_path / "cell"
@@ -189,8 +189,8 @@ def test_many_programs_on_several_processes_give_the_same_as_one_after_the_other
     )
     paths = [str(path) for path in sorted(home.glob("*.JBI"))]
     seen: list[int] = []
-    many = run(tasks(paths).tasks, Settings(Job(), 2, None), seen.append)
-    assert many == run(tasks(paths).tasks, Settings(Job(), 1, None))
+    many = run(tasks(paths).tasks, GuardSettings(Job(), 2, None), seen.append)
+    assert many == run(tasks(paths).tasks, GuardSettings(Job(), 1, None))
     assert [result.path for result in many] == paths
     assert sum(seen) == 60
 

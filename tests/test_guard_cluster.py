@@ -11,7 +11,7 @@ import pytest
 from guard_cells import cell
 
 from olp.__main__ import main
-from olp.checks.guard.run import Settings, run, tasks
+from olp.checks.guard.run import GuardSettings, run, tasks
 from olp.reports.batch import Job
 
 BODY = "MOVL C00000 V=100.0\nMOVL C000{:02d} V=150.0\nTIMER T=0.{:02d}"
@@ -43,7 +43,7 @@ def jobs(tmp_path) -> list[str]:
 @pytest.mark.filterwarnings("ignore")
 def test_a_killed_worker_loses_nothing_and_counts_nothing_twice(cluster, jobs):
     work = tasks(jobs).tasks
-    expected = run(work, Settings(Job(), 2))
+    expected = run(work, GuardSettings(Job(), 2))
     victims = [worker.pid for worker in cluster.workers.values()]
     seen: list[int] = []
 
@@ -53,7 +53,7 @@ def test_a_killed_worker_loses_nothing_and_counts_nothing_twice(cluster, jobs):
             os.kill(victims.pop(), signal.SIGKILL)
             victims.clear()
 
-    found = run(work, Settings(Job(), scheduler=cluster.scheduler_address), kill)
+    found = run(work, GuardSettings(Job(), scheduler=cluster.scheduler_address), kill)
     assert not victims, "no worker was killed"
     assert [result.path for result in found] == jobs
     assert found == expected
@@ -73,7 +73,7 @@ def test_paths_seen_from_here_mean_the_same_files_to_the_workers(cluster, jobs, 
 
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_that_is_not_there_is_told(jobs, capsys, monkeypatch):
-    import olp.checks.guard.cluster as module
+    import olp.checks.guard.run as module
 
     monkeypatch.setattr(module, "_PATIENCE", "1s")
     assert main(["check", "--scheduler", "tcp://127.0.0.1:9", jobs[0]]) == 2

@@ -12,7 +12,7 @@ from lark.exceptions import UnexpectedInput
 
 from olp.core.source import load
 from olp.languages.vendors.inform import instructions
-from olp.languages.vendors.inform.fast import MoveLines
+from olp.languages.vendors.inform.fast import InformMoveLines
 from olp.languages.vendors.inform.grammar import instruction_parser
 
 SAMPLES = sorted(
@@ -55,7 +55,7 @@ def move_lines(draw: st.DrawFn) -> str:
 
 def assert_both_agree(line: str) -> bool:
     """Whether the fast path took the line; if so, the grammar must say the same."""
-    fast = MoveLines().read(line, 0)
+    fast = InformMoveLines().read(line, 0)
     if fast is None:
         return False
     parsed = instruction_parser().instruction(line, {})
@@ -95,7 +95,7 @@ def test_common_moves_take_the_fast_path(line: str) -> None:
     "line", ["MOVL C00001 V=187.0 'x", "MOVX C1", "MOVL C00001 V=", "MOVL C00001 V=1 V=2"]
 )
 def test_what_is_not_plain_is_left_to_the_grammar(line: str) -> None:
-    assert MoveLines().read(line, 1) is None
+    assert InformMoveLines().read(line, 1) is None
 
 
 def test_words_that_stand_often_are_one_object() -> None:

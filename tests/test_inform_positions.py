@@ -204,7 +204,7 @@ def test_a_long_run_takes_the_bulk_path(monkeypatch: pytest.MonkeyPatch) -> None
     def refuse(*_: object) -> None:
         raise AssertionError("a plain row was read alone")
 
-    monkeypatch.setattr(positions.Positions, "_single", refuse)
+    monkeypatch.setattr(positions.InformPositionReader, "_single", refuse)
     table(*(f"C{n:05}={n}.125,-2.5,3,4.0000,5,-6" for n in range(50)))
 
 

@@ -20,7 +20,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Store,
     SystemValue,
     Taught,
@@ -120,7 +120,7 @@ B, I, D, R, S = Store.BYTE, Store.INTEGER, Store.DOUBLE, Store.REAL, Store.STRIN
 P, BP, EX, PX = Store.ROBOT, Store.BASE, Store.STATION, Store.SYSTEM
 IN12 = Signal("in", Number(12))
 OT3 = Signal("out", Number(3))
-ON, OFF = State(True), State(False)
+ON, OFF = SignalState(True), SignalState(False)
 
 LINEAR, JOINT, CIRCULAR, SPLINE = Path.LINEAR, Path.JOINT, Path.CIRCULAR, Path.SPLINE
 

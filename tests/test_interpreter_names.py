@@ -22,7 +22,7 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
 )
@@ -126,7 +126,7 @@ def test_a_work_object_is_its_user_frame_times_its_object_frame():
     work = RecordLiteral(
         "wobjdata",
         (
-            ("robhold", State(False)),
+            ("robhold", SignalState(False)),
             ("uframe", pose(100, 0, 0, 0, 0, 90)),
             ("oframe", pose(10, 0, 0)),
         ),
@@ -228,7 +228,7 @@ def test_loops_that_repeat_leave_and_go_on():
         EndIf(6),
         Dwell(7, Quantity(i, 1.0)),
         Until(8, Compare(">=", i, Number(4))),
-        While(9, State(True)),
+        While(9, SignalState(True)),
         Assign(10, i, Binary("-", i, Number(1))),
         If(11, Compare("<", i, Number(1))),
         Break(12),
@@ -339,7 +339,7 @@ def test_blends_become_what_the_makers_law_takes(vendor, blend, code, size):
 
 
 def test_a_wait_for_a_named_signal_is_assumed_and_told():
-    plan = plan_of(Wait(1, Compare("=", Signal("in", Text("diReady")), State(True))), vendor="krl")
+    plan = plan_of(Wait(1, Compare("=", Signal("in", Text("diReady")), SignalState(True))), vendor="krl")
     assert any("diready" in a.says for a in plan.assumptions)
 
 

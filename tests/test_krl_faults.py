@@ -16,7 +16,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
 )
 from olp.ir.points import PointTable
 from olp.ir.program import Blend, BlendKind, Declare, Move, Path, Routine, Speed, SpeedUnit, Wait
@@ -80,7 +80,7 @@ def test_a_shift_along_the_tool_turns_about_x_then_y_then_z(turns):
 
 
 def test_a_wait_that_gave_up_says_so():
-    condition = Compare("=", Signal("in", Number(3)), State(True))
+    condition = Compare("=", Signal("in", Number(3)), SignalState(True))
     rows = [row.strip() for row in text(Wait(1, condition, Quantity(Number(2.5), 1.0))).splitlines()]
     assert "WHILE NOT ($IN[3]==TRUE) AND (WAITED<2.5)" in rows
     assert "TIMED_OUT=NOT ($IN[3]==TRUE)" in rows

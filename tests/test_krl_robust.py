@@ -56,7 +56,7 @@ def lines(draw: st.DrawFn) -> str:
 def both(monkeypatch: pytest.MonkeyPatch, *texts: str, dat: list[str] | None = None) -> None:
     fast = read(*texts, dat=dat)
     with monkeypatch.context() as patch:
-        patch.setattr(body.MoveLines, "read", lambda *_: None)
+        patch.setattr(body.KrlMoveLines, "read", lambda *_: None)
         patch.setattr(body, "ACTUAL", Declines())
         patch.setattr(lists.fast, "ROW", Declines())
         patch.setattr(lists.fast, "RECORD_ROW", Declines())

@@ -22,7 +22,7 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -264,9 +264,9 @@ def test_the_work_on_the_flange_ends_where_the_mode_is_base_again() -> None:
         ("RETURN (n+1)", Return(0, Binary("+", Named("n"), Number(1)))),
         ("again:", Label(0, "again")),
         ("PULSE ($OUT[3],TRUE,0.5)", PulseOutput(0, Signal("out", Number(3)), Quantity(Number(0.5), 1.0))),
-        ("$OUT[3]=FALSE", SetOutput(0, Signal("out", Number(3)), State(False))),
+        ("$OUT[3]=FALSE", SetOutput(0, Signal("out", Number(3)), SignalState(False))),
         ("$ANOUT[1]=0.5", SetOutput(0, Signal("analog-out", Number(1)), Number(0.5))),
-        ("$FLAG[2]=TRUE", SetOutput(0, Signal("flag", Number(2)), State(True))),
+        ("$FLAG[2]=TRUE", SetOutput(0, Signal("flag", Number(2)), SignalState(True))),
         ("grip (1,,n)", Call(0, "grip", (Number(1), Unknown(""), Named("n")))),
         ("msg(text[])", Call(0, "msg", (Item(Named("text"), ()),))),
         ('MsgNotify("full")', Message(0, Text("full"))),
@@ -287,7 +287,7 @@ def test_blocks() -> None:
         "FOR n=1 TO 9 STEP 2", "ENDFOR", "WHILE NOT b", "ENDWHILE", "REPEAT", "UNTIL n==3",
         "SWITCH n", "CASE 1,2", "DEFAULT", "ENDSWITCH", "GOTO out", "out:",
     )  # fmt: skip
-    assert found[0] == While(0, State(True))
+    assert found[0] == While(0, SignalState(True))
     assert found[1] == If(0, Compare(">", Named("n"), Number(1)))
     assert found[2] == Break(0)
     assert found[6] == EndWhile(0)
@@ -372,7 +372,7 @@ def test_declarations_with_and_without_decl() -> None:
     assert found[0] == Declare(0, "i", "integer", native="INT")
     assert found[2] == Declare(0, "r", "real", None, (Number(3), Number(4)), native="REAL")
     assert (found[3].type, found[3].shared) == ("position", True)  # type: ignore[union-attr]
-    assert (found[4].storage, found[4].value) == ("constant", State(True))  # type: ignore[union-attr]
+    assert (found[4].storage, found[4].value) == ("constant", SignalState(True))  # type: ignore[union-attr]
     assert found[5].type == "string"  # type: ignore[union-attr]
 
 
@@ -381,7 +381,7 @@ def test_structures_enumerations_and_signals() -> None:
     assert found[0].value == RecordLiteral("ENUM", (("", Text("#RED")), ("", Text("#BLUE"))))  # type: ignore[union-attr]
     assert [name for name, _ in found[1].value.members] == ["n", "x", "y"]  # type: ignore[union-attr]
     assert found[2].value == Signal("out", Number(5))  # type: ignore[union-attr]
-    assert found[3] == SetOutput(0, Signal("out", Number(5)), State(True))
+    assert found[3] == SetOutput(0, Signal("out", Number(5)), SignalState(True))
     group = body("SIGNAL code $IN[1] TO $IN[8]", "r=code")
     assert group[1] == Assign(0, Named("r"), Signal("in-group", Text("code")))
 

@@ -26,7 +26,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Text,
     Unary,
 )
@@ -279,7 +279,7 @@ def test_speed_tool_frame_and_blend_are_assigned_where_they_change() -> None:
 
 
 def test_nothing_is_known_after_a_label_or_a_block() -> None:
-    found = lines_of(foreign(move(), Label(2, "again"), move(), If(3, State(True)), EndIf(4), move()))
+    found = lines_of(foreign(move(), Label(2, "again"), move(), If(3, SignalState(True)), EndIf(4), move()))
     assert found.count("$VEL.CP=0.25") == 3
 
 
@@ -332,9 +332,9 @@ def test_an_offset_along_the_tool_is_a_product_from_the_right() -> None:
 def test_other_statements_of_other_languages() -> None:
     found = lines_of(
         foreign(
-            If(1, Compare("=", Named("n"), Number(1))), ElseIf(2, State(True)), Else(3), EndIf(4),
+            If(1, Compare("=", Named("n"), Number(1))), ElseIf(2, SignalState(True)), Else(3), EndIf(4),
             Wait(5, Signal("in", Number(3)), Quantity(Number(2.5), 1.0)),
-            SetOutput(6, Signal("out", Text("doGrip")), State(True)), Dwell(7, Quantity(Number(350), 0.001)),
+            SetOutput(6, Signal("out", Text("doGrip")), SignalState(True)), Dwell(7, Quantity(Number(350), 0.001)),
             Assign(8, Member(Named("P1"), "rz"), Binary("/", Named("n"), Number(2))),
             data=(P1, GRIP, Declare(0, "n", "integer", Number(1))),
         )
@@ -384,7 +384,7 @@ def test_expressions_keep_their_meaning() -> None:
         Unary("not", Logic(a, (("and", b),))),
         Logic(a, (("or", Logic(b, (("and", c),))),)),
         Logic(Logic(a, (("or", b),)), (("and", c),)),
-        Compare("=", Compare("<", a, Number(2)), State(True)),
+        Compare("=", Compare("<", a, Number(2)), SignalState(True)),
         Function("pose-product", (a, Function("pose-product", (b, c)))),
         Function("pose-inverse", (Function("pose-product", (a, b)),)),
         Binary("and", a, Binary("or", b, c)),

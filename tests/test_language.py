@@ -12,11 +12,11 @@ from olp.core.memory_limit import SupersededError
 from olp.core.source import decode
 from olp.reports.batch import Job, plan_and_time
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.document import Change, Document, Place
+from olp.servers.language.document import OpenDocument, Place, TextChange
 from olp.servers.language.findings import marks
-from olp.servers.language.hints import hints
+from olp.servers.language.lens import hints
 from olp.servers.language.rules import complete
-from olp.servers.language.service import Service
+from olp.servers.language.service import ProgramService
 from olp.servers.language.settings import settings_of
 
 SAMPLES = Path(__file__).parent.parent / "samples"
@@ -33,13 +33,13 @@ WORDS = ["", "x", "\n", "\r\n", "\r", "MOVL C00001 V=100.0\r\n", "ü", "😀", "
 
 @pytest.fixture
 def service():
-    made = Service()
+    made = ProgramService()
     yield made
     for path in list(made.documents):
         made.close(path)
 
 
-def known(service: Service, path: str) -> Analysis:
+def known(service: ProgramService, path: str) -> Analysis:
     """What is known of a text that can be timed."""
     analysis = service.current(path)
     assert analysis is not None
@@ -47,7 +47,7 @@ def known(service: Service, path: str) -> Analysis:
     return analysis
 
 
-def opened(service: Service, name: str) -> str:
+def opened(service: ProgramService, name: str) -> str:
     path = str(SAMPLES / name)
     service.open(path, Path(path).read_bytes().decode("utf-8"))
     return path
@@ -57,16 +57,16 @@ def test_any_edits_leave_the_text_that_the_same_edits_leave_in_a_string() -> Non
     chance = random.Random(11)
     for _ in range(60):
         text = "".join(chance.choice(WORDS) for _ in range(chance.randrange(8)))
-        document = Document("", text)
+        document = OpenDocument("", text)
         for _ in range(12):
             begin, end = sorted(chance.randrange(len(text) + 1) for _ in range(2))
             word = chance.choice(WORDS)
             places = [place_of(text, offset) for offset in (begin, end)]
             begin, end = (offset_of(text, place) for place in places)
             text = text[:begin] + word + text[end:]
-            document.change(Change(*places, word))
+            document.change(TextChange(*places, word))
             assert document.text == text
-            whole = Document("", text)
+            whole = OpenDocument("", text)
             assert [document.line(n) for n in range(1, len(document) + 1)] == [
                 whole.line(n) for n in range(1, len(whole) + 1)
             ]
@@ -94,11 +94,11 @@ def test_splices_say_where_every_untouched_line_is_now() -> None:
     chance = random.Random(5)
     for _ in range(40):
         lines = [f"line {n}" for n in range(20)]
-        document = Document("", "\n".join(lines))
+        document = OpenDocument("", "\n".join(lines))
         for _ in range(4):
             start = Place(chance.randrange(1, len(document) + 1), chance.randrange(1, 9))
             stop = Place(chance.randrange(1, len(document) + 1), chance.randrange(1, 9))
-            document.change(Change(start, stop, chance.choice(["", "new", "new\n", "\nnew\nnewer\n"])))
+            document.change(TextChange(start, stop, chance.choice(["", "new", "new\n", "\nnew\nnewer\n"])))
         for number, text in enumerate(lines, 1):
             where: int | None = number
             for splice in document.splices:
@@ -108,7 +108,7 @@ def test_splices_say_where_every_untouched_line_is_now() -> None:
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_findings_and_times_are_those_of_the_command_line(service: Service, name: str) -> None:
+def test_findings_and_times_are_those_of_the_command_line(service: ProgramService, name: str) -> None:
     path = opened(service, name)
     analysis = complete(service, path)
     assert analysis is not None
@@ -128,7 +128,7 @@ def _moves(timing):
     return (timing.plan.kind == 0)[timing.plan.source == 0]
 
 
-def test_hints_of_a_range_are_those_of_the_whole_that_lie_in_it(service: Service) -> None:
+def test_hints_of_a_range_are_those_of_the_whole_that_lie_in_it(service: ProgramService) -> None:
     analysis = service.current(opened(service, PROGRAMS[0]))
     assert analysis is not None
     whole = hints(analysis)
@@ -137,7 +137,7 @@ def test_hints_of_a_range_are_those_of_the_whole_that_lie_in_it(service: Service
         assert hints(analysis, first, first + 9) == [h for h in whole if first <= h.line <= first + 9]
 
 
-def test_a_line_in_a_loop_shows_its_sum_and_how_often_it_runs(service: Service) -> None:
+def test_a_line_in_a_loop_shows_its_sum_and_how_often_it_runs(service: ProgramService) -> None:
     analysis = known(service, opened(service, PROGRAMS[0]))
     line = next(n for n, text in enumerate(analysis.source.lines, 1) if "MOVL C00002" in text)
     (hint,) = hints(analysis, line, line)
@@ -149,7 +149,7 @@ def test_a_line_in_a_loop_shows_its_sum_and_how_often_it_runs(service: Service) 
 
 
 def test_an_open_text_is_read_in_place_of_the_file_by_those_who_call_it(
-    service: Service, tmp_path: Path
+    service: ProgramService, tmp_path: Path
 ) -> None:
     job = (SAMPLES / "inform/generations/dx200.jbi").read_text()
     main = tmp_path / "MAIN.JBI"
@@ -173,7 +173,7 @@ def test_an_open_text_is_read_in_place_of_the_file_by_those_who_call_it(
     assert again.timing.wait_s == before.timing.wait_s
 
 
-def test_settings_are_those_of_the_command_line_and_wrong_ones_are_told(service: Service) -> None:
+def test_settings_are_those_of_the_command_line_and_wrong_ones_are_told(service: ProgramService) -> None:
     path = opened(service, PROGRAMS[0])
     service.configure(settings_of({"olp": {"override": 50, "robot": "yaskawa/gp25"}}))
     analysis = known(service, path)
@@ -203,7 +203,9 @@ a()
 """
 
 
-def test_a_program_that_goes_on_and_on_is_partial_for_who_types_and_whole_later(service: Service) -> None:
+def test_a_program_that_goes_on_and_on_is_partial_for_who_types_and_whole_later(
+    service: ProgramService,
+) -> None:
     service.open("a.script", ENDLESS.replace("True", "n < 9000"), "urscript")
     some = service.current("a.script", whole=False)
     assert some is not None
@@ -216,7 +218,7 @@ def test_a_program_that_goes_on_and_on_is_partial_for_who_types_and_whole_later(
     assert len(some.timing.plan) < 6_000
 
 
-def test_work_on_a_program_ends_as_soon_as_nobody_wants_it(service: Service) -> None:
+def test_work_on_a_program_ends_as_soon_as_nobody_wants_it(service: ProgramService) -> None:
     service.open("a.script", ENDLESS.replace("True", "n < 9000"), "urscript")
     asked: list[bool] = []
 
@@ -230,7 +232,9 @@ def test_work_on_a_program_ends_as_soon_as_nobody_wants_it(service: Service) -> 
     assert known(service, "a.script").timing is not None
 
 
-def test_a_mistake_in_olp_is_a_finding_of_the_text_and_ends_nothing(service: Service, monkeypatch) -> None:
+def test_a_mistake_in_olp_is_a_finding_of_the_text_and_ends_nothing(
+    service: ProgramService, monkeypatch
+) -> None:
     monkeypatch.setattr("olp.servers.language.analysis.run", lambda *a, **k: 1 / 0)
     path = opened(service, PROGRAMS[0])
     analysis = service.current(path)
@@ -241,18 +245,18 @@ def test_a_mistake_in_olp_is_a_finding_of_the_text_and_ends_nothing(service: Ser
     assert not hints(analysis)
 
 
-def test_a_point_with_a_number_too_much_stops_nothing(service: Service) -> None:
+def test_a_point_with_a_number_too_much_stops_nothing(service: ProgramService) -> None:
     path = opened(service, "inform/handling/HANDLING.JBI")
     line = next(
         n for n, text in enumerate(service.documents[path].text.splitlines(), 1) if text.startswith("C00001")
     )
-    service.change(path, [Change(Place(line, 12), Place(line, 12), "\n")], 2)
+    service.change(path, [TextChange(Place(line, 12), Place(line, 12), "\n")], 2)
     analysis = service.current(path)
     assert analysis is not None
     assert "C016" not in {d.code for d in analysis.diagnostics}
 
 
-def test_a_rule_that_fails_is_told_and_the_others_run(service: Service, monkeypatch) -> None:
+def test_a_rule_that_fails_is_told_and_the_others_run(service: ProgramService, monkeypatch) -> None:
     from olp.checks.lint.rule import all_rules
 
     broken = next(type(rule) for rule in all_rules() if rule.code == "W001")

@@ -7,18 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from olp.languages.tokens import Kind
-from olp.languages.vocabulary import spellings
+from olp.languages.tokens import TokenKind, spellings
 from olp.servers.language.actions import actions
 from olp.servers.language.completion import completion
-from olp.servers.language.document import Change, Place
+from olp.servers.language.document import Place, TextChange
 from olp.servers.language.formatting import equal, formatting
 from olp.servers.language.hover import hover
 from olp.servers.language.lens import lenses
-from olp.servers.language.names import words_of
 from olp.servers.language.rules import complete
-from olp.servers.language.service import Service
-from olp.servers.language.symbols import definitions, outline, references
+from olp.servers.language.service import ProgramService
+from olp.servers.language.symbols import definitions, outline, references, words_of
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 INFORM, KRL, RAPID, TP, URSCRIPT = (
@@ -33,13 +31,13 @@ LANGUAGES = [INFORM, KRL, RAPID, TP, URSCRIPT]
 
 @pytest.fixture
 def service():
-    made = Service()
+    made = ProgramService()
     yield made
     for path in list(made.documents):
         made.close(path)
 
 
-def opened(service: Service, name: str, text: str | None = None) -> str:
+def opened(service: ProgramService, name: str, text: str | None = None) -> str:
     path = str(SAMPLES / name)
     service.open(path, Path(path).read_bytes().decode() if text is None else text)
     assert service.current(path) is not None
@@ -109,9 +107,9 @@ def test_the_outline_holds_every_routine_and_only_lines_of_the_text(service, nam
     analysis = service.analyses[opened(service, name)]
     entries = outline(analysis)
     assert analysis.program is not None
-    routines = [entry.name for entry in entries if entry.kind is Kind.ROUTINE]
+    routines = [entry.name for entry in entries if entry.kind is TokenKind.ROUTINE]
     assert [r.casefold() for r in routines] == [r.name.casefold() for r in analysis.program.routines]
-    assert any(child.kind is not Kind.ROUTINE for entry in entries for child in (entry, *entry.children))
+    assert any(child.kind is not TokenKind.ROUTINE for entry in entries for child in (entry, *entry.children))
     for entry in entries:
         for child in (entry, *entry.children):
             assert 1 <= child.line <= child.last <= len(analysis.source.lines)
@@ -206,7 +204,7 @@ def test_a_fix_that_a_rule_carries_is_offered_and_does_what_it_says(service) -> 
     gone = document.line(finding.line)
     for edit in offered[0].edits:
         document.change(
-            Change(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text)
+            TextChange(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text)
         )
     assert gone not in document.text.splitlines()
     again = complete(service, path)
@@ -222,7 +220,9 @@ def test_an_excuse_silences_its_finding(service) -> None:
     (excuse,) = [a for a in actions(analysis, finding.line, finding.line) if a.title.startswith("Excuse")]
     (edit,) = excuse.edits
     document = service.documents[path]
-    document.change(Change(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text))
+    document.change(
+        TextChange(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text)
+    )
     again = complete(service, path)
     assert again is not None
     assert len(again.lint) == len(analysis.lint) - 1
@@ -268,13 +268,13 @@ def test_formatting_never_changes_what_a_text_means_and_is_done_once(service, na
     for _ in range(40):
         line = chance.randrange(1, len(document) + 1)
         place = Place(line, chance.choice([1, len(document.line(line)) + 1]))
-        document.change(Change(place, place, chance.choice([" ", "  ", "\t", "      "])))
+        document.change(TextChange(place, place, chance.choice([" ", "  ", "\t", "      "])))
     before = service.current(path)
     assert before is not None
     edits = formatting(before)
     for edit in reversed(edits):
         document.change(
-            Change(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text)
+            TextChange(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text)
         )
     after = service.current(path)
     assert after is not None
@@ -324,7 +324,9 @@ def test_what_changes_the_motion_is_offered_as_such_and_mends_what_it_promises(s
     assert not offered[0].preferred
     (edit,) = offered[0].edits
     document = service.documents[path]
-    document.change(Change(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text))
+    document.change(
+        TextChange(Place(edit.line, edit.column), Place(edit.end_line, edit.end_column), edit.text)
+    )
     again = complete(service, path)
     assert again is not None
     assert "W001" not in {one.code for one in again.lint}

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.core.memory_limit import Memory, remembered, remembering
+from olp.core.memory_limit import TextCache, remembered, remembering
 from olp.servers.language.analysis import analyse
-from olp.servers.language.document import Change, Document, Place
+from olp.servers.language.document import OpenDocument, Place, TextChange
 from olp.servers.language.findings import marks
-from olp.servers.language.service import Service
-from olp.servers.language.settings import Settings
+from olp.servers.language.service import ProgramService
+from olp.servers.language.settings import EditorSettings
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PROGRAMS = [
@@ -53,12 +53,12 @@ def same(first, second) -> bool:
 def test_after_any_edits_the_analysis_is_that_of_the_whole_text(name: str) -> None:
     chance = random.Random(name)
     path = str(SAMPLES / name)
-    service = Service()
+    service = ProgramService()
     document = service.open(path, Path(path).read_bytes().decode())
     try:
         for version in range(16):
             known = service.current(path)
-            fresh = analyse(Document(path, document.text), Settings())
+            fresh = analyse(OpenDocument(path, document.text), EditorSettings())
             assert known is not None
             assert same(known.program, fresh.program), version
             assert same(known.timing, fresh.timing), version
@@ -68,7 +68,7 @@ def test_after_any_edits_the_analysis_is_that_of_the_whole_text(name: str) -> No
         service.close(path)
 
 
-def edit(document: Document, chance: random.Random) -> Change:
+def edit(document: OpenDocument, chance: random.Random) -> TextChange:
     """What people do: a letter more or less, a line twice, a line gone, a line from elsewhere, a number changed."""
     line = chance.randrange(1, len(document) + 1)
     text = document.line(line)
@@ -79,13 +79,13 @@ def edit(document: Document, chance: random.Random) -> Change:
     number = Place(line, chance.choice(digits)) if digits else here
     return chance.choice(
         [
-            Change(here, here, chance.choice("0159,. =;()[]{}'!#AXZ\n")),
-            Change(here, Place(line, column + 1), ""),
-            Change(end, end, f"\r\n{text}"),
-            Change(Place(line, 1), Place(line + 1, 1), ""),
-            Change(end, end, f"\r\n{other}"),
-            Change(number, Place(line, number.column + 1), chance.choice("123456789")),
-            Change(number, Place(line, number.column + 1), chance.choice("123456789")),
+            TextChange(here, here, chance.choice("0159,. =;()[]{}'!#AXZ\n")),
+            TextChange(here, Place(line, column + 1), ""),
+            TextChange(end, end, f"\r\n{text}"),
+            TextChange(Place(line, 1), Place(line + 1, 1), ""),
+            TextChange(end, end, f"\r\n{other}"),
+            TextChange(number, Place(line, number.column + 1), chance.choice("123456789")),
+            TextChange(number, Place(line, number.column + 1), chance.choice("123456789")),
         ]
     )
 
@@ -100,16 +100,19 @@ RETYPED = {
 @pytest.mark.parametrize("name", RETYPED)
 def test_a_line_means_something_else_when_what_it_names_is_declared_otherwise(name: str) -> None:
     text, before, after = RETYPED[name]
-    service = Service()
+    service = ProgramService()
     service.open(name, text)
     assert service.current(name) is not None
     service.change(name, [text.replace(before, after)], 2)
-    known, fresh = service.current(name), analyse(Document(name, text.replace(before, after)), Settings())
+    known, fresh = (
+        service.current(name),
+        analyse(OpenDocument(name, text.replace(before, after)), EditorSettings()),
+    )
     service.close(name)
     assert known is not None
     assert known.program is not None
     assert same(known.program, fresh.program)
-    first = analyse(Document(name, text), Settings()).program
+    first = analyse(OpenDocument(name, text), EditorSettings()).program
     assert not same([r.body for r in known.program.routines], [r.body for r in first.routines])
 
 
@@ -131,7 +134,7 @@ class Asked:
 
 
 def test_a_result_is_remembered_only_while_every_answer_is_the_same() -> None:
-    asked, memory, done = Asked(), Memory(), []
+    asked, memory, done = Asked(), TextCache(), []
 
     def work(it) -> int:
         done.append(1)
@@ -152,7 +155,7 @@ def test_a_result_is_remembered_only_while_every_answer_is_the_same() -> None:
 
 
 def test_work_whose_answers_can_change_in_place_is_done_each_time() -> None:
-    asked, memory, done = Asked(), Memory(), []
+    asked, memory, done = Asked(), TextCache(), []
 
     def listed(it) -> int:
         done.append(1)

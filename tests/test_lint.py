@@ -18,7 +18,7 @@ from olp.checks.lint import all_rules
 from olp.checks.lint.run import lint, without_known
 from olp.checks.lint.settings import choice
 from olp.reports.batch import Job
-from olp.reports.outcome import Finding, Level
+from olp.reports.outcome import Level, OutcomeFinding
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "inform"
 CODES = [rule.code for rule in all_rules()]
@@ -236,7 +236,7 @@ def test_a_baseline_excuses_what_is_known_and_counts_equal_lines(tmp_path, capsy
 
 
 def test_a_baseline_counts_down():
-    one = Finding("W012", Level.NOTE, "", "a", 3, source_line="WAIT")
+    one = OutcomeFinding("W012", Level.NOTE, "", "a", 3, source_line="WAIT")
     assert without_known([one, one, one], {one.fingerprint: 2}) == [one]
     assert without_known([one], {}) == [one]
 

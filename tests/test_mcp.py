@@ -16,10 +16,9 @@ import pytest
 from mcp import ClientSession, StdioServerParameters, stdio_client
 
 from olp.core.diagnostic import OlpError
-from olp.servers.mcp.folder import Folder
-from olp.servers.mcp.limits import Limits
+from olp.servers.mcp.folder import Folder, ServerLimits
 from olp.servers.mcp.tool import load_tool, tool_names
-from olp.servers.mcp.truncate import fit
+from olp.servers.mcp.worker import fit
 
 ROOT = Path(__file__).parent.parent
 JOB = "handling/HANDLING.JBI"
@@ -217,9 +216,9 @@ def hostile(tmp_path: Path) -> Path:
     (root / "binary.jbi").write_bytes(bytes(range(256)) * 64)
     (root / "empty.jbi").write_bytes(b"")
     with open(root / "huge.jbi", "wb") as huge:
-        huge.truncate(Limits().file + 1)
+        huge.truncate(ServerLimits().file + 1)
     (root / "many").mkdir()
-    for number in range(Limits().files + 1):
+    for number in range(ServerLimits().files + 1):
         (root / "many" / f"{number}.jbi").touch()
     return root
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from olp.timing.motion import Moves, Profile, load_model
+from olp.timing.motion import Profile, RequestedMoves, load_model
 
 PHASES = ("up", "on", "down")
 
@@ -28,7 +28,7 @@ def profile(
         "end_speed": 0.0,
     } | asked
     rows = (np.array([x]) for x in (durations, accelerations, jerks or [0.0, 0.0, 0.0]))
-    moves = Moves(**{name: np.array([value]) for name, value in wanted.items()})
+    moves = RequestedMoves(**{name: np.array([value]) for name, value in wanted.items()})
     return Profile.build(moves, PHASES, *rows, np.zeros(1, dtype=np.int8))
 
 

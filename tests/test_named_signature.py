@@ -15,18 +15,17 @@ import olp
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis.case_making import case_of
-from olp.identification.diagnosis.diagnose import Outcome, diagnose_recording
-from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import Finding
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
 from olp.identification.signature.estimator import load_estimator
 from olp.identification.signature.from_diagnosis import signature_of
 from olp.identification.signature.rows import predict_recording
-from olp.identification.signature.term_case import case_for
-from olp.identification.signature.term_model import Named, from_parameters, to_parameters
+from olp.identification.signature.term_model import NamedModel, case_for, from_parameters, to_parameters
 from olp.timing.physics import MoveTerm, load_term, term_names
-from olp.timing.physics._motion import Corners, Motion
+from olp.timing.physics._motion import Motion, MoveCorners
 
 ROBOT = "yaskawa/ma2010"
 ZONES = (0.0125, 0.025, 0.05)  # [m] of its position levels 1 to 3
@@ -51,7 +50,7 @@ def motion_of(made, **changes):
         added=nothing,
         rate=np.ones(count),
         law="braking each",
-        corners=Corners(
+        corners=MoveCorners(
             made.length,
             made.speed,
             np.ones(count),
@@ -83,7 +82,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def outcome(folder) -> Outcome:
+def outcome(folder) -> DiagnosisOutcome:
     return diagnose_recording(read_recording(folder))
 
 
@@ -293,18 +292,18 @@ def parts_of(case):
         term = load_term(name)
         if isinstance(term, MoveTerm) and name not in ("clock", "warm-up"):
             for form in term.forms(case):
-                yield Part(term, form, np.asarray(term.guesses(form, case)[0]))
+                yield ModelPart(term, form, np.asarray(term.guesses(form, case)[0]))
 
 
 def test_every_term_does_in_a_signature_what_it_does_in_a_diagnosis(mixed):
     case = case_of(mixed).case
     base, seen = case.base, set()
     for part in parts_of(case):
-        model = Model((part,))
+        model = DurationModel((part,))
         wanted = model.seconds(case) - (
             0.0 if part.term.name == "cycle-quantisation" else case.simulated - base.duration()
         )
-        named = Named(
+        named = NamedModel(
             model, ACCELERATION, np.nan, base.law, base.overlap, base.split, numbers=case.numbers_used
         )
         again = from_parameters(to_parameters(named, {}))
@@ -333,7 +332,7 @@ def test_a_term_of_the_axes_is_refused_where_the_axes_are_not_known(mixed, folde
     case, told = case_of(mixed).case, set()
     plain = read_recording(folder)
     for part in parts_of(case):
-        named = Named(Model((part,)), ACCELERATION, np.nan, numbers=case.numbers_used)
+        named = NamedModel(DurationModel((part,)), ACCELERATION, np.nan, numbers=case.numbers_used)
         own = replace(signature, parameters=to_parameters(named, {}))
         try:
             predict_recording(own, plain)
@@ -458,11 +457,11 @@ def with_term(outcome, name, values, form=0):
     """The outcome with one more term in it."""
     term = load_term(name)
     forms = term.forms(outcome.case)
-    parts = (Part(term, forms[form], np.array(values)),) if forms else ()
+    parts = (ModelPart(term, forms[form], np.array(values)),) if forms else ()
     evidence = outcome.diagnosis.findings[0].evidence
     finding = Finding(name, "", "", {}, (), {}, evidence)
     diagnosis = replace(outcome.diagnosis, findings=(*outcome.diagnosis.findings, finding))
-    return outcome._replace(diagnosis=diagnosis, model=Model((*outcome.model.parts, *parts)))
+    return outcome._replace(diagnosis=diagnosis, model=DurationModel((*outcome.model.parts, *parts)))
 
 
 def test_a_clock_and_waits_are_left_out_of_predictions_and_said_so(outcome, signature, folder):
@@ -493,7 +492,7 @@ def test_a_warm_robot_is_predicted(outcome, signature, folder):
 @pytest.mark.parametrize("verdict", ["no-mismatch", "unexplained"])
 def test_nothing_found_is_no_signature(outcome, folder, verdict):
     blank = outcome._replace(
-        diagnosis=replace(outcome.diagnosis, verdict=verdict, findings=()), model=Model()
+        diagnosis=replace(outcome.diagnosis, verdict=verdict, findings=()), model=DurationModel()
     )
     with pytest.raises(OlpError) as caught:
         signature_of(blank, read_recording(folder))
@@ -502,7 +501,7 @@ def test_nothing_found_is_no_signature(outcome, folder, verdict):
 
 
 def test_a_recorders_fault_alone_is_no_signature(outcome, folder):
-    only = with_term(outcome._replace(model=Model()), "clock", [1.03])
+    only = with_term(outcome._replace(model=DurationModel()), "clock", [1.03])
     with pytest.raises(OlpError) as caught:
         signature_of(only, read_recording(folder))
     assert caught.value.diagnostics[0].code == "H040"

@@ -17,14 +17,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from olp.core.diagnostic import OlpError, Span, error
-from olp.reports.outcome import Finding, Item, Level, Outcome, Status, format_names, load_format
+from olp.reports.outcome import JudgedItem, Level, Outcome, OutcomeFinding, Status, format_names, load_format
 from olp.reports.outcome.model import of_diagnostic
 
 SCHEMAS = Path(__file__).parent / "data" / "schemas"
 # Half of a surrogate pair cannot be written as UTF-8: file names hold them, messages of olp do not.
 words = st.text(st.characters(exclude_categories=("Cs",)), max_size=24)
 findings = st.builds(
-    Finding,
+    OutcomeFinding,
     code=st.sampled_from(["M010", "W001", "U010", "I102"]),
     level=st.sampled_from(Level),
     message=words.filter(bool),
@@ -38,7 +38,7 @@ findings = st.builds(
     numbers=st.dictionaries(words, st.floats(allow_nan=False, allow_infinity=False) | words, max_size=2),
 )
 items = st.builds(
-    Item,
+    JudgedItem,
     name=words,
     file=words,
     status=st.sampled_from(Status),
@@ -61,15 +61,21 @@ def example() -> Outcome:
     return Outcome(
         "check",
         (
-            Finding("M010", Level.ERROR, "cell 4: 1.2 s over", "a/MAIN.JBI", 7, 3, 9, "over", "fewer stops"),
-            Finding("W003", Level.WARNING, "50 % | *zone*", "a/MAIN.JBI", 9, source_line="MOVL C00001 PL=8"),
-            Finding("U010", Level.NOTE, "a\nb", "b.JBI", 0),
+            OutcomeFinding(
+                "M010", Level.ERROR, "cell 4: 1.2 s over", "a/MAIN.JBI", 7, 3, 9, "over", "fewer stops"
+            ),
+            OutcomeFinding(
+                "W003", Level.WARNING, "50 % | *zone*", "a/MAIN.JBI", 9, source_line="MOVL C00001 PL=8"
+            ),
+            OutcomeFinding("U010", Level.NOTE, "a\nb", "b.JBI", 0),
         ),
         (
-            Item("cell 4", "a/MAIN.JBI", Status.FAILED, "over", 7, 43.2, 42.0, "budget", "a/MAIN.JBI:7: 3 s"),
-            Item("cell 5", "b.JBI", Status.HELD, "below", 0, 12.0, 42.0, "budget"),
-            Item("cell 6", "c.JBI", Status.UNKNOWN, "cannot be read"),
-            Item("cell 7", "d.JBI", Status.WARNED, "close", 0, 41.5, 42.0),
+            JudgedItem(
+                "cell 4", "a/MAIN.JBI", Status.FAILED, "over", 7, 43.2, 42.0, "budget", "a/MAIN.JBI:7: 3 s"
+            ),
+            JudgedItem("cell 5", "b.JBI", Status.HELD, "below", 0, 12.0, 42.0, "budget"),
+            JudgedItem("cell 6", "c.JBI", Status.UNKNOWN, "cannot be read"),
+            JudgedItem("cell 7", "d.JBI", Status.WARNED, "close", 0, 41.5, 42.0),
         ),
         ("3 programs: 1 failed",),
     )
@@ -201,7 +207,7 @@ def test_a_failed_test_case_says_which_lines_take_long():
 
 
 def test_characters_that_xml_does_not_know_are_replaced():
-    outcome = Outcome("lint", (Finding("W001", Level.ERROR, "a\x00b\x1b", "c\x01.JBI", 3),))
+    outcome = Outcome("lint", (OutcomeFinding("W001", Level.ERROR, "a\x00b\x1b", "c\x01.JBI", 3),))
     case = junit(load_format("junit").render(outcome)).find("testsuite/testcase")
     assert case.attrib["name"] == "W001 c\N{REPLACEMENT CHARACTER}.JBI:3"
 
@@ -219,7 +225,7 @@ def test_annotations_are_commands_of_one_line_whatever_they_say(outcome):
 
 
 def test_an_annotation_escapes_what_the_runner_would_take_apart():
-    found = Finding("W001", Level.ERROR, "50 %, a: b\nc", "a,b:c.JBI", 3, 2, title="x: y, z")
+    found = OutcomeFinding("W001", Level.ERROR, "50 %, a: b\nc", "a,b:c.JBI", 3, 2, title="x: y, z")
     row = load_format("github").render(Outcome("lint", (found,))).strip()
     assert row == "::error file=a%2Cb%3Ac.JBI,line=3,col=2,title=W001 x%3A y%2C z::50 %25, a: b%0Ac"
 
@@ -231,7 +237,9 @@ def test_what_could_not_be_judged_and_has_no_finding_is_annotated():
 
 
 def test_a_table_in_markdown_keeps_its_columns_whatever_the_cells_hold():
-    outcome = Outcome("diff", (Finding("U010", Level.NOTE, "a|b\nc <b> @me `x` *y* _z_", "f|`.JBI", 3),))
+    outcome = Outcome(
+        "diff", (OutcomeFinding("U010", Level.NOTE, "a|b\nc <b> @me `x` *y* _z_", "f|`.JBI", 3),)
+    )
     rows = [row for row in load_format("markdown").render(outcome).split("\n") if row.startswith("|")]
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {5}
     assert "<b>" not in rows[2]
@@ -239,13 +247,13 @@ def test_a_table_in_markdown_keeps_its_columns_whatever_the_cells_hold():
 
 
 def test_a_comment_never_grows_beyond_what_forges_take():
-    found = tuple(Finding("W001", Level.NOTE, "x" * 200, "a.JBI", n) for n in range(3000))
+    found = tuple(OutcomeFinding("W001", Level.NOTE, "x" * 200, "a.JBI", n) for n in range(3000))
     assert len(load_format("markdown").render(Outcome("lint", found))) < 65_536
 
 
 def test_text_shows_the_worst_first_and_not_thousands_that_held():
     outcome = Outcome(
-        "check", items=tuple(Item(f"b{n}", "", Status.HELD) for n in range(300)) + example().items
+        "check", items=tuple(JudgedItem(f"b{n}", "", Status.HELD) for n in range(300)) + example().items
     )
     text = load_format("text").render(outcome)
     assert text.index("unknown") < text.index("failed") < text.index("warned") < text.index("held")
@@ -264,7 +272,7 @@ def test_a_fingerprint_stays_when_lines_above_come_and_go(found, other, column):
 
 def test_a_fingerprint_is_of_code_file_and_line_and_the_same_on_windows():
     def mark(**more: str) -> str:
-        return Finding(
+        return OutcomeFinding(
             **{"code": "W001", "level": Level.NOTE, "message": "", "file": "a/b", **more}
         ).fingerprint
 
@@ -293,8 +301,8 @@ def test_two_diagnostics_of_a_file_without_a_line_are_two():
 def test_the_exit_status_is_that_of_the_worst(statuses, levels, expected):
     outcome = Outcome(
         "check",
-        tuple(Finding("W001", level, "") for level in levels),
-        tuple(Item("", "", status) for status in statuses),
+        tuple(OutcomeFinding("W001", level, "") for level in levels),
+        tuple(JudgedItem("", "", status) for status in statuses),
     )
     assert outcome.exit_status == expected
 

@@ -9,7 +9,7 @@ import pytest
 
 from bench.physics_page import PAGE, page
 from olp.contracts.terms import CYCLE, rich_case
-from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.timing.physics import MoveTerm, load_term, term_names
 
 CONTRACT = term_names()
@@ -32,11 +32,11 @@ WRIST = CASE.rates is not None and (np.abs(CASE.rates.path[:, :, 3:]).max(axis=(
 
 def seconds(term, form, values, case=CASE):
     """(n,) [s] without the jumps of rounding to a cycle."""
-    return Model((Part(term, form, np.asarray(values, dtype=float)),)).smooth(case)
+    return DurationModel((ModelPart(term, form, np.asarray(values, dtype=float)),)).smooth(case)
 
 
 def plain(case=CASE):
-    return Model().smooth(case)
+    return DurationModel().smooth(case)
 
 
 def nulls(form):
@@ -190,11 +190,11 @@ def test_shares_of_any_three_terms_together_add_up_to_what_they_do():
         three = [FORMS[k] for k in chosen]
         if len({term.name for term, _, _ in three}) < 3:
             continue
-        parts = tuple(Part(t, f, np.asarray(strong(t, f, CASE), float)) for t, f, _ in three)
-        model = Model(parts)
+        parts = tuple(ModelPart(t, f, np.asarray(strong(t, f, CASE), float)) for t, f, _ in three)
+        model = DurationModel(parts)
         whole, shares = model.seconds(CASE) - CASE.simulated, model.contributions(CASE)
         assert np.sum(shares, axis=0) == pytest.approx(whole, abs=1e-9)
-        apart = sum(Model((part,)).seconds(CASE) - CASE.simulated for part in parts)
+        apart = sum(DurationModel((part,)).seconds(CASE) - CASE.simulated for part in parts)
         together += np.abs(whole - apart).max() > 1e-3
     assert together > 20, "terms that act together are what the shares are for"
 

@@ -11,7 +11,7 @@ import ruckig
 
 from olp.contracts.terms import rich_case
 from olp.timing.physics import load_term
-from olp.timing.physics._motion import LAWS, Corners, Motion
+from olp.timing.physics._motion import LAWS, Motion, MoveCorners
 
 N = 60
 CASE = rich_case(moves=150, joint_moves=0, seed=11)
@@ -150,7 +150,7 @@ def test_the_move_after_a_corner_is_booked_what_the_braking_before_it_takes():
     """A quick move before a slow one: the corner is worth the quick one's braking, wherever it is booked."""
     one, zero = np.ones(2), np.zeros(2)
     way, speed, slow = one, np.array([0.8, 0.1]), np.array([2.0, 4.0])
-    corners = Corners(one, np.array([0.8, 0.8]), np.array([1.0, 0.5]), one, one)
+    corners = MoveCorners(one, np.array([0.8, 0.8]), np.array([1.0, 0.5]), one, one)
     start, end = np.array([0.0, 0.01]), np.array([0.01, 0.0])
     stop = Motion(way, speed, slow, slow, np.inf * one, start, end, zero, zero, one, corners=corners)
     for split in (0.0, 0.5, 1.0):

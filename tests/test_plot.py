@@ -22,7 +22,7 @@ from olp.fluent import read
 from olp.reports.explain import explain
 from olp.reports.plot import PICTURES, Figure, picture
 from olp.reports.plot.axes import Axes, room, thinned, ticks
-from olp.reports.plot.figure import TONES, Box, Dot, Polyline, Text
+from olp.reports.plot.figure import TONES, Box, Dot, Polyline, TextLabel
 from olp.reports.plot.motion import motion_figure
 from olp.reports.plot.program import program_figure
 from olp.timing.timing import time_plan
@@ -158,7 +158,7 @@ def test_every_colour_can_be_read_on_its_paper():
 @given(st.text(max_size=60))
 def test_any_text_of_a_program_gives_sound_xml(text):
     figure = Figure(100, 50, text)
-    figure.add(Text(5, 20, text))
+    figure.add(TextLabel(5, 20, text))
     data = picture(figure, "a.svg")
     assert len(texts(data)) == 1
     assert not re.search(rb"<(?!/?(svg|title|style|rect|text|polyline|circle)\b)", data)
@@ -189,7 +189,7 @@ def test_png_has_the_figures_colours_where_they_were_put():
 def test_png_writes_text_in_both_directions():
     for upright in (False, True):
         figure = Figure(80, 80, "text")
-        figure.add(Text(40, 40, "−12.5 mm/s² → x", anchor="middle", upright=upright, bold=True))
+        figure.add(TextLabel(40, 40, "−12.5 mm/s² → x", anchor="middle", upright=upright, bold=True))
         image = np.asarray(Image.open(io.BytesIO(picture(figure, "a.png"))).convert("L"))
         rows, columns = np.nonzero(image < 128)
         wide, high = np.ptp(columns), np.ptp(rows)
@@ -199,7 +199,7 @@ def test_png_writes_text_in_both_directions():
 
 def test_upright_text_begins_where_it_is_put_and_goes_up():
     figure = Figure(80, 80, "text")
-    figure.add(Text(40, 70, "mmmmmm", upright=True))
+    figure.add(TextLabel(40, 70, "mmmmmm", upright=True))
     rows = np.nonzero(np.asarray(Image.open(io.BytesIO(picture(figure, "a.png"))).convert("L")) < 128)[0]
     assert 130 < rows.max() <= 142
     assert rows.min() < 70

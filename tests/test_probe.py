@@ -10,9 +10,8 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm
 from olp.identification.probe import Wanted, design_experiment, write_experiment
-from olp.identification.probe.design import NOISE, most_telling, share_left
+from olp.identification.probe.experiment import NOISE, ShortestPaths, most_telling, order, share_left
 from olp.identification.probe.reach import look
-from olp.identification.probe.route import Ways, order
 from olp.identification.recording import read_recording
 from olp.robots.geometry import Pose, rotation_from_angles
 from olp.robots.kinematics import inverse, singularities, within_limits
@@ -85,7 +84,7 @@ def test_ways_between_points_use_allowed_lines_only():
     allowed = np.zeros((4, 4), dtype=bool)
     for a, b in ((0, 1), (1, 2), (0, 3)):
         allowed[a, b] = allowed[b, a] = True
-    ways = Ways(points, allowed)
+    ways = ShortestPaths(points, allowed)
     assert ways.between(2, 3) == [1, 0, 3]
     assert ways.length[2, 3] == pytest.approx(5.0)
     assert order(np.array([2, 0, 1]), np.array([3, 1, 2]), ways) == [0, 1, 2]

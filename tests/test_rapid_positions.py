@@ -17,10 +17,10 @@ from olp.ir.expressions import Named, PositionLiteral
 from olp.ir.program import Declare, Move
 from olp.languages.vendors.rapid.clauses import Clause, Cutter
 from olp.languages.vendors.rapid.fast import PlainClauses
-from olp.languages.vendors.rapid.grammar import clause_parser
 from olp.languages.vendors.rapid.literals import quaternion_angles
 from olp.languages.vendors.rapid.names import gather
-from olp.languages.vendors.rapid.write_positions import quaternion
+from olp.languages.vendors.rapid.parsing import clause_parser
+from olp.languages.vendors.rapid.write_values import quaternion
 from olp.runtime.plan import MoveStep
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "rapid"

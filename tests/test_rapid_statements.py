@@ -23,7 +23,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -185,7 +185,7 @@ def test_process_moves_are_moves_with_what_belongs_to_the_process_beside_them() 
     arc = move("ArcL p1,v100,sm1,wd5\\Weave:=wv1,z10,tWeld\\WObj:=w;")
     assert (arc.path, arc.targets, arc.blend) == (Path.LINEAR, (Named("p1"),), zone(10, "z10"))
     assert arc.other == (
-        ("ArcL", State(True)),
+        ("ArcL", SignalState(True)),
         ("", Named("sm1")),
         ("", Named("wd5")),
         ("\\Weave", Named("wv1")),
@@ -197,7 +197,7 @@ def test_process_moves_are_moves_with_what_belongs_to_the_process_beside_them() 
     assert (spot.tool, spot.blend, len(spot.other)) == (Named("tGun"), zone(0, ""), 3)
     output = move("MoveLDO p1,v100,z10,t\\WObj:=w,doGlue,1;")
     assert output.tool == Named("t")
-    assert output.other[0] == ("MoveLDO", State(True))
+    assert output.other[0] == ("MoveLDO", SignalState(True))
 
 
 def test_a_move_of_external_axes_alone_leaves_the_arm_where_it_is() -> None:
@@ -257,10 +257,10 @@ def test_a_move_of_the_axes_takes_joint_values() -> None:
 
 
 def test_outputs_are_switched_by_name() -> None:
-    assert statement("SetDO doGrip,1;") == SetOutput(0, Signal("out", Text("doGrip")), State(True))
-    assert statement("SetDO doGrip,high;") == SetOutput(0, Signal("out", Text("doGrip")), State(True))
-    assert statement("Set Lamp;") == SetOutput(0, Signal("out", Text("Lamp")), State(True))
-    assert statement("Reset Lamp;") == SetOutput(0, Signal("out", Text("Lamp")), State(False))
+    assert statement("SetDO doGrip,1;") == SetOutput(0, Signal("out", Text("doGrip")), SignalState(True))
+    assert statement("SetDO doGrip,high;") == SetOutput(0, Signal("out", Text("doGrip")), SignalState(True))
+    assert statement("Set Lamp;") == SetOutput(0, Signal("out", Text("Lamp")), SignalState(True))
+    assert statement("Reset Lamp;") == SetOutput(0, Signal("out", Text("Lamp")), SignalState(False))
     assert statement("SetGO goCode,12;") == SetOutput(0, Signal("out-group", Text("goCode")), Number(12))
     assert statement("SetAO aoFlow,x/2;").signal == Signal("analog-out", Text("aoFlow"))
     inverted = statement("InvertDO Lamp;")
@@ -278,7 +278,7 @@ def test_a_delayed_output_is_kept_and_does_not_switch() -> None:
 
 
 def test_waits_for_signals_have_a_longest_time() -> None:
-    on = Compare("=", Signal("in", Text("diReady")), State(True))
+    on = Compare("=", Signal("in", Text("diReady")), SignalState(True))
     assert statement("WaitDI diReady,1;") == Wait(0, on)
     assert statement("WaitDI diReady,1\\MaxTime:=3;") == Wait(0, on, Quantity(Number(3), 1.0))
     waited, told = statements("WaitUntil diReady=1\\MaxTime:=3\\TimeFlag:=bLate;")
@@ -299,8 +299,8 @@ def test_a_name_is_a_signal_by_its_use_or_by_its_beginning() -> None:
         module(["WaitDI Part,1;", "IF Part=1 OR di7=0 OR doLamp=1 Stop;", "x:=done;"], "VAR num x;")
     )
     condition = program.routines[0].body[1].condition
-    assert condition.first == Compare("=", Signal("in", Text("Part")), State(True))
-    assert condition.rest[0][1] == Compare("=", Signal("in", Text("di7")), State(False))
+    assert condition.first == Compare("=", Signal("in", Text("Part")), SignalState(True))
+    assert condition.rest[0][1] == Compare("=", Signal("in", Text("di7")), SignalState(False))
     assert condition.rest[1][1].left == Signal("out", Text("doLamp"))
     assert statement("IF DI_Part=1 Stop;").condition.left == Signal("in", Text("DI_Part"))
     assert statement("IF DONE=1 Stop;").condition.left == Named("DONE")
@@ -311,7 +311,7 @@ def test_functions_read_signals() -> None:
     assert statement("x:=DOutput(Lamp);").value == Signal("out", Text("Lamp"))
     assert statement("x:=GInput(Code);").value == Signal("in-group", Text("Code"))
     tested = statement("IF TestDI(Part) Stop;").condition
-    assert tested == Compare("=", Signal("in", Text("Part")), State(True))
+    assert tested == Compare("=", Signal("in", Text("Part")), SignalState(True))
 
 
 # --- values ------------------------------------------------------------------------------------------------------

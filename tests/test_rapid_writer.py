@@ -29,7 +29,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -328,7 +328,7 @@ FOREIGN = (
     Declare(1, "grip", "tool", TOOL),
     Declare(1, "table", "frame", FRAME),
     Declare(1, "count", "integer", Number(0)),
-    Declare(1, "ready", "boolean", State(False)),
+    Declare(1, "ready", "boolean", SignalState(False)),
     Declare(1, "speed", "real", Number(0.25)),
 )
 
@@ -457,10 +457,10 @@ def test_conditions_without_precedence_get_parentheses() -> None:
 
 def test_signals_with_numbers_get_names() -> None:
     assert rows(
-        SetOutput(1, Signal("out", Number(3)), State(True)),
+        SetOutput(1, Signal("out", Number(3)), SignalState(True)),
         SetOutput(1, Signal("out-group", Number(2)), Number(9)),
         SetOutput(1, Signal("tool-out", Number(0)), Named("ready")),
-        Wait(1, Compare("=", Signal("in", Number(7)), State(False)), Quantity(Number(2), 1.0)),
+        Wait(1, Compare("=", Signal("in", Number(7)), SignalState(False)), Quantity(Number(2), 1.0)),
     ) == [
         "SetDO do3,1;",
         "SetGO go2,9;",

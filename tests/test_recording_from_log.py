@@ -12,10 +12,9 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.units import mm
 from olp.identification.recording import Log, read_recording
-from olp.identification.recording.boundaries import pass_by, rest, stillness
-from olp.identification.recording.clock import fit_clock
-from olp.identification.recording.from_log import moves_from_log
+from olp.identification.recording.from_log import fit_clock, moves_from_log
 from olp.identification.recording.programmed import moved
+from olp.identification.recording.segments import pass_by, rest, stillness
 from olp.identification.recording.writer import log_csv
 from olp.reports.batch import Job, plan_and_time
 from olp.timing.track import track

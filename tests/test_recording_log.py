@@ -217,7 +217,7 @@ def test_a_long_log_is_read_quickly_and_exactly(tmp_path):
 
 
 def test_too_many_samples_are_refused_before_they_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("olp.identification.recording.log_table.MOST_BYTES", 50)
+    monkeypatch.setattr("olp.identification.recording.log_reader.MOST_BYTES", 50)
     assert [d.code for d in refused(with_log(tmp_path, ROWS))] == ["D003"]
 
 

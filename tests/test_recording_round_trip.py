@@ -9,7 +9,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from olp.identification.recording import KINDS, Log, RecordedMoves, Settings, read_recording, write_recording
+from olp.identification.recording import (
+    KINDS,
+    Log,
+    RecordedMoves,
+    RecordingSettings,
+    read_recording,
+    write_recording,
+)
 
 FIELDS = (
     "move", "kind", "duration", "sim", "start", "end", "via", "start_angles", "end_angles",
@@ -116,7 +123,7 @@ def test_writing_what_was_read_changes_nothing_that_is_hashed(moves):
 )
 def test_settings_are_read_as_they_were_written(controller, resolution, tool):
     one = plain(1)
-    found = again(one, settings=Settings("", controller, resolution, tool)).settings
+    found = again(one, settings=RecordingSettings("", controller, resolution, tool)).settings
     assert (found.controller, found.time_resolution) == (controller, resolution)
     assert (found.tool is None) == (tool is None)
     if tool:

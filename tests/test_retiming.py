@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from olp.core.diagnostic import OlpError
 from olp.timing.motion import load_model
-from olp.timing.retiming import Further, Kind, SampledPath, retime, spline_through
+from olp.timing.retiming import Further, LimitKind, SampledPath, retime, spline_through
 
 COMPILED = pytest.mark.parametrize("compiled", [False, True])
 PLACE = np.linspace(0.0, 1.0, 25)
@@ -56,7 +56,10 @@ def test_a_straight_way_is_the_trapezoid_of_constant_acceleration(compiled, star
     run = retime(path, [0.9], [3.0], start_speed=start, end_speed=end, compiled=compiled)
     expected = load_model("constant").profile(1.6, 0.9, 3.0, 3.0, 2 * start, 2 * end).duration[0]
     assert run.duration == pytest.approx(expected, rel=1e-4)
-    assert {run.names[i] for i in np.unique(run.limiter)} == {(0, Kind.SPEED), (0, Kind.ACCELERATION)}
+    assert {run.names[i] for i in np.unique(run.limiter)} == {
+        (0, LimitKind.SPEED),
+        (0, LimitKind.ACCELERATION),
+    }
 
 
 @COMPILED
@@ -65,8 +68,8 @@ def test_programmed_speed_and_acceleration_of_the_tool_make_the_same_trapezoid(c
     run = retime(path, [9.0], [90.0], path_speed=0.25, path_acceleration=1.7, compiled=compiled)
     assert run.duration == pytest.approx(load_model("constant").profile(0.8, 0.25, 1.7).duration[0], rel=1e-4)
     kinds = [run.names[i].kind for i in run.limiter]
-    assert kinds[0] == kinds[-1] == Kind.PATH_ACCELERATION
-    assert kinds[len(kinds) // 2] == Kind.PATH_SPEED
+    assert kinds[0] == kinds[-1] == LimitKind.PATH_ACCELERATION
+    assert kinds[len(kinds) // 2] == LimitKind.PATH_SPEED
 
 
 def test_a_circle_of_two_axes_is_run_at_the_speed_of_its_centripetal_acceleration():
@@ -169,7 +172,7 @@ def test_a_motor_that_lifts_a_mass_brakes_harder_than_it_accelerates(compiled):
     run = retime(path, [90.0], [99.0], further=weight, compiled=compiled)
     expected = load_model("constant").profile(1.0, 90.0, 1.0, 3.0).duration[0]
     assert run.duration == pytest.approx(expected, rel=1e-4)
-    assert run.names[run.limiter[0]].kind is Kind.FURTHER
+    assert run.names[run.limiter[0]].kind is LimitKind.FURTHER
 
 
 def test_an_end_that_cannot_be_had_becomes_the_nearest_one_that_can():

@@ -27,8 +27,7 @@ from olp.identification.signature.errors import spread_of
 from olp.identification.signature.estimator import duration_of, estimator_names, load_estimator
 from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.folds import merit
-from olp.identification.signature.gp import Belief, Part, _cost, _squares, answer, learn
-from olp.identification.signature.minimise import minimise
+from olp.identification.signature.gp import Belief, KernelPart, _cost, _squares, answer, learn, minimise
 from olp.identification.signature.subsets import all_subsets, grouped_errors
 from olp.robots.library import load_robot
 
@@ -237,7 +236,7 @@ def test_the_gradient_of_the_likelihood_is_its_slope():
 
 def test_the_process_finds_a_smooth_function_again_and_its_doubt_grows_away_from_it():
     x = np.linspace(0, 6, 40)[:, None]
-    part = Part(Belief(1.0, 1.0), (Belief(1.0, 1.0),))
+    part = KernelPart(Belief(1.0, 1.0), (Belief(1.0, 1.0),))
     process = learn(((x,),), np.sin(x[:, 0]), (part,), Belief(0.01, 1.0))
     mean, doubt = answer(process, ((np.array([[1.57], [20.0]]),),))
     assert mean[0] == pytest.approx(1.0, abs=0.01)

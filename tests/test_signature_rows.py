@@ -14,9 +14,9 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, moves_of_recording, read_signature, write_signature
+from olp.identification.signature.coefficients import choose, solve
 from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.motions import arc_length
-from olp.identification.signature.robust import choose, solve
 from olp.identification.signature.rows import predict_recording
 from olp.robots.library import load_robot
 from olp.timing.timing import time_plan

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from olp.core.diagnostic import OlpError
-from olp.languages.template_filters import fixed, short
-from olp.languages.templating import Limits, given, shipped
+from olp.languages.templating import RenderingLimits, fixed, given, shipped, short
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def test_lists_of_lists_cannot_be_built(tmp_path):
 
 def test_the_clock_stops_a_template_that_stays_within_all_counts(tmp_path):
     with pytest.raises(OlpError) as caught:
-        render(tmp_path, nested(5), Limits(steps=10**9, characters=10**9, seconds=0.2))
+        render(tmp_path, nested(5), RenderingLimits(steps=10**9, characters=10**9, seconds=0.2))
     assert "0.2 s" in caught.value.diagnostics[0].message
 
 

@@ -14,7 +14,7 @@ from tp_listings import HEAD, POSITION, listing, read
 from olp.core.source import decode
 from olp.fluent import read_source
 from olp.languages.vendors.tp import fast
-from olp.languages.vendors.tp.fast import MoveLines
+from olp.languages.vendors.tp.fast import TpMoveLines
 from olp.languages.vendors.tp.grammar import instruction_parser
 from olp.languages.vendors.tp.limits import LIMITS
 
@@ -127,7 +127,7 @@ NUMBERS = ["1", "100", "99.5", "0", "0.0", "000.5", "12.", "1000000000000"]
 
 def test_the_fast_path_gives_what_the_grammar_gives() -> None:
     rng = random.Random(4)
-    moves, taken = MoveLines(), 0
+    moves, taken = TpMoveLines(), 0
     for _ in range(3000):
         words = [
             rng.choice("JLA"),

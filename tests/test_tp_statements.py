@@ -19,7 +19,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Store,
     SystemValue,
     Taught,
@@ -83,7 +83,7 @@ def signal(bus, number):
 
 
 def is_on(bus, number):
-    return Compare("=", signal(bus, number), State(True))
+    return Compare("=", signal(bus, number), SignalState(True))
 
 
 def speed(unit, value, scale):
@@ -261,11 +261,11 @@ def test_names_in_brackets_stay_with_their_registers():
     ],
 )
 def test_outputs(word, bus):
-    assert one(f"{word}[3:grip]=(ON)") == SetOutput(0, signal(bus, 3), State(True))
+    assert one(f"{word}[3:grip]=(ON)") == SetOutput(0, signal(bus, 3), SignalState(True))
 
 
 def test_outputs_take_values_conditions_and_pulses():
-    assert one("DO[1]=OFF") == SetOutput(0, signal("out", 1), State(False))
+    assert one("DO[1]=OFF") == SetOutput(0, signal("out", 1), SignalState(False))
     assert one("GO[1]=R[2]") == SetOutput(0, signal("out-group", 1), r(2))
     assert one("DO[1]=(!RI[2])") == SetOutput(0, signal("out", 1), Unary("not", signal("robot-in", 2)))
     assert one("DO[1]=PULSE,0.5sec") == PulseOutput(0, signal("out", 1), Quantity(Number(0.5), 1.0))

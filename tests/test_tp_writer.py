@@ -28,7 +28,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Store,
     SystemValue,
     Taught,
@@ -69,7 +69,7 @@ from olp.ir.program import (
 from olp.ir.program import (
     Path as Shape,
 )
-from olp.languages.templating import Limits, shipped
+from olp.languages.templating import RenderingLimits, shipped
 from olp.languages.vendors.tp.writer import write
 from olp.transpile.export import export
 
@@ -284,7 +284,7 @@ def written(program: Program) -> str:
     values, problems = write(program, DATE)
     if problems:
         raise OlpError(*problems)
-    return shipped("tp").render(values, Limits(steps=1_000_000, characters=1_000_000, seconds=10.0))
+    return shipped("tp").render(values, RenderingLimits(steps=1_000_000, characters=1_000_000, seconds=10.0))
 
 
 def instructions(program: Program) -> list[str]:
@@ -498,7 +498,7 @@ def test_a_shifted_target_is_computed_in_a_register() -> None:
         (Binary("*", Binary("+", r(1), r(2)), r(3)), "((R[1]+R[2])*R[3])"),
         (Unary("-", r(1)), "((-R[1]))"),
         (Function("atan2", (r(1), r(2))), "ATAN2[R[1],R[2]]"),
-        (State(True), "1"),
+        (SignalState(True), "1"),
     ],
 )
 def test_arithmetic(value: object, text: str) -> None:
@@ -519,11 +519,11 @@ def test_a_truth_value_is_one_or_zero_in_a_register() -> None:
 @pytest.mark.parametrize(
     ("condition", "text"),
     [
-        (Compare("=", Signal("in", Number(3)), State(True)), "DI[3]=ON"),
+        (Compare("=", Signal("in", Number(3)), SignalState(True)), "DI[3]=ON"),
         (Signal("in", Number(3)), "(DI[3])"),
         (Unary("not", Signal("in", Number(3))), "(!DI[3])"),
         (r(4), "(R[4]<>0)"),
-        (Compare("=", r(4), State(False)), "R[4]=0"),
+        (Compare("=", r(4), SignalState(False)), "R[4]=0"),
         (Logic(r(1), (("or", r(2)), ("and", r(3)))), "((R[1]<>0 OR R[2]<>0) AND R[3]<>0)"),
         (Logic(r(1), (("and", r(2)), ("or", r(3)))), "(R[1]<>0 AND R[2]<>0 OR R[3]<>0)"),
         (Unary("not", Logic(r(1), (("or", r(2)),))), "(!(R[1]<>0 OR R[2]<>0))"),
@@ -569,7 +569,7 @@ def test_a_bounded_wait_sets_the_controllers_timeout() -> None:
 
 def test_comments_behind_statements_and_long_ones_stand_above() -> None:
     lines = instructions(
-        made(Comment(1, "word " * 9), SetOutput(1, Signal("out", Number(2)), State(False), "let go"))
+        made(Comment(1, "word " * 9), SetOutput(1, Signal("out", Number(2)), SignalState(False), "let go"))
     )
     assert lines == ["!word word word word word word", "!word word word", "!let go", "DO[2]=OFF"]
 
@@ -609,13 +609,13 @@ RADIUS = Blend(BlendKind.RADIUS, Quantity(Number(0.025), 1.0))
         ),
         (Assign(1, Named("x"), Number(1)), "by its name"),
         (Assign(1, r(1), Function("pose-product", (r(1), r(2)))), "a pose seen in another pose"),
-        (While(1, State(True)), "WHILE"),
+        (While(1, SignalState(True)), "WHILE"),
         (Opaque(1, "FOO"), "another language"),
         (Disabled(1, "FOO"), "another language"),
         (Process(1, "ARCON", (("", Text("1")),)), "another language"),
         (Return(1, Number(1)), "value that a routine returns"),
-        (SetOutput(1, Signal("out", Text("doGrip")), State(True)), "by its name"),
-        (SetOutput(1, Signal("register", Number(1)), State(True)), "register"),
+        (SetOutput(1, Signal("out", Text("doGrip")), SignalState(True)), "by its name"),
+        (SetOutput(1, Signal("register", Number(1)), SignalState(True)), "register"),
     ],
 )
 def test_what_tp_cannot_say_is_refused_with_its_line(statement: object, word: str) -> None:

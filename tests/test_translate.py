@@ -14,6 +14,7 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.fluent import Program
+from olp.ir.block_structure import negated
 from olp.ir.expressions import (
     Compare,
     FrameRef,
@@ -22,7 +23,7 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Quantity,
-    State,
+    SignalState,
     Variable,
 )
 from olp.ir.points import PointTable
@@ -46,7 +47,6 @@ from olp.ir.program import (
     SpeedUnit,
 )
 from olp.ir.program import Path as Shape
-from olp.ir.tree import negated
 from olp.robots.robot import load_robot
 from olp.transpile import Context, Mapping, canonical
 from olp.transpile.arcs import half_way
@@ -261,7 +261,7 @@ def test_the_opposite_of_a_condition():
     turned = negated(Logic(a, (("and", b), ("or", c))))
     assert [word for word, _ in turned.rest] == ["or", "and"]
     assert negated(turned) == Logic(a, (("and", b), ("or", c)))
-    assert negated(State(True)) == State(False)
+    assert negated(SignalState(True)) == SignalState(False)
 
 
 def test_names_are_legal_and_apart():

@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from olp.core.source import decode
+from olp.ir.block_structure import parse
 from olp.ir.expressions import Compare, Logic, Number, Quantity, Store, Variable
 from olp.ir.points import PointTable
 from olp.ir.program import (
@@ -37,10 +38,9 @@ from olp.ir.program import (
     Update,
     While,
 )
-from olp.ir.tree import parse
 from olp.languages.limits import limits_of
 from olp.runtime.interpreter import run
-from olp.transpile.context import Context, Work
+from olp.transpile.context import Context, TranslationContext
 from olp.transpile.control_flow import flow
 
 FUEL = Variable(Store.INTEGER, Number(0))
@@ -66,7 +66,7 @@ def trace(program):
 
 def lowered(program, **changes):
     limits = dataclasses.replace(limits_of("inform"), **changes)
-    work = Work(program, "urscript", limits, Context())
+    work = TranslationContext(program, "urscript", limits, Context())
     result = flow(program, work)
     assert not work.losses
     return result

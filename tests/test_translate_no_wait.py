@@ -6,7 +6,7 @@ import pytest
 from test_arm_branch import GP25
 from translate_programs import VENDORS, Maker
 
-from olp.ir.expressions import Number, Signal, State
+from olp.ir.expressions import Number, Signal, SignalState
 from olp.ir.program import Path, SetOutput
 from olp.transpile import Context
 from olp.transpile.convert import convert
@@ -17,7 +17,7 @@ class Ahead(Maker):
 
     def block(self, depth):
         last = self.move(Path.LINEAR, self.point(), no_wait=True)
-        signal = SetOutput(0, Signal("out", Number(3)), State(True))
+        signal = SetOutput(0, Signal("out", Number(3)), SignalState(True))
         return [self.move(Path.LINEAR, self.point()), last, signal]
 
 

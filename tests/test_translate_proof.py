@@ -12,9 +12,8 @@ from olp.cli.convert import ACCEPTABLE as OPTIONS
 from olp.robots.robot import load_robot
 from olp.transpile.link import link
 from olp.transpile.proof import runs_of
-from olp.transpile.receipt import receipt_of
+from olp.transpile.receipt import ACCEPTABLE, receipt_of
 from olp.transpile.receipt_text import as_text
-from olp.transpile.verdict import ACCEPTABLE
 
 ROBOT = load_robot("yaskawa/gp25")
 PLACES = [

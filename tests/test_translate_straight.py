@@ -12,19 +12,18 @@ import olp
 from olp.ir.program import Move, Program
 from olp.robots.robot import load_robot
 from olp.transpile import Context
-from olp.transpile.abstract_walk import Walk, walk_through
-from olp.transpile.context import Work, work_for
+from olp.transpile.context import TranslationContext, Walk, walk_through, work_for
 from olp.transpile.convert import convert
 from olp.transpile.link import link
 from olp.transpile.pipeline import passes
-from olp.transpile.rows import Rows
+from olp.transpile.rows import LineExecutions
 from olp.transpile.speeds import speeds
 
 ROBOT = load_robot("yaskawa/gp25")
 HEAD = "MODULE m\n  PROC main()\n"
 
 
-def walked(program: Program) -> tuple[Walk, Work]:
+def walked(program: Program) -> tuple[Walk, TranslationContext]:
     work = work_for(program, "urscript", Context(robot=ROBOT))
     for step in passes(work):
         if step is speeds:
@@ -36,7 +35,7 @@ def walked(program: Program) -> tuple[Walk, Work]:
 def compared(program: Program) -> int:
     """How many moves' rooms the text shows; each is that of the run, where that comes by."""
     walk, work = walked(program)
-    rows, known = Rows(work), walk.rooms()
+    rows, known = LineExecutions(work), walk.rooms()
     for s in walk.program.statements():
         if isinstance(s, Move) and s.line in known and rows.of(s):
             assert known[s.line] == pytest.approx(rows.room(s), rel=1e-9), s

@@ -29,7 +29,7 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -69,8 +69,8 @@ from olp.ir.program import (
 )
 from olp.languages.vendor import recognise
 from olp.languages.vendors.urscript.fast import quick
+from olp.languages.vendors.urscript.folding import angles_from_vector, vector_from_angles
 from olp.languages.vendors.urscript.grammar import instruction_parser
-from olp.languages.vendors.urscript.rotations import angles_from_vector, vector_from_angles
 from olp.robots.geometry import rotation_from_angles
 
 DEG = math.pi / 180.0
@@ -189,7 +189,7 @@ def test_an_arc_has_both_its_points_and_its_mode() -> None:
 def test_a_process_move_is_a_line_that_says_so() -> None:
     found = move("movep(p[1, 0, 0, 0, 0, 0], a=1.2, v=0.1, r=0.02)")
     assert found.path is Path.LINEAR
-    assert found.other == (("process", State(True)),)
+    assert found.other == (("process", SignalState(True)),)
 
 
 def test_optimal_moves_have_shares_of_what_the_robot_can_do() -> None:
@@ -396,7 +396,7 @@ def test_calls_of_the_manual_have_their_neutral_names() -> None:
     assert value("get_tool_digital_in(1)") == Signal("tool-in", Number(1))
     assert value("get_configurable_digital_out(2)") == Signal("configurable-out", Number(2))
     assert value("modbus_get_signal_status(a, False)") == Function(
-        "modbus_get_signal_status", (a, State(False))
+        "modbus_get_signal_status", (a, SignalState(False))
     )
     assert value("gripper.width(a)") == Function("gripper.width", (a,))
     assert value("elsewhere(a, n=2)") == CallValue("elsewhere", (a, NamedArgument("n", Number(2))))
@@ -412,7 +412,7 @@ def test_texts_are_joined_by_a_plus_and_hold_marks_of_comments() -> None:
 
 
 def test_signals_waits_and_settings() -> None:
-    assert one("set_digital_out(3, True)") == SetOutput(2, Signal("out", Number(3)), State(True))
+    assert one("set_digital_out(3, True)") == SetOutput(2, Signal("out", Number(3)), SignalState(True))
     assert one("set_standard_analog_out(0, 0.5)") == SetOutput(
         2, Signal("analog-out", Number(0)), Number(0.5)
     )
@@ -433,7 +433,7 @@ def test_signals_waits_and_settings() -> None:
 @pytest.mark.parametrize(
     ("condition", "waited"),
     [
-        ("get_digital_in(1) == False", Compare("=", Signal("in", Number(1)), State(True))),
+        ("get_digital_in(1) == False", Compare("=", Signal("in", Number(1)), SignalState(True))),
         ("get_digital_in(1)", Unary("not", Signal("in", Number(1)))),
         ("not done", Named("done")),
         ("x < 3", Compare(">=", Named("x"), Number(3))),
@@ -551,13 +551,16 @@ def test_functions_share_what_the_program_and_they_use() -> None:
     helper = program.routines[1]
     assert [(p.name, p.optional, p.default) for p in helper.parameters] == [
         ("n", False, None),
-        ("twice", True, State(False)),
+        ("twice", True, SignalState(False)),
     ]
     assert helper.returns == "integer"
     assert [type(s) for s in helper.body] == [Declare, Assign, Declare, Return]
     main = program.routines[0].body
     assert [s.name for s in main if isinstance(s, Declare)] == ["total", "mine"]
-    assert Call(12, "help", (Number(2), NamedArgument("twice", State(True))), result=Named("total")) in main
+    assert (
+        Call(12, "help", (Number(2), NamedArgument("twice", SignalState(True))), result=Named("total"))
+        in main
+    )
 
 
 def test_a_name_that_is_local_to_a_function_is_not_the_shared_one() -> None:

@@ -10,7 +10,7 @@ import pytest
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.fluent import read_source
-from olp.ir.expressions import Function, Named, Number, PositionLiteral, Signal, State, Text
+from olp.ir.expressions import Function, Named, Number, PositionLiteral, Signal, SignalState, Text
 from olp.ir.program import (
     Call,
     Comment,
@@ -117,7 +117,7 @@ def test_waits_outputs_and_messages() -> None:
     assert isinstance(dwell, Dwell)
     assert dwell.duration.literal == 0.75
     assert isinstance(wait, Wait)
-    assert wait.condition.right == State(True)  # type: ignore[union-attr]
+    assert wait.condition.right == SignalState(True)  # type: ignore[union-attr]
     assert isinstance(output, SetOutput)
     assert isinstance(named, SetOutput)
     assert output.signal == Signal("configurable-out", Number(3))

@@ -29,7 +29,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Variable,
@@ -368,17 +368,19 @@ def test_what_was_computed_by_helpers_is_read_as_what_it_means() -> None:
 
 
 def test_waits_with_and_without_an_end() -> None:
-    ready = Compare("=", Signal("in", Number(3)), State(True))
+    ready = Compare("=", Signal("in", Number(3)), SignalState(True))
     robot = run(
         foreign(
             Wait(1, ready),
             Wait(1, ready, Quantity(Number(2), 1.0)),
-            SetOutput(1, Signal("out", Number(1)), State(True)),
+            SetOutput(1, Signal("out", Number(1)), SignalState(True)),
         )
     )
     assert robot.syncs == 5
     assert robot.done == [("out", 1, True)]
-    text = foreign(Wait(1, State(False), Quantity(Number(0.1), 1.0)), Dwell(1, Quantity(Number(1), 1.0)))
+    text = foreign(
+        Wait(1, SignalState(False), Quantity(Number(0.1), 1.0)), Dwell(1, Quantity(Number(1), 1.0))
+    )
     assert run(text).syncs == 50
     assert Wait(1, ready, Quantity(Number(2), 1.0)) in [
         dataclasses.replace(s, line=1)
@@ -403,7 +405,7 @@ def test_comments_messages_and_pauses() -> None:
         (Call(1, "A", jump=True), "does not come back"),
         (Assign(1, Variable(Kind.REAL, Number(1)), Number(2)), "storing"),
         (SetOutput(1, Signal("out-group", Number(1)), Number(3)), "the group output"),
-        (SetOutput(1, Signal("out", Text("doGrip")), State(True)), "the digital output"),
+        (SetOutput(1, Signal("out", Text("doGrip")), SignalState(True)), "the digital output"),
         (Message(1, Text('say "x"')), "quotes"),
         (Dwell(1, Quantity(SystemValue("timer", 1), 1.0)), "a timer"),
         (Dwell(1, Quantity(Function("klingon", ()), 1.0)), "the function klingon"),

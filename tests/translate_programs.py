@@ -21,7 +21,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
 )
 from olp.ir.points import PointTable
 from olp.ir.program import (
@@ -197,7 +197,9 @@ class Maker:
 
     def signal(self) -> list[object]:
         return [
-            SetOutput(0, Signal("out", Number(self.random.randint(1, 7))), State(self.random.random() < 0.5))
+            SetOutput(
+                0, Signal("out", Number(self.random.randint(1, 7))), SignalState(self.random.random() < 0.5)
+            )
         ]
 
     def dwell(self) -> list[object]:
@@ -208,7 +210,9 @@ class Maker:
             Wait(
                 0,
                 Compare(
-                    "=", Signal("in", Number(self.random.randint(1, 7))), State(self.random.random() < 0.5)
+                    "=",
+                    Signal("in", Number(self.random.randint(1, 7))),
+                    SignalState(self.random.random() < 0.5),
                 ),
             )
         ]

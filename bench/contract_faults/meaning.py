@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, Final
 
-from olp.ir.expressions import Binary, Compare, Logic, Number, PositionLiteral, Quantity, Signal, State
+from olp.ir.expressions import Binary, Compare, Logic, Number, PositionLiteral, Quantity, Signal, SignalState
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.ir.program import (
     Blend,
@@ -249,17 +249,17 @@ CHANGES: Final[Mapping[str, Callable[[], Change]]] = {
 
 def _flipped(one: SetOutput) -> SetOutput:
     value = one.value
-    if isinstance(value, State):
-        return replace(one, value=State(not value.on))
+    if isinstance(value, SignalState):
+        return replace(one, value=SignalState(not value.on))
     return replace(one, value=Number(1 - value.value)) if isinstance(value, Number) else one
 
 
 def _other_state(one: Wait) -> Wait:
     condition = one.condition
-    if isinstance(condition, Compare) and isinstance(condition.right, State):
-        return replace(one, condition=replace(condition, right=State(not condition.right.on)))
+    if isinstance(condition, Compare) and isinstance(condition.right, SignalState):
+        return replace(one, condition=replace(condition, right=SignalState(not condition.right.on)))
     if isinstance(condition, Signal):
-        return replace(one, condition=Compare("=", condition, State(False)))
+        return replace(one, condition=Compare("=", condition, SignalState(False)))
     return one
 
 

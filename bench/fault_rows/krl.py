@@ -85,13 +85,13 @@ FAULTS: Final = (
     ),
     Fault("expressions.py", 'operator = "div"', 'operator = "/"', "quotient of integers not cut"),
     Fault(
-        "statements.py",
+        "grammar.py",
         "Dwell(0, Quantity(self.plain(children[0]), 1.0))",
         "Dwell(0, Quantity(self.plain(children[0]), 0.001))",
         "WAIT SEC in ms",
     ),
     Fault(
-        "statements.py",
+        "grammar.py",
         "self.plain(start), self.plain(stop), step",
         "self.plain(stop), self.plain(start), step",
         "FOR counts the wrong way",

@@ -62,8 +62,8 @@ FAULTS: Final = (
     ),
     Fault(
         "moves.py",
-        '"movec": Layout(_C, "vtszo")',
-        '"movec": Layout(_C, "tvszo")',
+        '"movec": ArgumentLayout(_C, "vtszo")',
+        '"movec": ArgumentLayout(_C, "tvszo")',
         "MoveC: via point and target swapped",
     ),
     Fault(
@@ -73,12 +73,12 @@ FAULTS: Final = (
         "zones in metres",
     ),
     Fault(
-        "functions.py",
+        "expressions.py",
         'Number(0)) for name in ("rx", "ry", "rz"))',
         'Number(0)) for name in ("rz", "ry", "rx"))',
         "RelTool: \\Rx and \\Rz swapped",
     ),
-    Fault("functions.py", "z, y, x = (_value", "x, y, z = (_value", "OrientZYX read as XYZ"),
+    Fault("expressions.py", "z, y, x = (_value", "x, y, z = (_value", "OrientZYX read as XYZ"),
     Fault(
         "predefined_data.py",
         '"offs": "pose-offset"',
@@ -87,8 +87,8 @@ FAULTS: Final = (
     ),
     Fault(
         "instructions.py",
-        'State(name.lower() == "set")',
-        'State(name.lower() == "reset")',
+        'SignalState(name.lower() == "set")',
+        'SignalState(name.lower() == "reset")',
         "Set and Reset inverted",
     ),
     Fault(
@@ -124,20 +124,20 @@ FAULTS: Final = (
     ),
     Fault("fast.py", "target, via = via, target", "pass", "MoveC read quickly: points swapped"),
     Fault(
-        "write_positions.py",
+        "write_values.py",
         "cz * cy * sx - sz * sy * cx",
         "cz * cy * sx + sz * sy * cx",
         "quaternion: sign of q2",
     ),
-    Fault("write_positions.py", "x, y, z = values[:3]", "y, x, z = values[:3]", "x and y swapped"),
+    Fault("write_values.py", "x, y, z = values[:3]", "y, x, z = values[:3]", "x and y swapped"),
     Fault(
-        "write_positions.py",
+        "write_values.py",
         "decimal(value, deg, own) for value in values",
         "decimal(value, 1.0, own) for value in values",
         "jointtarget written in radians",
     ),
     Fault(
-        "write_positions.py",
+        "write_values.py",
         'return f"[TRUE,[{pose}],[1',
         'return f"[FALSE,[{pose}],[1',
         "every tool stands in the room",

@@ -57,9 +57,9 @@ FAULTS: Final = (
         "radii a thousand times too small",
     ),
     Fault(
-        "accelerations.py",
-        "Quantity(Number(_clean(100 * value / rated)), percent)",
-        "Quantity(Number(_clean(value / rated)), percent)",
+        "speeds.py",
+        "Quantity(Number(_accelerations_clean(100 * value / rated)), percent)",
+        "Quantity(Number(_accelerations_clean(value / rated)), percent)",
         "shares of the acceleration as fractions",
     ),
     Fault(
@@ -108,7 +108,7 @@ FAULTS: Final = (
         "the long arc instead of the short one",
     ),
     Fault(
-        "relative.py",
+        "current_position.py",
         'Function("pose-relative-tool", (self._place(s.tool, s.frame), *values))',
         'Function("pose-offset", (self._place(s.tool, s.frame), *values[:3]))',
         "a move along the tool goes along the base",
@@ -161,7 +161,7 @@ FAULTS: Final = (
         "v / deg",
         "slides in metres taken for angles",
     ),
-    Fault("externals.py", "v == v and v != 0.0", "v != v", "tracks and stations left out in silence"),
+    Fault("partial_positions.py", "v == v and v != 0.0", "v != v", "tracks and stations left out in silence"),
     Fault(
         "here.py",
         "last = (s.tool, s.frame)",
@@ -269,13 +269,13 @@ FAULTS: Final = (
         "components of a move that may not be the one before",
     ),
     Fault(
-        "texts.py",
+        "arrays.py",
         "if len(e.indices) == rows.get(e.base.name.casefold()) and",
         "if not rows and",
         "a character of a text taken for the text",
     ),
     Fault(
-        "array_values.py",
+        "arrays.py",
         "enumerate(e.members, 1)",
         "enumerate(reversed(e.members), 1)",
         "arrays assigned in reverse",
@@ -287,13 +287,13 @@ FAULTS: Final = (
         "a tool of another file gets a number that is used",
     ),
     Fault(
-        "written_systems.py",
+        "frames.py",
         "            if target is not s.target:",
         "            if target is None:",
         "one element of a frame set as a variable",
     ),
     Fault(
-        "written_systems.py",
+        "frames.py",
         "if (kind, number) in written and",
         "if (kind, number) not in written and",
         "what a frame holds before it is set: lost",
@@ -318,7 +318,7 @@ FAULTS: Final = (
         'work.lose(s, Fate.EXACT, "speed", says)',
         "speeds of the weld schedule count as exact",
     ),
-    Fault("tasks.py", ' if f"SUB{n}" not in taken]', "]", "two tasks with one number"),
+    Fault("schedules.py", ' if f"SUB{n}" not in taken]', "]", "two tasks with one number"),
     Fault("blends.py", "if size < room:", "if size < 2 * room:", "URScript: blends that meet"),
     Fault(
         "blends.py",
@@ -340,7 +340,7 @@ FAULTS: Final = (
         "the limit of waits refused although a wait has it",
     ),
     Fault(
-        "references.py",
+        "name_types.py",
         "changed = symbol is None or symbol.assigned",
         "changed = False",
         "parameters that are changed go by value",

@@ -6,24 +6,24 @@ from fault_rows import Fault
 
 FAULTS: Final = (
     Fault(
-        "rotations.py",
+        "folding.py",
         "half * x * y + one * z, half * x * z - one * y, half * y * z + one * x",
         "half * x * y - one * z, half * x * z + one * y, half * y * z - one * x",
         "rotation vectors turn the other way",
     ),
     Fault(
-        "rotations.py",
+        "folding.py",
         "one = sin(angle) / angle\n        sine = sin(0.5 * angle) / angle",
         "one = sin(2.0 * angle) / angle\n        sine = sin(angle) / angle",
         "rotation vector scaled by two",
     ),
     Fault(
-        "rotations.py",
+        "folding.py",
         "factor = 2.0 * atan2(sine, w) / sine if sine > 1e-12 else 2.0",
         "factor = atan2(sine, w) / sine if sine > 1e-12 else 1.0",
         "rotation vector written half as long",
     ),
-    Fault("rotations.py", "w, x, y, z = -w, -x, -y, -z", "w = -w", "long turns written the other way"),
+    Fault("folding.py", "w, x, y, z = -w, -x, -y, -z", "w = -w", "long turns written the other way"),
     Fault(
         "builtins.py",
         "JOINT_DEFAULTS: Final = (1.4, 1.05)",
@@ -78,10 +78,10 @@ FAULTS: Final = (
         "components of joints in degrees",
     ),
     Fault("expressions.py", '"d2r": _times(deg)', '"d2r": _times(1.0 / deg)', "d2r is r2d"),
-    Fault("waits.py", '"<": ">="', '"<": ">"', "wait for < ends too late"),
+    Fault("calls.py", '"<": ">="', '"<": ">"', "wait for < ends too late"),
     Fault(
-        "waits.py",
-        "return Compare(condition.operator, condition.left, State(not condition.right.on))",
+        "calls.py",
+        "return Compare(condition.operator, condition.left, SignalState(not condition.right.on))",
         "return condition",
         "waits for the wrong state",
     ),
@@ -98,37 +98,37 @@ FAULTS: Final = (
         "set_digital_out: number and value swapped",
     ),
     Fault(
-        "bodies.py",
+        "reader.py",
         "found.append(ElseIf(number, condition, comment))",
         "found.append(Else(number, comment))",
         "elif read as else",
     ),
     Fault(
-        "write_moves.py",
+        "writer.py",
         "*self._speed(s, other), *self._blend(s.blend)]",
         "*self._speed(s, other)]",
         "blend dropped",
     ),
     Fault(
-        "write_moves.py",
+        "writer.py",
         'return [f"a={self.quantity(s.rate.value)}"]',
         'return [f"v={self.quantity(s.rate.value)}"]',
         "acceleration written as v",
     ),
     Fault(
-        "write_moves.py",
+        "writer.py",
         'return f"pose_trans({self.value(frame)}, {self.value(e)})"',
         'return f"pose_trans({self.value(e)}, {self.value(frame)})"',
         "frame and target swapped",
     ),
     Fault(
-        "write_moves.py",
+        "writer.py",
         'target = f"{self.place(s.via, s.frame)}, {target}"',
         'target = f"{target}, {self.place(s.via, s.frame)}"',
         "movec written with its points swapped",
     ),
     Fault(
-        "write_moves.py",
+        "writer.py",
         "numbers = (speed.value.literal, blend.value.literal, ",
         "numbers = (speed.value.literal, 0.0, ",
         "moves of one speed share a blend",
@@ -177,8 +177,8 @@ FAULTS: Final = (
     ),
     Fault(
         "writer.py",
-        "value = ex.State(value == ex.Number(1))",
-        "value = ex.State(value == ex.Number(0))",
+        "value = ex.SignalState(value == ex.Number(1))",
+        "value = ex.SignalState(value == ex.Number(0))",
         "outputs inverted",
     ),
     Fault(

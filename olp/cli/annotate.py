@@ -46,7 +46,7 @@ def _annotate(path: Path, job: Job, args: Namespace) -> tuple[bytes, Sequence[Di
     from olp.languages.read import read
     from olp.reports.annotate import annotate
     from olp.reports.batch import time_program
-    from olp.timing.assumed import assumed
+    from olp.timing.result import assumed
 
     program = read(path, encoding=job.encoding)
     timing = time_program(program, job)

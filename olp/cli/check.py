@@ -13,7 +13,7 @@ from olp.core.files import expand_paths
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from olp.checks.guard.judge import Judged
+    from olp.checks.guard.judge import JudgedFile
     from olp.core.diagnostic import Diagnostic
     from olp.reports.outcome import Outcome
 
@@ -49,7 +49,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.checks.guard import store
-    from olp.checks.guard.run import Settings, tasks
+    from olp.checks.guard.run import GuardSettings, tasks
     from olp.checks.guard.run import run as judge_all
     from olp.cli.time import settings_of, with_progress
     from olp.languages.vendor import vendor_suffixes
@@ -61,7 +61,7 @@ def run(args: Namespace) -> int:
     if args.store:
         store.check(Path(args.store))
     cache = None if args.no_cache or args.scheduler else Path(args.cache)
-    settings = Settings(job, args.workers, cache, args.scheduler)
+    settings = GuardSettings(job, args.workers, cache, args.scheduler)
     results = with_progress(len(paths), lambda done: judge_all(work.tasks, settings, done))
     outcome = outcome_of(results, [*work.diagnostics, *work.idle(results, args.paths)])
     told.write(outcome, paths)
@@ -70,9 +70,9 @@ def run(args: Namespace) -> int:
     return outcome.exit_status
 
 
-def outcome_of(results: Sequence[Judged], problems: Sequence[Diagnostic] = ()) -> Outcome:
+def outcome_of(results: Sequence[JudgedFile], problems: Sequence[Diagnostic] = ()) -> Outcome:
     """What all files together amount to: the worst first."""
-    from olp.reports.outcome import Item, Level, Outcome, Status
+    from olp.reports.outcome import JudgedItem, Level, Outcome, Status
     from olp.reports.outcome.model import of_diagnostic
 
     problems = [replace(d, file=_shown(d.file)) for d in problems]
@@ -80,14 +80,14 @@ def outcome_of(results: Sequence[Judged], problems: Sequence[Diagnostic] = ()) -
     order = (Status.UNKNOWN, Status.FAILED, Status.WARNED, Status.HELD)
     items = [item for result in results for item in result.items]
     items += [
-        Item("budgets", d.file, Status.UNKNOWN, d.message, d.line, group="budget")
+        JudgedItem("budgets", d.file, Status.UNKNOWN, d.message, d.line, group="budget")
         for d in problems
         if d.is_error
     ]
     if not items:
         help = "write [[budget]] tables with limit_s into olp.toml beside the programs"
         items.append(
-            Item(
+            JudgedItem(
                 "budgets",
                 "",
                 Status.UNKNOWN,
@@ -120,7 +120,7 @@ def _shown(file: str) -> str:
         return file
 
 
-def _unjudged(result: Judged) -> bool:
+def _unjudged(result: JudgedFile) -> bool:
     from olp.reports.outcome import Status
 
     return any(item.status is Status.UNKNOWN for item in result.items)
@@ -131,7 +131,7 @@ def _over(item: object) -> float:
     return 0.0 if seconds is None or limit is None else float(seconds - limit)
 
 
-def _sentence(results: Sequence[Judged], items: Sequence[object]) -> str:
+def _sentence(results: Sequence[JudgedFile], items: Sequence[object]) -> str:
     from collections import Counter
 
     counts = Counter(str(getattr(item, "status", "")) for item in items)
@@ -143,7 +143,7 @@ def _sentence(results: Sequence[Judged], items: Sequence[object]) -> str:
     return f"{len(results)} program{'' if len(results) == 1 else 's'}: {told}{without}"
 
 
-def _programs(results: Sequence[Judged]) -> list[dict[str, object]]:
+def _programs(results: Sequence[JudgedFile]) -> list[dict[str, object]]:
     return [
         {
             "file": r.path,

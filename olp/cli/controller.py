@@ -29,12 +29,12 @@ def port(text: str) -> int:
 def run(args: Namespace) -> int:
     import signal
 
-    from olp.servers.controller.server import HOST, Server
+    from olp.servers.controller.server import HOST, ControllerServer
 
     # A service manager ends it with SIGTERM, and a shell's background job is deaf to Ctrl-C unless told otherwise.
     for ending in (signal.SIGINT, signal.SIGTERM):
         signal.signal(ending, signal.default_int_handler)
-    with Server(args.port) as server:
+    with ControllerServer(args.port) as server:
         print(f"listening on {HOST}:{server.port}, end with Ctrl-C", flush=True)
         try:
             server.serve_forever()

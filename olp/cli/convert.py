@@ -73,7 +73,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.core.files import write_output
     from olp.languages.vendor import vendor_suffixes
-    from olp.transpile.data_only import DATA_ALONE
+    from olp.transpile.dead_code import DATA_ALONE
     from olp.transpile.export import refuse_unwritable
     from olp.transpile.receipt_text import as_text
 

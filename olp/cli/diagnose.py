@@ -88,7 +88,7 @@ def _terminal() -> tuple[int, bool]:
     import shutil
     import sys
 
-    from olp.core.colour import wanted
+    from olp.core.terminal import wanted
 
     columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else _WIDTH
     return columns, wanted(sys.stdout)

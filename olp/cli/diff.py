@@ -12,8 +12,8 @@ from olp.cli._telling import add_format_arguments, telling
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from olp.checks.difference import Difference
-    from olp.reports.outcome import Finding, Item, Outcome
+    from olp.checks.difference import ProgramDifference
+    from olp.reports.outcome import JudgedItem, Outcome, OutcomeFinding
 
 SUMMARY = "compare the times of two versions of a program"
 _SHOWN = 12  # lines per program in text; JSON has them all
@@ -49,7 +49,7 @@ def run(args: Namespace) -> int:
     return outcome.exit_status
 
 
-def outcome_of(found: Sequence[Difference], allow: float | None, shown: int | None) -> Outcome:
+def outcome_of(found: Sequence[ProgramDifference], allow: float | None, shown: int | None) -> Outcome:
     """What all programs together amount to, the one that grew most first."""
     from olp.reports.outcome import Outcome
 
@@ -68,33 +68,33 @@ def _signed(seconds: float) -> str:
     return f"{round(seconds, 3) + 0.0:+.3f}"
 
 
-def _same(d: Difference) -> bool:
+def _same(d: ProgramDifference) -> bool:
     return d.old_s is not None and d.old_s == d.new_s
 
 
-def _item(d: Difference, allow: float | None) -> Item:
-    from olp.reports.outcome import Item, Status
+def _item(d: ProgramDifference, allow: float | None) -> JudgedItem:
+    from olp.reports.outcome import JudgedItem, Status
 
     if d.old_s is None or d.new_s is None:
         added = "new program" if d.old_s is None and not d.why else "program gone" if not d.why else d.why
         status = Status.UNKNOWN if d.why else Status.HELD
-        return Item(d.file, d.file, status, added, seconds=d.new_s, group="diff")
+        return JudgedItem(d.file, d.file, status, added, seconds=d.new_s, group="diff")
     change = d.new_s - d.old_s
     over = allow is not None and change > allow
     says = f"{d.old_s:.3f} → {d.new_s:.3f} s ({_signed(change)} s)"
     status = Status.FAILED if over else Status.UNKNOWN if d.notes else Status.HELD
-    return Item(d.file, d.file, status, "; ".join((says, *d.notes)), seconds=d.new_s, group="diff")
+    return JudgedItem(d.file, d.file, status, "; ".join((says, *d.notes)), seconds=d.new_s, group="diff")
 
 
-def _findings(d: Difference, allow: float | None, shown: int | None) -> Iterator[Finding]:
-    from olp.reports.outcome import Finding, Level
+def _findings(d: ProgramDifference, allow: float | None, shown: int | None) -> Iterator[OutcomeFinding]:
+    from olp.reports.outcome import Level, OutcomeFinding
 
     order = sorted(d.changes, key=lambda c: -abs(c.change_s))[:shown]
     for change in order:
         own = not change.file or change.file == d.file.replace("\\", "/").rpartition("/")[2]
         file = d.file if own else str(PurePath(d.file).with_name(change.file))
         details = f" ({change.details})" if change.details else ""
-        yield Finding(
+        yield OutcomeFinding(
             "U010",
             Level.NOTE,
             f"{_signed(change.change_s)} s, {change.cause}{details}: {change.statement}",
@@ -106,10 +106,10 @@ def _findings(d: Difference, allow: float | None, shown: int | None) -> Iterator
         )
     if allow is not None and d.change_s is not None and d.change_s > allow:
         says = f"the program takes {d.change_s:.3f} s longer than before, {allow:g} s are allowed"
-        yield Finding("U011", Level.ERROR, says, d.file, title="cycle time grew", anchor="total")
+        yield OutcomeFinding("U011", Level.ERROR, says, d.file, title="cycle time grew", anchor="total")
 
 
-def _table(d: Difference, shown: int | None) -> dict[str, object]:
+def _table(d: ProgramDifference, shown: int | None) -> dict[str, object]:
     order = sorted(d.changes, key=lambda c: -abs(c.change_s))[:shown]
     rows = [
         (
@@ -130,7 +130,7 @@ def _table(d: Difference, shown: int | None) -> dict[str, object]:
     }
 
 
-def _data(d: Difference) -> dict[str, object]:
+def _data(d: ProgramDifference) -> dict[str, object]:
     return {
         "file": d.file,
         "old_s": d.old_s,
@@ -158,7 +158,7 @@ def _data(d: Difference) -> dict[str, object]:
     }
 
 
-def _sentence(found: Sequence[Difference]) -> str:
+def _sentence(found: Sequence[ProgramDifference]) -> str:
     changes = [d.change_s for d in found if d.change_s is not None]
     changed = sum(abs(c) > 5e-7 for c in changes)
     total = sum(changes)

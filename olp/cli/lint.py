@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from olp.checks.lint.fix import Fixed
     from olp.checks.lint.rule import Rule
     from olp.checks.lint.run import Linted
-    from olp.checks.lint.settings import Choice
+    from olp.checks.lint.settings import RuleChoice
     from olp.reports.batch import Job
-    from olp.reports.outcome import Finding, Item, Outcome
+    from olp.reports.outcome import JudgedItem, Outcome, OutcomeFinding
 
 SUMMARY = "find motion mistakes that cost time or safety"
 _WORTH_WORKERS = 24
@@ -111,7 +111,7 @@ def run(args: Namespace) -> int:
 def _lint_all(
     paths: Sequence[str],
     job: Job,
-    asked: Choice | str,
+    asked: RuleChoice | str,
     workers: int,
     done: Callable[[int], None] | None,
 ) -> list[Linted]:
@@ -146,7 +146,7 @@ def _codes(text: str) -> list[str]:
     return text.replace(",", " ").split()
 
 
-def _fixed(result: Linted, job: Job, asked: Choice, unsafe: bool, changes: list[Fixed]) -> Linted:
+def _fixed(result: Linted, job: Job, asked: RuleChoice, unsafe: bool, changes: list[Fixed]) -> Linted:
     """What remains of a file's findings after its fixes, which are added to `changes`."""
     from olp.checks.lint.fix import fix_file
     from olp.checks.lint.run import lint
@@ -176,11 +176,13 @@ def _mended(changes: Sequence[Fixed]) -> str:
     return told + (f", {len(left)} left alone: the change would do something else as well" if left else "")
 
 
-def outcome_of(results: Sequence[Linted], findings: Sequence[Finding], fail_on: str = "warning") -> Outcome:
+def outcome_of(
+    results: Sequence[Linted], findings: Sequence[OutcomeFinding], fail_on: str = "warning"
+) -> Outcome:
     """The findings that count, and each file as an item, which fails from the level `fail_on` on."""
     from olp.reports.outcome import Outcome
 
-    own: dict[str, list[Finding]] = {}
+    own: dict[str, list[OutcomeFinding]] = {}
     for found in findings:
         own.setdefault(found.file, []).append(found)
     items = [_item(result, own.get(result.path, []), fail_on) for result in results]
@@ -194,8 +196,8 @@ def outcome_of(results: Sequence[Linted], findings: Sequence[Finding], fail_on: 
     return Outcome("lint", tuple(findings), tuple(items), (sentence,))
 
 
-def _item(result: Linted, findings: Sequence[Finding], fail_on: str) -> Item:
-    from olp.reports.outcome import Item, Status
+def _item(result: Linted, findings: Sequence[OutcomeFinding], fail_on: str) -> JudgedItem:
+    from olp.reports.outcome import JudgedItem, Status
 
     order = ("note", "warning", "error")
     status, count = Status.HELD, len(findings)
@@ -209,7 +211,7 @@ def _item(result: Linted, findings: Sequence[Finding], fail_on: str) -> Item:
     elif result.findings:
         says = "only known findings"
     details = "\n".join(f"{f.file}:{f.line}: {f.code} {f.message}" for f in findings)
-    return Item(result.path, result.path, status, says, group="lint", details=details)
+    return JudgedItem(result.path, result.path, status, says, group="lint", details=details)
 
 
 def _fix_of(rule: Rule) -> str:

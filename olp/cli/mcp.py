@@ -44,10 +44,10 @@ def run(args: Namespace) -> int:
     root = Path(os.path.realpath(args.root))
     if not root.is_dir():
         raise OlpError(error("C015", "this is no folder", file=args.root, help="name one with --root"))
-    from olp.servers.mcp.limits import Limits
-    from olp.servers.mcp.server import Service, serve
+    from olp.servers.mcp.folder import ServerLimits
+    from olp.servers.mcp.server import FolderService, serve
 
     # Standard output is the protocol's.
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="olp mcp: %(message)s")
-    asyncio.run(serve(Service(root, args.write, Limits(seconds=args.seconds))))
+    asyncio.run(serve(FolderService(root, args.write, ServerLimits(seconds=args.seconds))))
     return 0

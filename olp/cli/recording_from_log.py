@@ -11,7 +11,7 @@ from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
 
 if TYPE_CHECKING:
     from olp.identification.recording.from_log import FromLog
-    from olp.identification.recording.settings import Settings
+    from olp.identification.recording.settings import RecordingSettings
     from olp.timing.timing import Timing
 
 SUMMARY = "make moves.csv out of a joint log and the program that ran"
@@ -67,9 +67,11 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _settings(args: Namespace, timing: Timing, period: float, tool: tuple[float, ...] | None) -> Settings:
+def _settings(
+    args: Namespace, timing: Timing, period: float, tool: tuple[float, ...] | None
+) -> RecordingSettings:
     """recording.toml: instants are found between samples, so a sample is what they resolve at worst."""
-    from olp.identification.recording.settings import Settings
+    from olp.identification.recording.settings import RecordingSettings
     from olp.robots.robot import robot_names
 
     robot = timing.plan.robot
@@ -79,7 +81,7 @@ def _settings(args: Namespace, timing: Timing, period: float, tool: tuple[float,
     elif args.robot and args.robot.lower().endswith(".toml"):
         name = _seen_from(args.output, args.robot)
     job = _seen_from(args.output, args.job)
-    return Settings(robot=name, time_resolution=float(f"{period:.3g}"), tool=tool, job=job)
+    return RecordingSettings(robot=name, time_resolution=float(f"{period:.3g}"), tool=tool, job=job)
 
 
 def _seen_from(folder: str, path: str) -> str:

@@ -10,7 +10,7 @@ from olp.core.files import expand_paths, read_input, write_output
 
 if TYPE_CHECKING:
     from olp.reports.batch import Job
-    from olp.reports.page.page import Entry
+    from olp.reports.page.page import PageEntry
 
 SUMMARY = "write one HTML page: Gantt, speed, path in 3D, text with times"
 
@@ -49,20 +49,20 @@ def run(args: Namespace) -> int:
     return 2 if any(entry.is_unanswered for entry in entries) else 0
 
 
-def _entry(path: str, job: Job, budgets: str | None) -> Entry:
+def _entry(path: str, job: Job, budgets: str | None) -> PageEntry:
     from olp.checks.guard.judge import judge
     from olp.checks.guard.run import tasks
     from olp.core.diagnostic import OlpError
     from olp.reports.batch import plan_and_time
-    from olp.reports.page.page import Entry
+    from olp.reports.page.page import PageEntry
 
     try:
         timing = plan_and_time(path, job)
     except OlpError as problem:
-        return Entry(path, None, tuple(d.at(path) for d in problem.diagnostics))
+        return PageEntry(path, None, tuple(d.at(path) for d in problem.diagnostics))
     own = tasks([path], budgets)[0][0].budgets
     items = judge(path, own, job).items if own else ()
-    return Entry(path, timing, tuple(d.at(path) for d in timing.diagnostics), items)
+    return PageEntry(path, timing, tuple(d.at(path) for d in timing.diagnostics), items)
 
 
 def _last(path: Path) -> str:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING, TypeVar
 
-from olp.core.colour import RED, YELLOW, paint, wanted
-from olp.core.diagnostic import Severity
+from olp.core.diagnostic import OlpError, Severity, error
 from olp.core.files import expand_paths, write_output
-from olp.core.terminal import shown, utf8
+from olp.core.terminal import RED, YELLOW, paint, shown, utf8, wanted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from olp.core.diagnostic import Diagnostic
     from olp.reports.batch import Job
+
 
 Result = TypeVar("Result")
 SUMMARY = "say how long every line of a program takes, and why"
@@ -105,8 +106,6 @@ def positive_int(text: str) -> int:
 
 def run(args: Namespace) -> int:
     if args.explain is not None:
-        from olp.cli._explain import run_explain
-
         return run_explain(args)
     from olp.languages.vendor import vendor_suffixes
     from olp.reports.batch import shown, time_files
@@ -217,3 +216,32 @@ def _shown(diagnostic: Diagnostic, colour: bool) -> str:
     if colour:
         head = paint(head, RED if diagnostic.is_error else YELLOW)
     return "\n".join([head, *rest])
+
+
+# --- Explain ---
+# `olp time JOB --explain LINE`: one line in words, and as a picture with -o.
+
+
+def run_explain(args: Namespace) -> int:
+    """The words go to standard output, the picture to `-o`. Raises OlpError for several programs, and E001 to E005."""
+    from olp.reports.batch import plan_and_time
+    from olp.reports.explain import explain
+    from olp.reports.explanation import as_text
+
+    if len(args.jobs) != 1:
+        raise OlpError(error("C002", "--explain takes one program", help="olp time JOB --explain LINE"))
+    if args.output is not None:
+        from olp.reports.plot import refuse_unknown
+
+        refuse_unknown(args.output)
+    timing = plan_and_time(args.jobs[0], job_of(args, 1))
+    told = explain(timing, args.explain)
+    if args.output is not None:
+        from olp.reports.plot import picture
+        from olp.reports.plot.motion import motion_figure
+
+        write_output(args.output, picture(motion_figure(told), args.output), inputs=args.jobs)
+    sys.stdout.flush()
+    sys.stdout.buffer.write(encode(as_text(told), None))
+    print_diagnostics([d.at(args.jobs[0]) for d in timing.diagnostics if d.line == told.line])
+    return 0

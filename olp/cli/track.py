@@ -30,7 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.reports.batch import plan_and_time
-    from olp.timing.assumed import assumed
+    from olp.timing.result import assumed
     from olp.timing.track import track
 
     _refuse_other_suffixes(args.output)

@@ -12,7 +12,7 @@ from olp.core.files import write_output
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from olp.checks.guard.store import Point
+    from olp.checks.guard.store import TrendPoint
 
 SUMMARY = "show how a program's predicted time changed from run to run"
 _FORMATS = ("text", "csv", "json")
@@ -44,7 +44,7 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _text(points: Sequence[Point]) -> str:
+def _text(points: Sequence[TrendPoint]) -> str:
     rows = [f"{'run':25s} {'commit':12s} {'time s':>10s} {'change s':>10s}  program"]
     before: dict[str, float] = {}
     for point in points:
@@ -57,7 +57,7 @@ def _text(points: Sequence[Point]) -> str:
     return "\n".join(rows) + "\n"
 
 
-def _csv(points: Sequence[Point]) -> str:
+def _csv(points: Sequence[TrendPoint]) -> str:
     import csv
     import io
 
@@ -68,7 +68,7 @@ def _csv(points: Sequence[Point]) -> str:
     return out.getvalue()
 
 
-def _json(points: Sequence[Point]) -> str:
+def _json(points: Sequence[TrendPoint]) -> str:
     import json
 
     return json.dumps([point._asdict() for point in points], indent=2) + "\n"

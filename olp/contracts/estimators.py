@@ -20,7 +20,7 @@ from olp.identification.signature import MoveSet, moves_of_recording
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     duration_of,
     estimator_names,
@@ -128,7 +128,11 @@ def learns_plain_numbers(it: EstimatorUnderTest) -> Iterator[Difference]:
         yield "the sample", "nothing is learnt"
     for name, one in it.parameters.items():
         numbers = [x for x in _leaves(one.value) if isinstance(x, float)]
-        if not isinstance(one, Parameter) or not isinstance(one.unit, str) or (numbers and not one.unit):
+        if (
+            not isinstance(one, LearntParameter)
+            or not isinstance(one.unit, str)
+            or (numbers and not one.unit)
+        ):
             yield name, f"{one!r:.80} has no unit"
             continue
         for what in (one.value, one.sd):
@@ -139,7 +143,7 @@ def learns_plain_numbers(it: EstimatorUnderTest) -> Iterator[Difference]:
         if any(isinstance(x, float) and x < 0 for x in _leaves(one.sd)):
             yield name, "a standard deviation below zero"
     back = {
-        name: Parameter(json.loads(json.dumps(one.value)), one.unit, json.loads(json.dumps(one.sd)))
+        name: LearntParameter(json.loads(json.dumps(one.value)), one.unit, json.loads(json.dumps(one.sd)))
         for name, one in it.parameters.items()
     }
     if not _same(it.estimate(it.moves, back), it.found):

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from olp.contracts.oracle import MM, Array, Circle, angle_between, circle, of_quaternion
-from olp.ir.expressions import Compare, Expression, Named, Number, Signal, State, Text
+from olp.ir.expressions import Compare, Expression, Named, Number, Signal, SignalState, Text
 from olp.ir.program import Declare, Path, Program, PulseOutput, SetOutput, Wait
 from olp.languages.vendor import Vendor
 from olp.robots.kinematics import forward
@@ -28,7 +28,7 @@ _STILL: Final = 2e-6  # [m] a shorter move goes nowhere
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Event:
+class OracleEvent:
     """One thing that happens. `kind`: joint, linear, arc, wait, output or input.
 
     `via` (3,) [m]: where an arc goes through; `beyond`: it lies behind its end on the same circle, as `Moves.via` does.
@@ -68,13 +68,13 @@ def robot_of(name: str = ROBOT) -> Robot:
 # --- what a plan says ---------------------------------------------------------------------------------------
 
 
-def events_of(program: Program, plan: Plan, vendor: Vendor) -> list[Event]:
+def events_of(program: Program, plan: Plan, vendor: Vendor) -> list[OracleEvent]:
     """The events of a plan. Moves that go nowhere and waits of no time are left out, halves of arcs put together."""
     said = [
         _by_line(program if at == 0 else vendor.read(source), vendor)
         for at, source in enumerate(plan.sources)
     ]
-    found: list[Event] = []
+    found: list[OracleEvent] = []
     via: Array | None = None
     for at in range(len(plan)):
         kind, row, line = StepKind(int(plan.kind[at])), int(plan.row[at]), int(plan.line[at])
@@ -101,7 +101,7 @@ def _by_line(program: Program, vendor: Vendor) -> Mapping[int, tuple[Any, ...]]:
             signal = one.signal
             if isinstance(signal.index, Named):
                 signal = Signal(signal.bus, constants.get(signal.index.name) or signal.index, signal.part)
-            one = SetOutput(one.line, signal, one.value if isinstance(one, SetOutput) else State(True))
+            one = SetOutput(one.line, signal, one.value if isinstance(one, SetOutput) else SignalState(True))
         found[one.line] = (*found.get(one.line, ()), one)
     return found
 
@@ -113,10 +113,12 @@ def _declarations(program: Program) -> Iterator[Declare]:
         yield from (one for one in routine.body if isinstance(one, Declare))
 
 
-def _signal_or_wait(kind: StepKind, seconds: float, statements: Sequence[Any], line: int) -> Iterator[Event]:
+def _signal_or_wait(
+    kind: StepKind, seconds: float, statements: Sequence[Any], line: int
+) -> Iterator[OracleEvent]:
     if kind is StepKind.SIGNAL:
         yield from (
-            Event("output", signal=_number(s.signal), on=_state(s.value), line=line)
+            OracleEvent("output", signal=_number(s.signal), on=_state(s.value), line=line)
             for s in statements
             if isinstance(s, SetOutput)
         )
@@ -124,9 +126,9 @@ def _signal_or_wait(kind: StepKind, seconds: float, statements: Sequence[Any], l
     asked = [one for one in statements if isinstance(one, Wait)]
     if asked:
         signal, on = _asked(asked[0].condition)
-        yield Event("input", signal=signal, on=on, line=line)
+        yield OracleEvent("input", signal=signal, on=on, line=line)
     elif seconds > 0.0:
-        yield Event("wait", seconds=seconds, line=line)
+        yield OracleEvent("wait", seconds=seconds, line=line)
 
 
 def _number(signal: Signal) -> int | str:
@@ -136,7 +138,7 @@ def _number(signal: Signal) -> int | str:
 
 
 def _state(value: Expression) -> bool | None:
-    if isinstance(value, State):
+    if isinstance(value, SignalState):
         return value.on
     return bool(value.value) if isinstance(value, Number) else None
 
@@ -171,7 +173,7 @@ def _first_half(plan: Plan, at: int) -> Array | None:
     return there if continues else None
 
 
-def _move(plan: Plan, row: int, line: int, via: Array | None) -> Event:
+def _move(plan: Plan, row: int, line: int, via: Array | None) -> OracleEvent:
     moves, positions, robot = plan.moves, plan.positions, plan.robot
     start, target, middle = int(moves.start[row]), int(moves.target[row]), int(moves.via[row])
     path = PATHS[int(moves.path[row])]
@@ -194,7 +196,7 @@ def _move(plan: Plan, row: int, line: int, via: Array | None) -> Event:
             travel,
             float(moves.duration[row]),
         )
-    return Event(
+    return OracleEvent(
         kind,
         _pose(positions.position[target], positions.quaternion[target]),
         None if robot is None else _flange(robot, axes[:count]),
@@ -239,10 +241,10 @@ def _flange(robot: Robot, axes: Array) -> Array | None:
 # --- comparing ----------------------------------------------------------------------------------------------
 
 
-def differences(wanted: Sequence[Event], found: Sequence[Event]) -> Iterator[str]:
+def differences(wanted: Sequence[OracleEvent], found: Sequence[OracleEvent]) -> Iterator[str]:
     """What differs, a sentence each; up to the first event of another kind, behind which nothing fits."""
     names: dict[str, int | str] = {}
-    before: Event | None = None
+    before: OracleEvent | None = None
     for at, (a, b) in enumerate(zip(wanted, found, strict=False), 1):
         where = f"event {at} of {len(wanted)} (line {b.line})"
         if a.kind != b.kind:
@@ -254,7 +256,7 @@ def differences(wanted: Sequence[Event], found: Sequence[Event]) -> Iterator[str
         yield f"{len(wanted)} events are wanted and {len(found)} found"
 
 
-def stopped_by_advance(events: Sequence[Event], *vendors: Vendor) -> list[Event]:
+def stopped_by_advance(events: Sequence[OracleEvent], *vendors: Vendor) -> list[OracleEvent]:
     """The events where a controller of one of `vendors` may stop exactly at a blend: see `Vendor.advance_stops`.
 
     Those are moves before a wait or a signal, and moves like them right before, which may be the same statement of a
@@ -262,8 +264,8 @@ def stopped_by_advance(events: Sequence[Event], *vendors: Vendor) -> list[Event]
     """
     if not any(vendor.advance_stops for vendor in vendors):
         return list(events)
-    found: list[Event] = []
-    after: Event | None = None
+    found: list[OracleEvent] = []
+    after: OracleEvent | None = None
     for event in reversed(events):
         waits = after is not None and after.kind in ("wait", "output", "input")
         same = after is not None and "stop" in after.loose and _alike(event, after)
@@ -274,17 +276,19 @@ def stopped_by_advance(events: Sequence[Event], *vendors: Vendor) -> list[Event]
     return found
 
 
-def _alike(a: Event, b: Event) -> bool:
+def _alike(a: OracleEvent, b: OracleEvent) -> bool:
     return (a.kind, a.blend, a.speed) == (b.kind, b.blend, b.speed)
 
 
-def _shown(event: Event) -> str:
+def _shown(event: OracleEvent) -> str:
     if event.kind in ("output", "input"):
         return f"{event.kind} {event.signal} {'on' if event.on else 'off'}"
     return f"{event.kind} of {event.seconds:g} s" if event.kind == "wait" else f"{event.kind} move"
 
 
-def _of_event(a: Event, b: Event, before: Event | None, names: dict[str, int | str]) -> Iterator[str]:
+def _of_event(
+    a: OracleEvent, b: OracleEvent, before: OracleEvent | None, names: dict[str, int | str]
+) -> Iterator[str]:
     yield from _of_places(a, b, before)
     yield from _of_numbers(a, b)
     if a.signal != "":
@@ -296,7 +300,7 @@ def _of_event(a: Event, b: Event, before: Event | None, names: dict[str, int | s
             yield f"the state {a.on} is wanted and {b.on} found"
 
 
-def _of_places(a: Event, b: Event, before: Event | None) -> Iterator[str]:
+def _of_places(a: OracleEvent, b: OracleEvent, before: OracleEvent | None) -> Iterator[str]:
     if a.place is not None:
         yield from _of_frames("the tool centre point", a.place, b.place, 1.0)
     if a.flange is not None:
@@ -334,7 +338,7 @@ def _of_frames(what: str, a: Array, b: Array | None, factor: float) -> Iterator[
         yield f"{what} is turned by {math.degrees(turn):.4g} deg"
 
 
-def _of_numbers(a: Event, b: Event) -> Iterator[str]:
+def _of_numbers(a: OracleEvent, b: OracleEvent) -> Iterator[str]:
     pairs = [(a.speed, b.speed, "m/s"), (a.seconds, b.seconds, "s")]
     if a.kind == "joint":
         same = [
@@ -352,7 +356,7 @@ def _of_numbers(a: Event, b: Event) -> Iterator[str]:
     yield from _of_blends(a, b)
 
 
-def _of_blends(a: Event, b: Event) -> Iterator[str]:
+def _of_blends(a: OracleEvent, b: OracleEvent) -> Iterator[str]:
     if math.isnan(a.blend) or ("stop" in a.loose and b.blend == 0.0):
         return
     sizes = "blend" not in a.loose and not math.isnan(b.blend)

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from olp.contracts.events import Event
+from olp.contracts.events import OracleEvent
 from olp.contracts.oracle import DEG, MM, Array, frame
 from olp.ir.expressions import Number
 from olp.ir.program import Assign, Declare, Program
@@ -40,24 +40,24 @@ INPUT: Final = 7
 PARTS: Final = 2  # that are left when the program starts
 
 
-def events(parts: int = PARTS, joint: str = "share") -> list[Event]:
+def events(parts: int = PARTS, joint: str = "share") -> list[OracleEvent]:
     """What happens with so many parts left. `joint`: the kind of speed that joint moves have."""
     home, over, back = ({joint: value} for value in JOINT_SPEEDS[joint])
-    first = Event("joint", axes=HOME, blend=0.0, **home)  # type: ignore[arg-type]
-    last = Event("joint", axes=HOME, blend=0.0, **back)  # type: ignore[arg-type]
+    first = OracleEvent("joint", axes=HOME, blend=0.0, **home)  # type: ignore[arg-type]
+    last = OracleEvent("joint", axes=HOME, blend=0.0, **back)  # type: ignore[arg-type]
     found = [
         first,
         _output(False),
         _move("joint", TABLE @ ABOVE, GRIPPER, blend=25 * MM, **over),
         _move("linear", TABLE @ PICK, GRIPPER, speed=0.25, blend=0.0),
         _output(True),
-        Event("wait", seconds=0.35),
+        OracleEvent("wait", seconds=0.35),
     ]
     for step in (1, 2, 3):
         lifted = PICK.copy()
         lifted[2, 3] += 40 * MM * step
         found.append(_move("linear", TABLE @ lifted, GRIPPER, speed=0.1205, blend=5 * MM))
-    found.append(Event("input", signal=INPUT, on=True))
+    found.append(OracleEvent("input", signal=INPUT, on=True))
     if parts > 1:
         via = (TABLE @ MIDDLE)[:3, 3]
         found += [
@@ -68,18 +68,18 @@ def events(parts: int = PARTS, joint: str = "share") -> list[Event]:
         parts -= 1
     else:
         found.append(_move("linear", TABLE @ PICK, GRIPPER, speed=0.25))
-    return [*found, *[Event("wait", seconds=0.1)] * parts, last]
+    return [*found, *[OracleEvent("wait", seconds=0.1)] * parts, last]
 
 
-def _output(on: bool) -> Event:
-    return Event("output", signal=OUTPUT, on=on)
+def _output(on: bool) -> OracleEvent:
+    return OracleEvent("output", signal=OUTPUT, on=on)
 
 
-def _move(kind: str, place: Array, tool: Array, **more: Any) -> Event:
-    return Event(kind, place, place @ np.linalg.inv(tool), **more)
+def _move(kind: str, place: Array, tool: Array, **more: Any) -> OracleEvent:
+    return OracleEvent(kind, place, place @ np.linalg.inv(tool), **more)
 
 
-def joint_speeds_of(found: list[Event]) -> str:
+def joint_speeds_of(found: list[OracleEvent]) -> str:
     """The kind of speed that the joint moves of a plan have: a key of JOINT_SPEEDS."""
     first = next((one for one in found if one.kind == "joint"), None)
     kinds = [kind for kind in JOINT_SPEEDS if first is not None and not math.isnan(getattr(first, kind))]

@@ -102,7 +102,7 @@ def numbers_of(text: str) -> list[float]:
 Turn = Callable[..., Array]
 
 
-class Spelling(NamedTuple):
+class PoseSpelling(NamedTuple):
     """How a language writes a pose: metres per unit, how many numbers turn it, and what they mean."""
 
     unit: float
@@ -134,14 +134,14 @@ _TURNS: Final[Mapping[str, tuple[int, Turn]]] = {
     "rotation vector [rad]": (3, of_vector),
     "rotation vector [deg]": (3, lambda x, y, z: of_vector(x * DEG, y * DEG, z * DEG)),
 }
-SPELLINGS: Final[Mapping[str, Spelling]] = {
-    f"{unit}, {turn}": Spelling(size, count, made)
+SPELLINGS: Final[Mapping[str, PoseSpelling]] = {
+    f"{unit}, {turn}": PoseSpelling(size, count, made)
     for unit, size in (("mm", MM), ("m", 1.0), ("um", 1e-6))
     for turn, (count, made) in _TURNS.items()
 }
 
 
-def is_written(numbers: Sequence[float], pose: Array, spelling: Spelling, length: float = 2e-6) -> bool:
+def is_written(numbers: Sequence[float], pose: Array, spelling: PoseSpelling, length: float = 2e-6) -> bool:
     """Whether the pose (4, 4) stands among the numbers of a text: within `length` [m] and 2e-5 rad."""
     if len(numbers) < 3 + spelling.width:
         return False
@@ -154,7 +154,7 @@ def is_written(numbers: Sequence[float], pose: Array, spelling: Spelling, length
     )
 
 
-def spelling_of(text: str, poses: Sequence[Array], least: int = 2) -> tuple[str, Spelling] | None:
+def spelling_of(text: str, poses: Sequence[Array], least: int = 2) -> tuple[str, PoseSpelling] | None:
     """How a text writes poses that are known to stand in it; None where fewer than `least` are found any way."""
     numbers = numbers_of(text)
     counts = {name: sum(is_written(numbers, pose, one) for pose in poses) for name, one in SPELLINGS.items()}

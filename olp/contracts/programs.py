@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from olp.contracts.events import Event
+from olp.contracts.events import OracleEvent
 from olp.contracts.oracle import DEG, MM, Array, frame
 from olp.core.source import decode
 from olp.ir.expressions import (
@@ -27,7 +27,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
 )
 from olp.ir.points import PointTable
 from olp.ir.program import (
@@ -94,7 +94,7 @@ class _Script:
     """Statements and the events that they make, in order."""
 
     rows: list[Any] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
+    events: list[OracleEvent] = field(default_factory=list)
 
     def say(self, *statements: Statement) -> None:
         self.rows += statements
@@ -105,7 +105,7 @@ class Contract:
     """A program and what it does."""
 
     program: Program
-    events: tuple[Event, ...]
+    events: tuple[OracleEvent, ...]
     poses: dict[str, Array]  # of its points, as written: in their frames
 
 
@@ -150,7 +150,7 @@ def happens(
     base: str = "table",
     via: str = "",
     shift: Sequence[float] = (0.0, 0.0, 0.0),
-) -> Event:
+) -> OracleEvent:
     """The event of `move`, from the same numbers by other code. `shift` [mm]: added in the frame."""
     there = frame(*POINTS[point])
     there[:3, 3] += np.array(shift) * MM
@@ -158,7 +158,7 @@ def happens(
     kind = {Path.JOINT: "joint", Path.LINEAR: "linear", Path.CIRCULAR: "arc"}[path]
     through = (frame(*FRAMES[base]) @ frame(*POINTS[via]))[:3, 3] if via else None
     more: dict[str, Any] = {"share": speed * PERCENT} if path is Path.JOINT else {"speed": speed * MM}
-    return Event(
+    return OracleEvent(
         kind, place, place @ np.linalg.inv(frame(*TOOLS[tool])), via=through, blend=blend * MM, **more
     )
 
@@ -201,7 +201,7 @@ def _routine(name: str, rows: Sequence[Any], line: int) -> Routine:
 def _joint(script: _Script, name: str, values: Six, speed: float) -> None:
     script.say(move(Path.JOINT, Named(name), speed, 0))
     axes = tuple(angle * DEG for angle in values)
-    script.events.append(Event("joint", axes=axes, share=speed * PERCENT, blend=0.0))
+    script.events.append(OracleEvent("joint", axes=axes, share=speed * PERCENT, blend=0.0))
 
 
 def _go(script: _Script, path: Path, point: str, speed: float, blend: float, **more: Any) -> None:
@@ -211,17 +211,17 @@ def _go(script: _Script, path: Path, point: str, speed: float, blend: float, **m
 
 
 def _output(script: _Script, signal: int, on: bool) -> None:
-    script.say(SetOutput(0, Signal("out", Number(signal)), State(on)))
-    script.events.append(Event("output", signal=signal, on=on))
+    script.say(SetOutput(0, Signal("out", Number(signal)), SignalState(on)))
+    script.events.append(OracleEvent("output", signal=signal, on=on))
 
 
 def _input(script: _Script, signal: int, on: bool) -> None:
-    script.say(Wait(0, Compare("=", Signal("in", Number(signal)), State(on))))
-    script.events.append(Event("input", signal=signal, on=on))
+    script.say(Wait(0, Compare("=", Signal("in", Number(signal)), SignalState(on))))
+    script.events.append(OracleEvent("input", signal=signal, on=on))
 
 
-def _dwell(seconds: float) -> tuple[Dwell, Event]:
-    return Dwell(0, number(seconds, 1.0)), Event("wait", seconds=seconds)
+def _dwell(seconds: float) -> tuple[Dwell, OracleEvent]:
+    return Dwell(0, number(seconds, 1.0)), OracleEvent("wait", seconds=seconds)
 
 
 def _wait(script: _Script, seconds: float) -> None:
@@ -276,7 +276,7 @@ def _branches(script: _Script, n: int) -> None:
         script.events.append(happens(Path.LINEAR, "over", 207.1, 0))
 
 
-def _called(script: _Script) -> list[Event]:
+def _called(script: _Script) -> list[OracleEvent]:
     _go(script, Path.LINEAR, "middle", 271.4, 5)
     _input(script, 8, False)
     _output(script, 7, True)
@@ -284,9 +284,9 @@ def _called(script: _Script) -> list[Event]:
     return script.events
 
 
-def _after_branches(script: _Script, n: int) -> list[Event]:
+def _after_branches(script: _Script, n: int) -> list[OracleEvent]:
     """Loops, a choice between values, a jump and logic, each of which takes a time of its own."""
-    events: list[Event] = []
+    events: list[OracleEvent] = []
     left, number_ = Named("left"), Named("n")
     one, first = _dwell(0.33)
     script.say(While(0, Compare(">", left, Number(0))), Assign(0, left, Binary("-", left, Number(1))))

@@ -10,7 +10,7 @@ from typing import Final
 
 from olp.contracts.promises import Difference, Promise, hold
 from olp.reports.batch import Job, time_files
-from olp.reports.formats import Options, Part, Report, load_report, report_names
+from olp.reports.formats import Options, Report, ReportPart, load_report, report_names
 
 FILES: Final = tuple(
     Path(__file__).resolve().parents[2] / "samples" / "up20" / f"{name}.JBI" for name in ("APPR-1", "DEPT-2")
@@ -20,7 +20,7 @@ _MISSING: Final = "gone/no-such-program.jbi"
 
 
 @lru_cache(maxsize=16)
-def parts_of(name: str, options: Options, paths: tuple[str, ...]) -> tuple[Part, ...]:
+def parts_of(name: str, options: Options, paths: tuple[str, ...]) -> tuple[ReportPart, ...]:
     return tuple(time_files(list(paths), Job(format=name, robot=ROBOT, options=options), workers=1))
 
 
@@ -29,7 +29,7 @@ class ReportUnderTest:
         self.name, self.report = name, load_report(name)
         self.paths = tuple(str(path) for path in FILES)
 
-    def text(self, options: Options | None = None, *more: str) -> tuple[str, tuple[Part, ...]]:
+    def text(self, options: Options | None = None, *more: str) -> tuple[str, tuple[ReportPart, ...]]:
         asked = options or Options()
         parts = parts_of(self.name, asked, (*self.paths, *more))
         return self.report.join(list(parts), asked), parts

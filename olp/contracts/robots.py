@@ -14,8 +14,8 @@ import numpy as np
 from olp.contracts.promises import Difference, Promise, hold
 from olp.robots.kinematics import forward, inverse, joints_to_pulses, pulses_to_joints
 from olp.robots.model import Array, Geometry
+from olp.robots.reader import number_groups
 from olp.robots.robot import Robot, load_robot, robot_names
-from olp.robots.sources import number_groups
 
 _DEG: Final = math.pi / 180.0
 # What a name says: KUKA R2700 and Yaskawa MA2010 in mm, ABB -2.55 in m; KUKA KR210 and ABB IRB6700-150 in kg.

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from olp.contracts.promises import Difference
 from olp.timing.physics import Form, MoveTerm
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
-Oracle = Callable[[Case, Form, Array], Columns]
+Oracle = Callable[[MeasuredMoves, Form, Array], Columns]
 _FINE: Final = 400  # places of a ramp
 _U: Final = (np.arange(_FINE) + 0.5) / _FINE  # speeds that a ramp passes, as shares of its full speed
 NEAR: Final[Mapping[str, float]] = {
@@ -38,11 +38,11 @@ COARSE: Final[Mapping[str, float]] = {
 }  # [s] more, where a term takes few places of a way
 
 
-def straight(case: Case) -> NDArray[np.bool_]:
+def straight(case: MeasuredMoves) -> NDArray[np.bool_]:
     return case.moving & ~case.joint
 
 
-def both(case: Case, up: Array, down: Array | None = None) -> Columns:
+def both(case: MeasuredMoves, up: Array, down: Array | None = None) -> Columns:
     """Ramps that are `up` and `down` (n,) times the simulated ones."""
     return {
         "accelerate": case.base.accelerate * up,
@@ -50,7 +50,7 @@ def both(case: Case, up: Array, down: Array | None = None) -> Columns:
     }
 
 
-def top_speed(case: Case) -> Array:
+def top_speed(case: MeasuredMoves) -> Array:
     """(n,) that is reached: v, or on short ways the speed whose two ramps cover the way."""
     base = case.base
     peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / base.accelerate + 1.0 / base.decelerate))
@@ -58,7 +58,7 @@ def top_speed(case: Case) -> Array:
     return found
 
 
-def in_ramp(case: Case, values: Array, end: int, whole: bool = False) -> Array:
+def in_ramp(case: MeasuredMoves, values: Array, end: int, whole: bool = False) -> Array:
     """(n, places, …) of values (n, m, …) along the way where a ramp passes the speeds `_U`.
 
     From rest with one acceleration the way behind grows with the square of the speed. `whole`: the ramp to the
@@ -85,7 +85,7 @@ def longer(force: Array) -> Array:
     return found
 
 
-def rates_of(case: Case, rated: Array | None, axis: int) -> Array:
+def rates_of(case: MeasuredMoves, rated: Array | None, axis: int) -> Array:
     """(n, m) how far an axis turns per way; for -1 the largest share of what each axis is rated for."""
     assert case.rates is not None
     path = np.abs(case.rates.path)
@@ -94,7 +94,7 @@ def rates_of(case: Case, rated: Array | None, axis: int) -> Array:
     return np.asarray((path / (np.ones(path.shape[2]) if rated is None else rated)).max(axis=2))
 
 
-def leads(case: Case, axis: int) -> NDArray[np.bool_]:
+def leads(case: MeasuredMoves, axis: int) -> NDArray[np.bool_]:
     """(n,) moves in which the axis turns farthest."""
     assert case.rates is not None
     turned = np.abs(case.rates.path).mean(axis=1)
@@ -105,7 +105,7 @@ def leads(case: Case, axis: int) -> NDArray[np.bool_]:
 # --- scales -------------------------------------------------------------------------------------------------
 
 
-def acceleration(case: Case, form: Form, values: Array) -> Columns:
+def acceleration(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """T = L/v + v/(k a): k times the acceleration, or the acceleration itself where all moves have one."""
     absolute = form.parameters[0].unit != "1"
     k = values[0] / np.median((case.base.accelerate / case.ratio)[case.moving]) if absolute else values[0]
@@ -113,7 +113,7 @@ def acceleration(case: Case, form: Form, values: Array) -> Columns:
     return both(case, np.where(about, k, 1.0))
 
 
-def speed_scale(case: Case, form: Form, values: Array) -> Columns:
+def speed_scale(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """v becomes k v, or oᵖ v; stretched: the whole duration is divided by it."""
     k = case.override ** values[0] if form.key.startswith("override") else np.full(len(case), values[0])
     if form.key in ("stretched", "override"):
@@ -121,7 +121,7 @@ def speed_scale(case: Case, form: Form, values: Array) -> Columns:
     return {"speed": case.base.speed * k}
 
 
-def payload(case: Case, form: Form, values: Array) -> Columns:
+def payload(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """a / (1 + k m), a (1 - k m), a / (1 + k (m - m₀)), or a (1 + k m₀) / (1 + k m) with the simulated mass of each."""
     mass = np.nan_to_num(case.payload)
     if form.key == "real over simulated":
@@ -133,7 +133,7 @@ def payload(case: Case, form: Form, values: Array) -> Columns:
     return both(case, 1.0 / np.maximum(1.0 + more, 0.1))
 
 
-def payload_inertia(case: Case, form: Form, values: Array) -> Columns:
+def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Euler: the wrist's share of the turning is slowed by 1 + k I; or its rated acceleration is."""
     inertia = np.nan_to_num(case.payload_inertia)
     wrist = np.zeros(len(case))
@@ -162,7 +162,7 @@ def payload_inertia(case: Case, form: Form, values: Array) -> Columns:
     return both(case, 1.0 / (1.0 + values[0] * w * inertia))
 
 
-def reach_inertia(case: Case, form: Form, values: Array) -> Columns:
+def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Steiner: the inertia about the first axis is 1 + k r²; or with k r, k r² cos²φ, r₀, at the middle, of bodies."""
     if form.key == "whole arm":
         assert case.rates is not None
@@ -192,20 +192,20 @@ def reach_inertia(case: Case, form: Form, values: Array) -> Columns:
     return both(case, *factors)
 
 
-def coulomb_friction(case: Case, form: Form, values: Array) -> Columns:
+def coulomb_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Friction takes a share of the force from speeding up and gives it to braking."""
     one = np.ones(len(case))
     return both(case, (1.0 - values[0]) * one, (1.0 + values[0]) * one)
 
 
-def viscous_friction(case: Case, form: Form, values: Array) -> Columns:
+def viscous_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """dv/dt = a - k v speeding up, a + k v braking."""
     full = top_speed(case)[:, None] * _U
     up = np.maximum(1.0 - values[0] * full / case.base.accelerate[:, None], 1e-3)
     return both(case, 1.0 / longer(up), 1.0 / longer(1.0 + values[0] * full / case.base.decelerate[:, None]))
 
 
-def torque_speed(case: Case, form: Form, values: Array) -> Columns:
+def torque_speed(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """a (1 - v/v₀), the same above a knee, or a v_b/v; v of the path or of the fastest axis where the ramp passes."""
     of, law = form.key.split()
     if of == "path":
@@ -232,7 +232,7 @@ def torque_speed(case: Case, form: Form, values: Array) -> Columns:
     return {**both(case, *found), "speed": speed}
 
 
-def gravity(case: Case, form: Form, values: Array) -> Columns:
+def gravity(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """The pull along the way takes from one ramp and gives to the other, or takes from both, by the form's equation."""
     if form.key == "whole arm":
         return _lifted(case, values)
@@ -258,7 +258,7 @@ def gravity(case: Case, form: Form, values: Array) -> Columns:
     return both(case, np.maximum(up, 0.05), np.maximum(down, 0.05))
 
 
-def _lifted(case: Case, values: Array) -> Columns:
+def _lifted(case: MeasuredMoves, values: Array) -> Columns:
     """How fast wrist and elbow rise per way, over each ramp."""
     assert case.rates is not None
     assert case.rates.bodies is not None
@@ -274,7 +274,7 @@ def _lifted(case: Case, values: Array) -> Columns:
     return both(case, np.maximum(1.0 - up, 0.05), np.maximum(1.0 + down, 0.05))
 
 
-def _pulled_anywhere(case: Case, values: Array) -> Columns:
+def _pulled_anywhere(case: MeasuredMoves, values: Array) -> Columns:
     """U' = (k_u + k_h ζ - k_m ρ) z' - (k_i + k_f ρ - k_m ζ) r' along the straight way."""
     about, places = straight(case), np.linspace(0.0, 1.0, 201)[None, :, None]
     points = case.start[:, None, :] + places * (case.end - case.start)[:, None, :]
@@ -295,14 +295,14 @@ def _pulled_anywhere(case: Case, values: Array) -> Columns:
 # --- limits -------------------------------------------------------------------------------------------------
 
 
-def speed_clamp(case: Case, form: Form, values: Array) -> Columns:
+def speed_clamp(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """No straight move is faster; where there are none, no joint move."""
     about = straight(case) if straight(case).any() else case.moving & case.joint
     limit = values[0] * case.ratio
     return {"speed": np.where(about & (case.base.speed > limit), limit, case.base.speed)}
 
 
-def orientation_limit(case: Case, form: Form, values: Array) -> Columns:
+def orientation_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """v ≤ ω L / θ; or the turn as a motion of its own, from rest to rest, that the move waits for."""
     turn = np.where(straight(case), np.nan_to_num(case.turn), 0.0)
     if form.key == "slows the path":
@@ -315,7 +315,7 @@ def orientation_limit(case: Case, form: Form, values: Array) -> Columns:
     return {"least": np.maximum(case.base.least, seconds)}
 
 
-def joint_acceleration_limit(case: Case, form: Form, values: Array) -> Columns:
+def joint_acceleration_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """a ≤ A / |q'| where the ramp passes."""
     assert case.rates is not None
     rates = rates_of(case, case.rates.rated_acceleration, form.axis)
@@ -326,7 +326,7 @@ def joint_acceleration_limit(case: Case, form: Form, values: Array) -> Columns:
     return both(case, *found)
 
 
-def joint_speed_limit(case: Case, form: Form, values: Array) -> Columns:
+def joint_speed_limit(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """ds/dt ≤ V / |q'|: at once, or swept along the way forwards and backwards with the ramps' accelerations."""
     assert case.rates is not None
     base, fine = case.base, 8
@@ -353,7 +353,7 @@ def joint_speed_limit(case: Case, form: Form, values: Array) -> Columns:
     return {"added": added}
 
 
-def _swept(case: Case, k: int, limit: Array) -> float:
+def _swept(case: MeasuredMoves, k: int, limit: Array) -> float:
     """[s] of move k along its way below `limit`, from rest to rest."""
     base = case.base
     square, step = limit**2, base.way[k] / (len(limit) - 1)
@@ -369,7 +369,7 @@ def _swept(case: Case, k: int, limit: Array) -> float:
 # --- shapes, additions, clocks ------------------------------------------------------------------------------
 
 
-def jerk(case: Case, form: Form, values: Array) -> Columns:
+def jerk(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Every ramp builds up at j, of joint moves beside straight ones at as many times their acceleration; filtered: the
     speed passes a moving average of that length."""
     if form.key == "filtered":
@@ -377,25 +377,25 @@ def jerk(case: Case, form: Form, values: Array) -> Columns:
     return {"jerk": np.where(case.base.jerk > values[0] * case.ratio, values[0] * case.ratio, case.base.jerk)}
 
 
-def dispatch(case: Case, form: Form, values: Array) -> Columns:
+def dispatch(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """A constant to every move, and to waits where the form says so."""
     about = np.ones(len(case), bool) if form.key == "waits too" else case.moving
     return {"added": case.base.added + np.where(about, values[0], 0.0)}
 
 
-def settling(case: Case, form: Form, values: Array) -> Columns:
+def settling(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """A constant to every move that ends in an exact stop; as written: that names no rounding."""
     stops = case.moving & case.stop_end
     stops = stops & ~(case.blend > 0) & ~np.isnan(case.blend) if form.key == "as written" else stops
     return {"added": case.base.added + np.where(stops, values[0], 0.0)}
 
 
-def clock(case: Case, form: Form, values: Array) -> Columns:
+def clock(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Every duration, times the rate of the recorder's clock."""
     return {"rate": case.base.rate * values[0]}
 
 
-def warm_up(case: Case, form: Form, values: Array) -> Columns:
+def warm_up(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """A e^(-t/τ) of each duration or in seconds; cold as simulated: A (1 - e^(-t/τ))."""
     began = case.began if np.isfinite(case.began) else case.t_start.min()
     cold = np.exp((began - case.t_start) / values[1])
@@ -405,12 +405,12 @@ def warm_up(case: Case, form: Form, values: Array) -> Columns:
     return {"rate": case.base.rate * np.where(case.moving, 1.0 + values[0] * share, 1.0)}
 
 
-def cycle_quantisation(case: Case, form: Form, values: Array) -> Columns:
+def cycle_quantisation(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """c ⌈T/c⌉, or the nearest multiple: the whole duration is rounded, see `quantised`."""
     return {"cycle": np.array(values[0]), "early": np.array(0.5 if form.key.startswith("nearest") else 0.0)}
 
 
-def blending(case: Case, form: Form, values: Array) -> Columns:
+def blending(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """The law of the corners by its name, and its numbers in the order of the parameters."""
     given = dict(zip((p.name for p in form.parameters), values.tolist(), strict=True))
     return {
@@ -424,7 +424,7 @@ def blending(case: Case, form: Form, values: Array) -> Columns:
 # --- what a recording tells -----------------------------------------------------------------------------------
 
 
-def found_cycles(term: MoveTerm, case: Case) -> Iterator[Difference]:
+def found_cycles(term: MoveTerm, case: MeasuredMoves) -> Iterator[Difference]:
     """The longest cycle that durations are multiples of is found, no part of it; none where they are of none."""
     n = len(case)
 
@@ -452,7 +452,7 @@ def found_cycles(term: MoveTerm, case: Case) -> Iterator[Difference]:
         yield "multiples of 44 ms, rounded to 10 ms", f"cycles of {found} s"
 
 
-FOUND: Final[Mapping[str, Callable[[MoveTerm, Case], Iterator[Difference]]]] = {
+FOUND: Final[Mapping[str, Callable[[MoveTerm, MeasuredMoves], Iterator[Difference]]]] = {
     "cycle-quantisation": found_cycles
 }
 ORACLES: Final[Mapping[str, Oracle]] = {

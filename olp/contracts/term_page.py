@@ -8,13 +8,13 @@ from typing import Final
 
 import numpy as np
 
-from olp.timing.physics import Form, LogTerm, MoveTerm, Parameter, Term
-from olp.timing.physics._case import Case
+from olp.timing.physics import Form, LogTerm, MoveTerm, Term, TermParameter
+from olp.timing.physics._case import MeasuredMoves
 
 PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "physics.md"  # of a checkout
 
 
-def section(term: Term, case: Case, others: Sequence[tuple[str, Case]]) -> str:
+def section(term: Term, case: MeasuredMoves, others: Sequence[tuple[str, MeasuredMoves]]) -> str:
     """The section of a term: its forms in a recording that tells everything, `case`, and what `others` have instead."""
     lines = [f"\n## {term.name}\n", f"{_sentence(term.summary)} Trace: {term.does}.\n"]
     if (PAGE.parent / _picture(term)).exists():
@@ -33,7 +33,7 @@ def _picture(term: Term) -> str:
     return f"images/physics/{term.name}.svg"
 
 
-def _forms(term: MoveTerm, case: Case) -> Iterator[str]:
+def _forms(term: MoveTerm, case: MeasuredMoves) -> Iterator[str]:
     """A list of forms with their parameters; axes of one limit share a line."""
     forms = term.forms(case)
     if not forms:
@@ -41,7 +41,7 @@ def _forms(term: MoveTerm, case: Case) -> Iterator[str]:
     yield from _listed(term, forms, case)
 
 
-def _listed(term: MoveTerm, forms: Sequence[Form], case: Case) -> Iterator[str]:
+def _listed(term: MoveTerm, forms: Sequence[Form], case: MeasuredMoves) -> Iterator[str]:
     """Forms with their parameters; of those of single axes the first one whole, and the bounds of the others."""
     axes = [form.key for form in forms if form.axis >= 0]
     first = next((form for form in forms if form.axis >= 0), None)
@@ -55,7 +55,9 @@ def _listed(term: MoveTerm, forms: Sequence[Form], case: Case) -> Iterator[str]:
         yield from _search(term, form, case)
 
 
-def _elsewhere(term: MoveTerm, case: Case, others: Sequence[tuple[str, Case]]) -> Iterator[str]:
+def _elsewhere(
+    term: MoveTerm, case: MeasuredMoves, others: Sequence[tuple[str, MeasuredMoves]]
+) -> Iterator[str]:
     """From how many moves on it is told, and which forms other recordings have instead."""
     forms = term.forms(case)
     fewest = next((n for n in range(1, len(case) + 1) if term.forms(case.take(np.arange(n)))), 0)
@@ -86,7 +88,7 @@ def _told(form: Form) -> tuple[object, ...]:
     return form.key, form.equation, tuple((p.name, p.unit) for p in form.parameters)
 
 
-def _search(term: MoveTerm, form: Form, case: Case) -> Iterator[str]:
+def _search(term: MoveTerm, form: Form, case: MeasuredMoves) -> Iterator[str]:
     """Where the search begins, and what a diagnosis would say there; what values cost that physics does not expect."""
     guesses = np.asarray(term.guesses(form, case), dtype=float)
     starts = "; ".join(", ".join(_number(value) for value in guess) for guess in guesses.tolist())
@@ -100,7 +102,7 @@ def _search(term: MoveTerm, form: Form, case: Case) -> Iterator[str]:
         yield f"    - doubted by {_number(max(costs))} in BIC{when}"
 
 
-def _parameter(p: Parameter) -> str:
+def _parameter(p: TermParameter) -> str:
     null = "" if np.isnan(p.null) else f"; null {_number(p.null)}"
     unit = "" if p.unit == "1" else f" {p.unit}"
     how = ", by its logarithm" if p.log else ""

@@ -18,7 +18,7 @@ from olp.contracts.term_oracles import COARSE, FOUND, NEAR, ORACLES, Oracle
 from olp.contracts.term_page import PAGE, section
 from olp.core.units import deg, mm
 from olp.identification.diagnosis.case_making import case_of
-from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import PHASES
 from olp.identification.recording import read_recording
 from olp.reports.diagnosis.mathml import mathml
@@ -26,7 +26,7 @@ from olp.robots.geometry import angles_from_rotation, rotation_from_angles
 from olp.robots.kinematics import inverse
 from olp.robots.robot import load_robot
 from olp.timing.physics import Form, LogTerm, MoveTerm, Stage, Term, load_term, term_names
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Array = NDArray[np.float64]
 ROBOT: Final = "yaskawa/gp25"
@@ -42,7 +42,7 @@ _SEEN: Final = frozenset({"command", "speed", "torque", "current", "sim"})
 @lru_cache(maxsize=4)
 def rich_case(
     moves: int = 60, joint_moves: int = 8, seed: int = 5, speeds: Sequence[float] = _SPEEDS
-) -> Case:
+) -> MeasuredMoves:
     """A case in which every term has all its forms; nothing is planted in it but the cycle and 30 ms per move."""
     rng = np.random.default_rng(seed)
     rows = _programmed(rng, moves, joint_moves, speeds)
@@ -116,7 +116,7 @@ def _points(rng: np.random.Generator, count: int) -> tuple[Array, Array, Array]:
 
 
 @lru_cache(maxsize=1)
-def other_cases() -> tuple[tuple[str, Case], ...]:
+def other_cases() -> tuple[tuple[str, MeasuredMoves], ...]:
     """Recordings that tell other things: one acceleration, joint moves alone, no ratings, another load than told."""
     rich, turning = rich_case(), rich_case(moves=20, joint_moves=60)
     rng, n = np.random.default_rng(2), len(rich)
@@ -176,13 +176,15 @@ class TermUnderTest:
         term = self.term
         return [(term, form) for form in term.forms(self.case)] if isinstance(term, MoveTerm) else []
 
-    def smooth(self, term: MoveTerm, form: Form, values: object, case: Case | None = None) -> Array:
+    def smooth(self, term: MoveTerm, form: Form, values: object, case: MeasuredMoves | None = None) -> Array:
         """(n,) [s] with the form in it, without the jumps of rounding to a cycle."""
-        return Model((Part(term, form, np.asarray(values, dtype=float)),)).smooth(case or self.case)
+        return DurationModel((ModelPart(term, form, np.asarray(values, dtype=float)),)).smooth(
+            case or self.case
+        )
 
     @cached_property
     def plain(self) -> Array:
-        return Model().smooth(self.case)
+        return DurationModel().smooth(self.case)
 
     def strong(self, term: MoveTerm, form: Form) -> Array:
         """The guess that does most."""
@@ -328,7 +330,7 @@ def bounds_its_parameters(it: TermUnderTest) -> Iterator[Difference]:
             continue
         if (guesses < low * (1 - 1e-12)).any() or (guesses > high * (1 + 1e-12)).any():
             yield given, "a guess is outside the bounds"
-        whole = Model((Part(term, form, it.strong(term, form)),)).seconds(it.case)
+        whole = DurationModel((ModelPart(term, form, it.strong(term, form)),)).seconds(it.case)
         if np.abs(whole - it.plain).max() <= 1e-3 and not _asks_for_load(it, form):
             yield given, "its strongest guess changes nothing"
 
@@ -345,7 +347,7 @@ def does_nothing_at_its_null(it: TermUnderTest) -> Iterator[Difference]:
         if form.key == "limit" and case.rates is not None:
             # The wrist's rated acceleration is a limit without any load, too.
             case = replace(case, rates=replace(case.rates, rated_acceleration=np.full(6, 1e9)), derived={})
-        off = np.abs(it.smooth(term, form, nulls, case) - Model().smooth(case)).max()
+        off = np.abs(it.smooth(term, form, nulls, case) - DurationModel().smooth(case)).max()
         if not off <= 1e-6:
             yield f"form {form.key!r} at {nulls}", f"a duration changes by {off:.3g} s"
 

@@ -12,7 +12,7 @@ from random import Random
 from typing import Final
 
 from olp.contracts import handling
-from olp.contracts.events import Event, differences, events_of, robot_of, stopped_by_advance
+from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.promises import Difference, Promise, hold
 from olp.contracts.writers import WriterUnderTest, does_what_the_program_does, writes_each_kind_of_statement
 from olp.core import resources
@@ -53,13 +53,13 @@ class VendorUnderTest:
     def program(self) -> Program:
         return self.vendor.read(self.source)
 
-    def events(self, program: Program) -> list[Event]:
+    def events(self, program: Program) -> list[OracleEvent]:
         """What a program does that has the handling sample's files beside it."""
         plan = run(program, robot_of(), folder=self.main.parent, max_steps=2000)
         return events_of(program, plan, self.vendor)
 
     @cached_property
-    def found(self) -> list[Event]:
+    def found(self) -> list[OracleEvent]:
         return self.events(self.program)
 
     @cached_property

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from olp.contracts import handling
-from olp.contracts.events import Event, differences, events_of, robot_of, stopped_by_advance
-from olp.contracts.oracle import Spelling, is_written, numbers_of, spelling_of
+from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
+from olp.contracts.oracle import PoseSpelling, is_written, numbers_of, spelling_of
 from olp.contracts.programs import BRANCHES, COMMENT, POINTS, Contract, contract_program, literal
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError
 from olp.core.source import load
-from olp.ir.expressions import Number, Signal, State
+from olp.ir.expressions import Number, Signal, SignalState
 from olp.ir.program import Comment, Declare, Opaque, Program, SetOutput
 from olp.languages.limits import limits_of
 from olp.languages.vendor import Vendor, find_vendor, vendor_names
@@ -67,7 +67,7 @@ class WriterUnderTest:
         return found
 
     @cached_property
-    def spelling(self) -> tuple[str, Spelling]:
+    def spelling(self) -> tuple[str, PoseSpelling]:
         """How the hand-written sample spells poses, found without any reader."""
         found = spelling_of(handling.text_of(self.vendor, self.folder), handling.POINTS)
         assert found is not None, (
@@ -93,7 +93,7 @@ class WriterUnderTest:
             if not found.code or not found.message.strip():
                 yield "refused without a reason"
 
-    def unlike(self, given: str, program: Program, wanted: list[Event]) -> Iterator[Difference]:
+    def unlike(self, given: str, program: Program, wanted: list[OracleEvent]) -> Iterator[Difference]:
         """What changes when a program that was read is written in its own language again, and that once more."""
         made = self.written(program)
         again, found = self.events(made)
@@ -105,11 +105,13 @@ class WriterUnderTest:
             if twice.get(name) != data
         )
 
-    def events(self, made: Converted) -> tuple[Program, list[Event]]:
+    def events(self, made: Converted) -> tuple[Program, list[OracleEvent]]:
         return read_again(made, self.vendor)
 
 
-def read_again(made: Converted, vendor: Vendor, beside: Path | None = None) -> tuple[Program, list[Event]]:
+def read_again(
+    made: Converted, vendor: Vendor, beside: Path | None = None
+) -> tuple[Program, list[OracleEvent]]:
     """The files, read again and run beside each other, and the events. `beside`: a folder with data that they need."""
     with tempfile.TemporaryDirectory() as folder:
         for path in beside.iterdir() if beside is not None else ():
@@ -236,7 +238,7 @@ def does_what_the_program_does(it: WriterUnderTest) -> Iterator[Difference]:
         yield from ((f"contract_program({n})", d) for d in differences(wanted, found))
 
 
-def loosened(events: Any, losses: tuple[Loss, ...]) -> list[Event]:
+def loosened(events: Any, losses: tuple[Loss, ...]) -> list[OracleEvent]:
     """The events without what a receipt names of joint moves: their speed within `_LOOSE`, the size of their blend."""
     parts = frozenset(loss.part for loss in losses if loss.part in ("speed", "blend"))
     return [replace(e, loose=e.loose | parts) if parts and e.kind == "joint" else e for e in events]
@@ -326,7 +328,7 @@ def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
         yield f"handling programs of {', '.join(refusals)}", "refused: a writer takes those of most languages"
 
 
-def _wanted(sample: Sample, made: Converted) -> list[Event]:
+def _wanted(sample: Sample, made: Converted) -> list[OracleEvent]:
     events = loosened(handling.events(joint=sample.joint), made.translated.losses)
     if sample.blends:
         return events
@@ -375,7 +377,7 @@ def _refuses_an_unknown_signal(it: WriterUnderTest) -> Iterator[Difference]:
     program = link(it.vendor.read(load(it.main))).program
     first = program.routines[0]
     at = len(first.body) // 2
-    unknown = SetOutput(first.body[at].line, Signal("nobody-knows", Number(3)), State(True))
+    unknown = SetOutput(first.body[at].line, Signal("nobody-knows", Number(3)), SignalState(True))
     body = (*first.body[:at], unknown, *first.body[at:])
     try:
         it.written(replace(program, routines=(replace(first, body=body), *program.routines[1:])))

@@ -13,7 +13,7 @@ from typing import Any, Final, TypeVar
 Result = TypeVar("Result")
 
 
-class Shelf:
+class CacheShelf:
     """Results by their key. What one round does not ask for is gone in the next but one."""
 
     __slots__ = ("_new", "_old")
@@ -42,16 +42,16 @@ class Shelf:
         self._old, self._new = self._new, {}
 
 
-class Memory:
+class TextCache:
     """Shelves by their name; one memory per text."""
 
     def __init__(self) -> None:
-        self._shelves: dict[str, Shelf] = {}
+        self._shelves: dict[str, CacheShelf] = {}
 
-    def shelf(self, name: str) -> Shelf:
+    def shelf(self, name: str) -> CacheShelf:
         found = self._shelves.get(name)
         if found is None:
-            found = self._shelves[name] = Shelf()
+            found = self._shelves[name] = CacheShelf()
         return found
 
     def turn(self, finished: bool) -> None:
@@ -63,11 +63,11 @@ class SupersededError(Exception):
     """Newer work has come: nobody wants the result any more."""
 
 
-_active: list[tuple[Memory, Callable[[], bool]]] = []
+_active: list[tuple[TextCache, Callable[[], bool]]] = []
 
 
 @contextmanager
-def remembering(memory: Memory, wanted: Callable[[], bool] = lambda: True) -> Iterator[None]:
+def remembering(memory: TextCache, wanted: Callable[[], bool] = lambda: True) -> Iterator[None]:
     """While it lasts, results are looked up in `memory` and put there, and `check` asks whether they are wanted."""
     _active.append((memory, wanted))
     finished = False
@@ -85,7 +85,7 @@ def check() -> None:
         raise SupersededError
 
 
-def shelf(name: str) -> Shelf | None:
+def shelf(name: str) -> CacheShelf | None:
     """The shelf of that name, None where nobody remembers."""
     return _active[-1][0].shelf(name) if _active else None
 

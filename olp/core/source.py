@@ -10,8 +10,8 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count
 
-from olp.core import open_buffers
 from olp.core.files import read_input
 
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -81,7 +81,7 @@ class Source:
 
 def load(path: str | os.PathLike[str], encoding: str | None = None) -> Source:
     """Reads a file, or what an editor holds of it. Raises OSError when it cannot be read."""
-    edited = open_buffers.text(path)
+    edited = text(path)
     if edited is not None:
         return decode(edited, os.fspath(path), "utf-8")
     return decode(read_input(path), os.fspath(path), encoding)
@@ -135,3 +135,36 @@ def _japanese(raw: bytes, text: str) -> bool:
     # true Japanese comes in runs, so most eight-bit bytes stand beside another.
     runs = sum(len(run) for run in re.findall(rb"[\x80-\xff][\x40-\xff]?(?:[\x80-\xff][\x40-\xff]?)+", raw))
     return letters > 0 and runs >= 0.5 * eight_bit
+
+
+# --- Open buffers ---
+# Texts that stand in an editor: they are read in place of the files on the disk.
+
+_texts: dict[str, tuple[int, bytes]] = {}
+_serial = count(1)
+
+
+def put(path: str | os.PathLike[str], raw: bytes) -> None:
+    """From now on the file `path` holds `raw` for everybody in this process."""
+    _texts[_key(path)] = (next(_serial), raw)
+
+
+def drop(path: str | os.PathLike[str]) -> None:
+    """The file on the disk counts again."""
+    _texts.pop(_key(path), None)
+
+
+def text(path: str | os.PathLike[str]) -> bytes | None:
+    """What stands in the editor, None where the file is not open."""
+    known = _texts.get(_key(path)) if _texts else None
+    return None if known is None else known[1]
+
+
+def stamp(path: str | os.PathLike[str]) -> tuple[int, int] | None:
+    """Another one for every text that was put: (a negative number, size [bytes]); None where the file is not open."""
+    known = _texts.get(_key(path)) if _texts else None
+    return None if known is None else (-known[0], len(known[1]))
+
+
+def _key(path: str | os.PathLike[str]) -> str:
+    return os.path.normcase(os.path.abspath(path))

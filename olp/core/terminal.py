@@ -7,8 +7,10 @@ of a text so that it reads as another.
 from __future__ import annotations
 
 import io
+import os
 import re
 import sys
+from typing import Final, TextIO
 
 # Controls but line feed and tab, the C1 controls, directions of text, lone surrogates (of names that are no text).
 _SIGNS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
@@ -43,3 +45,27 @@ class Screen(io.TextIOWrapper):
 
 def _code(found: re.Match[str]) -> str:
     return found[0].encode("unicode_escape").decode("ascii")
+
+
+# --- Colour ---
+# Colour for terminals, by the ANSI codes that all of them understand. Never in files and pipes.
+
+BOLD: Final = "1"
+DIM: Final = "2"
+RED: Final = "31"
+YELLOW: Final = "33"
+
+
+def paint(text: str, style: str) -> str:
+    """`text` in a style."""
+    return f"\x1b[{style}m{text}\x1b[0m" if text else text
+
+
+def wanted(stream: TextIO) -> bool:
+    """Whether somebody watches `stream` on a terminal that shows colour (https://no-color.org is respected)."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not stream.isatty():
+        return False
+    if sys.platform == "win32":
+        # An empty command makes older Windows consoles interpret the codes.
+        os.system("")
+    return True

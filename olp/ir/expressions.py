@@ -45,7 +45,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class SignalState:
     """A signal's literal state, on or off."""
 
     on: bool
@@ -242,7 +242,7 @@ Position = Taught | Variable | Unknown  # what INFORM moves to; other languages 
 Expression = (
     Number
     | Text
-    | State
+    | SignalState
     | Variable
     | Taught
     | Element

@@ -15,7 +15,7 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Quantity,
-    State,
+    SignalState,
     SystemValue,
     Taught,
     Text,
@@ -29,7 +29,7 @@ _changed_declare: Final = changer(Declare)
 Change = Callable[[Expression], Expression]
 
 EXPRESSIONS: Final = frozenset(get_args(Expression))
-_LEAVES: Final = frozenset({Number, State, Taught, Text, Named, PositionLiteral, SystemValue})
+_LEAVES: Final = frozenset({Number, SignalState, Taught, Text, Named, PositionLiteral, SystemValue})
 _MEASURED: Final = frozenset({Speed, Blend, Acceleration})
 # Of statements and expressions that hold further ones: the names of the fields that may.
 _FIELDS: dict[type, tuple[str, ...]] = {}

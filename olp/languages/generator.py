@@ -284,7 +284,7 @@ class Generator(ABC):
             raise refusal(self.no_text)
         return f"{self.quotes}{e.value}{self.quotes}"
 
-    def spell_state(self, e: ex.State) -> Spelled:
+    def spell_signal_state(self, e: ex.SignalState) -> Spelled:
         return self.states[e.on]
 
     def spell_named(self, e: ex.Named) -> Spelled:

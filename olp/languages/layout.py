@@ -15,7 +15,7 @@ class Layout:
         return [line.rstrip(" \t") for line in lines]
 
 
-class Blocks(Layout):
+class BlockLayout(Layout):
     """A language whose blocks are indented. Each pattern is matched at the first word of a line.
 
     `opens`: what follows stands one step further; `closes`: from here on one step less; `between`: this line only.

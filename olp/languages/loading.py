@@ -33,7 +33,7 @@ _DIGITS: Final = re.compile(r"\d+")  # names that differ in their numbers are di
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class LoadedCell:
     """The files that a controller loads with a program, that one first. `controller`: as `--controller` says."""
 
     sources: tuple[Source, ...]
@@ -41,7 +41,7 @@ class Cell:
 
 
 @dataclass(slots=True)
-class Found:
+class LoadFindings:
     """What a check has to say of one source. `unknown`: names that nothing declares, with where they stand."""
 
     source: Source
@@ -118,11 +118,11 @@ class Loading:
     """A vendor's checks. `controllers`: what `--controller` may say, the usual one first."""
 
     controllers: tuple[str, ...]
-    check: Callable[[Source, Cell], list[Diagnostic]]
+    check: Callable[[Source, LoadedCell], list[Diagnostic]]
     suffixes: tuple[str, ...] = ()  # of further files that declare names
 
 
-def cell_of(source: Source, vendor: Vendor, loading: Loading, controller: str = "") -> Cell:
+def cell_of(source: Source, vendor: Vendor, loading: Loading, controller: str = "") -> LoadedCell:
     """The program with the files that a controller loads with it."""
     sources: list[Source] = [source]
     path = Path(source.path) if source.path else None
@@ -137,7 +137,7 @@ def cell_of(source: Source, vendor: Vendor, loading: Loading, controller: str = 
                 sources.append(load(other))
             except OlpError:
                 continue
-    return Cell(tuple(sources), controller or loading.controllers[0])
+    return LoadedCell(tuple(sources), controller or loading.controllers[0])
 
 
 def _others(path: Path, vendor: Vendor, suffixes: Sequence[str]) -> Iterable[Path]:

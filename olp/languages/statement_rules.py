@@ -16,7 +16,7 @@ from olp.ir.expressions import (
     Logic,
     Named,
     Number,
-    State,
+    SignalState,
     Text,
     Unary,
 )
@@ -85,11 +85,11 @@ class ValueRules(Transformer[Token, Any]):
     def text(self, children: list[Token]) -> Text:
         return Text(str(children[0])[1:-1])
 
-    def on(self, _: list[Any]) -> State:
-        return State(True)
+    def on(self, _: list[Any]) -> SignalState:
+        return SignalState(True)
 
-    def off(self, _: list[Any]) -> State:
-        return State(False)
+    def off(self, _: list[Any]) -> SignalState:
+        return SignalState(False)
 
     def negative(self, children: list[Any]) -> Expression:
         value = children[0]

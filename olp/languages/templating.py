@@ -10,6 +10,7 @@ do, J004 a limit was reached, J005 no such template.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import time
@@ -26,7 +27,6 @@ from jinja2.utils import pass_context
 
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
-from olp.languages.template_filters import FILTERS, scalar
 
 FOLDER = "templates"
 SUFFIX = ".j2"
@@ -34,7 +34,7 @@ LARGEST_TEMPLATE = 256 * 1024  # characters; also bounds what a static text can 
 LARGEST_NUMBER = 10**18
 
 
-class Limits(NamedTuple):
+class RenderingLimits(NamedTuple):
     """What one rendering may cost. Iterations, calls, includes and outputs are steps."""
 
     steps: int = 200_000
@@ -50,9 +50,9 @@ class _Spent:
     """What the current rendering has cost."""
 
     def __init__(self) -> None:
-        self.begin(Limits())
+        self.begin(RenderingLimits())
 
-    def begin(self, limits: Limits) -> None:
+    def begin(self, limits: RenderingLimits) -> None:
         self.limits = limits
         self.steps = self.characters = 0
         self.deadline = time.monotonic() + limits.seconds
@@ -189,7 +189,7 @@ class Renderer:
 
     def __init__(self, sandbox: Sandbox, name: str) -> None:
         self._sandbox = sandbox
-        sandbox.spent.begin(Limits())
+        sandbox.spent.begin(RenderingLimits())
         try:
             self._template = sandbox.get_template(name)
         except Exception as problem:
@@ -200,9 +200,9 @@ class Renderer:
         """The template's file, as it is shown in diagnostics."""
         return self._template.filename or ""
 
-    def render(self, values: Mapping[str, Any], limits: Limits | None = None) -> str:
+    def render(self, values: Mapping[str, Any], limits: RenderingLimits | None = None) -> str:
         """The template's text. Raises OlpError with the template's file and line."""
-        self._sandbox.spent.begin(limits or Limits())
+        self._sandbox.spent.begin(limits or RenderingLimits())
         try:
             context = self._template.new_context(dict(values))
             return "".join(self._template.root_render_func(context))
@@ -296,3 +296,62 @@ def _place(problem: Exception, name: str) -> tuple[str, int]:
             place = template.filename or name, template.get_corresponding_lineno(trace.tb_lineno)
         trace = trace.tb_next
     return place
+
+
+# --- Template filters ---
+# What a template can do with a value: the filters, and the rule that only texts and numbers are written.
+
+
+def scalar(value: Any) -> str:
+    """The text of a text or number. Raises SecurityError for anything else, UndefinedError for what is missing."""
+    if isinstance(value, (str, int, float, Undefined)):
+        return str(value)
+    raise SecurityError(f"only texts and numbers can be written, not a {type(value).__name__}")
+
+
+def fixed(value: float, decimals: int = 3) -> str:
+    """`value` with that many decimals (at most 9), never "-0"."""
+    text = f"{float(value):.{min(max(int(decimals), 0), 9)}f}"
+    return text.lstrip("-") if not text.strip("-0.") else text
+
+
+def short(value: float, digits: int = 3) -> str:
+    """`value` rounded to that many digits, without an exponent or needless zeros: 592, 7.41, 0.0533."""
+    number = float(value)
+    if not number or not math.isfinite(number):
+        return "0" if not number else str(number)
+    decimals = min(max(int(digits), 1), 9) - 1 - math.floor(math.log10(abs(number)))
+    text = fixed(round(number, decimals), max(decimals, 0))
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def known(value: Any) -> bool:
+    """Whether `value` is a number and not nan, None or an empty text."""
+    return (isinstance(value, str) and bool(value)) or (isinstance(value, (int, float)) and value == value)
+
+
+def cut(text: str, width: int) -> str:
+    """The first `width` characters."""
+    return scalar(text)[: max(int(width), 0)]
+
+
+def default(value: Any, other: Any = "") -> Any:
+    """`other` where `value` is undefined or None."""
+    return other if value is None or isinstance(value, Undefined) else value
+
+
+FILTERS: Mapping[str, Callable[..., Any]] = {
+    "fixed": fixed,
+    "short": short,
+    "known": known,
+    "cut": cut,
+    "default": default,
+    "upper": lambda text: scalar(text).upper(),
+    "lower": lambda text: scalar(text).lower(),
+    "trim": lambda text: scalar(text).strip(),
+    "round": lambda value: round(float(value)),
+    "abs": lambda value: abs(value) if isinstance(value, (int, float)) else abs(float(value)),
+    "length": len,
+    "first": lambda items: items[0],
+    "last": lambda items: items[-1],
+}

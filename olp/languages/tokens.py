@@ -6,13 +6,13 @@ import re
 from abc import ABC
 from collections.abc import Iterator
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import ClassVar, NamedTuple
 
-from olp.languages.vocabulary import grammar_words
+from olp.core.resources import read_text
 
 
-class Kind(StrEnum):
+class TokenKind(StrEnum):
     """What a name stands for."""
 
     POINT = "point"
@@ -30,7 +30,7 @@ class Pattern(NamedTuple):
     `key`: what tells names apart, with {} for the name's number; empty: the name as it is spelt.
     """
 
-    kind: Kind
+    kind: TokenKind
     text: str
     defines: bool = False
     local: bool = False
@@ -40,7 +40,7 @@ class Pattern(NamedTuple):
 class Word(NamedTuple):
     """A name in a line. `kind` None: any name, whose declaration says what it is. `plain`: no pattern says it."""
 
-    kind: Kind | None
+    kind: TokenKind | None
     key: str
     column: int
     end_column: int
@@ -92,7 +92,7 @@ class Words(ABC):
                 key = self._key(pattern, match[group])
                 yield Word(pattern.kind, key, start + 1, stop + 1, pattern.defines, pattern.local)
 
-    def declared(self, line: str) -> Iterator[tuple[int, Kind]]:
+    def declared(self, line: str) -> Iterator[tuple[int, TokenKind]]:
         """Where in a line identifiers come into being (offset), and as what."""
         return iter(())
 
@@ -119,3 +119,66 @@ def listed(words: str) -> frozenset[str]:
 
 _NUMBER = re.compile(r"\d+")
 _REMARK = re.compile(r"[,:][^\]]*(?=\])|\s")  # in the brackets of a register: its element, what it is called
+
+
+# --- Vocabulary ---
+# The words of a language, as its grammar spells them.
+
+_VOCABULARY_REMARK = re.compile(r"^\s*//.*$", re.MULTILINE)
+_LITERAL = re.compile(r'"([A-Za-z][A-Za-z_]+)"')
+_TERMINAL = re.compile(r"^_?[A-Z][A-Z_]*(?:\.-?\d+)?\s*:\s*/(.*)/i?\s*$", re.MULTILINE)
+_LOOKAROUND = re.compile(r"\(\?<?[=!](?:[^()\[\]]|\[[^\]]*\])*\)|\\b")
+_MOST = 60  # spellings of one terminal; a pattern of more is no list of words
+
+
+@lru_cache(maxsize=32)
+def grammar_words(vendor: str) -> frozenset[str]:
+    """The keywords of grammars/`vendor`.lark; tags end in =."""
+    text = _VOCABULARY_REMARK.sub("", read_text("grammars", f"{vendor}.lark"))
+    words = set(_LITERAL.findall(text))
+    for pattern in _TERMINAL.findall(text):
+        words.update(word for word in spellings(pattern) if _WORD.fullmatch(word))
+    return frozenset(words)
+
+
+_WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]*=?|[A-Za-z]\w+")
+
+
+def spellings(pattern: str) -> list[str]:
+    """The texts that a plain pattern of letters, groups and options matches; none where it is not plain."""
+    try:
+        found, rest = _alternatives(_LOOKAROUND.sub("", pattern))
+    except ValueError:
+        return []
+    return found if not rest and len(found) <= _MOST else []
+
+
+def _alternatives(text: str) -> tuple[list[str], str]:
+    """Spellings of `a|b|c` up to a closing parenthesis, and what follows. Raises ValueError."""
+    found: list[str] = []
+    while True:
+        part, text = _sequence(text)
+        found += part
+        if not text.startswith("|"):
+            return found, text
+        text = text[1:]
+
+
+def _sequence(text: str) -> tuple[list[str], str]:
+    found = [""]
+    while text and text[0] not in "|)":
+        if text.startswith("(?:"):
+            piece, text = _alternatives(text[3:])
+            if not text.startswith(")"):
+                raise ValueError(text)
+            text = text[1:]
+        elif text[0].isalnum() or text[0] in "_=":
+            piece, text = [text[0]], text[1:]
+        else:
+            raise ValueError(text)
+        if text.startswith("?"):
+            piece, text = [*piece, ""], text[1:]
+        found = [before + after for before in found for after in piece]
+        if len(found) > _MOST:
+            raise ValueError(text)
+    return found, text

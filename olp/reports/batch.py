@@ -15,7 +15,7 @@ from olp.identification.timing_job import (
     time_plan_of,
     time_program,
 )
-from olp.reports.formats import Options, Part, load_report
+from olp.reports.formats import Options, ReportPart, load_report
 
 __all__ = [
     "Job",
@@ -44,10 +44,10 @@ class Job(TimingJob):
 
 def time_files(
     paths: Sequence[str], job: Job, workers: int = 0, done: Callable[[int], None] | None = None
-) -> list[Part]:
+) -> list[ReportPart]:
     """One part per path, in their order. `workers` 0: as many as there are cores. `done(n)` after each n files."""
     workers = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
-    parts: list[Part] = []
+    parts: list[ReportPart] = []
     for part in _parts(paths, job, workers):
         parts.append(part)
         if done is not None:
@@ -55,7 +55,7 @@ def time_files(
     return parts
 
 
-def _parts(paths: Sequence[str], job: Job, workers: int) -> Iterator[Part]:
+def _parts(paths: Sequence[str], job: Job, workers: int) -> Iterator[ReportPart]:
     if workers <= 1:
         yield from map(partial(time_file, job=job), paths)
         return
@@ -65,17 +65,17 @@ def _parts(paths: Sequence[str], job: Job, workers: int) -> Iterator[Part]:
         yield from pool.map(partial(time_file, job=job), paths, chunksize=_CHUNK)
 
 
-def time_file(path: str, job: Job) -> Part:
+def time_file(path: str, job: Job) -> ReportPart:
     """Reads, plans and times one file, and renders its share of the report."""
     report = load_report(job.format)
     try:
         timing = plan_and_time(path, job)
     except OlpError as problem:
         diagnostics = tuple(d.at(path) for d in problem.diagnostics)
-        return Part(path, report.part(path, None, diagnostics, job.options), diagnostics=diagnostics)
+        return ReportPart(path, report.part(path, None, diagnostics, job.options), diagnostics=diagnostics)
     diagnostics = tuple(d.at(path) for d in timing.diagnostics)
     text = report.part(path, timing, diagnostics, job.options)
-    return Part(
+    return ReportPart(
         path,
         text,
         timing.robot,
@@ -89,7 +89,7 @@ def time_file(path: str, job: Job) -> Part:
     )
 
 
-def shown(parts: Sequence[Part]) -> list[Diagnostic]:
+def shown(parts: Sequence[ReportPart]) -> list[Diagnostic]:
     """All diagnostics of all parts that a user should see, errors first within a file.
 
     What is wrong with a job that several others call is told once.

@@ -9,7 +9,7 @@ from olp.identification.signature.diff import domain_moves
 from olp.identification.signature.document import Signature
 from olp.identification.signature.predict import predict
 from olp.reports.plot.axes import Axes, room
-from olp.reports.plot.figure import SERIES, Dot, Figure, Polyline, Text
+from olp.reports.plot.figure import SERIES, Dot, Figure, Polyline, TextLabel
 
 _LEFT, _TOP, _WIDTH, _HEIGHT, _KEY = 76, 64, 620, 380, 210
 _MOST_SERIES = 16
@@ -31,7 +31,7 @@ def signature_figure(signature: Signature) -> Figure:
         _LEFT + _WIDTH + _KEY, _TOP + _HEIGHT + 60, f"Timing signature of {signature.robot or 'a robot'}"
     )
     head = f"{signature.robot} {signature.controller}, method {signature.method}".strip()
-    figure.add(Text(_LEFT, 26, head, "ink", 15, bold=True))
+    figure.add(TextLabel(_LEFT, 26, head, "ink", 15, bold=True))
     highest = float(np.quantile(high, 0.98))
     panel = Axes(
         figure, _LEFT, _TOP, _WIDTH, _HEIGHT, room(angle, 0.04, zero=False), room([highest, *acceleration])
@@ -59,6 +59,6 @@ def signature_figure(signature: Signature) -> Figure:
         y = _TOP + 10 + 20 * number
         figure.add(
             Dot(_LEFT + _WIDTH + 24, y - 4, 4, colour),
-            Text(_LEFT + _WIDTH + 34, y, f"from {place} mm", "muted"),
+            TextLabel(_LEFT + _WIDTH + 34, y, f"from {place} mm", "muted"),
         )
     return figure

@@ -65,7 +65,7 @@ class Effects:
         return f"not counted, as olp.toml does not set them: {', '.join(names)}" if names else ""
 
 
-class Known(NamedTuple):
+class KnownEffect(NamedTuple):
     """A measured or published number [s] of a controller generation."""
 
     value: float
@@ -76,30 +76,30 @@ class Known(NamedTuple):
 class Generation:
     """What is known of one controller generation; None where nobody has published it."""
 
-    cycle: Known | None = None
-    dispatch: Known | None = None
-    settling: Known | None = None
-    servo_lag: Known | None = None
-    percent_exponent: Known | None = (
+    cycle: KnownEffect | None = None
+    dispatch: KnownEffect | None = None
+    settling: KnownEffect | None = None
+    servo_lag: KnownEffect | None = None
+    percent_exponent: KnownEffect | None = (
         None  # [1] what a programmed share of speed does to ramps, olp/timing/arm.py
     )
-    override_exponent: Known | None = None  # [1] what the program override does to them, the same page
-    joint_acceleration: Known | None = None  # [rad/s²] of joint moves that do not say theirs
+    override_exponent: KnownEffect | None = None  # [1] what the program override does to them, the same page
+    joint_acceleration: KnownEffect | None = None  # [rad/s²] of joint moves that do not say theirs
 
 
-_OWN_PERCENT = Known(0.0, "the percent of acceleration is a setting of its own, beside that of speed")
+_OWN_PERCENT = KnownEffect(0.0, "the percent of acceleration is a setting of its own, beside that of speed")
 _KRC = Generation(
     percent_exponent=_OWN_PERCENT,
-    override_exponent=Known(
+    override_exponent=KnownEffect(
         2.0, "recordings of a KR 3 on KSS 8.5: planned motions are stretched in time by the program override"
     ),
 )
 _POLYSCOPE = Generation(
     percent_exponent=_OWN_PERCENT,
-    override_exponent=Known(2.0, "URScript manual: the speed slider scales the time of the trajectory"),
-    joint_acceleration=Known(1.4, "URScript manual: default of movej"),
+    override_exponent=KnownEffect(2.0, "URScript manual: the speed slider scales the time of the trajectory"),
+    joint_acceleration=KnownEffect(1.4, "URScript manual: default of movej"),
 )
-_RRS = Known(0.004, "step of Yaskawa's server for realistic robot simulation")
+_RRS = KnownEffect(0.004, "step of Yaskawa's server for realistic robot simulation")
 _NOT_KNOWN = Generation(cycle=_RRS)
 
 # Only `settling` is used unasked. The cycle is for those who set `cycle_s`: nobody has shown that the program's time
@@ -113,7 +113,7 @@ GENERATIONS: Final[Mapping[str, Generation]] = MappingProxyType(
         "DX100": _NOT_KNOWN,
         "DX200": Generation(
             cycle=_RRS,
-            settling=Known(
+            settling=KnownEffect(
                 0.166,
                 "published recordings of an MA2010 at 10 mm/s, from rest to rest: 0.1655 s per exact stop",
             ),

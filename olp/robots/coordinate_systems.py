@@ -214,7 +214,7 @@ class Cell:
         if robot is None or robot.geometry is None:
             return np.full((len(position), 6), np.nan)
         from olp.robots.kinematics import inverse
-        from olp.robots.kinematics.sectors import turned_into
+        from olp.robots.kinematics.configuration import turned_into
 
         tool = self.tool_pose(state.tool).inverse()
         flange = compose(position, rotation, tool.position, tool.rotation)

@@ -1,8 +1,7 @@
 """Everything about robots that other modules need: the types, the library of robot files, and the reader."""
 
 from olp.robots.library import candidates_for_pulses, load_robot, robot_names
-from olp.robots.masses import Body, Drive, Dynamics
-from olp.robots.model import Axis, Geometry, Joint, Links, PulseFit, Robot
+from olp.robots.model import Axis, Body, Drive, Dynamics, Geometry, Joint, Links, PulseFit, Robot
 from olp.robots.reader import read_robot
 
 __all__ = [

@@ -43,7 +43,7 @@ _SPACING, _TURNING, _FEWEST, _MOST = 0.01, 0.02, 16, 256
 _STEP, _STEP_TURN, _STEP_AXES = 0.05, 0.1, 0.5
 
 
-class Named(IntEnum):
+class WrittenPosture(IntEnum):
     """What a written position says about how the arm stands."""
 
     AXES = 0  # all of it; or nothing is known of the arm
@@ -52,24 +52,28 @@ class Named(IntEnum):
     OTHER = 3  # a pose with flags in which the arm cannot stand there
 
 
-def named(cell: Cell, mechanism: int, state: PointState) -> Named:
+def named(cell: Cell, mechanism: int, state: PointState) -> WrittenPosture:
     """What a position with this state says."""
     robot = cell.robot(mechanism)
     if state.kind is not PointKind.POSE or robot is None or robot.geometry is None:
-        return Named.AXES
+        return WrittenPosture.AXES
     if not cell.mechanisms[mechanism].is_robot:
-        return Named.AXES
-    return Named.FLAGS if state.configuration and robot.geometry.links is not None else Named.NOTHING
+        return WrittenPosture.AXES
+    return (
+        WrittenPosture.FLAGS
+        if state.configuration and robot.geometry.links is not None
+        else WrittenPosture.NOTHING
+    )
 
 
 def says_of(cell: Cell, mechanism: int, state: PointState, axes: Floats) -> NDArray[np.int8]:
     """(n,) Named: what positions with this state say, whose axes (n, k) are those of their flags."""
     said = named(cell, mechanism, state)
     found = np.full(len(axes), said, dtype=np.int8)
-    if said is Named.FLAGS and state.sectors:
-        from olp.robots.kinematics.sectors import stands_in
+    if said is WrittenPosture.FLAGS and state.sectors:
+        from olp.robots.kinematics.configuration import stands_in
 
-        found[~stands_in(axes, state.sectors)] = Named.OTHER
+        found[~stands_in(axes, state.sectors)] = WrittenPosture.OTHER
     return found
 
 
@@ -91,13 +95,13 @@ def keep_branches(
         robot = cell.robot(mechanism)
         assert robot is not None
         width = len(robot.axes)
-        arm = Arm(robot, cell, positions, tools)
+        arm = PlannedArm(robot, cell, positions, tools)
         reached = arm.follow(int(moves.start[rows[0]]), target[rows], moves.path[rows] == _JOINT, says)
-        if says[target[rows[0]]] == Named.NOTHING and moves.start[rows[0]] == target[rows[0]]:
+        if says[target[rows[0]]] == WrittenPosture.NOTHING and moves.start[rows[0]] == target[rows[0]]:
             _tell_first(cell, robot)
         written = axes[target[rows], :width]
         _tell(cell, reached, written, says[target[rows]], moves.path[rows] == _JOINT)
-        unsaid = says[target[rows]] >= Named.NOTHING
+        unsaid = says[target[rows]] >= WrittenPosture.NOTHING
         # Where a position that says nothing is reached first, it gets its axes; reached again, it may need others.
         first = np.zeros(len(rows), dtype=bool)
         first[np.unique(target[rows], return_index=True)[1]] = True
@@ -135,14 +139,14 @@ def _tell(
     cell: Cell, reached: Floats, written: Floats, says: NDArray[np.int8], joint: NDArray[np.bool_]
 ) -> None:
     """Lines that lead to other flags than the arm stands in, joint moves to flags that it cannot have."""
-    count = int(((says == Named.OTHER) & joint).sum())
+    count = int(((says == WrittenPosture.OTHER) & joint).sum())
     if count:
         where = "a joint move leads" if count == 1 else f"{count} joint moves lead"
         text = (
             f"{where} to an arm configuration in which this robot cannot be there: the nearest axes are taken"
         )
         cell.gaps.setdefault("arm configuration", Gap("arm configuration", text))
-    told = (says == Named.FLAGS) & ~np.isnan(reached).any(axis=1) & ~np.isnan(written).any(axis=1)
+    told = (says == WrittenPosture.FLAGS) & ~np.isnan(reached).any(axis=1) & ~np.isnan(written).any(axis=1)
     from olp.robots.kinematics.configuration import wrap
 
     told[told] = (np.abs(wrap(reached[told] - written[told])) > _NOISE).any(axis=1)
@@ -160,7 +164,7 @@ def _same(one: Floats, other: Floats) -> NDArray[np.bool_]:
 
 
 @dataclass(slots=True)
-class Arm:
+class PlannedArm:
     """One arm among the positions of a plan. `tools` (p,): the tool's number of each."""
 
     robot: Robot
@@ -180,7 +184,7 @@ class Arm:
         here = self.positions.axes[start][:width]
         known = np.asarray(~np.isnan(result).any(axis=1))
         posed = np.asarray(says[targets] > 0)
-        open_rows = (says[targets] >= Named.NOTHING) | (posed & ~joint & self._changes(result, here))
+        open_rows = (says[targets] >= WrittenPosture.NOTHING) | (posed & ~joint & self._changes(result, here))
         breaks = np.append(np.flatnonzero(joint | ~posed), len(targets))  # where runs along lines end
         at, end = 0, 0
         for row in np.flatnonzero(open_rows).tolist():
@@ -328,6 +332,6 @@ def axes_after(
     )
     joint = np.array([joint for _, _, joint in entries])
     order = np.arange(1, len(entries), dtype=np.int32)
-    reached = Arm(robot, cell, positions, tools).follow(0, order, joint[1:], says)
+    reached = PlannedArm(robot, cell, positions, tools).follow(0, order, joint[1:], says)
     after: Floats = reached[-1]
     return after

@@ -8,16 +8,111 @@ from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from olp.ir.points import PointState
 from olp.ir.program import Path
 from olp.robots.coordinate_systems import Cell, Floats, quaternions
 from olp.robots.geometry import compose, quaternion_from_rotation, rotation_from_quaternion
 from olp.runtime.arm_branch import keep_branches, says_of
-from olp.runtime.paths import shape_paths, turn_between
+from olp.runtime.paths import circle, shape_paths, swept_angle, turn_between
 from olp.runtime.plan import PATHS, Moves, Positions
-from olp.runtime.whole_arcs import beyond_targets
+
+# --- Whole arcs ---
+# Arcs that one statement describes: from where the arm stands, through a via point, to a target.
+#
+# The plan tells an arc by a third point beyond its target, as jobs do that chain circular moves. Here that
+# point is made: on the same circle, as far beyond the target as the way back to the start leaves.
+
+
+def beyond_targets(
+    positions: Positions, moves: Moves, extras: Mapping[int, Extra]
+) -> tuple[Positions, Moves, dict[int, int]]:
+    """Positions with the added points, moves whose target an angle replaces, and row -> added point.
+
+    `extras`: rows with a via point. Rows on no circle (three points on a line) get none: they run straight.
+    """
+    added: list[Floats] = []
+    turns: list[Floats] = []
+    axes: list[Floats] = []
+    third: dict[int, int] = {}
+    start, target = moves.start.copy(), moves.target.copy()
+    count = len(positions)
+
+    def add(point: Floats, like: int) -> int:
+        added.append(point)
+        turns.append(positions.quaternion[like])
+        axes.append(np.full(positions.axes.shape[1], np.nan))
+        return count + len(added) - 1
+
+    def point(index: int) -> Floats:
+        return positions.position[index][None] if index < count else added[index - count][None]
+
+    for row, extra in extras.items():
+        a, b = point(start[row]), point(extra.via)  # after an arc with an angle the start is an added point
+        end = int(target[row])
+        c = positions.position[end][None]
+        centre, radius, axis = circle(a, b, c)
+        if not np.isfinite(radius[0]):
+            continue
+        swept = float(swept_angle(a - centre, c - centre, axis)[0])
+        if not np.isnan(extra.arc):
+            swept = extra.arc
+            target[row] = add(_turned(a, centre, axis, swept), end)
+            following = np.flatnonzero((moves.mechanism == moves.mechanism[row]) & (moves.start == end))
+            following = following[following > row][:1]
+            start[following] = target[row]
+        third[row] = add(_turned(a, centre, axis, swept + (2 * np.pi - swept % (2 * np.pi)) / 2), end)
+    if not added:
+        return positions, moves, third
+    grown = Positions(
+        np.concatenate([positions.position, np.array(added)]),
+        np.concatenate([positions.quaternion, np.array(turns)]),
+        np.concatenate([positions.axes, np.array(axes)]),
+    )
+    return grown, replace(moves, start=start, target=target), third
+
+
+def _turned(point: Floats, centre: Floats, axis: Floats, angle: float) -> Floats:
+    """(3,) [m]: a point (1, 3) turned about the circle's axis."""
+    spoke = point - centre
+    turned = spoke * np.cos(angle) + np.cross(axis, spoke) * np.sin(angle)
+    result: Floats = (centre + turned)[0]
+    return result
+
+
+# --- Blend starts ---
+# Where a blend begins that is programmed as a distance, a speed, an angle or a share: as a distance before the target.
+#
+# After KUKA mxAutomation and KSS manuals: APO structure (CPTP, CDIS, CORI, CVEL). Not measured.
+
+
+def from_distance(cdis: ArrayLike) -> Floats:
+    """C_DIS: $APO.CDIS [m] from the target point."""
+    return np.asarray(cdis, dtype=np.float64)
+
+
+def from_speed(cvel: ArrayLike, speed: ArrayLike, deceleration: ArrayLike) -> Floats:
+    """C_VEL: [m] left when braking from `speed` [m/s] at `deceleration` [m/s²] reaches the share $APO.CVEL (0 to 1)."""
+    result: Floats = (np.asarray(cvel) * np.asarray(speed)) ** 2 / (2 * np.asarray(deceleration))
+    return result
+
+
+def from_angle(cori: ArrayLike, angle: ArrayLike, length: ArrayLike) -> Floats:
+    """C_ORI: [m] left of `length` [m] when $APO.CORI [rad] of the whole reorientation `angle` [rad] is left."""
+    turned = np.asarray(angle, dtype=np.float64)
+    share = np.divide(cori, turned, out=np.ones(np.broadcast(cori, turned).shape), where=turned > 0)
+    result: Floats = np.minimum(share, 1.0) * np.asarray(length)
+    return result
+
+
+def from_share(cptp: ArrayLike, length: ArrayLike) -> Floats:
+    """C_PTP: share $APO.CPTP (0 to 1) of the greatest distance, which is half of the move of `length` [m or rad]."""
+    result: Floats = 0.5 * np.asarray(cptp) * np.asarray(length)
+    return result
+
+
+# --- Columns ---
 
 _JOINT: Final = PATHS.index(Path.JOINT)
 NOWHERE = -1  # the position before the first move
@@ -170,7 +265,6 @@ _USUAL_BRAKING = 2.3  # [m/s²]
 
 def _metres(extra: Extra, value: float, moves: Moves, row: int) -> float:
     """[m] before the target at which a blend that is no length begins."""
-    from olp.runtime.blend_starts import from_angle, from_share, from_speed
 
     length = float(moves.length[row])
     if extra.blend == "share":

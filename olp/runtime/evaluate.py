@@ -13,7 +13,7 @@ from olp.ir.expressions import (
     NamedArgument,
     Number,
     Quantity,
-    State,
+    SignalState,
     Taught,
     Text,
     Unary,
@@ -182,7 +182,7 @@ def _named_argument(m: Machine, e: NamedArgument) -> Value:
 PLAIN: Mapping[type, Callable[[Machine, Any], Value]] = {
     Number: lambda m, e: e.value,
     Text: lambda m, e: e.value,
-    State: lambda m, e: e.on,
+    SignalState: lambda m, e: e.on,
     Variable: _variable,
     Taught: _taught,
     Argument: _argument,

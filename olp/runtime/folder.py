@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from olp.core import open_buffers
+from olp.core import source
 from olp.core.files import read_input
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _modified(folder: Path) -> int:
 
 def _stamp(path: Path) -> tuple[int, int]:
     """(time of the last change [ns], size [bytes]); zeros where there is nothing. A text in an editor has its own."""
-    edited = open_buffers.stamp(path)
+    edited = source.stamp(path)
     if edited is not None:
         return edited
     try:

@@ -20,7 +20,7 @@ from olp.runtime.regions import Region
 
 
 @dataclass(slots=True)
-class Job:
+class RunnableRoutine:
     """A routine ready to run. `key` tells routines apart, `source` is the index of its file in the plan."""
 
     program: Program
@@ -52,9 +52,9 @@ class Jobs:
     folder: Path | None
     sources: list[Source] = field(default_factory=list)
     found: list[Diagnostic] = field(default_factory=list)
-    _jobs: dict[str, Job] = field(default_factory=dict)
+    _jobs: dict[str, RunnableRoutine] = field(default_factory=dict)
     programs: list[Program] = field(default_factory=list)  # by the index of their source
-    _own: dict[tuple[int, str], Job] = field(
+    _own: dict[tuple[int, str], RunnableRoutine] = field(
         default_factory=dict
     )  # (source, name): a file's own routines win
     _read_files: set[Path] = field(default_factory=set)
@@ -65,14 +65,14 @@ class Jobs:
             self._read_files.add(self.folder / Path(self.program.path).name)
         self._add(self.program)
 
-    def main(self) -> Job | None:
+    def main(self) -> RunnableRoutine | None:
         """The routine that the program says runs, else its first one."""
         if not self.program.routines:
             return None
         first = self.program.main or self.program.routines[0].name
         return self._jobs.get(_key(first)) or self._jobs[_key(self.program.routines[0].name)]
 
-    def find(self, name: str, source: int = 0) -> Job | None:
+    def find(self, name: str, source: int = 0) -> RunnableRoutine | None:
         """The routine called `name` by the file `source`, None when there is none in the program or its folder."""
         key = _key(name)
         job = self._own.get((source, key)) or self._jobs.get(key)
@@ -110,7 +110,7 @@ class Jobs:
         self.sources.append(program.source)
         self.programs.append(program)
         for routine in program.routines:
-            job = Job(program, routine, len(self._jobs), source, routine.body, _points(routine))
+            job = RunnableRoutine(program, routine, len(self._jobs), source, routine.body, _points(routine))
             self._jobs.setdefault(_key(routine.name), job)
             self._own.setdefault((source, _key(routine.name)), job)
         if file_name and program.routines:

@@ -21,7 +21,7 @@ from olp.ir.expressions import Store
 from olp.ir.points import PointKind, PointState, PointTable
 from olp.ir.program import Path
 from olp.robots.coordinate_systems import Cell, Floats
-from olp.runtime.arm_branch import Named, axes_after, named
+from olp.runtime.arm_branch import WrittenPosture, axes_after, named
 from olp.runtime.columns import NOWHERE, Batch, Extra, MoveRow, columns
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Event, Plan, StepKind
 
@@ -119,7 +119,9 @@ class Recorder:
             joint, first = row[3] == _JOINT, row[0]
             entries.append((*self.written(row[1]), joint))
             says = named(self.cell, mechanism, entries[-1][0])
-            if says is Named.AXES or (says is Named.FLAGS and joint and not entries[-1][0].sectors):
+            if says is WrittenPosture.AXES or (
+                says is WrittenPosture.FLAGS and joint and not entries[-1][0].sectors
+            ):
                 break
         else:
             if axes is not None:

@@ -10,7 +10,7 @@ from olp.ir.expressions import Expression, Item, Member, Named, RecordLiteral, V
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
 from olp.runtime.arithmetic import round_half_away
-from olp.runtime.jobs import Job
+from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import Array, PositionValue, Record, Scope, Slot, Value
 from olp.runtime.state import Machine, StatementError
 
@@ -114,7 +114,7 @@ def declare(m: Machine, s: Declare) -> None:
         known.value = slot.value
 
 
-def declare_all(m: Machine, job: Job) -> None:
+def declare_all(m: Machine, job: RunnableRoutine) -> None:
     """Makes the variables of a routine's file, and those that belong to the routine."""
     declare_module(m, job.source)
     _into(m, job.data, job.routine.data)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from olp.ir.expressions import Binary, Compare, Expression, Logic, Signal, State, Text, Unary
+from olp.ir.expressions import Binary, Compare, Expression, Logic, Signal, SignalState, Text, Unary
 from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_name
 from olp.runtime.evaluate import evaluate, whole
 from olp.runtime.memory import Value
@@ -88,11 +88,11 @@ def signals_of(condition: Expression) -> list[Signal]:
 def impose(m: Machine, condition: Expression) -> None:
     """Makes a condition `signal = value`, `signal` or `not signal` (also several joined by and) true from here on."""
     if isinstance(condition, Signal):
-        condition = Compare("=", condition, State(True))
+        condition = Compare("=", condition, SignalState(True))
     elif (
         isinstance(condition, Unary) and condition.operator == "not" and isinstance(condition.operand, Signal)
     ):
-        condition = Compare("=", condition.operand, State(False))
+        condition = Compare("=", condition.operand, SignalState(False))
     if isinstance(condition, Logic) and all(word == "and" for word, _ in condition.rest):
         impose(m, condition.first)
         for _, part in condition.rest:

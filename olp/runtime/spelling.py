@@ -20,7 +20,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     RecordLiteral,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Taught,
     Text,
@@ -40,7 +40,7 @@ def spell(e: Expression) -> str:
             return f"{value:g}" if isinstance(value, float) else str(value)
         case Text(value) | Unknown(value):
             return value[:60]
-        case State(on):
+        case SignalState(on):
             return "on" if on else "off"
         case Variable(store, index, local, name):
             place = f"{index.value:03d}" if isinstance(index, Number) else f"[{spell(index)}]"

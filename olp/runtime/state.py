@@ -13,7 +13,7 @@ from olp.ir.moves import BlendKind
 from olp.languages.vendor import Conventions
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.columns import NOWHERE
-from olp.runtime.jobs import Job, Jobs
+from olp.runtime.jobs import Jobs, RunnableRoutine
 from olp.runtime.memory import Key, Memory, PositionValue, Scope, Value
 from olp.runtime.plan import USUAL_LAW, CallSpan
 from olp.runtime.recorder import Recorder
@@ -56,7 +56,7 @@ class EndedError(StatementError):
         super().__init__("", "")
 
 
-class Entry(NamedTuple):
+class LoopEntry(NamedTuple):
     """What had happened when the head of a loop was passed: changes, moves and signal reads so far.
 
     `number` tells apart how often the loop was reached from outside.
@@ -89,15 +89,15 @@ class Loop:
 
 
 @dataclass(slots=True)
-class Frame:
+class CallFrame:
     """A routine that runs: `pc` is the index of the statement after the current one."""
 
-    job: Job
+    job: RunnableRoutine
     arguments: tuple[Value, ...] = ()
     pc: int = 0
     locals: dict[Key, Value] = field(default_factory=dict)
     loops: dict[int, Loop] = field(default_factory=dict)  # by the statement that leads back
-    entered: dict[int, Entry] = field(default_factory=dict)  # by the loop's head
+    entered: dict[int, LoopEntry] = field(default_factory=dict)  # by the loop's head
     counters: dict[int, tuple[float, float]] = field(default_factory=dict)  # FOR at index -> (stop, step)
     names: Scope = field(default_factory=dict)  # named variables of this run of the routine
     outs: list[tuple[str, Expression]] = field(
@@ -110,7 +110,7 @@ class Operations(NamedTuple):
     """What parts of the interpreter ask of one another; machine.py puts them together, so that none imports all."""
 
     evaluators: Mapping[type, Callable[[Machine, Any], Value]]  # by the class of the expression
-    declare: Callable[[Machine, Job], None]  # the named variables of a routine's file
+    declare: Callable[[Machine, RunnableRoutine], None]  # the named variables of a routine's file
     store: Callable[[Machine, Expression, Value], None]  # a value wherever a program can store one
     run_until: Callable[[Machine, int], None]  # until no more than so many callers wait
 
@@ -127,8 +127,8 @@ class Machine:
     jobs: Jobs
     assumptions: Assumptions
     cycles: int
-    frame: Frame
-    frames: list[Frame] = field(default_factory=list)  # the callers, outermost first
+    frame: CallFrame
+    frames: list[CallFrame] = field(default_factory=list)  # the callers, outermost first
     plain: bool = True  # taught points are where they were taught: no shift, no redefined tool or frame
     shift: Shift | None = None
     returned: Value | None = None
@@ -157,7 +157,7 @@ class Machine:
     )  # of the language's controllers, see `Vendor`
     case_sensitive: bool = False
     advance_stops: bool = False  # see `Vendor`
-    continued: tuple[Frame, int] | None = None  # the statement before which a CONTINUE stands
+    continued: tuple[CallFrame, int] | None = None  # the statement before which a CONTINUE stands
     law: str = USUAL_LAW  # blending law of the maker whose language runs
     conventions: Conventions = _PLAIN  # of the language that runs
     obeys_flags: bool = True  # joint moves go to the arm flags of their targets
@@ -244,7 +244,7 @@ class Machine:
             self.recorder.at.append(NOWHERE)
         return index
 
-    def load(self, job: Job) -> None:
+    def load(self, job: RunnableRoutine) -> None:
         """Makes a routine ready: its mechanisms, and the global positions that its header sets."""
         if job.loaded:
             return

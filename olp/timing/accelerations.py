@@ -32,7 +32,7 @@ _STEEP = (
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class MotionLimits:
     """Accelerations and speeds to use. `report` is called with what had to be assumed. `law` None: constant."""
 
     linear_acceleration: float | None  # [m/s²]
@@ -43,7 +43,7 @@ class Limits:
     )
 
 
-def constant_axes(robot: Robot, limits: Limits) -> Floats:
+def constant_axes(robot: Robot, limits: MotionLimits) -> Floats:
     """(k,) [rad/s² | m/s²] of the robot file, or what arms of its class need to rated speed (reported)."""
     given = robot.accelerations
     unknown = np.isnan(given)
@@ -61,7 +61,9 @@ def constant_axes(robot: Robot, limits: Limits) -> Floats:
     return np.where(unknown, robot.speeds / known.median, given)
 
 
-def of_axes(plan: Plan, robot: Robot, rows: Rows, fraction: Floats, limits: Limits) -> tuple[Floats, Floats]:
+def of_axes(
+    plan: Plan, robot: Robot, rows: Rows, fraction: Floats, limits: MotionLimits
+) -> tuple[Floats, Floats]:
     """Up and down [rad/s² | m/s²] of each axis, (n, k) or (k,), for joint moves at `fraction` (n,) of rated speed."""
     if not _usable(robot, limits):
         constant = constant_axes(robot, limits)
@@ -83,7 +85,7 @@ def of_axes(plan: Plan, robot: Robot, rows: Rows, fraction: Floats, limits: Limi
 
 
 def _by_torque(
-    robot: Robot, start: Floats, target: Floats, fraction: Floats, limits: Limits
+    robot: Robot, start: Floats, target: Floats, fraction: Floats, limits: MotionLimits
 ) -> tuple[Floats, Floats]:
     """All axes at once and at speed; nan where the move cannot be made with these torques, or is none."""
     from olp.timing.acceleration.torque import of_moves
@@ -109,7 +111,7 @@ def _by_torque(
     return up, down
 
 
-def of_lines(plan: Plan, rows: Rows, speed: Floats, limits: Limits) -> tuple[Floats, Floats]:
+def of_lines(plan: Plan, rows: Rows, speed: Floats, limits: MotionLimits) -> tuple[Floats, Floats]:
     """Up and down [m/s²] (n,) along lines, arcs and splines at `speed` (n,) [m/s]."""
     acceleration = limits.linear_acceleration or (plan.robot.linear_acceleration if plan.robot else None)
     if acceleration is None:
@@ -132,7 +134,7 @@ def of_lines(plan: Plan, rows: Rows, speed: Floats, limits: Limits) -> tuple[Flo
     return up, down
 
 
-def filter_time(plan: Plan, limits: Limits) -> float:
+def filter_time(plan: Plan, limits: MotionLimits) -> float:
     """[s] of the acceleration filter that the chosen law counts itself, 0 with laws that know none."""
     law, robot = limits.law, plan.robot
     if law is None or robot is None or law.name != "time_constant" or not law.knows(robot):
@@ -145,7 +147,7 @@ def _seconds(law: AccelerationLaw, robot: Robot) -> float:
     return float((robot.speeds / law.accelerations(robot, rest, rest))[0, 0])
 
 
-def _by_slope(plan: Plan, robot: Robot, rows: Rows, limits: Limits) -> tuple[Floats, Floats]:
+def _by_slope(plan: Plan, robot: Robot, rows: Rows, limits: MotionLimits) -> tuple[Floats, Floats]:
     """What the axes allow at both ends of each row [m/s²] (n,); inf where it cannot be told."""
     from olp.timing.retiming.sampling import measure, sample
 
@@ -176,7 +178,7 @@ def _by_slope(plan: Plan, robot: Robot, rows: Rows, limits: Limits) -> tuple[Flo
     return up, down
 
 
-def _usable(robot: Robot, limits: Limits) -> bool:
+def _usable(robot: Robot, limits: MotionLimits) -> bool:
     """Whether the chosen law has this robot's numbers; told where it has not."""
     if limits.law is None or limits.law.name == "constant":
         return False

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.robots.controller_effects import Known, generation_of
+from olp.robots.controller_effects import KnownEffect, generation_of
 from olp.robots.robot import Robot
 from olp.timing.arm import MAIN, POSTURE, ArmTiming, names_of
 
@@ -88,7 +88,7 @@ def arm_prior(robot: Robot | None, controllers: Sequence[str] = (), axes: Sequen
     return ArmTiming(tuple(names), mean, covariance, tuple(sources), _SCATTER)
 
 
-def _exponent(known: Known | None, guess: tuple[float, float]) -> tuple[tuple[float, float], str]:
+def _exponent(known: KnownEffect | None, guess: tuple[float, float]) -> tuple[tuple[float, float], str]:
     if known is None:
         return guess, "not known of this controller"
     return (known.value, _KNOWN_EXPONENT_DOUBT), known.source
@@ -117,7 +117,9 @@ def _library_speeds() -> tuple[Floats, Floats]:
     return logs.mean(axis=0), np.cov(logs.T)
 
 
-def _times(robot: Robot | None, speeds: Floats, program: Known | None) -> tuple[Floats, Floats, list[str]]:
+def _times(
+    robot: Robot | None, speeds: Floats, program: KnownEffect | None
+) -> tuple[Floats, Floats, list[str]]:
     """Logarithms (k,) of the times to rated speed, their covariance, sources."""
     count = len(speeds)
     if robot is None:

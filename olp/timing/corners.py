@@ -46,7 +46,7 @@ class Speeds(NamedTuple):
     exit: Floats
 
 
-class Shape(NamedTuple):
+class LawCorners(NamedTuple):
     """Corners of one law, at the ends of `rows` (n,), ascending."""
 
     law: BlendingLaw
@@ -72,7 +72,7 @@ class CornerPieces:
     fall: Floats
     rise: Floats
     shift: Floats
-    shapes: list[Shape] = field(default_factory=list)
+    shapes: list[LawCorners] = field(default_factory=list)
 
     @classmethod
     def none(cls, count: int) -> CornerPieces:
@@ -225,7 +225,7 @@ def replace_ends(
         ):  # fmt: skip
             values[one] = np.where(moving, told, 0.0)
         shaped = np.flatnonzero(moving)
-        pieces.shapes.append(Shape(law, corners.take(shaped), one[shaped]))
+        pieces.shapes.append(LawCorners(law, corners.take(shaped), one[shaped]))
     return lowered, pieces
 
 

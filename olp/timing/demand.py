@@ -17,11 +17,11 @@ from olp.core.units import deg
 from olp.ir.program import Path
 from olp.robots.times_to_speed import times_to_speed
 from olp.runtime.plan import PATHS, Moves, Plan
-from olp.timing.accelerations import Limits, of_axes, of_lines
-from olp.timing.slowing import slow_down
+from olp.timing.accelerations import MotionLimits, of_axes, of_lines
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
+
 
 Floats = NDArray[np.float64]
 _JOINT = PATHS.index(Path.JOINT)
@@ -53,7 +53,7 @@ class Demand:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def demand(plan: Plan, limits: Limits) -> Demand:
+def demand(plan: Plan, limits: MotionLimits) -> Demand:
     """What each row of `plan.moves` asks for."""
     moves = plan.moves
     count = len(moves)
@@ -92,7 +92,7 @@ def demand(plan: Plan, limits: Limits) -> Demand:
     return result
 
 
-def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: Limits, out: Demand) -> None:
+def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: MotionLimits, out: Demand) -> None:
     """Lines, arcs and splines: the slower of travelling and turning."""
     length, angle = moves.length[rows], np.nan_to_num(moves.angle[rows])
     speed = moves.travel[rows].copy()
@@ -142,7 +142,7 @@ def _axes(
     moves: Moves,
     rows: NDArray[np.intp],
     mechanism: int,
-    limits: Limits,
+    limits: MotionLimits,
     out: Demand,
     names: list[str],
 ) -> None:
@@ -215,3 +215,31 @@ def _rest_to_rest(
             2.0 * np.sqrt(distance / acceleration),
         )
     return np.where(distance <= 0.0, 0.0, time)
+
+
+# --- Slowing ---
+# Lines, arcs and splines slow down where an axis would have to turn faster than it can.
+
+
+def slow_down(plan: Plan, limits: MotionLimits, out: Demand, names: list[str]) -> tuple[Diagnostic, ...]:
+    """Lowers the speeds of rows and names the axis; what is to be told of singularities, reach and soft limits.
+
+    A row keeps one speed: the mean one of a run that slows down only where the axis asks for it.
+    """
+    from olp.timing.retiming import along_path
+
+    found = along_path(plan, out.speed, out.acceleration)
+    for says in found.assumptions:
+        limits.report(says)
+    out.slowed = found.known & ~out.unknown & (found.paced < out.speed)
+    rows = np.flatnonzero(out.slowed)
+    out.speed[rows] = found.paced[rows]
+    for mechanism in np.unique(plan.moves.mechanism[rows]):
+        robot, name = plan.robots[mechanism], plan.mechanisms[mechanism]
+        assert robot is not None
+        some = rows[plan.moves.mechanism[rows] == mechanism]
+        out.rule[some] = len(names) + found.axis[some]
+        names.extend(
+            f"axis {axis}" if name.startswith("R") else f"{name} axis {axis}" for axis in robot.axis_names
+        )
+    return found.diagnostics

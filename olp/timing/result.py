@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic
+from olp.core.diagnostic import Diagnostic, Span, info
 from olp.runtime.plan import Assumption, Plan, StepKind
 from olp.runtime.state import ASSUMABLE
 from olp.timing.corners import CornerPieces
@@ -19,7 +19,8 @@ from olp.timing.motion import Profile
 if TYPE_CHECKING:
     import pandas
 
-    from olp.identification.signature.correction_interval import Interval
+    from olp.identification.signature.correction_interval import CorrectionInterval
+
 
 Floats = NDArray[np.float64]
 
@@ -105,7 +106,9 @@ class Timing:
     expected: tuple[float, float] | None = (
         None  # [s] ends of the total's 95 % interval before anything was recorded
     )
-    interval: Interval | None = None  # with a signature: see olp/identification/signature/correction.py
+    interval: CorrectionInterval | None = (
+        None  # with a signature: see olp/identification/signature/correction.py
+    )
 
     @property
     def low_s(self) -> float | None:
@@ -218,3 +221,15 @@ _NUMBERS = (
     "distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2", "duration_s", "end_s", "speed_pct", "speed_deg_s",
     "angle_deg",
 )  # fmt: skip
+
+
+# --- Assumed ---
+# What was taken for granted, as findings: for whoever shows it nowhere else. Code: A004.
+
+
+def assumed(timing: Timing) -> list[Diagnostic]:
+    """One note per assumption and place."""
+    return [
+        info("A004", f"assumed: {says}", Span(line) if line else None, file=file)
+        for line, says, file in dict.fromkeys(timing.assumptions)
+    ]

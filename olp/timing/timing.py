@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,16 +23,14 @@ from olp.identification.signature.correction_interval import interval
 from olp.identification.signature.correction_terms import by_terms
 from olp.ir.program import Path
 from olp.robots.controller_effects import Effects, effects_of, settling_of
-from olp.runtime.plan import PATHS, Assumption, Plan, StepKind
-from olp.runtime.plan_findings import of_rows
+from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind
+from olp.runtime.robots import of_rows
 from olp.timing.acceleration import load_law
-from olp.timing.accelerations import Limits, filter_time
-from olp.timing.additions import Additions, additions
-from olp.timing.arm_moves import KnownArm
+from olp.timing.accelerations import MotionLimits, filter_time
+from olp.timing.arm_moves import PriorArm
 from olp.timing.arm_prior import arm_prior_of, inferred_arm
 from olp.timing.chain import Caps, Chain, chain
 from olp.timing.demand import Demand, demand
-from olp.timing.inferred import report_inferred
 from olp.timing.joint_times import TimedJoints, doubt_of, expected_total, time_joints
 from olp.timing.motion import MotionModel, Problem, Profile, load_model
 from olp.timing.result import COLUMNS, RowTimes, Timing
@@ -39,6 +38,7 @@ from olp.timing.warnings import oddities
 
 if TYPE_CHECKING:
     from olp.identification.signature.document import Signature
+
 
 __all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
 
@@ -72,7 +72,7 @@ def time_plan(
         acceleration = float(settings["accel_mm_s2"]) * mm
     assumed: dict[str, Assumption] = {}
     law = load_law(acceleration_law or str(settings.get("acceleration_law", DEFAULT_LAW)))
-    limits = Limits(
+    limits = MotionLimits(
         acceleration,
         lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
         law,
@@ -91,7 +91,7 @@ def time_plan(
         )
     prior = None
     if signed is None and law.name == DEFAULT_LAW and plan.robot is not None and inferred_arm(plan.robot):
-        prior = time_joints(plan, wanted, KnownArm(arm_prior_of(plan.robot)), effects.override, None)
+        prior = time_joints(plan, wanted, PriorArm(arm_prior_of(plan.robot)), effects.override, None)
     joined = _feasible(plan, chosen, wanted, chain(plan, wanted), parameters)
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
@@ -214,7 +214,7 @@ def _at_override(plan: Plan, override: float) -> Plan:
 def _settling(
     plan: Plan,
     joined: Chain,
-    limits: Limits,
+    limits: MotionLimits,
     effects: Effects,
     signed: Signed | None,
     prior: TimedJoints | None,
@@ -397,3 +397,99 @@ def _why(plan: Plan, wanted: Demand, row: int) -> tuple[str, str]:
     return "this move's start or target is not known, or cannot be reached", (
         "check the frame, the tool and the arm configuration of its points, and of the move before"
     )
+
+
+# --- Inferred ---
+# Which numbers of the robots nobody published: a time that rests on them is one that rests on an assumption.
+
+# Groups of a robot file's `inferred`, as its reader would say them, and what makes a time depend on them.
+_OF_JOINT_MOVES = {"speed": "axis speeds", "acceleration": "axis accelerations"}
+_OF_LINES = {"linear_acceleration": "acceleration of linear moves"}
+_OF_CORNERS = {"blend_zones": "zones of the position levels"}
+
+
+def report_inferred(plan: Plan, moving: NDArray[np.bool_], report: Callable[[str], None]) -> None:
+    """Calls `report` with one sentence per robot whose inferred numbers were used; `moving` (m,): rows that move."""
+    moves = plan.moves
+    joint = moves.path == PATHS.index(Path.JOINT)
+    told: dict[str, dict[str, None]] = {}
+    for index, robot in enumerate(plan.robots):
+        if robot is None or not robot.inferred:
+            continue
+        mine = moving & (moves.mechanism == index)
+        used = {
+            **(_OF_JOINT_MOVES if (mine & joint).any() else {}),
+            **(_OF_LINES if (mine & ~joint).any() else {}),
+            **(_OF_CORNERS if (mine & (moves.blend_code == BlendCode.ZONE)).any() else {}),
+        }
+        words = told.setdefault(robot.name, {})
+        words.update(dict.fromkeys(text for group, text in used.items() if group in robot.inferred))
+    for name, words in told.items():
+        if words:
+            report(f"inferred, not published, for {name}: {', '.join(words)} (olp robots {name} -v)")
+
+
+# --- Additions ---
+# What the controller adds to each step: before it begins, and after its motion has ended.
+
+_ADDITIONS_ROUNDING = 1e-9  # of a cycle: a motion that ends this little after a cycle ended with it
+
+
+class Additions(NamedTuple):
+    """[s] per step of the plan (n,)."""
+
+    before: Floats
+    after: Floats
+
+    @property
+    def total(self) -> Floats:
+        return self.before + self.after
+
+
+def additions(
+    plan: Plan,
+    end_speed: Floats,
+    duration: Floats,
+    effects: Effects,
+    measured: NDArray[np.bool_] | None = None,
+) -> Additions:
+    """`end_speed` [m/s] per row of Moves; `duration` [s] per step, of the motion, the wait or the signal itself.
+
+    `measured`, per row of Moves: moves whose time was learnt from stop to stop, with all that is added here in it.
+    """
+    count = len(plan)
+    before, after = np.zeros(count), np.zeros(count)
+    if not count or not (effects.dispatch or effects.servo_lag or effects.cycle):
+        return Additions(before, after)
+    is_move = plan.kind == StepKind.MOVE
+    moves = is_move & (np.nan_to_num(duration) > 0)
+    stops = np.zeros(count, dtype=bool)
+    if is_move.any():
+        stops[is_move] = np.maximum.reduceat(end_speed, plan.row[is_move]) == 0.0
+    stops &= moves
+    learnt = np.zeros(count, dtype=bool)
+    if measured is not None and is_move.any():
+        learnt[is_move] = measured[plan.row[is_move]]
+    before[_standing_before(moves, stops) & ~learnt] = effects.dispatch
+    after[stops & ~learnt] = effects.servo_lag
+    if effects.cycle:
+        whole = _to_whole_cycles(np.where(moves, np.nan_to_num(duration) + after, 0.0), stops, effects.cycle)
+        after += np.where(learnt, 0.0, whole)
+    return Additions(before, after)
+
+
+def _standing_before(moves: NDArray[np.bool_], stops: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether the last motion before each step ended in a stop; the arm stands at first."""
+    last = np.maximum.accumulate(np.where(moves, np.arange(len(moves)), -1))
+    earlier = np.concatenate(([-1], last[:-1]))
+    standing: NDArray[np.bool_] = (earlier < 0) | stops[earlier]
+    return standing
+
+
+def _to_whole_cycles(motion: Floats, stops: NDArray[np.bool_], cycle: float) -> Floats:
+    """What each stop waits for its cycle to end [s]."""
+    stretch = np.concatenate(([0], np.cumsum(stops)[:-1]))
+    sums = np.bincount(stretch, weights=motion)
+    missing = np.ceil(sums / cycle - _ADDITIONS_ROUNDING) * cycle - sums
+    result: Floats = np.where(stops, np.maximum(missing, 0.0)[stretch], 0.0)
+    return result

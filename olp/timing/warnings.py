@@ -12,7 +12,7 @@ from olp.core.units import mm
 from olp.ir.program import Path
 from olp.runtime.paths import circle
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
-from olp.runtime.plan_findings import of_rows
+from olp.runtime.robots import of_rows
 from olp.timing.blending import load_law
 from olp.timing.demand import Demand
 

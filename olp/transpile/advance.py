@@ -40,7 +40,7 @@ from olp.ir.transformer import expressions_of
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.runtime.plan import BlendCode, StepKind
 from olp.runtime.signals import PERIPHERY
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 
 _STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
@@ -54,7 +54,7 @@ _SOMETIMES: Final = "on some ways what follows waits for the arm: an exact stop 
 _UNSEEN: Final = "whether what follows waits for the arm is not seen in this run: the blend is written"
 
 
-def stopped_advance(program: Program, work: Work) -> Program:
+def stopped_advance(program: Program, work: TranslationContext) -> Program:
     """Moves whose blend the advance run takes from them, with an exact stop."""
     if program.vendor not in vendor_names():
         return program
@@ -74,7 +74,7 @@ def stopped_advance(program: Program, work: Work) -> Program:
     return with_routines(program, routines)
 
 
-def continued(program: Program, work: Work) -> Program:
+def continued(program: Program, work: TranslationContext) -> Program:
     """Before what would wait for the arm in the target a CONTINUE, as it does not in the source."""
     moves = [s for s in program.statements() if isinstance(s, Move)]
     blended = any(s.blend is None or not _is_exact(s.blend) for s in moves)
@@ -97,7 +97,7 @@ def continued(program: Program, work: Work) -> Program:
 
 
 class _Stops:
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: TranslationContext) -> None:
         self._work = work
         self._runs: dict[int, set[bool]] | None = None
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from olp.ir.expressions import Expression, FrameRef, Named, Number, PositionLiteral, SystemValue
 from olp.ir.program import Assign, Comment, Declare, Move, Path, Program, Routine, Statement
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion, slerp
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.records import literal_of, pose_of_literal
 from olp.transpile.symbols import Symbols, symbols_of
 
@@ -34,7 +34,7 @@ _STRAIGHT: Final = frozenset(
 )
 
 
-def arcs(program: Program, work: Work) -> Program:
+def arcs(program: Program, work: TranslationContext) -> Program:
     """Every arc in the target's form."""
     if not any(isinstance(s, Move) and s.path is Path.CIRCULAR for s in program.statements()):
         return program
@@ -45,7 +45,7 @@ def arcs(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Arcs:
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     declared: list[Declare] = field(default_factory=list)
     name: str = ""

@@ -18,7 +18,7 @@ from olp.robots.kinematics.configuration import TURN_AXES
 from olp.robots.kinematics.readings import same_posture
 from olp.robots.robot import Robot
 from olp.runtime.plan import StepKind
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols, symbols_of
 
 Sectors = tuple[tuple[int, float, float], ...]
@@ -29,7 +29,7 @@ _SIX = 6
 _SAME = 1e-3  # [rad]
 
 
-def with_flags(program: Program, work: Work) -> Program:
+def with_flags(program: Program, work: TranslationContext) -> Program:
     """Poses with the arm flags with which the plan reaches them, in the target's way of counting turns.
 
     Only a program whose joint moves can choose asks for it: along lines the arm stays as it stands.
@@ -55,7 +55,7 @@ def with_flags(program: Program, work: Work) -> Program:
 def flags_of(robot: Robot, axes: NDArray[np.float64], style: ArmFlags) -> list[Flags]:
     """Flags and sectors of axes (n, 6) [rad], as the target tells them (see `ArmFlags`)."""
     from olp.robots.kinematics import configuration_of
-    from olp.robots.kinematics.sectors import QUARTER, quarters_of
+    from olp.robots.kinematics.configuration import QUARTER, quarters_of
 
     flags = configuration_of(robot, axes)
     if style is ArmFlags.FLAGS:
@@ -90,7 +90,7 @@ def flags_of(robot: Robot, axes: NDArray[np.float64], style: ArmFlags) -> list[F
 class _Literals:
     """`used`: by the id of a literal, that literal and the lines of the moves that lead to it."""
 
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     used: dict[int, tuple[PositionLiteral, list[int]]] = field(default_factory=dict)
     at_line: dict[int, Counter[Flags]] = field(default_factory=dict)
@@ -142,8 +142,7 @@ class _Literals:
         self, robot: Robot, axes: NDArray[np.float64], lines: list[int], flags: list[Flags]
     ) -> None:
         """Which of the axes (n, 6) [rad] at the ends of `lines` a reader of `flags` takes for others."""
-        from olp.robots.kinematics.configuration import turn_centres
-        from olp.robots.kinematics.sectors import said_of
+        from olp.robots.kinematics.configuration import said_of, turn_centres
 
         rows = np.flatnonzero((np.abs(axes - turn_centres(robot)) > math.pi).any(axis=1)).tolist()
         if not rows:
@@ -248,7 +247,7 @@ def _flagged(literal: PositionLiteral, flags: Flags) -> PositionLiteral:
     return replace(literal, configuration=flags[0], sectors=flags[1])
 
 
-def _left_open(program: Program, work: Work) -> Program:
+def _left_open(program: Program, work: TranslationContext) -> Program:
     """The program does not watch the flags of joint moves where they are not known."""
     symbols = symbols_of(program)
     open_moves: set[int] = set()

@@ -2,11 +2,40 @@
 
 from __future__ import annotations
 
-from olp.ir.expressions import Expression, Item, Named, Number, RecordLiteral
-from olp.ir.program import Program
-from olp.ir.transformer import expressions_of
-from olp.transpile.context import Fate, Work
-from olp.transpile.symbols import Symbol, Symbols
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.ir.expressions import (
+    Binary,
+    Expression,
+    Function,
+    Item,
+    Member,
+    Named,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    Unknown,
+)
+from olp.ir.program import (
+    Assign,
+    Call,
+    Declare,
+    Dwell,
+    Message,
+    Move,
+    Program,
+    Return,
+    Routine,
+    SetOutput,
+    Statement,
+)
+from olp.ir.transformer import calls_nothing, expressions_of, mapped
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.occurrences import changed_rare
+from olp.transpile.symbols import Symbol, Symbols, symbols_of
 
 
 def sizes_of(symbols: Symbols, symbol: Symbol) -> tuple[int, ...] | None:
@@ -27,7 +56,7 @@ def _listed(symbol: Symbol) -> tuple[int, ...] | None:
     return None if symbol.sizes else ()
 
 
-def largest_indices(program: Program, work: Work) -> dict[str, int]:
+def largest_indices(program: Program, work: TranslationContext) -> dict[str, int]:
     """The largest index that is written out of each array of one dimension."""
     found: dict[str, int] = {}
     for routine in program.routines:
@@ -39,7 +68,7 @@ def largest_indices(program: Program, work: Work) -> dict[str, int]:
     return found
 
 
-def array_bounds(program: Program, work: Work) -> Program:
+def array_bounds(program: Program, work: TranslationContext) -> Program:
     """Refuses elements beyond an array's end; for numbered languages also computed ones where no end is known."""
     if not any(type(e) is Item for routine in program.routines for e in work.look(routine).expressions):
         return program
@@ -76,3 +105,188 @@ def _wrong(symbols: Symbols, routine: str, e: Item, numbered: bool) -> str:
 
 def _shown(e: Expression) -> str:
     return f"{e.value:g}" if isinstance(e, Number) else ""
+
+
+# --- Array values ---
+# Arrays that are assigned as a whole, element by element where the target has no such value.
+
+
+def array_values(program: Program, work: TranslationContext) -> Program:
+    """`a := [[1,2],[3,4]]` as four assignments."""
+    if work.limits.array_literals:
+        return program
+    if not any(_sets_array(s) for r in program.routines for _, s in work.look(r).rare):
+        return program
+    routines = tuple(
+        replace(r, body=tuple(row for s in r.body for row in _rows(s))) for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+def _sets_array(s: Statement) -> bool:
+    return type(s) is Assign and type(s.target) is Named and _is_array(s.value)
+
+
+def _rows(s: Statement) -> tuple[Statement, ...]:
+    if type(s) is not Assign or not _sets_array(s):
+        return (s,)
+    rows = [Assign(s.line, Item(s.target, at), value) for at, value in _elements(s.value, ())]
+    return (replace(rows[0], comment=s.comment), *rows[1:]) if rows else (s,)
+
+
+def _is_array(e: Expression) -> bool:
+    return type(e) is RecordLiteral and bool(e.members) and not any(name for name, _ in e.members)
+
+
+def _elements(
+    e: Expression, before: tuple[Expression, ...]
+) -> Iterator[tuple[tuple[Expression, ...], Expression]]:
+    if type(e) is not RecordLiteral or not _is_array(e):
+        yield before, e
+        return
+    for place, (_, value) in enumerate(e.members, 1):
+        yield from _elements(value, (*before, Number(place)))
+
+
+# --- Vectors ---
+# URScript's computed p[…] for languages without rotation vectors: components are assigned one by one.
+
+_TURNS: Final = ("rotation1", "rotation2", "rotation3")
+_AXES: Final = ("x", "y", "z")
+# Statements before which others can be put: what a loop's head computes is computed anew each time.
+_SIMPLE: Final = (Assign, Move, Call, Return, SetOutput, Dwell, Message)
+_ZERO: Final = PositionLiteral("pose", (0.0,) * 6)
+
+
+def vectors(program: Program, work: TranslationContext) -> Program:
+    """p[x, y, z, a[3], a[4], a[5]] as a copy of `a` with another place; a[3] of a constant as its number."""
+    if not work.conventions.pose_lists or work.target_conventions.pose_lists:
+        return program
+    own = _Vectors(work, symbols_of(program))
+    routines = tuple(
+        replace(r, body=tuple(row for s in r.body for row in own.rows(s, r.name))) for r in program.routines
+    )
+    return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+@dataclass(slots=True)
+class _Vectors:
+    work: TranslationContext
+    symbols: Symbols
+    declared: list[Declare] = field(default_factory=list)
+
+    def rows(self, s: Statement, routine: str) -> list[Statement]:
+        """The statement behind those that compute its positions."""
+        if calls_nothing(s):
+            return [s]
+        if type(s) is Declare and type(s.value) is Function and not s.shared:
+            # What is computed is assigned: not every language computes where it declares.
+            declared = replace(s, value=None, comment="")
+            return [declared, *self.rows(Assign(s.line, Named(s.name), s.value, s.comment), routine)]
+        before: list[Statement] = []
+
+        def change(e: Expression) -> Expression:
+            if type(e) is Function and e.name == "pose-vector" and isinstance(s, _SIMPLE):
+                return self._copied(e, s.line, before)
+            return e
+
+        s = mapped(s, change)
+        s = mapped(s, lambda e: self._component(e, routine))
+        return [*[mapped(row, lambda e: self._component(e, routine)) for row in before], s]
+
+    def _copied(self, e: Function, line: int, before: list[Statement]) -> Expression:
+        turns = e.arguments[3:6]
+        base = turns[0].base if type(turns[0]) is Member else None
+        if base is None or turns != tuple(Member(base, name) for name in _TURNS):
+            return e
+        name = Named(self.work.helper("position"))
+        self.declared.append(Declare(0, name.name, "position", _ZERO, shared=True))
+        before.append(Assign(line, name, base))
+        for axis, value in zip(_AXES, e.arguments[:3], strict=True):
+            written = _in_mm(value)
+            if written != Member(base, axis):
+                before.append(Assign(line, Member(name, axis), written))
+        return name
+
+    def _component(self, e: Expression, routine: str) -> Expression:
+        """A component of the rotation vector [rad] of a position that nothing changes."""
+        if type(e) is not Member or e.name not in _TURNS:
+            return e
+        value = self.symbols.fixed_value(routine, e.base)
+        if type(value) is not PositionLiteral or value.kind != "pose" or len(value.values) < 6:
+            return e
+        return Number(_rotation_vector(value.values)[_TURNS.index(e.name)])
+
+
+def _in_mm(e: Expression) -> Expression:
+    """A length in metres as one in millimetres, with numbers folded."""
+    match e:
+        case Number(value):
+            return Number(float(f"{value * 1000:.12g}"))
+        case Binary("*", left, Number(factor)) if abs(factor * 1000 - 1) < 1e-12:
+            return left
+        case Binary("+" | "-" as operator, left, right):
+            return Binary(operator, _in_mm(left), _in_mm(right))
+        case _:
+            return Binary("*", e, Number(1000))
+
+
+def _rotation_vector(values: tuple[float, ...]) -> tuple[float, ...]:
+    """[rad] of a pose's angles."""
+    from olp.robots.geometry import quaternion_from_rotation, rotation_from_angles
+
+    w, x, y, z = (float(v) for v in quaternion_from_rotation(rotation_from_angles(values[3:6])))
+    size = math.sqrt(x * x + y * y + z * z)
+    angle = 2.0 * math.atan2(size, w)
+    scale = angle / size if size > 0.0 else 0.0
+    return tuple(float(f"{v * scale:.12g}") for v in (x, y, z))
+
+
+# --- Texts ---
+# KRL's texts, which are arrays of characters, as the one value that they are elsewhere.
+
+_WHOLE = Unknown("")  # an index that is left out
+
+
+def texts(program: Program, work: TranslationContext) -> Program:
+    """NAME[] is the text itself, NAMES[2,] one of several. A single character of a text is refused."""
+    if not work.conventions.text_arrays:
+        return program
+    rows = {
+        d.name.casefold(): len(d.sizes)
+        for d in (*program.data, *(d for r in program.routines for d in _declared(r, work)))
+        if d.type == "string" and d.sizes
+    }
+    routines = tuple(
+        replace(
+            changed_rare(r, work.look(r), lambda s: _row(s, rows, work)), data=tuple(map(_shorter, r.data))
+        )
+        for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(map(_shorter, program.data)))
+
+
+def _declared(routine: Routine, work: TranslationContext) -> list[Declare]:
+    return [*(s for _, s in work.look(routine).rare if isinstance(s, Declare)), *routine.data]
+
+
+def _row(s: Statement, rows: dict[str, int], work: TranslationContext) -> Statement:
+    if isinstance(s, Declare):
+        s = _shorter(s)
+    for e in expressions_of(s) if rows else ():
+        if type(e) is not Item or type(e.base) is not Named:
+            continue
+        if len(e.indices) == rows.get(e.base.name.casefold()) and e.indices[-1] != _WHOLE:
+            work.lose(s, Fate.REFUSED, "statement", f"a single character of the text {e.base.name}")
+    return mapped(s, _whole)
+
+
+def _shorter(d: Declare) -> Declare:
+    return replace(d, sizes=d.sizes[:-1]) if d.type == "string" and d.sizes else d
+
+
+def _whole(e: Expression) -> Expression:
+    if type(e) is not Item or (e.indices and e.indices[-1] != _WHOLE):
+        return e
+    indices = [index for index in e.indices if index != _WHOLE]
+    return Item(e.base, tuple(indices)) if indices else e.base

@@ -13,9 +13,8 @@ from olp.ir.program import Blend, BlendKind, Move, Path, Program, Statement
 from olp.ir.transformer import edited
 from olp.languages.limits import range_text, within
 from olp.runtime.world import DEFAULT_ZONES
-from olp.transpile.abstract_walk import walk_through
-from olp.transpile.context import Fate, Work
-from olp.transpile.rows import Row, Rows, moves_at_all
+from olp.transpile.context import Fate, TranslationContext, walk_through
+from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
 
 STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _LEVEL_STOP: Final = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))
@@ -27,7 +26,7 @@ _ACCELERATION: Final = 5.0  # [m/s²] where no robot says; only to bring shares 
 _LEAST_TIME: Final = 0.1  # [s] of braking, as olp.timing.blending.fanuc assumes it
 
 
-def blends(program: Program, work: Work) -> Program:
+def blends(program: Program, work: TranslationContext) -> Program:
     """Every move's blend in a kind that the target has; what differs is in the losses, in mm."""
     own = _Blends(work, program)
     routines = tuple(
@@ -39,15 +38,15 @@ def blends(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Blends:
-    work: Work
+    work: TranslationContext
     program: Program
-    rows: Rows = field(init=False)
+    rows: LineExecutions = field(init=False)
     shown: dict[int, float] | None = None
     known: dict[tuple[object, ...], Blend] = field(default_factory=dict)
     plain: dict[Blend, Blend] = field(default_factory=dict)  # without the source's names
 
     def __post_init__(self) -> None:
-        self.rows = Rows(self.work)
+        self.rows = LineExecutions(self.work)
 
     def move(self, s: Statement) -> Statement:
         assert isinstance(s, Move)
@@ -210,7 +209,7 @@ class _Blends:
         back = most * (written / 100 if kind is BlendKind.SHARE else (written / 100) ** 2)
         return Blend(kind, Quantity(Number(written), percent)), abs(back - size)
 
-    def _braking(self, s: Move, row: Row) -> float:
+    def _braking(self, s: Move, row: MoveExecution) -> float:
         """[m] that braking from the programmed speed takes: where a passage at full speed (CNT100) begins."""
         speed = row.travel
         if math.isnan(speed):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from olp.ir.block_structure import Block, Node, flat, parse
 from olp.ir.expressions import Function, Named
 from olp.ir.program import (
     Assign,
@@ -19,8 +20,7 @@ from olp.ir.program import (
     Statement,
 )
 from olp.ir.transformer import expressions_of, note_names
-from olp.ir.tree import Block, Node, flat, parse
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.source_only import untranslated
 from olp.transpile.symbols import base_of
 
@@ -44,7 +44,7 @@ class LeftOut:
         return bool(new or again)
 
 
-def leave_out(program: Program, out: LeftOut, work: Work) -> Program:
+def leave_out(program: Program, out: LeftOut, work: TranslationContext) -> Program:
     """The program without what `out` names; each statement that goes is a comment and a loss."""
     if not out.lines:
         return program
@@ -56,7 +56,7 @@ def leave_out(program: Program, out: LeftOut, work: Work) -> Program:
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
 
 
-def _without_data(program: Program, out: LeftOut, lost: dict[str, str], work: Work) -> Program:
+def _without_data(program: Program, out: LeftOut, lost: dict[str, str], work: TranslationContext) -> Program:
     routines = []
     for routine in program.routines:
         body: list[Statement] = []
@@ -67,7 +67,9 @@ def _without_data(program: Program, out: LeftOut, lost: dict[str, str], work: Wo
     return replace(program, data=tuple(_declared(program.data, out, lost, work)), routines=tuple(routines))
 
 
-def _declared(data: Iterable[Declare], out: LeftOut, lost: dict[str, str], work: Work) -> list[Declare]:
+def _declared(
+    data: Iterable[Declare], out: LeftOut, lost: dict[str, str], work: TranslationContext
+) -> list[Declare]:
     """Of data that the target cannot say first the value goes, then the name."""
     kept = []
     for one in data:
@@ -113,7 +115,7 @@ def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
     return found
 
 
-def _tell_users(program: Program, lines: Mapping[int, str], work: Work) -> None:
+def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationContext) -> None:
     """Statements that stay, but need what one that goes would have set, at first or second hand."""
     unset = _unset(program, lines)
     before = -1
@@ -160,14 +162,18 @@ def _read_by(s: Statement) -> dict[str, str]:
     return {name.casefold(): name for name in sorted(names)}
 
 
-def _commented(program: Program, routine: Routine, lines: Mapping[int, str], work: Work) -> Routine:
+def _commented(
+    program: Program, routine: Routine, lines: Mapping[int, str], work: TranslationContext
+) -> Routine:
     nodes = parse(routine.body)
     if nodes is None:
         return routine
     return replace(routine, body=tuple(flat(_nodes(program, nodes, lines, work))))
 
 
-def _nodes(program: Program, nodes: list[Node], lines: Mapping[int, str], work: Work) -> list[Node]:
+def _nodes(
+    program: Program, nodes: list[Node], lines: Mapping[int, str], work: TranslationContext
+) -> list[Node]:
     result: list[Node] = []
     for node in nodes:
         if isinstance(node, Block):
@@ -185,7 +191,7 @@ def _nodes(program: Program, nodes: list[Node], lines: Mapping[int, str], work: 
     return result
 
 
-def _all(program: Program, statements: list[Statement], says: str, work: Work) -> list[Node]:
+def _all(program: Program, statements: list[Statement], says: str, work: TranslationContext) -> list[Node]:
     rows: list[Node] = []
     last = 0
     for s in statements:

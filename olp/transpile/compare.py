@@ -44,7 +44,7 @@ class Tolerances:
 WRITTEN = Tolerances(0.01 * mm, 0.01 * deg, 0.001, 0.1 * mm, 0.005)
 
 
-class Step(NamedTuple):
+class ComparedStep(NamedTuple):
     """One thing that happens: a move, a wait or a signal, in SI. nan where the plan does not know."""
 
     kind: StepKind
@@ -69,7 +69,7 @@ class Step(NamedTuple):
     file: str = ""
 
 
-class Difference(NamedTuple):
+class PlanDifference(NamedTuple):
     """What differs: in the step of `line` of the first program and `other` of the second, 0 where it has none.
 
     `part`: path, position, orientation, speed, blend, wait, signal, or order for a step that the other has not.
@@ -91,7 +91,7 @@ class Comparison:
     """
 
     steps: int = 0
-    found: list[Difference] = field(default_factory=list)
+    found: list[PlanDifference] = field(default_factory=list)
     worst_position: float = 0.0
     worst_angle: float = 0.0
     worst_speed: float = 0.0
@@ -111,10 +111,10 @@ class Comparison:
     def differences(self) -> list[str]:
         return [one.says for one in self.found]
 
-    def differ(self, a: Step | None, b: Step | None, part: str, says: str) -> None:
+    def differ(self, a: ComparedStep | None, b: ComparedStep | None, part: str, says: str) -> None:
         lines = (0 if a is None else a.line), (0 if b is None else b.line)
         where = ", ".join(str(line) if line else "none" for line in lines)
-        self.found.append(Difference(*lines, part, f"step {self.steps} (line {where}): {says}"))
+        self.found.append(PlanDifference(*lines, part, f"step {self.steps} (line {where}): {says}"))
 
 
 def compare_plans(
@@ -157,14 +157,14 @@ class _Rules(NamedTuple):
     origins: Mapping[Place, int] | None
     renamed: Callable[[Event], Event] | None
 
-    def belong(self, a: Step, b: Step) -> bool:
+    def belong(self, a: ComparedStep, b: ComparedStep) -> bool:
         """Whether two steps may come from one statement."""
         if a.kind is not b.kind:
             return False
         origin = None if self.origins is None else self.origins.get((b.file, b.line))
         return origin is None or origin == a.line
 
-    def made(self, some: Sequence[Step], b: Step) -> bool:
+    def made(self, some: Sequence[ComparedStep], b: ComparedStep) -> bool:
         """Whether it is known that one of these steps of the first program is what the other one's was made from."""
         origin = None if self.origins is None else self.origins.get((b.file, b.line))
         return origin is not None and any(s.line == origin and s.kind is b.kind for s in some)
@@ -174,8 +174,8 @@ class _Rules(NamedTuple):
 
 
 def paired(
-    first: Sequence[Step], second: Sequence[Step], rules: _Rules, cut: bool = False
-) -> Iterator[tuple[Step | None, Step | None]]:
+    first: Sequence[ComparedStep], second: Sequence[ComparedStep], rules: _Rules, cut: bool = False
+) -> Iterator[tuple[ComparedStep | None, ComparedStep | None]]:
     """Steps of both programs that belong together; None where the other has none. `cut`: the first one ends early."""
     i, j = 0, 0
     while i < len(first) and j < len(second):
@@ -210,7 +210,7 @@ def paired(
 
 
 def _next_pair(
-    first: Sequence[Step], second: Sequence[Step], i: int, j: int, rules: _Rules
+    first: Sequence[ComparedStep], second: Sequence[ComparedStep], i: int, j: int, rules: _Rules
 ) -> tuple[int, int] | None:
     """How many steps of both come before the next ones that belong together, as few as can be."""
     for total in range(1, _AHEAD):
@@ -222,7 +222,7 @@ def _next_pair(
 
 
 def _arc_steps(
-    first: Sequence[Step], second: Sequence[Step], i: int, j: int, rules: _Rules
+    first: Sequence[ComparedStep], second: Sequence[ComparedStep], i: int, j: int, rules: _Rules
 ) -> tuple[int, int]:
     """How many further steps of each program lead on along one arc, until both are at the same point."""
     a, b = first[i], second[j]
@@ -243,7 +243,7 @@ def _arc_steps(
     return 0, 0
 
 
-def _joined(run: Sequence[Step]) -> Step:
+def _joined(run: Sequence[ComparedStep]) -> ComparedStep:
     """Steps along one arc as one; its middle is not known where they are several."""
     if len(run) == 1:
         return run[0]
@@ -257,14 +257,16 @@ def _joined(run: Sequence[Step]) -> Step:
     )
 
 
-def _ending(step: Step, last: Step) -> Step:
+def _ending(step: ComparedStep, last: ComparedStep) -> ComparedStep:
     return step._replace(exact=last.exact, blend=last.blend, seconds=step.seconds + last.seconds)
 
 
 # --- comparing pairs ------------------------------------------------------------------------------------
 
 
-def _compared(first: Sequence[Step], second: Sequence[Step], rules: _Rules, cut: bool = False) -> Comparison:
+def _compared(
+    first: Sequence[ComparedStep], second: Sequence[ComparedStep], rules: _Rules, cut: bool = False
+) -> Comparison:
     result = Comparison(tolerances=rules.tolerances)
     for a, b in paired(first, second, rules, cut):
         result.steps += 1
@@ -287,7 +289,7 @@ def _compared(first: Sequence[Step], second: Sequence[Step], rules: _Rules, cut:
     return result
 
 
-def _compare_events(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+def _compare_events(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
     if a.kind is StepKind.WAIT:
         off = abs(a.duration - b.duration)
         result.worst_wait = max(result.worst_wait, off)
@@ -307,7 +309,7 @@ def _named(event: Event) -> str:
     return " and ".join(event.signals) or "no signal"
 
 
-def _compare_moves(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+def _compare_moves(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
     tolerances = rules.tolerances
     shapes = _shape(a), _shape(b)
     if shapes[0] is not shapes[1] and not (a.still and b.still):
@@ -333,13 +335,13 @@ def _compare_moves(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
         _compare_blends(a, b, result, rules)
 
 
-def _shape(step: Step) -> Path | None:
+def _shape(step: ComparedStep) -> Path | None:
     """An arc through points of one line is straight, and so is the way to the first point of a chain."""
     straight = step.path is Path.CIRCULAR and not step.circle
     return Path.LINEAR if straight else step.path
 
 
-def _compare_arcs(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+def _compare_arcs(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
     """The middle of the arc; of one that is several steps its length, and the points where these meet."""
     limit = rules.tolerances.position
     if a.middle and b.middle:
@@ -364,7 +366,7 @@ def _off_circle(points: tuple[tuple[float, ...], ...], on: tuple[tuple[float, ..
             yield math.hypot(float(np.linalg.norm(spoke - height * axis)) - float(radius), height)
 
 
-def _compare_speeds(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+def _compare_speeds(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
     for name, x, y in (("speed", a.travel, b.travel), ("time at speed", a.time, b.time)):
         if math.isnan(x) or math.isnan(y) or max(x, y) <= 0.0:
             continue
@@ -376,7 +378,7 @@ def _compare_speeds(a: Step, b: Step, result: Comparison, rules: _Rules) -> None
             result.differ(a, b, "speed", f"{name} {x:g} and {y:g}")
 
 
-def _compare_blends(a: Step, b: Step, result: Comparison, rules: _Rules) -> None:
+def _compare_blends(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
     x, y = (0.0 if s.exact else s.blend for s in (a, b))
     if a.exact is b.exact and (math.isnan(x) or math.isnan(y)):
         return
@@ -406,13 +408,13 @@ def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 
 def steps_of(
     plan: Plan, without: Set[int] = frozenset(), seconds: Sequence[float] = (), stop: int | None = None
-) -> list[Step]:
+) -> list[ComparedStep]:
     """What happens, in order.
 
     `without`: lines of the program's own file whose steps are left out. `seconds`: of each step, as it was timed.
     `stop`: how many of the plan's steps are looked at.
     """
-    found: list[Step] = []
+    found: list[ComparedStep] = []
     moved = False
     middles = _middles(plan)
     names = [source.path for source in plan.sources]
@@ -431,11 +433,13 @@ def steps_of(
         lasts = float(plan.durations[row])
         if kind is StepKind.WAIT and lasts > 0.0:
             _stop_before(found)
-        found.append(Step(kind, line, duration=lasts, seconds=took, event=plan.events.get(row), file=file))
+        found.append(
+            ComparedStep(kind, line, duration=lasts, seconds=took, event=plan.events.get(row), file=file)
+        )
     return found
 
 
-def _stop_before(found: list[Step]) -> None:
+def _stop_before(found: list[ComparedStep]) -> None:
     """A move whose end is passed comes to rest all the same where the program then waits for a time."""
     at = next((n for n in range(len(found) - 1, -1, -1) if found[n].kind is StepKind.MOVE), None)
     if at is not None and not found[at].exact:
@@ -473,7 +477,7 @@ def _goes_nowhere(plan: Plan, row: int) -> bool:
     return bool(len(known)) and bool((np.abs(known) < _TURN).all())
 
 
-def _move(plan: Plan, row: int, line: int, middles: Mapping[int, tuple[float, ...]]) -> Step:
+def _move(plan: Plan, row: int, line: int, middles: Mapping[int, tuple[float, ...]]) -> ComparedStep:
     moves, positions = plan.moves, plan.positions
     target = int(moves.target[row])
     path = PATHS[int(moves.path[row])]
@@ -483,7 +487,7 @@ def _move(plan: Plan, row: int, line: int, middles: Mapping[int, tuple[float, ..
         if code == BlendCode.ZONE and load_law(plan.zone_law).share_zones
         else float(moves.blend[row])
     )
-    return Step(
+    return ComparedStep(
         StepKind.MOVE,
         line,
         path,

@@ -20,21 +20,21 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     RecordLiteral,
-    State,
+    SignalState,
     Text,
     Unary,
 )
 from olp.ir.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, expressions_of, is_written_out, mapped
 from olp.languages.limits import Limits
-from olp.transpile.context import Fate, Handed, Work
+from olp.transpile.context import Fate, Handed, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 
 _SHARING = frozenset({Declare, Return, Call})
 _SYSTEMS_AND_PLACES = ("tool", "frame", "position", "joints")
 
 
-def share_variables(program: Program, work: Work) -> Program:
+def share_variables(program: Program, work: TranslationContext) -> Program:
     """No local variable, no parameter and no returned value is left; routines hand over by variables."""
     if not any(_hands_over(routine) for routine in program.routines):
         for routine in program.routines:
@@ -56,7 +56,7 @@ class _Shared:
     """`names`: (routine, local name) -> its name in the whole program. `results`: of each routine that returns."""
 
     program: Program
-    work: Work
+    work: TranslationContext
     names: dict[tuple[str, str], str] = field(default_factory=dict)
     results: dict[str, Named] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
@@ -179,7 +179,7 @@ class _Shared:
             target = Named(names[parameter.name])
             value = given.get(parameter.name, parameter.default)
             if parameter.switch:
-                value = State(parameter.name in given)
+                value = SignalState(parameter.name in given)
             if value is None:
                 continue
             before.append(Assign(line, target, value))
@@ -193,7 +193,7 @@ def _listed(value: Expression | None) -> list[Expression] | None:
     if not isinstance(value, RecordLiteral) or any(name for name, _ in value.members):
         return None
     found = [one for _, one in value.members]
-    return found if all(isinstance(one, (Number, Text, State)) for one in found) else None
+    return found if all(isinstance(one, (Number, Text, SignalState)) for one in found) else None
 
 
 def paired(
@@ -259,14 +259,14 @@ def _computed(e: Expression, limits: Limits) -> Expression:
     return e
 
 
-def fold_constants(program: Program, work: Work) -> Program:
+def fold_constants(program: Program, work: TranslationContext) -> Program:
     """Names that always hold the same number, text or state are written as it."""
     symbols = work.symbols(program)
 
     def change(e: Expression) -> Expression:
         if type(e) is Named and e.name not in work.registers:
             value = symbols.fixed_value("", e)
-            if isinstance(value, (Number, Text, State)):
+            if isinstance(value, (Number, Text, SignalState)):
                 return value
         if type(e) is Member and isinstance(e.base, Named) and e.name in _MEMBERS:
             literal = symbols.fixed_value("", e.base)

@@ -13,7 +13,7 @@ from typing import Any
 from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral, Unary
 from olp.ir.program import Assign, DefineFrame, Program, Statement
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 
 _STRAIGHT = frozenset(
     {"Begin", "Declare", "Comment", "SetOutput", "Dwell", "Message", "SetTool", "SetFrame", "SetSpeed"}
@@ -22,7 +22,7 @@ _MEMBERS = {"x": (0, mm), "y": (1, mm), "z": (2, mm), "rx": (3, deg), "ry": (4, 
 Key = tuple[str, int]
 
 
-def known_systems(program: Program, work: Work) -> Program:
+def known_systems(program: Program, work: TranslationContext) -> Program:
     """Notes the values in `work.systems`; the statements that set them are left out."""
     if not program.routines:
         return program
@@ -66,7 +66,7 @@ def _counts(statements: Iterable[Statement]) -> dict[Key, int]:
 class _Preface:
     """The statements before anything branches, with what positions hold there."""
 
-    work: Work
+    work: TranslationContext
     counts: dict[Key, int]
     held: dict[str, list[float]] = field(default_factory=dict)
 

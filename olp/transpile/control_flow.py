@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from olp.ir.expressions import Binary, Compare, Expression, Logic, Named, Number, State, Text
+from olp.ir.block_structure import LOOPS, Block, Node, flat, negated, parse
+from olp.ir.expressions import Binary, Compare, Expression, Logic, Named, Number, SignalState, Text
 from olp.ir.program import (
     Assign,
     Begin,
@@ -36,19 +37,18 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import expressions_of
-from olp.ir.tree import LOOPS, Block, Node, flat, negated, parse
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
 
 _CONDITIONAL: Final = (Call, Return, Pause, PulseOutput, StartTask)
 
 
-def flow(program: Program, work: Work) -> Program:
+def flow(program: Program, work: TranslationContext) -> Program:
     """Every routine with the blocks and jumps that the target has."""
     return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
 
 
-def _routine(routine: Routine, work: Work) -> Routine:
+def _routine(routine: Routine, work: TranslationContext) -> Routine:
     body = routine.body
     kinds = set(map(type, body))
     if not work.limits.conditional_statements and not kinds.isdisjoint(_CONDITIONAL):
@@ -112,7 +112,7 @@ class _Loop:
 
 @dataclass(slots=True)
 class _Target:
-    work: Work
+    work: TranslationContext
     routine: Routine
     labels: set[str]
     declared: list[Statement] = field(default_factory=list)
@@ -223,7 +223,7 @@ class _Target:
     def _while(self, block: Block) -> list[Node]:
         head, closer = block.opener, block.closer
         assert isinstance(head, While)
-        endless = head.condition == State(True)
+        endless = head.condition == SignalState(True)
         if self.work.limits.has_while and (self.work.limits.has_endless or not endless):
             loop, inside = self._inside(block)
             return [Block([(head, inside)], closer), *self._end(loop, closer)]
@@ -254,7 +254,7 @@ class _Target:
         leave: list[Statement] = [If(until.line, until.condition), Break(until.line), EndIf(until.line)]
         loop, inside = self._inside(block, leave)
         test = Block([(leave[0], [leave[1]])], leave[2])
-        head = While(head.line, State(True), comment)
+        head = While(head.line, SignalState(True), comment)
         return [Block([(head, [*inside, test])], EndWhile(until.line, until.comment))]
 
     def _for(self, block: Block) -> list[Node]:

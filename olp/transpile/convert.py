@@ -5,27 +5,29 @@ Codes: X011 something that the target cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from olp.core.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
+from olp.core.diagnostic import Diagnostic, OlpError, raise_errors
 from olp.core.garbage_collection import no_garbage_collection
-from olp.ir.program import Program, Routine
-from olp.languages.limits import limits_of
-from olp.languages.vendor import language_of
+from olp.ir.expressions import Store, Taught
+from olp.ir.points import PointBlock, PointTable
+from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement
+from olp.ir.transformer import expressions_of
+from olp.languages.limits import Limits, limits_of
 from olp.transpile.commented_out import LeftOut
-from olp.transpile.context import Context, Fate
-from olp.transpile.data_only import name_of
+from olp.transpile.context import Context
+from olp.transpile.dead_code import name_of
 from olp.transpile.export import refuse_unwritable
-from olp.transpile.pipeline import Translated, canonical
-from olp.transpile.split import split
+from olp.transpile.pipeline import Translated, canonical, refusals
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
     from olp.runtime.assumptions import Assumptions, SignalKey
     from olp.runtime.plan import Plan
+
 
 _MOST_STEPS = 200_000  # statements of a run
 _MOST_AGAIN = 20_000  # of one with other inputs, in which loops may have no end
@@ -87,23 +89,6 @@ def _reason(found: Diagnostic) -> str:
     """Why the writer cannot say something, as the receipt tells it: "a computed index (…)"."""
     says = found.message.partition(": ")[2] or found.message
     return f"{says} ({found.help})" if found.help else says
-
-
-def refusals(program: Program, vendor: str, translated: Translated) -> list[Diagnostic]:
-    """An error (X011) for every statement that the passes refuse."""
-    found = []
-    for loss in translated.losses:
-        if loss.fate is Fate.REFUSED:
-            text = program.source.line(loss.line)
-            span = (
-                Span(loss.line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-                if loss.line
-                else None
-            )
-            message = f"{language_of(vendor)} cannot say this: {loss.says}"
-            help = loss.help or "--on-loss comment writes it as a comment"
-            found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
-    return found
 
 
 def _written(
@@ -193,7 +178,7 @@ def rerun(
     from olp.languages.read import read
     from olp.languages.vendor import find_vendor
     from olp.runtime.interpreter import run
-    from olp.transpile.correspondence import origins_of
+    from olp.transpile.receipt import origins_of
 
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder, name) for name in converted.files]
@@ -225,7 +210,7 @@ def _surroundings(
     from olp.runtime.assumptions import Assumptions, WrittenPosition, load_assumptions, nearest_assumptions
     from olp.runtime.memory import ACTIVE
     from olp.transpile.context import cell_of
-    from olp.transpile.correspondence import signals_there
+    from olp.transpile.receipt import signals_there
 
     folder = Path(source.path).parent if source.path and Path(source.path).is_file() else None
     path = nearest_assumptions(folder) if folder is not None else None
@@ -250,3 +235,96 @@ def _surroundings(
     inputs = {there.get(signal, signal): values for signal, values in {**more, **given.inputs}.items()}
     waits = {there.get(signal, signal): seconds for signal, seconds in given.waits.items()}
     return replace(given, tools=tools, frames=frames, names=names, inputs=inputs, waits=waits)
+
+
+# --- Split ---
+# Programs in the files that the target takes: one routine each, and no more statements or points than it holds.
+
+_STRAIGHT = frozenset(
+    {"Move", "SetOutput", "PulseOutput", "Dwell", "Wait", "Comment", "Assign", "Update", "Message", "Call"}
+)
+
+
+def split(program: Program, limits: Limits) -> Iterator[Program]:
+    """The programs of the single files, the one that runs first."""
+    if not limits.one_routine_per_file:
+        yield program
+        return
+    main = program.main or (program.routines[0].name if program.routines else "")
+    ordered = sorted(program.routines, key=lambda routine: routine.name != main)
+    taken = {routine.name for routine in program.routines}
+    for routine in ordered:
+        for part in _parts(routine, limits, taken):
+            yield replace(program, routines=(part,), main=part.name)
+
+
+def _parts(routine: Routine, limits: Limits, taken: set[str]) -> Iterator[Routine]:
+    """A straight routine that is too long as several, called in order; others stay whole."""
+    points = sum(len(block) for key, block in routine.points.blocks.items() if key[1])
+    room = min(limits.statements or len(routine.body), limits.points or len(routine.body))
+    fits = len(routine.body) <= room and (not limits.points or points <= limits.points)
+    if fits or any(
+        type(s).__name__ not in _STRAIGHT for s in routine.body if not isinstance(s, (Begin, End))
+    ):
+        yield routine
+        return
+    rows: list[Statement] = [s for s in routine.body if not isinstance(s, (Begin, End))]
+    pieces = list(_pieces(rows, room - 2))
+    names = []
+    for number in range(1, len(pieces) + 1):
+        names.append(_name(routine.name, number, limits, taken))
+    calls: list[Statement] = [Call(0, name) for name in names]
+    yield replace(routine, body=(Begin(0), *calls, End(0)), points=_only(routine.points, set()))
+    for name, piece in zip(names, pieces, strict=True):
+        used = {e.number for s in piece for e in expressions_of(s) if type(e) is Taught}
+        held = replace(routine.points, blocks={k: b for k, b in routine.points.blocks.items() if k[1]})
+        yield replace(routine, name=name, body=(Begin(0), *piece, End(0)), points=_only(held, used))
+
+
+def _pieces(rows: list[Statement], room: int) -> Iterator[list[Statement]]:
+    """Runs of statements; an arc stays in one of them."""
+    start = 0
+    while start < len(rows):
+        stop = min(start + room, len(rows))
+        while stop < len(rows) and stop > start + 1 and _within_arc(rows, stop):
+            stop -= 1
+        yield rows[start:stop]
+        start = stop
+
+
+def _within_arc(rows: list[Statement], at: int) -> bool:
+    s = rows[at]
+    return isinstance(s, Move) and s.path.value == "circular" and s.via is None
+
+
+def _name(stem: str, number: int, limits: Limits, taken: set[str]) -> str:
+    tail = f"_{number}"
+    room = limits.routine_name
+    while True:
+        name = (stem[: room - len(tail)] if room else stem) + tail
+        if name not in taken:
+            taken.add(name)
+            return name
+        tail += "A"
+
+
+def _only(table: PointTable, numbers: set[int]) -> PointTable:
+    """The taught points of these numbers, and all others."""
+    blocks: dict[tuple[Store, bool], PointBlock] = {}
+    for key, block in table.blocks.items():
+        if not key[1]:
+            blocks[key] = block
+            continue
+        rows = [row for row, number in enumerate(block.numbers.tolist()) if number in numbers]
+        if rows:
+            kept = {int(block.numbers[row]): at for at, row in enumerate(rows)}
+            blocks[key] = PointBlock(
+                block.store,
+                block.taught,
+                block.numbers[rows],
+                block.values[rows],
+                block.state[rows],
+                block.lines[rows],
+                kept,
+            )
+    return replace(table, blocks=blocks)

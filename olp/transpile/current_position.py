@@ -5,13 +5,31 @@ KRL and FANUC mean those that hold, RAPID those of the move before or those that
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Final
 
-from olp.ir.expressions import Expression, FrameRef, Function, NamedArgument, Number, SystemValue
-from olp.ir.program import Move, Program, Routine, Statement
-from olp.ir.transformer import calls_nothing, expressions_of, mapped
-from olp.transpile.context import Fate, Work
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    FrameRef,
+    Function,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    SystemValue,
+)
+from olp.ir.moves import BlendKind
+from olp.ir.program import Assign, ExternalTool, Move, Program, Routine, ShiftOff, ShiftOn, Statement
+from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
+from olp.transpile.blends import STOP
+from olp.transpile.context import BETWEEN, SETTING, Fate, TranslationContext
+from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.symbols import Symbols
 
 HERE: Final = SystemValue("current-pose")
 _UNSEEN: Final = (FrameRef("tool", Number(0)), FrameRef("base"))
@@ -34,14 +52,14 @@ def systems_of(e: Expression) -> System | None:
     return named.get(_TOOL.casefold()), named.get(_FRAME.casefold())
 
 
-def here(program: Program, work: Work) -> Program:
+def here(program: Program, work: TranslationContext) -> Program:
     """Every reading of the position that names a tool or a frame as the target says it."""
     if not work.conventions.names_read_frames:
         return program
     return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
 
 
-def _routine(routine: Routine, work: Work) -> Routine:
+def _routine(routine: Routine, work: TranslationContext) -> Routine:
     rows: list[Statement] = []
     last: System = _UNSEEN  # of the move before, in the order of writing
     for s in routine.body:
@@ -51,7 +69,7 @@ def _routine(routine: Routine, work: Work) -> Routine:
     return replace(routine, body=tuple(rows))
 
 
-def _statement(s: Statement, last: System, work: Work) -> Statement:
+def _statement(s: Statement, last: System, work: TranslationContext) -> Statement:
     if not any(e == HERE or systems_of(e) is not None for e in expressions_of(s)):
         return s
 
@@ -68,3 +86,274 @@ def _statement(s: Statement, last: System, work: Work) -> Statement:
         return seen_in(tool, frame) if read_in == "named" else HERE
 
     return mapped(s, change)
+
+
+# --- Current position moves ---
+# Moves that count from where the arm stands, for languages that read this place while the arm is on its way.
+#
+# Some languages count a relative move from the target of the move before, however that one is passed, and some wait
+# before they read the position. The others would take a place somewhere on the way: the move before has to stop.
+
+_READ: Final = frozenset({"current-pose", "current-joints"})
+_STRAIGHT: Final = (
+    BETWEEN
+    | SETTING
+    | {
+        "SetSpeed",
+        "SetBlend",
+        "SetAcceleration",
+        "SetTool",
+        "SetFrame",
+        "SetOverride",
+        "ObeyFlags",
+        "Clear",
+        "If",
+    }
+)
+_STOPS: Final = "the arm stops here, as what follows counts from where it stands"
+_UNKNOWN: Final = "counts from where the arm stands: see that all moves that lead here stop at their ends"
+
+
+class Lead(Enum):
+    """What leads to a reading where no move that passes by does."""
+
+    STOP = "a move that stops"
+    BEGIN = "the beginning of the routine"
+    OPEN = "several ways, or a routine"
+
+
+def standing(program: Program, work: TranslationContext) -> Program:
+    """Every move that such a reading follows with an exact stop; where that is open, the loss says so."""
+    return replace(
+        program, routines=tuple([_current_position_moves_routine(r, program, work) for r in program.routines])
+    )
+
+
+def _current_position_moves_routine(routine: Routine, program: Program, work: TranslationContext) -> Routine:
+    body = list(routine.body)
+    first = next((r for r in program.routines if r.name == program.main), program.routines[0])
+    for at, s in enumerate(body):
+        if not _reads(s, work):
+            continue
+        before = _before(body, at)
+        if isinstance(before, int):
+            body[before] = _stopped(body[before], work)
+        elif before is Lead.OPEN or (before is Lead.BEGIN and routine is not first):
+            open_ = any(isinstance(x, Move) and not _stops(x) for x in program.statements())
+            if open_:
+                work.lose(s, Fate.APPROXIMATED, "position", _UNKNOWN)
+    return replace(routine, body=tuple(body))
+
+
+def _reads(s: Statement, work: TranslationContext) -> bool:
+    if isinstance(s, Move) and s.relative is not None:
+        return "relative" not in work.limits.native_offsets
+    waits = work.conventions.waits_before_reading and not work.target_conventions.waits_before_reading
+    if not waits or calls_nothing(s):
+        return False
+    return any(
+        (isinstance(e, SystemValue) and e.name in _READ) or systems_of(e) is not None
+        for e in expressions_of(s)
+    )
+
+
+def _before(body: list[Statement], at: int) -> Lead | int:
+    """The row of the move that always runs before row `at`, where it does not stop; else what leads there."""
+    for row in range(at - 1, -1, -1):
+        s = body[row]
+        if isinstance(s, Move):
+            return Lead.STOP if _stops(s) else row
+        if type(s).__name__ not in _STRAIGHT or any(type(e) is CallValue for e in expressions_of(s)):
+            return Lead.OPEN
+    return Lead.BEGIN
+
+
+def _stops(s: Move) -> bool:
+    size = None if s.blend is None or s.blend.value is None else s.blend.value.literal
+    return size is not None and size <= 0.0
+
+
+def _stopped(s: Statement, work: TranslationContext) -> Statement:
+    assert isinstance(s, Move)
+    blend = s.blend
+    size = (
+        None
+        if blend is None or blend.value is None or blend.kind is not BlendKind.RADIUS
+        else blend.value.literal
+    )
+    if size is None:
+        work.lose(s, Fate.APPROXIMATED, "blend", _STOPS)
+    else:
+        work.lose(s, Fate.APPROXIMATED, "blend", _STOPS, size / mm, "mm")
+    return edited(s, {"blend": STOP})
+
+
+# --- Relative ---
+# Moves by an offset from where the arm stands, and offsets of targets, for languages that have no such word.
+
+_TURNS: Final = ("rx", "ry", "rz")
+_ZEROS: Final = (Number(0), Number(0.0))
+
+
+def relative(program: Program, work: TranslationContext) -> Program:
+    """Offsets as positions that are computed: from where the arm stands, or from the target."""
+    own = _Relative(program, work, work.symbols(program), work.limits.native_offsets)
+    routines = []
+    for routine in program.routines:
+        own.name = routine.name
+        rows: list[Statement] = []
+        shifted = external = False
+        for s in routine.body:
+            if isinstance(s, (ShiftOn, ShiftOff)):
+                shifted = isinstance(s, ShiftOn) and not work.limits.has_shift
+            if isinstance(s, ExternalTool):
+                external = s.tool is not None
+            if isinstance(s, Move):
+                if external:
+                    says = "a move with the tool fixed in space, where the arm holds the work"
+                    work.lose(s, Fate.REFUSED, "statement", says)
+                if shifted:  # elsewhere than where it is meant
+                    work.lose(s, Fate.REFUSED, "shift", "a move within a shift of all targets")
+                rows.append(own.move(s))
+            elif isinstance(s, (ShiftOn, ShiftOff)) and not work.limits.has_shift:
+                work.lose(s, Fate.REFUSED, "shift", "a shift of all following targets")
+                rows.append(s)
+            else:
+                rows.append(s)
+        routines.append(with_rows(routine, rows))
+    return with_routines(program, routines)
+
+
+@dataclass(slots=True)
+class _Relative:
+    program: Program
+    work: TranslationContext
+    symbols: Symbols
+    native: frozenset[str]
+    name: str = ""
+
+    def move(self, s: Move) -> Move:
+        if s.relative is not None and "relative" not in self.native:
+            return self._from_here(s)
+        if (s.offset is not None or s.tool_offset is not None) and "offset" not in self.native:
+            return self._offset(s)
+        return s
+
+    def _from_here(self, s: Move) -> Move:
+        assert s.relative is not None
+        by = self._literal(s.targets[0])
+        if by is None or by.kind == "joint":
+            self.work.lose(
+                s, Fate.REFUSED, "relative", "a move by an offset that is computed or in joint values"
+            )
+            return s
+        values = _written(by)
+        if s.relative.kind == "tool":
+            here = self._place(s.tool, s.frame)
+            turns = sum(v not in _ZEROS for v in values[3:])
+            target = Function("pose-relative-tool", (here, *values))
+            if turns > 1:  # about z first, as no `pose-relative-tool` turns
+                target = Function("pose-product", (here, replace(by, values=_moved(by.values))))
+            return replace(s, targets=(target,), relative=None)
+        own_frame = s.relative.kind == "own" or s.relative == s.frame
+        if not own_frame and not _is_base(s.relative):
+            self.work.lose(
+                s, Fate.REFUSED, "relative", "a move by an offset in another frame than the move's own"
+            )
+            return s
+        if any(v.value for v in values[3:]):
+            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that turns the tool")
+            return s
+        frame = s.frame if own_frame else FrameRef("base")
+        return replace(
+            s,
+            targets=(Function("pose-offset", (self._place(s.tool, frame), *values[:3])),),
+            relative=None,
+            frame=frame,
+        )
+
+    def _place(self, tool: Expression | None, frame: Expression | None) -> Expression:
+        """Where the arm stands, in the frame of the move."""
+        return seen_in(tool, frame) if self.work.limits.position_read_in == "named" else HERE
+
+    def _offset(self, s: Move) -> Move:
+        target = s.targets[0]
+        for offset, name in ((s.offset, "pose-offset"), (s.tool_offset, "pose-relative-tool")):
+            if offset is None:
+                continue
+            by = self._offset_value(offset)
+            values: list[Expression] = []
+            if by is not None and by.kind != "joint":
+                values += _written(by)
+            elif isinstance(offset, Named) and by is None:
+                values += [Member(offset, name) for name in ("x", "y", "z")]
+                values += [
+                    Number(0) if self._never(offset, name) else Member(offset, name) for name in _TURNS
+                ]
+            if by is not None and by.kind == "joint":
+                self.work.lose(s, Fate.REFUSED, "offset", "an offset in joint values")
+                return s
+            turns = sum(v not in _ZEROS for v in values[3:])
+            # `pose-relative-tool` turns about x first, an offset's angles about z first: several are a product.
+            if not values or (turns and (turns > 1 or name == "pose-offset" or self._is_computed(values))):
+                # It turns as well, or may do so: a frame before the target, or one behind it.
+                pair = (offset, target) if name == "pose-offset" else (target, offset)
+                target = Function("pose-product", pair)
+            else:
+                target = Function(name, (target, *(values[:3] if name == "pose-offset" else values)))
+        return replace(s, targets=(target,), offset=None, tool_offset=None)
+
+    def _offset_value(self, offset: Expression) -> PositionLiteral | None:
+        """What an offset always is; None for a register that only others set: a camera, or another program."""
+        if not isinstance(offset, Named) or offset.name not in self.work.registers:
+            return self._literal(offset)
+        by = self._literal(offset)
+        if by is not None and not any(v == v and v for v in by.values):
+            says = f"the values of {offset.name} are not in the program: zeros are written"
+            self.work.lose(0, Fate.APPROXIMATED, "variable", says)
+            self.work.ask("set these values, which are zeros now", offset.name)
+            return None
+        return by
+
+    def _is_computed(self, values: list[Expression]) -> bool:
+        """Whether the target would have to turn by a computed angle, which it can only say as a product."""
+        return not self.work.limits.computed_turns and not all(isinstance(v, Number) for v in values)
+
+    def _never(self, name: Named, member: str) -> bool:
+        """Whether nothing ever sets this component of a position to anything but zero."""
+        if name.name in self.work.registers and not any(
+            isinstance(s, Assign) and name in expressions_of(s.target) for s in self.program.statements()
+        ):
+            return False
+        for s in self.program.statements():
+            if not isinstance(s, Assign):
+                continue
+            if s.target == Member(name, member) and s.value not in _ZEROS:
+                return False
+            if s.target == name:
+                value = self._literal(s.value)
+                if value is None or any(value.values[3:6]):
+                    return False
+        return True
+
+    def _literal(self, e: Expression) -> PositionLiteral | None:
+        value = self.symbols.fixed_value(self.name, e)
+        return value if isinstance(value, PositionLiteral) else None
+
+
+def _written(by: PositionLiteral) -> list[Number]:
+    """mm and deg; components that are not written do not move."""
+    scales = [mm] * 3 + [deg] * 3
+    return [
+        Number(0 if math.isnan(v) or not v else float(f"{v / scale:.9g}"))
+        for v, scale in zip(by.values[:6], scales, strict=True)
+    ]
+
+
+def _moved(values: tuple[float, ...]) -> tuple[float, ...]:
+    """[m] and [rad]; components that are not written do not move."""
+    return tuple(0.0 if math.isnan(v) else v for v in values[:6])
+
+
+def _is_base(frame: FrameRef) -> bool:
+    return frame.kind in ("base", "robot")

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import PureWindowsPath
+from typing import Final
 
+from olp.core.diagnostic import OlpError, error
 from olp.ir.expressions import Named, PositionLiteral, RecordLiteral
-from olp.ir.program import Declare, Program
+from olp.ir.program import Declare, Program, Routine
 from olp.ir.transformer import expressions_of, note_names
+from olp.languages.limits import limits_of
 from olp.languages.vendor import language_of
-from olp.transpile.context import Fate, Work
-from olp.transpile.data_only import holds_data_only
+from olp.transpile.context import Fate, TranslationContext
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
 _WRITTEN = frozenset({"speed", "zone"})
 _HELD = _PLAIN | {"tool", "frame", ""}  # types that every language has in some form
 
 
-def prune(program: Program, work: Work) -> Program:
+def prune(program: Program, work: TranslationContext) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
     used: set[str] = set()
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
@@ -66,7 +70,7 @@ def _is_said(d: Declare) -> bool:
     return type(d.value) is PositionLiteral or (bool(d.sizes) and d.type in _PLAIN)
 
 
-def _tell_gone(data: list[Declare], work: Work) -> None:
+def _tell_gone(data: list[Declare], work: TranslationContext) -> None:
     """Of a file that holds nothing else; of others' data what is used stands in the statements."""
     for d in data:
         kind = f"data of the type {d.native or d.type}" if d.native or d.type else "such data"
@@ -74,7 +78,7 @@ def _tell_gone(data: list[Declare], work: Work) -> None:
         work.lose(d, Fate.APPROXIMATED, "data", says)
 
 
-def _refuse(program: Program, types: dict[str, str], work: Work) -> None:
+def _refuse(program: Program, types: dict[str, str], work: TranslationContext) -> None:
     """Every statement that names data of a type that only its own language has."""
     if not types:
         return
@@ -89,3 +93,45 @@ def _refuse(program: Program, types: dict[str, str], work: Work) -> None:
                 "data",
                 f"{name} is data of the type {types[name]}, which {language_of(work.target)} does not have",
             )
+
+
+# --- Data only ---
+# Files that hold data and nothing that runs: RAPID modules without a routine, KRL's lists.
+#
+# Codes: X014 a language that has no file for data alone.
+
+DATA_ALONE: Final = "X014"
+_NO_LETTER: Final = re.compile(r"[^A-Za-z0-9_]+")
+_HELP: Final = "convert the program that uses it, which lies in the same folder: the data come with it"
+
+
+def holds_data_only(program: Program) -> bool:
+    return not any(map(_runs, program.routines))
+
+
+def _runs(routine: Routine) -> bool:
+    """Whether it is a routine, and no list of data that KRL's reader keeps as one."""
+    return "list" not in routine.details or bool(routine.body)
+
+
+def data_alone(program: Program, target: str, flat: bool = False) -> Program:
+    """The data of a file that holds nothing else, under the name of that file; other programs as they are.
+
+    Raises OlpError (X014) for a language whose data stand in programs only, and for what a run shows (`flat`).
+    """
+    if not holds_data_only(program):
+        return program
+    if flat or not limits_of(target).has_data_files:
+        message = (
+            f"this file holds data and nothing that runs: {language_of(target)} has no file for data alone"
+        )
+        if flat:
+            message = "this file holds data and nothing that runs"
+        raise OlpError(error(DATA_ALONE, message, file=program.path, help=_HELP))
+    return program if program.vendor == target else replace(program, routines=(), main=name_of(program))
+
+
+def name_of(program: Program) -> str:
+    """What a file of data is called: as the source's list, else as its file."""
+    stem = PureWindowsPath(program.path.replace("/", "\\")).stem if program.path else ""
+    return program.main or _NO_LETTER.sub("_", stem).strip("_") or "DATA"

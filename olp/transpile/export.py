@@ -79,8 +79,7 @@ def export(
 
 def _translated(program: Program, vendor: str) -> Program:
     """A program of another language in the form that the writer takes; `olp convert` says what changed."""
-    from olp.transpile.convert import refusals
-    from olp.transpile.pipeline import canonical
+    from olp.transpile.pipeline import canonical, refusals
 
     translated = canonical(program, vendor)
     raise_errors([*translated.problems, *refusals(program, vendor, translated)])
@@ -101,14 +100,14 @@ def rendered(
     template: str | os.PathLike[str] | None = None,
 ) -> str:
     """What the vendor's template, or another one, makes of a writer's values. Raises OlpError (J…)."""
-    from olp.languages.templating import Limits, given, shipped
+    from olp.languages.templating import RenderingLimits, given, shipped
 
     renderer = shipped(vendor) if template is None else given(template)
     # What was read from several files has little text of its own.
     rows = len(program.data) + sum(len(r.body) + len(r.points) for r in program.routines)
     size = len(program.source.raw) + rows
     characters = 1_000_000 + 100 * size + _ROW * rows
-    limits = Limits(steps=100_000 + 10 * size, characters=characters, seconds=60.0)
+    limits = RenderingLimits(steps=100_000 + 10 * size, characters=characters, seconds=60.0)
     return renderer.render(values, limits)
 
 

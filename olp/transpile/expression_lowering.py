@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -18,7 +18,7 @@ from olp.ir.expressions import (
     Named,
     Number,
     PositionLiteral,
-    State,
+    SignalState,
     Store,
     SystemValue,
     Taught,
@@ -44,18 +44,10 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of, mapped, sets_numbers
 from olp.runtime.assumptions import Given
-from olp.transpile.context import Fate, Work
-from olp.transpile.move_lowering import has_names, lifted_move
-from olp.transpile.number_lowering import (
-    TYPES,
-    arguments_of,
-    in_units,
-    numbered,
-    whole_registers,
-)
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.first_values import label_of, saved_number, saved_points, saved_values, tell_unset
+from olp.transpile.move_lowering import Points, has_names, lifted_move
 from olp.transpile.occurrences import with_rows
-from olp.transpile.point_lowering import Points
-from olp.transpile.saved import label_of, saved_number, saved_points, saved_values, tell_unset
 
 LETTERS: Final = {
     Store.BYTE: "B",
@@ -72,7 +64,7 @@ _ZEROS: Final[dict[str, Expression]] = {
     "integer": Number(0),
     "real": Number(0.0),
     "string": Text(""),
-    "boolean": State(False),
+    "boolean": SignalState(False),
     "position": PositionLiteral("pose", (0.0,) * 6),
     "joints": PositionLiteral("joint", (0.0,) * 6),
 }
@@ -85,7 +77,7 @@ _LARGEST_ARRAY: Final = 100
 _POSE: Final = frozenset(_ELEMENTS[:6])
 
 
-def lift(program: Program, work: Work) -> Program:
+def lift(program: Program, work: TranslationContext) -> Program:
     """Only names from here on. A program without numbers comes back as it is."""
     lifted = _Lift(program, work)
     routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
@@ -98,7 +90,7 @@ def lift(program: Program, work: Work) -> Program:
 @dataclass(slots=True)
 class _Lift:
     program: Program
-    work: Work
+    work: TranslationContext
     points: Points = field(init=False)
     expressions: list[list[Expression]] = field(
         default_factory=list
@@ -484,3 +476,89 @@ def _owner(e: Any) -> Named | None:
 
 def _is_position(e: Expression | None) -> bool:
     return isinstance(e, Variable) and e.store in POSITION_STORES
+
+
+# --- Number lowering ---
+# What a program uses of its numbered variables: which numbers, as what, and whether they ever hold a fraction.
+
+TYPES: Final = {
+    Store.BYTE: "integer",
+    Store.INTEGER: "integer",
+    Store.DOUBLE: "integer",
+    Store.REAL: "real",
+    Store.STRING: "string",
+    Store.ROBOT: "position",
+}
+
+
+def numbered(program: Program, store: Store) -> set[int]:
+    """Numbers of the global variables of a kind that a program names."""
+    return {
+        int(e.index.value)
+        for s in program.statements()
+        for e in expressions_of(s)
+        if type(e) is Variable and e.store is store and not e.local and type(e.index) is Number
+    }
+
+
+def arguments_of(routine: Routine, expressions: list[Expression]) -> tuple[Store | None, ...]:
+    """What a routine takes: as its header says, else as its body, with these expressions, reads."""
+    read = [e.number for e in expressions if type(e) is Argument]
+    count = max((len(routine.arguments), *read))
+    kinds = {
+        s.value.number: s.target.store
+        for s in routine.body
+        if type(s) is Assign and type(s.value) is Argument and type(s.target) is Variable
+    }
+    said = len(routine.arguments)
+    return (*routine.arguments, *(kinds.get(number) for number in range(said + 1, count + 1)))
+
+
+def whole_registers(statements: Iterable[Statement]) -> frozenset[int]:
+    """Numbers of the real registers that only ever get whole values, so that they can count."""
+    assigned: dict[int, list[Expression | None]] = {}
+    for s in statements:
+        target = getattr(s, "target", None) if isinstance(s, (Assign, Update, ReadInput, Clear)) else None
+        if target is None:
+            target = getattr(s, "variable", None)
+        if isinstance(target, Variable) and target.store is Store.REAL and isinstance(target.index, Number):
+            values = assigned.setdefault(int(target.index.value), [])
+            if isinstance(s, Assign):
+                values.append(s.value)
+            elif isinstance(s, Update):
+                values.append(Binary(s.operator, s.target, s.operand) if s.operand is not None else None)
+            else:
+                values.append(Number(0))
+    whole = set(assigned)
+    while True:
+        kept = {n for n in whole if all(_is_whole(value, whole) for value in assigned[n])}
+        if kept == whole:
+            return frozenset(whole)
+        whole = kept
+
+
+def _is_whole(e: Expression | None, whole: set[int]) -> bool:
+    match e:
+        case Number(value):
+            return isinstance(value, int) or float(value).is_integer()
+        case Variable(Store.REAL, Number(index)):
+            return int(index) in whole
+        case Variable(store):
+            return TYPES.get(store) == "integer"
+        case Unary("-", operand):
+            return _is_whole(operand, whole)
+        case Binary(operator, left, right):
+            return operator in ("div", "mod") or (
+                operator in "+-*" and _is_whole(left, whole) and _is_whole(right, whole)
+            )
+        case Function(name):
+            return name in ("round", "trunc", "floor", "ceil")
+        case _:
+            return False
+
+
+def in_units(counts: Expression, scale: int) -> Expression:
+    """[mm] or [deg] of the controller's counts."""
+    if isinstance(counts, Unary) and counts.operator == "-" and isinstance(counts.operand, Number):
+        counts = Number(-counts.operand.value)
+    return Number(counts.value / scale) if isinstance(counts, Number) else Binary("/", counts, Number(scale))

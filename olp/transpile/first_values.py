@@ -6,6 +6,7 @@ declarations one after the other, and registers are set by the program.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -17,21 +18,26 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Signal,
-    State,
+    SignalState,
+    Store,
     Text,
     Unary,
+    Variable,
 )
-from olp.ir.program import Declare, Program
+from olp.ir.points import Point
+from olp.ir.program import Assign, Call, Clear, Declare, For, Move, Program, ReadInput, Routine, Statement
 from olp.ir.transformer import expressions_of, mapped
-from olp.transpile.context import Fate, Work
+from olp.runtime.assumptions import Given
+from olp.runtime.interpreter import NUMBERS, POSITIONS, saved_position
+from olp.transpile.context import Fate, TranslationContext, world_of
 from olp.transpile.symbols import Symbols, symbols_of
 
-_PLAIN: Final = (Number, Text, State, PositionLiteral, type(None))
+_PLAIN: Final = (Number, Text, SignalState, PositionLiteral, type(None))
 _LEFT: Final = (Named, Item, Binary)  # what is not known before the program runs
 _DEEPEST: Final = 20  # a value that names a value that names …
 
 
-def first_values(program: Program, work: Work) -> Program:
+def first_values(program: Program, work: TranslationContext) -> Program:
     """All data of the program with literal values."""
     if all(type(d.value) in _PLAIN for d in program.data) and not any(r.data for r in program.routines):
         return program
@@ -44,7 +50,7 @@ def first_values(program: Program, work: Work) -> Program:
     return replace(program, routines=routines, data=data)
 
 
-def _written(s: Declare, symbols: Symbols, routine: str, work: Work) -> Declare:
+def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContext) -> Declare:
     if type(s.value) in _PLAIN or isinstance(s.value, Signal):
         return s
     value: Expression | None = s.value
@@ -72,8 +78,8 @@ def _known(e: Expression, symbols: Symbols, routine: str) -> Expression:
             return symbols.fixed_value(routine, e) or e
         case Unary("-", Number(value)):
             return Number(-value)
-        case Unary("not", State(on)):
-            return State(not on)
+        case Unary("not", SignalState(on)):
+            return SignalState(not on)
         case Binary(operator, Number(left), Number(right)):
             return _computed(operator, left, right) or e
     return e
@@ -92,3 +98,123 @@ def _computed(operator: str, left: float, right: float) -> Number | None:
         case "div" if right:
             return Number(int(left / right))
     return None
+
+
+# --- Saved ---
+# What numbered variables hold before a program sets them: the values of VAR.DAT and olp.toml beside it.
+#
+# A controller's variables live on when a program ends. Positions among them are taught like points; numbers
+# are counters and recipes, which keep their values in languages that have data beside the program, and are
+# left to their operator in others.
+
+
+def saved_values(work: TranslationContext) -> dict[tuple[Store, int], Given]:
+    """By kind and number; olp.toml wins over VAR.DAT. Nothing where neither file is there."""
+    if not work.conventions.saved_variables:
+        return {}
+    world = world_of(work.source, work.robot)
+    found: dict[tuple[Store, int], Given] = {}
+    variables = None if world.backup is None else world.backup.variables
+    if variables is not None:
+        for store, letters in NUMBERS.items():
+            found |= {(store, n): value for n, value in getattr(variables, letters).items()}
+        for store, letters in POSITIONS.items():
+            found |= {(store, n): saved_position(value) for n, value in getattr(variables, letters).items()}
+    return found | dict(world.assumptions.variables)
+
+
+def saved_points(values: Mapping[tuple[Store, int], Given]) -> Iterator[Point]:
+    """The positions of robots among them."""
+    for (store, number), value in values.items():
+        if store is Store.ROBOT and isinstance(value, tuple):
+            yield Point(number, value.values, value.state, 0)
+
+
+def saved_number(value: Given | None) -> Expression | None:
+    """A number or text as it is written in a declaration; None for what a declaration has anyway, or for a position."""
+    if isinstance(value, str):
+        return Text(value) if value else None
+    return Number(value) if isinstance(value, (int, float)) and value else None
+
+
+def label_of(name: Expression) -> str:
+    """A variable, or an element of an array by its constant index, as the receipt names it."""
+    if isinstance(name, Item) and isinstance(name.base, Named) and isinstance(name.indices[0], Number):
+        return f"{name.base.name}[{name.indices[0].value}]"
+    assert isinstance(name, Named)
+    return name.name
+
+
+def tell_unset(
+    work: TranslationContext,
+    routines: Iterable[Routine],
+    name_of: Callable[[Variable], Expression],
+    is_set: Callable[[Expression], bool],
+) -> None:
+    """Positions and numbers that are read and nothing here sets; a name has to be declared with a value."""
+    _tell_positions(work, routines, name_of, is_set)
+    _tell_values(work, routines, name_of, is_set)
+
+
+def _tell_values(
+    work: TranslationContext,
+    routines: Iterable[Routine],
+    name_of: Callable[[Variable], Expression],
+    is_set: Callable[[Expression], bool],
+) -> None:
+    """What statements read beside the targets of moves. Where the target has registers, too, they keep their values."""
+    if work.limits.numbered:
+        return
+    told: set[str] = set()
+    for s in [s for routine in routines for _, s in work.look(routine).rare]:
+        for e in _read_by(s):
+            if e.local or type(e.index) is not Number or e.store is Store.SYSTEM:
+                continue
+            name = name_of(e)
+            if label_of(name) in told or is_set(name):
+                continue
+            told.add(label_of(name))
+            says = "nothing here sets all of {}, and no VAR.DAT or olp.toml holds it: it begins with zero"
+            work.lose(s, Fate.APPROXIMATED, "value", says.format(label_of(name)))
+            work.ask("set these values, which are zeros now", label_of(name))
+
+
+def _read_by(s: Statement) -> Iterator[Variable]:
+    """Variables whose values a statement takes: not what it sets, and of a move not where it goes."""
+    skipped: list[Expression | None] = []
+    read: object = s
+    if isinstance(s, Move):
+        skipped = [e for e in (*s.targets, s.offset, s.tool_offset) if isinstance(e, Variable)]
+    elif isinstance(s, (Clear, ReadInput)):
+        skipped = [s.target]
+    elif isinstance(s, Assign):
+        read = s.value
+    elif isinstance(s, (For, Call)):
+        skipped = [s.variable if isinstance(s, For) else s.result]
+    for e in expressions_of(read):
+        if isinstance(e, Variable) and e not in skipped:
+            yield e
+
+
+def _tell_positions(
+    work: TranslationContext,
+    routines: Iterable[Routine],
+    name_of: Callable[[Variable], Expression],
+    is_set: Callable[[Expression], bool],
+) -> None:
+    numbers = bool(work.limits.numbered)
+    says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it"
+    says += ": it has to be taught" if numbers else ": zeros are declared"
+    told: set[str] = set()
+    for s in [s for routine in routines for s in work.look(routine).unnamed()]:
+        for e in s.targets:
+            if not isinstance(e, Variable) or e.local or type(e.index) is not Number:
+                continue
+            if e.store is Store.SYSTEM:
+                continue
+            name = name_of(e)
+            label = label_of(name)
+            if label not in told and not is_set(name):
+                told.add(label)
+                work.lose(s, Fate.APPROXIMATED, "position", says)
+                work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)

@@ -13,7 +13,7 @@ from olp.ir.program import Assign, Declare, DefineFrame, Move, Program, Statemen
 from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose
 from olp.transpile.constant_frames import system_of
-from olp.transpile.context import Elsewhere, Fate, Work
+from olp.transpile.context import Elsewhere, Fate, TranslationContext
 from olp.transpile.records import literal_of
 from olp.transpile.symbols import Symbols
 
@@ -26,7 +26,7 @@ _UNKNOWN: Final = {"tool": FrameRef("tool", Number(0)), "user": BASE}  # in the 
 class SystemNames:
     """Tools ("tool") and frames ("user"). `numbers`: of a name or value; `values`: to be set, by kind and number."""
 
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     routine: str = ""
     numbers: dict[tuple[str, Expression], int] = field(default_factory=dict)

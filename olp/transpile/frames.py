@@ -5,10 +5,23 @@ INFORM and FANUC number them; KRL numbers or names them; RAPID names them; URScr
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
-from olp.ir.expressions import Expression, FrameRef, Function, Named, Number, PositionLiteral
+from olp.ir.expressions import (
+    Expression,
+    FrameRef,
+    Function,
+    Item,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+)
+from olp.ir.points import PointKind
 from olp.ir.program import (
     Assign,
     Begin,
@@ -18,17 +31,20 @@ from olp.ir.program import (
     Move,
     Program,
     Routine,
+    SetFrame,
+    SetTool,
     Statement,
 )
-from olp.ir.transformer import edited, mapped
+from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped, sets_numbers
 from olp.robots.geometry import Pose
-from olp.transpile.constant_frames import system_of
-from olp.transpile.context import Fate, Work
+from olp.runtime.assumptions import WrittenPosition
+from olp.transpile.constant_frames import Key, system_of
+from olp.transpile.context import Elsewhere, Fate, TranslationContext, world_of
 from olp.transpile.current_position import HERE, seen_in, systems_of
-from olp.transpile.frame_names import BASE, SystemNames, system_words
-from olp.transpile.occurrences import with_rows
+from olp.transpile.frame_names import BASE, SystemNames, system_label, system_words
+from olp.transpile.occurrences import Look, with_rows
 from olp.transpile.records import literal_of, pose_of_literal
-from olp.transpile.symbols import kind_of_value
+from olp.transpile.symbols import Symbols, kind_of_value
 
 T = TypeVar("T")
 _FLANGE: Final = FrameRef("tool", Number(0))
@@ -209,7 +225,7 @@ class _Systems(SystemNames):
         return [Comment(0, "tools and frames of the translated program"), *rows] if rows else []
 
 
-def frames(program: Program, work: Work) -> Program:
+def frames(program: Program, work: TranslationContext) -> Program:
     """Every move's tool and frame as the target says them, and their values where it has none yet."""
     systems = _Systems(work, work.symbols(program))
     systems.note_numbers(program)
@@ -227,3 +243,216 @@ def frames(program: Program, work: Work) -> Program:
 
 def _place(rows: list[Statement]) -> int:
     return next((at for at, s in enumerate(rows) if not isinstance(s, (Begin, Declare))), len(rows))
+
+
+# --- External frames ---
+# Tools and frames that a file declares which is not at hand: a number stands for each until the target names them.
+#
+# olp.toml beside the program may give their values under [names]; then they are declared with these.
+
+_FIELDS = {Move: ("tool", "frame"), SetTool: ("tool",), SetFrame: ("frame",)}
+_KINDS = {"tool": "tool", "frame": "user"}
+
+
+def elsewhere(program: Program, work: TranslationContext) -> Program:
+    """Notes them in `work.elsewhere` and puts their numbers in their places."""
+    symbols = work.symbols(program)
+    if not any(_names_undeclared(symbols, routine, work.look(routine)) for routine in program.routines):
+        return program
+    named = [
+        (routine, s, kind, e)
+        for routine in program.routines
+        for s in routine.body
+        for kind, e in _systems(s)
+        if _is_undeclared(symbols, routine, e)
+    ]
+    own = _Elsewhere(work, program)
+    for _, s, kind, e in named:
+        own.note(kind, e, s)
+    routines = tuple(
+        replace(r, body=tuple([own.statement(s, r, symbols) for s in r.body])) for r in program.routines
+    )
+    return replace(program, routines=routines, data=(*program.data, *own.declared.values()))
+
+
+def _systems(s: Statement) -> Iterator[tuple[str, Expression]]:
+    """The tools and frames that a statement names."""
+    for name in _FIELDS.get(type(s), ()):
+        e = getattr(s, name)
+        if e is not None and type(e) is not FrameRef:
+            yield _KINDS[name], e
+    if not calls_nothing(s) and not sets_numbers(s):
+        for e in expressions_of(s):
+            for kind, part in zip(("tool", "user"), systems_of(e) or (), strict=False):
+                if part is not None:
+                    yield kind, part
+
+
+def _names_undeclared(symbols: Symbols, routine: Routine, look: Look) -> bool:
+    systems = [e for _, e in look.systems if type(e) is not FrameRef]
+    systems += [e for _, s in look.rare for _, e in _systems(s)]
+    return any(_is_undeclared(symbols, routine, e) for e in systems)
+
+
+def _is_undeclared(symbols: Symbols, routine: Routine, e: Expression) -> bool:
+    name = e.base if isinstance(e, Item) and all(isinstance(i, Number) for i in e.indices) else e
+    return isinstance(name, Named) and symbols.find(routine.name, name.name) is None
+
+
+@dataclass(slots=True)
+class _Elsewhere:
+    """`numbers`: by kind and label; `declared`: what olp.toml gives a value."""
+
+    work: TranslationContext
+    program: Program
+    numbers: dict[tuple[str, str], int] = field(default_factory=dict)
+    declared: dict[str, Declare] = field(default_factory=dict)
+    taken: dict[str, set[int]] = field(default_factory=lambda: {"tool": {0}, "user": {0}})
+
+    def __post_init__(self) -> None:
+        mapping = self.work.context.mapping
+        for kind, table in (("tool", mapping.tools), ("user", mapping.frames)):
+            self.taken[kind].update(int(n) for n in table.values() if n.isdecimal())
+        for s in self.program.statements():
+            for name in _FIELDS.get(type(s), ()):
+                e = getattr(s, name)
+                number = e.number if type(e) is FrameRef else e.indices[0] if type(e) is Item else None
+                if type(number) is Number:
+                    self.taken[_KINDS[name]].add(int(number.value))
+
+    def note(self, kind: str, e: Expression, s: Statement) -> None:
+        label = system_label(e)
+        if (kind, label) in self.numbers or label in self.declared:
+            return
+        if isinstance(e, Named) and (value := self._given(e.name)) is not None:
+            type_ = "tool" if kind == "tool" else "frame"
+            self.declared[label] = Declare(0, e.name, type_, value, storage="constant", shared=True)
+            return
+        wanted = self.work.mapped_system(kind, label)
+        if not wanted and self.work.target_conventions.controller_names:
+            return  # which names them as the source does
+        number = int(wanted) if wanted.isdecimal() else self._free(kind)
+        self.numbers[(kind, label)] = number
+        self.work.elsewhere[(kind, number)] = Elsewhere(label, s, wanted)
+
+    def _free(self, kind: str) -> int:
+        number = next(n for n in range(1, 1000) if n not in self.taken[kind])
+        self.taken[kind].add(number)
+        return number
+
+    def _given(self, name: str) -> PositionLiteral | None:
+        given = world_of(self.work.source, self.work.robot).assumptions.names.get(name.casefold())
+        if not isinstance(given, WrittenPosition) or given.state.kind is not PointKind.POSE:
+            return None
+        return PositionLiteral("pose", given.values[:6])
+
+    def statement(self, s: Statement, routine: Routine, symbols: Symbols) -> Statement:
+        changes: dict[str, Any] = {}
+        for name in _FIELDS.get(type(s), ()):
+            e = getattr(s, name)
+            if e is not None and (new := self._numbered(_KINDS[name], e, routine, symbols)) is not e:
+                changes[name] = new
+        if changes:
+            s = edited(s, changes) if isinstance(s, Move) else replace(s, **changes)
+        return s if calls_nothing(s) else mapped(s, lambda e: self._reading(e, routine, symbols))
+
+    def _reading(self, e: Expression, routine: Routine, symbols: Symbols) -> Expression:
+        """A reading of the position that names such a tool or frame."""
+        if not isinstance(e, Function) or systems_of(e) is None:
+            return e
+        arguments: list[Expression] = []
+        for a in e.arguments:
+            if isinstance(a, NamedArgument) and a.value is not None:
+                kind = "tool" if a.name.casefold() == "tool" else "user"
+                a = replace(a, value=self._numbered(kind, a.value, routine, symbols))
+            arguments.append(a)
+        return replace(e, arguments=tuple(arguments))
+
+    def _numbered(self, kind: str, e: Expression, routine: Routine, symbols: Symbols) -> Expression:
+        if type(e) is FrameRef or not _is_undeclared(symbols, routine, e):
+            return e
+        number = self.numbers.get((kind, system_label(e)))
+        return e if number is None else FrameRef(kind, Number(number))
+
+
+# --- Written systems ---
+# KRL writes the values of its numbered tools and frames, TOOL_DATA[n] and BASE_DATA[n], or one element of them.
+#
+# A whole one is set in the target by its number. All else is refused: it is no variable like others.
+
+_ARRAYS: Final = {"TOOL_DATA": "tool", "BASE_DATA": "user"}
+_WRITTEN_SYSTEMS_FIELDS: Final[dict[type, tuple[str, ...]]] = {
+    Move: ("tool", "frame"),
+    SetTool: ("tool",),
+    SetFrame: ("frame",),
+}
+
+
+def written_systems(program: Program, work: TranslationContext) -> Program:
+    """Those that the program sets by their numbers, with the values that $config.dat gives them before."""
+    if not work.conventions.numbered_frame_values:
+        return program
+    assigned = [s for r in program.routines for _, s in work.look(r).rare if isinstance(s, Assign)]
+    written = {key for s in assigned if (key := _set(s.target))}
+    _refuse(assigned, written, work)
+    if not written:
+        return program
+    for declare in program.data:
+        kind = _ARRAYS.get(declare.name.upper())
+        if kind is not None and isinstance(declare.value, RecordLiteral):
+            for number, (_, value) in enumerate(declare.value.members, 1):
+                if (kind, number) in written and isinstance(value, PositionLiteral):
+                    work.systems[(kind, number)] = value
+    routines = tuple(
+        replace(r, body=tuple([_statement(s, written) for s in r.body])) for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+def _system(e: Expression) -> FrameRef | None:
+    """A tool or frame of the arrays by its number, which may be computed."""
+    if isinstance(e, FrameRef) and e.kind in _ARRAYS.values() and e.number is not None:
+        return e
+    if isinstance(e, Item) and isinstance(e.base, Named) and e.base.name.upper() in _ARRAYS:
+        return FrameRef(_ARRAYS[e.base.name.upper()], e.indices[0])
+    return None
+
+
+def _set(target: Expression) -> Key | None:
+    """The tool or frame that an assignment sets as a whole."""
+    found = _system(target)
+    if found is None or not isinstance(found.number, Number):
+        return None
+    return found.kind, int(found.number.value)
+
+
+def _refuse(assigned: list[Assign], written: set[Key], work: TranslationContext) -> None:
+    for s in assigned:
+        word = ""
+        target: Expression = s.target
+        while isinstance(target, Member):
+            target = target.base
+        found = _system(target)
+        if found is not None:
+            word = "tool" if found.kind == "tool" else "frame"
+            if target is not s.target:
+                says = f"one element of a {word} that is set on its own: assign the {word} as a whole"
+                work.lose(s, Fate.REFUSED, word, says)
+            elif not isinstance(found.number, Number):
+                says = f"which {word} it sets is computed while the program runs"
+                work.lose(s, Fate.REFUSED, word, says)
+        if any(_set(e) in written for e in expressions_of(s.value)):
+            work.lose(s, Fate.REFUSED, word or "value", "it reads a tool or frame that the program sets")
+
+
+def _statement(s: Statement, written: set[Key]) -> Statement:
+    if isinstance(s, Assign) and _set(s.target) in written and (system := _system(s.target)) is not None:
+        return replace(s, target=system)
+    changes: dict[str, Any] = {}
+    for name in _WRITTEN_SYSTEMS_FIELDS.get(type(s), ()):
+        e = getattr(s, name)
+        if isinstance(e, Item) and _set(e) in written:
+            changes[name] = _system(e)
+    if not changes:
+        return s
+    return edited(s, changes) if isinstance(s, Move) else replace(s, **changes)

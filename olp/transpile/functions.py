@@ -8,12 +8,23 @@ from dataclasses import replace
 import numpy as np
 
 from olp.core.units import deg
-from olp.ir.expressions import Binary, Expression, FrameRef, Function, Named, Number, PositionLiteral
-from olp.ir.program import Assign, Call, Move, Path, Program, Return, Routine, Statement
-from olp.ir.transformer import mapped
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Expression,
+    FrameRef,
+    Function,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+)
+from olp.ir.program import Assign, Call, Move, Parameter, Path, Program, Return, Routine, Statement
+from olp.ir.transformer import calls_nothing, mapped
 from olp.robots.geometry import Pose, rotation_from_angles, rotation_from_quaternion
 from olp.runtime.plan import StepKind
-from olp.transpile.context import Fate, Work
+from olp.transpile.constant_folding import paired
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.records import literal_of
 from olp.transpile.symbols import Symbols, kind_of_value
@@ -22,7 +33,7 @@ from olp.transpile.typed_values import whole_decimals
 _NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that reach a pose
 
 
-def functions(program: Program, work: Work) -> Program:
+def functions(program: Program, work: TranslationContext) -> Program:
     """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
     symbols = work.symbols(program)
     flagged = any(r is not None and r.geometry and r.geometry.links for r in (work.robot, work.target_robot))
@@ -139,7 +150,9 @@ def _in_frame(s: Move, goals: set[str], symbols: Symbols, routine: str) -> Move:
     return replace(s, frame=frame, targets=(replace(e, arguments=(pose, *e.arguments[1:])),))
 
 
-def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool, work: Work, s: Move) -> Expression:
+def _joints(
+    e: Expression, symbols: Symbols, routine: str, flagged: bool, work: TranslationContext, s: Move
+) -> Expression:
     """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints written beside it."""
     if not isinstance(e, Function) or e.name != "inverse":
         return e
@@ -150,7 +163,7 @@ def _joints(e: Expression, symbols: Symbols, routine: str, flagged: bool, work: 
     return e.arguments[0]
 
 
-def _reached(near: PositionLiteral, work: Work, s: Move) -> PositionLiteral | None:
+def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> PositionLiteral | None:
     """The joints with which the plan reaches the pose of a move, None where they are `near` or nobody knows them."""
     plan = None if work.robot is None else work.plan()
     if plan is None or work.robot is None:
@@ -256,3 +269,79 @@ def _times(e: Expression, factor: int) -> Expression:
     if isinstance(e, Number):
         return Number(float(f"{e.value * factor:.12g}"))
     return Binary("*", e, Number(factor))
+
+
+# --- Arguments ---
+# Arguments by name and arguments that may be left out, for languages whose calls give all of them in order.
+
+
+def arguments(program: Program, work: TranslationContext) -> Program:
+    """Every call with all arguments, those left out with their defaults. A switch, or one without a default, stays.
+
+    What a routine is given and never reads is left out.
+    """
+    if work.conventions.surplus_arguments:
+        program = _without_surplus(program, work)
+    if not work.limits.ordered_arguments:
+        return program
+    known = {r.name.casefold(): r.parameters for r in program.routines if _is_filled(r.parameters)}
+    if not any(p.optional for parameters in known.values() for p in parameters) and not _by_name(program):
+        return program
+
+    def change(e: Expression) -> Expression:
+        if type(e) is CallValue and e.routine.casefold() in known:
+            return replace(e, arguments=_in_order(known[e.routine.casefold()], e.arguments))
+        return e
+
+    def row(s: Statement) -> Statement:
+        if calls_nothing(s):
+            return s
+        s = mapped(s, change)
+        if isinstance(s, Call) and s.routine.casefold() in known:
+            return replace(s, arguments=_in_order(known[s.routine.casefold()], s.arguments))
+        return s
+
+    routines = []
+    for routine in program.routines:
+        parameters = routine.parameters
+        if routine.name.casefold() in known:
+            parameters = tuple(replace(p, optional=False, default=None) for p in parameters)
+        routines.append(replace(routine, body=tuple(map(row, routine.body)), parameters=parameters))
+    return replace(program, routines=tuple(routines))
+
+
+def _without_surplus(program: Program, work: TranslationContext) -> Program:
+    taken = {r.name: len(r.parameters) for r in program.routines}
+
+    def row(s: Statement) -> Statement:
+        if not isinstance(s, Call) or len(s.arguments) <= taken.get(s.routine, len(s.arguments)):
+            return s
+        count = taken[s.routine]
+        work.note_at(s, f"{s.routine} reads {count} of its {len(s.arguments)} arguments")
+        return replace(s, arguments=s.arguments[:count])
+
+    routines = tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
+    return replace(program, routines=routines)
+
+
+def _is_filled(parameters: tuple[Parameter, ...]) -> bool:
+    return all(not p.switch and (not p.optional or p.default is not None) for p in parameters)
+
+
+def _by_name(program: Program) -> bool:
+    from olp.ir.transformer import expressions_of
+
+    return any(
+        type(e) is NamedArgument
+        for s in program.statements()
+        if not calls_nothing(s)
+        for e in expressions_of(s)
+    )
+
+
+def _in_order(parameters: tuple[Parameter, ...], given: tuple[Expression, ...]) -> tuple[Expression, ...]:
+    values = dict(paired(parameters, given))
+    found = [values.get(p.name) or p.default for p in parameters]
+    if any(value is None for value in found):
+        return given
+    return tuple(value for value in found if value is not None)

@@ -41,7 +41,7 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.vendor import language_of
 from olp.transpile.constant_folding import paired
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 _ROUNDED: Final = frozenset({"round", "trunc", "floor", "ceil"})
@@ -49,7 +49,7 @@ _HEADS: Final = (While, Until, ElseIf, Case)  # before which nothing can run eac
 Key = tuple[str, str]  # routine ("" for the whole program), name
 
 
-def whole_numbers(program: Program, work: Work) -> Program:
+def whole_numbers(program: Program, work: TranslationContext) -> Program:
     """Where loops and indices need integers: every counter and every index one."""
     if not work.limits.integer_type or not _counts(program, work):
         return program
@@ -63,7 +63,7 @@ def whole_numbers(program: Program, work: Work) -> Program:
     return _rounded(program, work)
 
 
-def _counts(program: Program, work: Work) -> bool:
+def _counts(program: Program, work: TranslationContext) -> bool:
     """Whether there is a loop that counts, or an index."""
     looks = [work.look(r) for r in program.routines]
     loops = any(type(s) is For for look in looks for _, s in look.rare)
@@ -202,7 +202,7 @@ def _retyped(program: Program, whole: set[Key]) -> Program:
 # --- indices that may be fractions --------------------------------------------------------------------------
 
 
-def _rounded(program: Program, work: Work) -> Program:
+def _rounded(program: Program, work: TranslationContext) -> Program:
     """An index that is no integer goes into one before the statement, which rounds it."""
     symbols = symbols_of(program)
     own = _Rounding(symbols, work)
@@ -213,7 +213,7 @@ def _rounded(program: Program, work: Work) -> Program:
 @dataclass(slots=True)
 class _Rounding:
     symbols: Symbols
-    work: Work
+    work: TranslationContext
     declared: list[Declare] = field(default_factory=list)
     declared_bounds: list[Declare] = field(default_factory=list)
     used: int = 0  # integers of the statement under way

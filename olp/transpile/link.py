@@ -21,7 +21,7 @@ S = TypeVar("S", bound=Statement)
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class LinkedPart:
     """One file of a linked program: its lines stand behind those of the parts before, from `offset` + 1 on."""
 
     path: str
@@ -32,7 +32,7 @@ class Part:
 @dataclass(frozen=True, slots=True)
 class Linked:
     program: Program
-    parts: tuple[Part, ...]
+    parts: tuple[LinkedPart, ...]
 
     def place(self, line: int) -> tuple[str, int]:
         """The file and the line there of a line of the linked program."""
@@ -57,7 +57,7 @@ def link(program: Program) -> Linked:
 
     path = Path(program.path) if program.path else None
     folder = path.parent if path is not None and path.is_file() else None
-    own = Part(program.path, 0, len(program.source.lines))
+    own = LinkedPart(program.path, 0, len(program.source.lines))
     if folder is None:
         return Linked(program, (own,))
     joined = _Joined(program, Jobs(program, folder), [own], list(program.source.lines))
@@ -72,7 +72,7 @@ class _Joined:
 
     program: Program
     jobs: Jobs
-    parts: list[Part]
+    parts: list[LinkedPart]
     lines: list[str]
     routines: list[Routine] = field(default_factory=list)
     data: list[Declare] = field(default_factory=list)
@@ -180,7 +180,7 @@ class _Joined:
         """Declarations of another file, whose lines are added where they are not yet."""
         if id(other) not in self.offsets:
             self.offsets[id(other)] = len(self.lines)
-            self.parts.append(Part(other.path, len(self.lines), len(other.source.lines)))
+            self.parts.append(LinkedPart(other.path, len(self.lines), len(other.source.lines)))
             self.lines += other.source.lines
         offset = self.offsets[id(other)]
         self.data += [_moved(d, offset) for d in rows]

@@ -34,7 +34,7 @@ from olp.ir.program import (
     Statement,
 )
 from olp.ir.transformer import edited, expressions_of, mapped
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.current_position import HERE, seen_in
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.transpile.symbols import LITERALS, Symbols
@@ -84,7 +84,7 @@ class _Modal:
     """`definitions`: what each definition sets its key to, in order of finding."""
 
     program: Program
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     definitions: list[object] = field(default_factory=list)
     numbers: dict[tuple[int, Key], int] = field(default_factory=dict)
@@ -379,7 +379,7 @@ def _counted(value: object, key: Key) -> Expression:
     return value.written if abs(factor - 1.0) < 1e-12 else Binary("*", value.written, Number(factor))
 
 
-def modal(program: Program, work: Work) -> Program:
+def modal(program: Program, work: TranslationContext) -> Program:
     """Every move with its speed, blend, accelerations, tool and frame; no modal statement is left."""
     if not _needs(program):
         return program

@@ -11,7 +11,7 @@ from olp.ir.expressions import CallValue, Expression, Named, NamedArgument, Posi
 from olp.ir.program import Call, Declare, Jump, Label, Move, Program, Routine, StartTask, Statement
 from olp.ir.transformer import expressions_of, mapped
 from olp.languages.vendor import find_vendor, vendor_names
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 
 _LETTERS: Final = str.maketrans(
@@ -30,7 +30,7 @@ _LETTERS: Final = str.maketrans(
 )
 
 
-def names(program: Program, work: Work) -> Program:
+def names(program: Program, work: TranslationContext) -> Program:
     """Every routine, variable and label with a name that the target takes; what changed is in the mapping."""
     own = _Names(work)
     for routine in program.routines:
@@ -44,7 +44,7 @@ def names(program: Program, work: Work) -> Program:
     return replace(program, routines=routines, data=data, main=main)
 
 
-def spelling(program: Program, work: Work) -> Program:
+def spelling(program: Program, work: TranslationContext) -> Program:
     """Calls and jumps spelt as the routines and labels that they name, where the source's language reads both as one.
 
     What only differs in case is one thing there, and may be two in the target.
@@ -84,7 +84,7 @@ def _note_all(program: Program, own: _Names) -> None:
 
 @dataclass(slots=True)
 class _Names:
-    work: Work
+    work: TranslationContext
     known: dict[tuple[str, str], str] = field(default_factory=dict)
     taken: dict[str, set[str]] = field(default_factory=dict)
     same: set[str] = field(default_factory=set)  # variables that are called as they were

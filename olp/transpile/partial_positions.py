@@ -9,9 +9,9 @@ from typing import Final
 
 from olp.ir.expressions import Expression, Named, PositionLiteral
 from olp.ir.program import Comment, Declare, Dwell, Move, Program, Routine, SetOutput, Statement
-from olp.ir.transformer import edited, expressions_of
+from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.runtime.plan import Plan, StepKind
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 from olp.transpile.symbols import Symbols, symbols_of
 
@@ -19,7 +19,7 @@ _STEADY: Final = (Comment, Dwell, SetOutput, Declare)  # leave the arm, its tool
 _SAME: Final = 1e-9  # [rad]
 
 
-def partial(program: Program, work: Work) -> Program:
+def partial(program: Program, work: TranslationContext) -> Program:
     """Targets with all components: as the move before names them, or as the run has them; else refused."""
     if not work.conventions.partial_targets or not any(_leaves_out(r, work) for r in program.routines):
         return _whole_data(program, work)
@@ -30,7 +30,7 @@ def partial(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Partial:
-    work: Work
+    work: TranslationContext
     symbols: Symbols
     last: PositionLiteral | None = None  # where the move before went, as the text tells
     _axes: dict[int, list[Sequence[float]]] | None = field(default=None)
@@ -99,7 +99,7 @@ def _joined(e: PositionLiteral, values: Sequence[float]) -> PositionLiteral:
     return replace(e, values=tuple(b if math.isnan(a) else a for a, b in pairs))
 
 
-def _leaves_out(routine: Routine, work: Work) -> bool:
+def _leaves_out(routine: Routine, work: TranslationContext) -> bool:
     look = work.look(routine)
     return any(map(_has_gaps, look.direct())) or any(_has_gaps(s) for _, s in look.rare)
 
@@ -119,7 +119,7 @@ def _is_partial(e: PositionLiteral) -> bool:
     return total != total and any(v != v for v in e.values[:6])
 
 
-def _whole_data(program: Program, work: Work) -> Program:
+def _whole_data(program: Program, work: TranslationContext) -> Program:
     """Zeros for what the value of a declaration leaves out."""
 
     def whole(d: Declare) -> Declare:
@@ -136,3 +136,42 @@ def _whole_data(program: Program, work: Work) -> Program:
         replace(changed_rare(r, work.look(r), row), data=tuple(map(whole, r.data))) for r in program.routines
     )
     return replace(program, routines=routines, data=tuple(map(whole, program.data)))
+
+
+# --- Externals ---
+# External axes of positions (E1, extax): for languages where a track or a station is an arm of its own, or none.
+
+
+def externals(program: Program, work: TranslationContext) -> Program:
+    """Positions without external axes. Those that stand at zero all the time are nothing; others are refused."""
+    if not work.limits.no_external_axes or not any(e.external for e in work.literals(program)):
+        return program
+    symbols = work.symbols(program)
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            if any(_stands(e, symbols, routine.name) for e in _positions(s)):
+                work.lose(s, Fate.REFUSED, "external", work.limits.no_external_axes)
+            rows.append(mapped(s, _without))
+        data = tuple(mapped(d, _without) for d in routine.data)
+        routines.append(replace(routine, body=tuple(rows), data=data))
+    return replace(program, data=tuple(mapped(d, _without) for d in program.data), routines=tuple(routines))
+
+
+def _positions(s: Statement) -> tuple[Expression, ...]:
+    """Whatever in a statement may hold a position."""
+    if calls_nothing(s):
+        assert isinstance(s, Move)
+        return s.targets
+    return tuple(expressions_of(s))
+
+
+def _stands(e: Expression, symbols: Symbols, routine: str) -> bool:
+    """Whether a position has an external axis that is not at zero."""
+    value = symbols.fixed_value(routine, e)
+    return type(value) is PositionLiteral and any(v == v and v != 0.0 for v in value.external)
+
+
+def _without(e: Expression) -> Expression:
+    return replace(e, external=()) if type(e) is PositionLiteral and e.external else e

@@ -5,58 +5,44 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from olp.core.diagnostic import Diagnostic
+from olp.core.diagnostic import Diagnostic, Span, error
 from olp.ir.expressions import PositionLiteral
 from olp.ir.program import Program
-from olp.transpile.accelerations import accelerations
+from olp.languages.vendor import language_of
 from olp.transpile.advance import continued, stopped_advance
 from olp.transpile.arcs import arcs
-from olp.transpile.arguments import arguments
 from olp.transpile.arm_flags import with_flags
-from olp.transpile.array_values import array_values
-from olp.transpile.arrays import array_bounds
+from olp.transpile.arrays import array_bounds, array_values, texts, vectors
 from olp.transpile.blends import blends
 from olp.transpile.commented_out import LeftOut, leave_out
-from olp.transpile.configurations import configurations
 from olp.transpile.constant_folding import fold_constants, share_variables
 from olp.transpile.constant_frames import known_systems
-from olp.transpile.context import Context, Fate, Loss, Work, work_for
+from olp.transpile.context import Context, Fate, Loss, TranslationContext, work_for
 from olp.transpile.control_flow import flow
-from olp.transpile.current_position import here
-from olp.transpile.current_position_moves import standing
-from olp.transpile.data_only import data_alone
-from olp.transpile.dead_code import prune
+from olp.transpile.current_position import here, relative, standing
+from olp.transpile.dead_code import data_alone, prune
 from olp.transpile.expression_lowering import lift
-from olp.transpile.external_frames import elsewhere
-from olp.transpile.externals import externals
 from olp.transpile.first_values import first_values
-from olp.transpile.frames import frames
-from olp.transpile.functions import functions
+from olp.transpile.frames import elsewhere, frames, written_systems
+from olp.transpile.functions import arguments, functions
 from olp.transpile.implicit_declarations import undeclared
 from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
-from olp.transpile.move_end_actions import at_ends
 from olp.transpile.name_mangling import names, spelling
-from olp.transpile.partial_positions import partial
-from olp.transpile.postures import postures
-from olp.transpile.pulses import pulses
+from olp.transpile.name_types import references
+from olp.transpile.partial_positions import externals, partial
+from olp.transpile.postures import configurations, postures
 from olp.transpile.records import records
-from olp.transpile.references import references
 from olp.transpile.register_allocation import number
-from olp.transpile.relative import relative
-from olp.transpile.schedules import schedules
-from olp.transpile.signals import signals
+from olp.transpile.schedules import schedules, tasks
+from olp.transpile.signals import at_ends, pulses, signals
 from olp.transpile.source_only import comment_texts, foreign_words
-from olp.transpile.speeds import speeds
-from olp.transpile.tasks import tasks
+from olp.transpile.speeds import accelerations, speeds
 from olp.transpile.temporaries import hoist
-from olp.transpile.texts import texts
 from olp.transpile.typed_values import typed_values
 from olp.transpile.unroll import executed
-from olp.transpile.vectors import vectors
-from olp.transpile.written_systems import written_systems
 
-Pass = Callable[[Program, Work], Program]
+Pass = Callable[[Program, TranslationContext], Program]
 _ROUNDS = 12  # of commenting out what the passes refuse
 
 
@@ -79,7 +65,7 @@ class Translated:
     held: Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
 
 
-def passes(work: Work) -> tuple[Pass, ...]:
+def passes(work: TranslationContext) -> tuple[Pass, ...]:
     """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
         spelling,
@@ -172,9 +158,28 @@ def canonical(
     )
 
 
-def _translated(program: Program, target: str, context: Context, out: LeftOut) -> tuple[Program, Work]:
+def _translated(
+    program: Program, target: str, context: Context, out: LeftOut
+) -> tuple[Program, TranslationContext]:
     work = work_for(program, target, context)
     result = leave_out(program, out, work)
     for step in passes(work):
         result = step(result, work)
     return result, work
+
+
+def refusals(program: Program, vendor: str, translated: Translated) -> list[Diagnostic]:
+    """An error (X011) for every statement that the passes refuse."""
+    found = []
+    for loss in translated.losses:
+        if loss.fate is Fate.REFUSED:
+            text = program.source.line(loss.line)
+            span = (
+                Span(loss.line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+                if loss.line
+                else None
+            )
+            message = f"{language_of(vendor)} cannot say this: {loss.says}"
+            help = loss.help or "--on-loss comment writes it as a comment"
+            found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
+    return found

@@ -16,7 +16,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Store,
     Text,
     Variable,
@@ -153,14 +153,14 @@ _VALUES: Probes = {
     "Assign": (_STEP,),
     "Update": (Update(0, "+", _N, Number(1)),),
     "Clear": (Clear(0, _N),),
-    "SetOutput": (SetOutput(0, _OUT, State(True)),),
+    "SetOutput": (SetOutput(0, _OUT, SignalState(True)),),
     "PulseOutput": (PulseOutput(0, _OUT, Quantity(Number(0.5), 1.0)),),
     "ReadInput": (ReadInput(0, _N, Signal("in-group", Number(1))),),
     "Declare": (Declare(0, "m", "integer", Number(1)), Assign(0, Named("m"), Number(2))),
 }
 _COURSE: Probes = {
     "Dwell": (Dwell(0, Quantity(Number(0.5), 1.0)),),
-    "Wait": (Wait(0, Compare("=", _IN, State(True))),),
+    "Wait": (Wait(0, Compare("=", _IN, SignalState(True))),),
     "Call": (Call(0, "OTHER"),),
     "Return": (Return(0),),
     "Pause": (Pause(0),),
@@ -178,7 +178,7 @@ _WORDS: Probes = {
     "End": (End(0),),
 }
 _LEFT = (
-    While(0, State(True)), _DOWN, If(0, _MORE), Continue(0), EndIf(0), Break(0), EndWhile(0),
+    While(0, SignalState(True)), _DOWN, If(0, _MORE), Continue(0), EndIf(0), Break(0), EndWhile(0),
 )  # fmt: skip
 _BRANCH = (If(0, _MORE), _STEP, ElseIf(0, Compare("=", _N, Number(0))), _STEP, Else(0), _STEP, EndIf(0))
 # Kinds that stand together only.

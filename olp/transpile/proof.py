@@ -20,7 +20,7 @@ from olp.runtime.assumptions import (
 from olp.runtime.interpreter import run
 from olp.runtime.plan import Plan
 from olp.transpile.convert import Converted, rerun
-from olp.transpile.receipt import Runs
+from olp.transpile.receipt import PlanRuns
 
 _ON = (1,)
 _MOST_AGAIN = 20_000  # statements of a run in which loops may have no end
@@ -28,7 +28,7 @@ _MOST_AGAIN = 20_000  # statements of a run in which loops may have no end
 
 def runs_of(
     source: Program, converted: Converted, vendor: str, robots: tuple[Robot | None, Robot | None]
-) -> Runs:
+) -> PlanRuns:
     """`robots`: of the source, and of the translation where it is another one."""
     asked = asked_inputs(source)
     sets = [asked] if asked else []
@@ -37,8 +37,8 @@ def runs_of(
     try:
         there = rerun(converted, vendor, robots[1] or robots[0], source, sets)
     except OlpError:
-        return Runs(tuple(first), (None,) * len(first))
-    return Runs(tuple(first), there.plans, there.origins)
+        return PlanRuns(tuple(first), (None,) * len(first))
+    return PlanRuns(tuple(first), there.plans, there.origins)
 
 
 def asked_inputs(program: Program) -> dict[SignalKey, tuple[int, ...]]:

@@ -6,31 +6,167 @@ The form for scripts is here, that for people in `receipt_text`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from olp.core.diagnostic import Diagnostic
 from olp.core.units import deg, mm
-from olp.ir.program import Begin, Comment, Declare, End, Program
+from olp.ir.program import (
+    Begin,
+    Call,
+    Comment,
+    Declare,
+    Dwell,
+    End,
+    Message,
+    Move,
+    Pause,
+    Program,
+    PulseOutput,
+    SetOutput,
+    Statement,
+    Wait,
+)
 from olp.ir.terminology import kind_of
-from olp.transpile.compare import WRITTEN, Comparison, Tolerances, compare_plans
+from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_name
+from olp.runtime.machine import LIMIT
+from olp.runtime.plan import Event, Plan
+from olp.runtime.state import ASSUMABLE
+from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
 from olp.transpile.context import Fate, Loss
-from olp.transpile.correspondence import renamer
-from olp.transpile.data_only import holds_data_only
+from olp.transpile.dead_code import holds_data_only
 from olp.transpile.link import Linked
 from olp.transpile.pipeline import Translated
 from olp.transpile.preflight import before_it_runs, places
-from olp.transpile.verdict import Objection, Verdict, verdict_of
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
-    from olp.runtime.plan import Plan
+
+
+# --- Verdict ---
+# Whether a translation is proven: both programs ran to their end, and every step of both agrees.
+#
+# What stands against it has a kind, and a reader may accept some: a difference that the receipt names at that line
+# ("named"), a statement that is left out ("left-out"), runs that could not be compared to their end ("uncompared").
+# Nobody can accept a difference that the receipt does not name ("difference").
+
+ACCEPTABLE: Final = ("named", "left-out", "uncompared")
+# What the receipt names of a statement -> what of a step it explains.
+_EXPLAINS: Final = {
+    "speed": ("speed",),
+    "acceleration": ("speed",),
+    "override": ("speed",),
+    "blend": ("blend",),
+    "end": ("blend", "signal", "order"),
+    "configuration": ("position", "orientation", "speed"),
+    "joints": ("position", "orientation", "speed"),
+    "base": ("position", "orientation"),
+    "option": ("path", "orientation"),
+    "wait": ("wait", "order"),
+    "duration": ("wait", "signal", "order"),
+}
+_TURNED: Final = ("configuration", "joints")  # after which a joint move has another way
+_FAILED: Final = ("I1", "I2", "I3")  # a statement that a run left out
+
+
+class Objection(NamedTuple):
+    """What stands against a translation. `line`: of the source, 0 the program as a whole."""
+
+    kind: str
+    line: int
+    says: str
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """`objections`: the worst kind first, in the order of the runs."""
+
+    objections: tuple[Objection, ...] = ()
+
+    @property
+    def agrees(self) -> bool:
+        return not self.objections
+
+    def holds(self, accepted: Iterable[str] = ()) -> bool:
+        """Whether nothing is left but what the reader accepts."""
+        return {one.kind for one in self.objections} <= set(accepted)
+
+
+def verdict_of(
+    translated: Translated,
+    plans: Sequence[Plan | None],
+    comparisons: Sequence[Comparison],
+    data_only: bool = False,
+) -> Verdict:
+    """`plans`: of the source and of the translation, None where it could not be run."""
+    found = [
+        *_differences(translated.losses, comparisons),
+        *_left_out(translated.losses),
+        *(() if data_only else _unfinished(plans, comparisons)),
+    ]
+    kinds = ("difference", *ACCEPTABLE)
+    return Verdict(tuple(sorted(found, key=lambda one: kinds.index(one.kind))))
+
+
+def _differences(losses: Sequence[Loss], comparisons: Sequence[Comparison]) -> Iterator[Objection]:
+    named: dict[int, set[str]] = {}
+    for loss in losses:
+        if loss.fate is Fate.APPROXIMATED:
+            named.setdefault(loss.line, set()).update(_EXPLAINS.get(loss.part, ()))
+    turned = {loss.line for loss in losses if loss.part in _TURNED}
+    for comparison in comparisons:
+        before = 0
+        for one in comparison.found:
+            known = one.part in named.get(one.line, set()) or (
+                one.part == "speed" and _follows(one, before, turned)
+            )
+            yield Objection("named" if known else "difference", one.line, one.says)
+            before = one.line
+
+
+def _follows(one: PlanDifference, before: int, turned: set[int]) -> bool:
+    """Whether the joint move before a step ends with another arm configuration, as the receipt says."""
+    return before in turned or any(line < one.line for line in turned if line > before)
+
+
+def _left_out(losses: Sequence[Loss]) -> Iterator[Objection]:
+    told: set[int] = set()
+    for loss in losses:
+        if loss.fate in (Fate.COMMENTED, Fate.REFUSED) and loss.line not in told:
+            told.add(loss.line)
+            yield Objection("left-out", loss.line, loss.says)
+
+
+def _is_unfinished(found: Diagnostic) -> bool:
+    """Whether a run left something out, or took what no file says for granted, so that the two may agree by chance."""
+    return found.code in ASSUMABLE or (found.is_error and found.code.startswith(_FAILED))
+
+
+def _unfinished(plans: Sequence[Plan | None], comparisons: Sequence[Comparison]) -> Iterator[Objection]:
+    for name, plan in zip(("the source", "the translation"), plans, strict=False):
+        if plan is None:
+            yield Objection("uncompared", 0, f"{name} could not be run")
+            continue
+        for found in plan.diagnostics:
+            if found.code == LIMIT or _is_unfinished(found):
+                line = found.line if name == "the source" else 0
+                where = "" if line else f" (its line {found.line})"
+                yield Objection("uncompared", line, f"{name}{where}: {found.message}")
+                break
+    for comparison in comparisons:
+        if comparison.until:
+            says = "what runs from here on depends on a value that is not known here"
+            yield Objection("uncompared", comparison.until, says)
+
+
+# --- Receipt ---
 
 _ORDER = tuple(Fate)
 _UNCOUNTED = (Begin, End, Comment, Declare)
 
 
-class Runs(NamedTuple):
+class PlanRuns(NamedTuple):
     """Plans of the source and of the translation: with the inputs as assumed, then with other ones, in the same order.
 
     None where a program could not be run. `origins`: see `Rerun`.
@@ -89,7 +225,7 @@ def receipt_of(
     translated: Translated,
     target: str,
     files: tuple[str, ...],
-    runs: Runs,
+    runs: PlanRuns,
     robots: tuple[Robot | None, Robot | None],
     tolerances: Tolerances = WRITTEN,
 ) -> Receipt:
@@ -262,3 +398,102 @@ def _time(receipt: Receipt) -> dict[str, Any] | None:
             {"line": a, "source_s": x, "target_line": b, "target_s": y} for a, x, b, y in receipt.times
         ],
     }
+
+
+# --- Correspondence ---
+# Which statement of the source each line of a translation was made from, found from the two texts' own statements.
+#
+# The writer makes no list: the translated program and the program that is read again hold the same statements
+# in the same order, but for what a language sets beside them. Pairs are found routine by routine and never by counting:
+# where one of them has a statement more, the next pair is looked for.
+
+Token = tuple[object, ...]
+_AHEAD: Final = 32  # statements that are looked at for the next pair
+_SIGNAL: Final = "signal"
+
+
+def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[str, int], int]:
+    """File and line of `written`, the files read again -> the line of the source that it was made from."""
+    found: dict[tuple[str, int], int] = {}
+    bodies = {routine.name.casefold(): _steps(routine.body) for routine in translated.routines}
+    for program in written:
+        for routine in program.routines:
+            made = bodies.get(routine.name.casefold())
+            for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
+                if s.line:
+                    found.setdefault((program.path, t.line), s.line)
+    return found
+
+
+def _steps(body: Sequence[Statement]) -> list[tuple[Token, Statement]]:
+    return [(token, s) for s in body if (token := _token(s))]
+
+
+def _token(s: Statement) -> Token:
+    """What a statement and its translation have in common; () for what makes no step."""
+    match s:
+        case Move():
+            return ("move", s.path)
+        case Call():
+            return ("call", s.routine.casefold())
+        case SetOutput() | PulseOutput():
+            return (type(s).__name__, s.signal.index)
+        case Dwell() | Wait() | Pause() | Message():
+            return (type(s).__name__,)
+        case _:
+            return ()
+
+
+def _paired(
+    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]]
+) -> Iterable[tuple[Statement, Statement]]:
+    i, j = 0, 0
+    while i < len(made) and j < len(written):
+        if made[i][0] == written[j][0]:
+            yield made[i][1], written[j][1]
+            i, j = i + 1, j + 1
+            continue
+        more, others = _next_pair(made, written, i, j)
+        i, j = i + more, j + others
+
+
+def _next_pair(
+    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]], i: int, j: int
+) -> tuple[int, int]:
+    """How many statements of both come before the next pair, as few as can be."""
+    for total in range(1, _AHEAD):
+        for more in range(total + 1):
+            x, y = i + more, j + total - more
+            if x < len(made) and y < len(written) and made[x][0] == written[y][0]:
+                return more, total - more
+    return 1, 1
+
+
+# --- signals ------------------------------------------------------------------------------------------------
+
+
+def signals_there(mapping: Mapping[tuple[str, str], str]) -> dict[SignalKey, SignalKey]:
+    """Signals of the source -> what they are in the target, those that are called otherwise there."""
+    found = {}
+    for (kind, name), to in mapping.items():
+        if kind != _SIGNAL:
+            continue
+        bus, _, shown = name.rpartition(" ")
+        there, _, index = to.rpartition(" ")
+        found[_key(bus, shown)] = _key(there or bus, index)
+    return found
+
+
+def _key(bus: str, shown: str) -> SignalKey:
+    return SignalKey(bus, int(shown)) if shown.isdecimal() else SignalKey(NAMED_SIGNAL, shown.casefold())
+
+
+def renamer(mapping: Mapping[tuple[str, str], str]) -> Callable[[Event], Event]:
+    """Events of the source with the target's signals."""
+    names = {signal_name(old): signal_name(new) for old, new in signals_there(mapping).items()}
+
+    def renamed(event: Event) -> Event:
+        signals = tuple(sorted(names.get(name, name) for name in event.signals))
+        return event if signals == event.signals else event._replace(signals=signals)
+
+    return renamed

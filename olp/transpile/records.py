@@ -8,13 +8,13 @@ from olp.ir.expressions import Expression, Member, Named, PositionLiteral, Recor
 from olp.ir.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
 from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.robots.geometry import Pose
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare, with_rows
 
 _FLANGE = ("tframe", "tcp", "trsf")
 
 
-def records(program: Program, work: Work) -> Program:
+def records(program: Program, work: TranslationContext) -> Program:
     """Every tool and frame as the pose that it is. Of a record's other members (load, name …) the target knows none."""
     if not work.conventions.has_records:
         return program
@@ -25,7 +25,7 @@ def records(program: Program, work: Work) -> Program:
     return replace(program, routines=routines, data=_declared(program.data, work))
 
 
-def _refuse_held(program: Program, work: Work) -> None:
+def _refuse_held(program: Program, work: TranslationContext) -> None:
     """Every statement with a tool that stands beside the robot, or with work that it holds."""
     inner = [d for r in program.routines for d in (*r.data, *(s for _, s in work.look(r).rare))]
     names = {d.name for d in (*program.data, *inner) if isinstance(d, Declare) and _is_held(d)}
@@ -44,7 +44,7 @@ def _is_held(s: Declare) -> bool:
     return held is not None and getattr(held, "on", True) is (s.type == "frame")
 
 
-def _without_frames(program: Program, work: Work) -> Program:
+def _without_frames(program: Program, work: TranslationContext) -> Program:
     """KRL's FRAME is any pose: what is never a tool or a frame of a move is a position."""
     used: set[str] = set()
     looks = [work.look(r) for r in program.routines]
@@ -74,7 +74,7 @@ def _without_frames(program: Program, work: Work) -> Program:
     return replace(program, routines=routines, data=tuple(map(plain, program.data)))
 
 
-def _rows(routine: Routine, work: Work) -> Routine:
+def _rows(routine: Routine, work: TranslationContext) -> Routine:
     inside = work.conventions.records_in_statements
 
     def row(s: Statement) -> Statement:
@@ -87,11 +87,11 @@ def _rows(routine: Routine, work: Work) -> Routine:
     )
 
 
-def _declared(data: tuple[Declare, ...], work: Work) -> tuple[Declare, ...]:
+def _declared(data: tuple[Declare, ...], work: TranslationContext) -> tuple[Declare, ...]:
     return tuple(_plain(declare, work) for declare in data)
 
 
-def _plain(s: Declare, work: Work) -> Declare:
+def _plain(s: Declare, work: TranslationContext) -> Declare:
     if type(s.value) is PositionLiteral and not s.sizes:
         return s
     if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:

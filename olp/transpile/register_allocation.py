@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+import numpy as np
+
+from olp.ir import terminology
 from olp.ir.expressions import (
     Binary,
     Element,
     Expression,
+    FrameRef,
+    Function,
+    Item,
     Member,
     Named,
     Number,
     PositionLiteral,
     RecordLiteral,
-    State,
+    SignalState,
+    Store,
+    SystemValue,
+    Taught,
     Text,
     Variable,
 )
+from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.ir.program import (
     Assign,
     Begin,
@@ -36,12 +48,329 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import edited, is_usual, is_written_out, mapped
+from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
-from olp.transpile.arrays import largest_indices
-from olp.transpile.context import Fate, Work
-from olp.transpile.point_table import Place, place_of, table
-from olp.transpile.position_registers import MEMBERS, Numbers, counts_of
-from olp.transpile.symbols import kind_of_value, symbols_of
+from olp.transpile.arrays import largest_indices, sizes_of
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
+
+# --- Position registers ---
+# Numbers for variables and positions, and positions that are computed step by step.
+
+MEMBERS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
+_NO_FLAGS: Final = (1, 0, 0, 0, 0, 0)  # N U T
+
+
+@dataclass(slots=True)
+class PositionNumbers:
+    """`points`: taught points of each routine; `constants`: positions that the program sets when it is loaded."""
+
+    work: TranslationContext
+    symbols: Symbols
+    arrays: Mapping[str, int] = field(default_factory=dict)  # largest index written of each
+    numbers: dict[str, int] = field(default_factory=dict)
+    taken: dict[Store, set[int]] = field(default_factory=dict)
+    points: dict[str, dict[tuple[PositionLiteral, Place], int]] = field(default_factory=dict)
+    names: dict[tuple[str, int], str] = field(
+        default_factory=dict
+    )  # of taught points, for languages that show them
+    constants: dict[tuple[PositionLiteral, Place], int] = field(default_factory=dict)
+    places: dict[str, Place] = field(
+        default_factory=dict
+    )  # of position variables: where moves take them to be
+    shared: set[str] = field(default_factory=set)  # position variables that are used in several places
+    initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
+    routine_name: str = ""
+    before: list[Statement] | None = None  # what runs before the statement under way, where anything can
+    line: int = 0
+    indices: int = 0  # of elements, computed for the statement under way
+    told: bool = False  # that configurations are those of the plan
+
+    @property
+    def registers(self) -> Registers:
+        """The target's numbered variables."""
+        assert self.work.limits.registers is not None
+        return self.work.limits.registers
+
+    # --- variables --------------------------------------------------------------------------------------
+
+    def _store(self, symbol: Symbol) -> Store:
+        return self.registers.stores.get(
+            symbol.type or "real", Store.REAL if symbol.type != "position" else Store.ROBOT
+        )
+
+    def variable(self, e: Named) -> Variable:
+        """The numbered variable that a name becomes."""
+        symbol = self.symbols.find("", e.name)
+        if symbol is None:  # every pass declares what it makes, and `undeclared` all others
+            self.work.lose(self.line, Fate.REFUSED, "variable", f"{e.name} is declared nowhere")
+            symbol = Symbol(e.name, "real")
+        store = self._store(symbol)
+        known = self.numbers.get(e.name)
+        if known is None:
+            known = self.numbers[e.name] = self._allocate(e.name, store, self._size(symbol))
+        return Variable(store, Number(known), name=e.name)
+
+    def _size(self, symbol: Symbol) -> int:
+        """How many numbers it takes: an array whose size nothing tells, those that are used of it."""
+        sizes = sizes_of(self.symbols, symbol)
+        return max(1, self.arrays.get(symbol.name, 1) if sizes is None or 0 in sizes else math.prod(sizes))
+
+    def _allocate(self, name: str, store: Store, size: int) -> int:
+        taken = self.taken.setdefault(store, set())
+        wanted = (
+            self.work.context.mapping.variables.get(name, "")
+            .lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ[")
+            .rstrip("]")
+        )
+        first = self.registers.first_point
+        start = int(wanted) if wanted.isdecimal() else first
+        while not wanted.isdecimal() and any(at in taken for at in range(start, start + size)):
+            start += 1
+        taken.update(range(start, start + size))
+        largest = self.work.limits.numbered.get(store, 0)
+        if start + size - 1 >= largest + first:
+            self.work.lose(
+                0,
+                Fate.REFUSED,
+                "variable",
+                f"more than {largest} variables of one kind ({terminology.STORES[store]})",
+            )
+        shown = self.registers.variable.format(letter=self.registers.letters.get(store, ""), number=start)
+        self.work.names[("variable", name)] = shown
+        return start
+
+    def _change(self, e: Expression) -> Expression:
+        if type(e) is Named:
+            symbol = self.symbols.find("", e.name)
+            if symbol is not None and self._store(symbol) is Store.ROBOT and self._is_fixed(e):
+                return e  # where it stands decides what becomes of it
+            return self.variable(e)
+        if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
+            base = e.base
+            if not isinstance(base.index, Number):
+                return e  # an element of an element
+            if self._is_joints(base):
+                if self.registers.joint_elements:
+                    self.work.lose(self.line, Fate.REFUSED, "element", self.registers.joint_elements)
+                return e
+            index = e.indices[0]
+            if isinstance(index, Number):
+                return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
+            return replace(base, index=self._shifted(index, int(base.index.value) - 1), name="")
+        return e
+
+    def _is_joints(self, e: Variable) -> bool:
+        symbol = self.symbols.find("", e.name) if e.name and e.store is Store.ROBOT else None
+        return symbol is not None and symbol.type == "joints" and not symbol.sizes
+
+    def _shifted(self, index: Expression, shift: int) -> Expression:
+        """The number of an element: one variable is all that a number may be computed by."""
+        fits = isinstance(index, Variable) and (self.registers.real_index or index.store is not Store.REAL)
+        if not shift and fits:
+            return index
+        if shift:
+            index = Binary("+" if shift > 0 else "-", index, Number(abs(shift)))
+        if self.before is None:
+            return index  # of a loop: the writer says that it cannot
+        self.indices += 1
+        kept = self.variable(Named(self._whole(f"element_index{self.indices}")))
+        self.before.append(Assign(self.line, kept, index))
+        return kept
+
+    # --- positions --------------------------------------------------------------------------------------
+
+    def note_places(self, program: Program) -> None:
+        """In which frame and with which tool each position variable is used."""
+        for routine in program.routines:
+            for s in routine.body:
+                if type(s) is Move and not (s.via is None and self._is_fixed(s.targets[0])):
+                    place = place_of(s)
+                    for target in (*s.targets, *(() if s.via is None else (s.via,))):
+                        self._note(target, place)
+        set_to = [
+            (s.target.name, _leading(s.value))
+            for s in program.statements()
+            if type(s) is Assign and isinstance(s.target, Named)
+        ]
+        for _ in range(4):
+            for target_name, names in set_to:
+                if target_name in self.places:
+                    for name in names:
+                        self.places.setdefault(name, self.places[target_name])
+
+    def _is_fixed(self, target: Expression) -> bool:
+        """Whether a name's value is known and nothing changes it; a register without one is others' to set."""
+        if type(target) is not Named or target.name in self.work.registers:
+            return False
+        return self.symbols.is_fixed(target.name)
+
+    def _note(self, target: Expression, place: Place) -> None:
+        for name in _leading(target):
+            if self.symbols.find("", name) is None or self._is_fixed(Named(name)):
+                continue
+            if self.places.setdefault(name, place) != place:
+                self.shared.add(name)
+
+    def constant(self, literal: PositionLiteral, place: Place, name: str = "") -> Variable:
+        """A position variable that has this value when the program is loaded."""
+        key = (literal, place)
+        at = self.constants.get(key)
+        if at is None:
+            at = self.constants[key] = self._allocate(name or self.work.helper("position"), Store.ROBOT, 1)
+            self.initial[at] = key
+        return Variable(Store.ROBOT, Number(at))
+
+    def taught(self, literal: PositionLiteral, place: Place, name: str) -> Taught:
+        points = self.points.setdefault(self.routine_name, {})
+        new = len(points) + self.registers.first_point
+        at = points.setdefault((literal, place), new)
+        if at == new:
+            self.names[(self.routine_name, at)] = name
+            shown = self.registers.point.format(number=at)
+            if name:
+                self.work.names[("point", name)] = shown
+        return Taught(Store.ROBOT, at)
+
+    def _configured(self, literal: PositionLiteral) -> PositionLiteral:
+        """Registers have an arm configuration with every pose; where the source has none, it is that of the plan."""
+        if self.registers.steps or literal.kind != "pose" or literal.configuration or self.work.robot is None:
+            return literal
+        if not self.told:
+            says = "the source names no arm configuration: that of the plan is written, where not known N U T: check it"
+            self.work.notes.append(says)
+            self.told = True
+        return PositionLiteral(literal.kind, literal.values, literal.external, _NO_FLAGS, literal.native)
+
+    def _literal_or(self, e: Expression) -> Expression:
+        fixed = self._fixed(e)
+        return e if fixed is None else self._configured(fixed)
+
+    def _fixed(self, e: Expression) -> PositionLiteral | None:
+        if type(e) is Named and e.name in self.work.registers:
+            return None
+        value = self.symbols.fixed_value("", e)
+        return value if isinstance(value, PositionLiteral) else None
+
+    def position(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+        """A position as the target computes it: statements before the one that needs it, and a variable."""
+        fixed = self._fixed(e)
+        if fixed is not None:
+            if not self.registers.steps:
+                return self._configured(fixed)
+            return self.constant(fixed, place, e.name if isinstance(e, Named) else "")
+        if self.registers.steps and e == SystemValue("current-pose"):
+            at = Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1))
+            before.append(Assign(line, Variable(Store.SYSTEM, at), SystemValue("position-pose")))
+            return Variable(Store.ROBOT, at)
+        if not isinstance(e, Function):
+            variable: Expression = mapped(e, self._change)
+            if (
+                self.registers.steps
+                and isinstance(e, Named)
+                and e.name in self.shared
+                and self.places.get(e.name) != place
+            ):
+                return self._placed(variable, place, before, line)
+            return variable
+        if not self.registers.steps:
+            return mapped(replace(e, arguments=tuple(self._literal_or(a) for a in e.arguments)), self._change)
+        return self._computed(e, place, before, line)
+
+    def _computed(self, e: Function, place: Place, before: list[Statement], line: int) -> Expression:
+        """Position functions one by one, offsets element by element in 0.001 mm."""
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        start = self.position(e.arguments[0], place, before, line)
+        if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], Function):
+            start = self._placed(start, place, before, line)
+        if e.name == "pose-offset":
+            before.append(Assign(line, result, start))
+            self._add(result, e.arguments[1:4], before, line)
+        elif e.name == "pose-product":
+            second = self.position(e.arguments[1], place, before, line)
+            before.append(Assign(line, result, Function("pose-product", (start, second))))
+        elif e.name == "pose-inverse":
+            before.append(Assign(line, result, Function("pose-inverse", (start,))))
+        elif e.name == "pose-relative-tool":
+            by = self._relative(e.arguments[1:], place, before, line)
+            before.append(Assign(line, result, Function("pose-product", (start, by))))
+        else:
+            self.work.lose(line, Fate.REFUSED, "target", terminology.function(e.name))
+        return result
+
+    def _placed(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+        """A position variable's numbers in another frame or with another tool: behind a pose that changes nothing."""
+        nothing = self.constant(PositionLiteral("pose", (0.0,) * 6), place)
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        before.append(Assign(line, result, Function("pose-product", (nothing, e))))
+        return result
+
+    def _relative(
+        self, by: tuple[Expression, ...], place: Place, before: list[Statement], line: int
+    ) -> Expression:
+        values = [*by, *[Number(0)] * (6 - len(by))]
+        scales = [0.001] * 3 + [math.pi / 180] * 3
+        literal = [v.value for v in values if isinstance(v, Number)]
+        if len(literal) == len(values):
+            from olp.robots.geometry import Pose, rotation_from_angles
+            from olp.transpile.records import literal_of
+
+            si = [v * scale for v, scale in zip(literal, scales, strict=True)]
+            # RelTool turns about x, then the new y, then the new z.
+            turn = np.eye(3)
+            for axis in range(3):
+                angles = np.zeros(3)
+                angles[axis] = si[3 + axis]
+                turn = turn @ rotation_from_angles(angles)
+            return self.constant(literal_of(Pose(np.array(si[:3]), turn)), place)
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        before.append(Assign(line, result, self.constant(PositionLiteral("pose", (0.0,) * 6), place)))
+        self._add(result, values[:3], before, line)
+        if any(v != Number(0) and v != Number(0.0) for v in values[3:]):
+            self.work.lose(line, Fate.REFUSED, "target", "a turn that is computed")
+        return result
+
+    def _add(self, target: Variable, by: Iterable[Expression], before: list[Statement], line: int) -> None:
+        for at, offset in enumerate(by, 1):
+            if isinstance(offset, Number) and not offset.value:
+                continue
+            count = self.variable(Named(self._counter()))
+            counts = counts_of(mapped(offset, self._change), 1000)
+            element = Element(target, Number(at))
+            before.append(Assign(line, count, element))
+            before.append(Assign(line, count, Binary("+", count, counts)))
+            before.append(Assign(line, element, count))
+
+    def _counter(self) -> str:
+        return self._whole("element_count")
+
+    def _whole(self, name: str) -> str:
+        """A variable of the translation's own for whole numbers."""
+        if name not in self.numbers:
+            self.work.helpers.add(name)
+            self.symbols.table[("", name)] = Symbol(name, "integer", assigned=1)
+        return name
+
+
+def counts_of(value: Expression, scale: int) -> Expression:
+    """A length or angle in the whole units that INFORM counts elements in."""
+    match value:
+        case Number(number):
+            return Number(round(number * scale))
+        case Binary("/", left, Number(divisor)) if divisor == scale:
+            return left
+        case _:
+            return Binary("*", value, Number(scale))
+
+
+def _leading(e: Expression) -> list[str]:
+    """The position variables whose frame a computed position takes over."""
+    if isinstance(e, Named):
+        return [e.name]
+    return _leading(e.base) if isinstance(e, Item) else []
+
+
+# --- Register allocation ---
 
 _NO_SYSTEMS: Final = {"tool": None, "frame": None}
 _HEADS: Final = (While, Until, ElseIf, Case)  # before which nothing can run each time
@@ -50,7 +379,7 @@ _VALUES: Final = (
 )  # fmt: skip
 
 
-def number(program: Program, work: Work) -> Program:
+def number(program: Program, work: TranslationContext) -> Program:
     """For INFORM and FANUC: no name of a variable or point is left."""
     own = _Numbers(work, symbols_of(program), largest_indices(program, work))
     main = program.main or (program.routines[0].name if program.routines else "")
@@ -70,7 +399,7 @@ def number(program: Program, work: Work) -> Program:
 
 
 @dataclass(slots=True)
-class _Numbers(Numbers):
+class _Numbers(PositionNumbers):
     """Statements and routines with numbers."""
 
     # --- statements -------------------------------------------------------------------------------------
@@ -139,7 +468,7 @@ class _Numbers(Numbers):
             return self._set_element(s)
         value = mapped(s.value, self._change)
         match value:
-            case State(on):
+            case SignalState(on):
                 value = Number(int(on))
             case Binary("*", Member(base, name), Number(factor)) if (
                 self.registers.elements and factor in (1000, 10_000) and name in MEMBERS
@@ -181,7 +510,7 @@ class _Numbers(Numbers):
                 return []
             case PositionLiteral() | Number() | Text():
                 return [Assign(0, target, value)]
-            case State(on):
+            case SignalState(on):
                 return [Assign(0, target, Number(int(on)))]
             case RecordLiteral(_, members) if all(not member for member, _ in members):
                 assert isinstance(target.index, Number)
@@ -213,3 +542,75 @@ class _Numbers(Numbers):
             details=details,
             groups=groups if self.registers.framed else (),
         )
+
+
+# --- Point table ---
+# Tables of points for the languages that number them.
+
+Place = tuple[int, int | None]  # tool, user frame (None: base)
+
+
+def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
+    """A point table of (taught, number, value, place)."""
+    states: list[PointState] = []
+    blocks: dict[tuple[Store, bool], PointBlock] = {}
+    configured = any(literal.configuration for _, _, literal, _ in rows)
+    for taught in (True, False):
+        own = [row for row in rows if row[0] is taught]
+        if not own:
+            continue
+        width = max(6, *{len(literal.values) for _, _, literal, _ in own})
+        whole = all(len(literal.values) == width for _, _, literal, _ in own)
+        values = np.full((len(own), width), np.nan)
+        if whole:
+            values[:] = [literal.values for _, _, literal, _ in own]
+        kinds = []
+        known: dict[tuple[str, tuple[int, ...], Place], int] = {}
+        for at, (_, _, literal, place) in enumerate(own):
+            if not whole:
+                values[at, : len(literal.values)] = literal.values
+            key = (literal.kind, literal.configuration, place)
+            kind = known.get(key)
+            if kind is None:
+                state = _state(literal, place, configured)
+                if state not in states:
+                    states.append(state)
+                kind = known[key] = states.index(state)
+            kinds.append(kind)
+        for at in np.nonzero(np.isnan(values).any(axis=1))[0].tolist():
+            # What is not written is nothing; behind a row's end the table stays empty.
+            literal = own[at][2]
+            values[at, : len(literal.values)] = _values(literal)
+        found = np.array([number for _, number, _, _ in own], dtype=np.int64)
+        blocks[(Store.ROBOT, taught)] = PointBlock(
+            Store.ROBOT,
+            taught,
+            found,
+            values,
+            np.array(kinds, dtype=np.int32),
+            np.zeros(len(own), dtype=np.int32),
+            {n: at for at, n in enumerate(found.tolist())},
+        )
+    return PointTable(tuple(states), blocks)
+
+
+def _values(literal: PositionLiteral) -> list[float]:
+    return [0.0 if v != v else v for v in literal.values]
+
+
+def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointState:
+    tool, user = place
+    if literal.kind == "joint":
+        return PointState(PointKind.JOINT, "joint", None, tool)
+    # INFORM's arm flags hold until others are written: with one configuration in a job all have one.
+    flags = literal.configuration or ((0,) * 6 if configured else ())
+    return PointState(PointKind.POSE, "base" if user is None else "user", user, tool, flags)
+
+
+def place_of(s: Move) -> Place:
+    """The tool and the frame of a move by their numbers."""
+    tool, frame = s.tool, s.frame
+    number = int(tool.number.value) if type(tool) is FrameRef and type(tool.number) is Number else 0
+    if type(frame) is FrameRef and frame.kind == "user" and type(frame.number) is Number:
+        return number, int(frame.number.value)
+    return number, None

@@ -10,12 +10,12 @@ import numpy as np
 
 from olp.ir.program import Move
 from olp.runtime.plan import Plan, StepKind
-from olp.transpile.context import Work
+from olp.transpile.context import TranslationContext
 
 _NOTHING = 1e-9  # [m] or [rad]
 
 
-class Row(NamedTuple):
+class MoveExecution(NamedTuple):
     """One execution of a move. `length` [m], `angle` [rad]: of the tool; `axes` (k,) [rad]: what each axis turns."""
 
     length: float
@@ -27,14 +27,14 @@ class Row(NamedTuple):
 
 
 @dataclass(slots=True)
-class Rows:
+class LineExecutions:
     """Executions of each line of the source's own file."""
 
-    work: Work
-    _by_line: dict[int, list[Row]] | None = field(default=None)
+    work: TranslationContext
+    _by_line: dict[int, list[MoveExecution]] | None = field(default=None)
     _room: dict[int, float] | None = field(default=None)
 
-    def of(self, s: Move) -> list[Row]:
+    def of(self, s: Move) -> list[MoveExecution]:
         """All executions of a move, in order; none where the plan does not reach it."""
         if self._by_line is None:
             plan = self.work.plan()
@@ -67,15 +67,15 @@ def _rooms(plan: Plan) -> dict[int, float]:
     return found
 
 
-def _rows(plan: Plan) -> dict[int, list[Row]]:
-    found: dict[int, list[Row]] = {}
+def _rows(plan: Plan) -> dict[int, list[MoveExecution]]:
+    found: dict[int, list[MoveExecution]] = {}
     moves, positions = plan.moves, plan.positions
     turned = np.abs(positions.axes[moves.target] - positions.axes[moves.start])
     steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))[0]
     for step in steps.tolist():
         row = int(plan.row[step])
         found.setdefault(int(plan.line[step]), []).append(
-            Row(
+            MoveExecution(
                 float(moves.length[row]),
                 float(moves.angle[row]),
                 tuple(turned[row].tolist()),
@@ -87,6 +87,6 @@ def _rows(plan: Plan) -> dict[int, list[Row]]:
     return found
 
 
-def moves_at_all(row: Row) -> bool:
+def moves_at_all(row: MoveExecution) -> bool:
     """Whether an execution goes anywhere, as far as is known; the first move starts where it ends."""
     return not row.length <= _NOTHING or not row.angle <= _NOTHING or any(a > _NOTHING for a in row.axes)

@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import Expression, Number, Signal, Text
-from olp.ir.program import Move, Program, Statement
+from olp.ir.expressions import Expression, Named, Number, Quantity, Signal, SignalState, Text
+from olp.ir.program import Call, Move, Program, PulseOutput, SetOutput, Statement
 from olp.ir.transformer import expressions_of, mapped
-from olp.transpile.context import Work
+from olp.languages.limits import limits_of
+from olp.transpile.context import Fate, TranslationContext
 
 # How signals that have only a number are called where they have names.
 _STEMS: Final[Mapping[str, str]] = {
@@ -38,7 +39,7 @@ def _plain(bus: str) -> str:
     return kind if kind in ("in", "out") and bus not in _ANALOG else bus
 
 
-def signals(program: Program, work: Work) -> Program:
+def signals(program: Program, work: TranslationContext) -> Program:
     """Every signal as the target addresses it."""
     own = _Signals(work)
     if work.limits.first_signal:
@@ -51,7 +52,7 @@ def signals(program: Program, work: Work) -> Program:
 
 @dataclass(slots=True)
 class _Signals:
-    work: Work
+    work: TranslationContext
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
     taken: dict[str, set[int]] = field(default_factory=dict)
 
@@ -125,3 +126,88 @@ class _Signals:
         if isinstance(e.index, Number):
             return str(int(e.index.value))
         return e.index.value if isinstance(e.index, Text) else ""
+
+
+# --- Move end actions ---
+# What RAPID's MoveLDO, MoveJGO, MoveLAO and MoveLSync do at the end of the move: a statement of its own behind it.
+
+_BUSES: Final = {"do": "out", "ao": "analog-out", "go": "out-group"}
+_MID: Final = "at the middle of the corner: written behind the move"
+
+
+def at_ends(program: Program, work: TranslationContext) -> Program:
+    """Moves that set an output or call a routine at their end as moves, with that behind them."""
+    if not work.conventions.actions_at_ends:
+        return program
+    if not any(isinstance(s, Move) and s.other for s in program.statements()):
+        return program
+    routines = tuple(
+        replace(r, body=tuple([one for s in r.body for one in _split(s, work)])) for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+def _split(s: Statement, work: TranslationContext) -> list[Statement]:
+    if not isinstance(s, Move) or not s.other:
+        return [s]
+    word, values = s.other[0][0], [value for name, value in s.other[1:] if not name]
+    deed = _deed(s.line, word[5:].casefold(), values) if word.casefold().startswith("move") else None
+    if deed is None:
+        return [s]
+    size = None if s.blend is None or s.blend.value is None else s.blend.value.literal
+    if size is None or size > 0.0:
+        work.lose(s, Fate.APPROXIMATED, "end", f"{word} acts {_MID}")
+    kept = tuple((name, value) for name, value in s.other[1:] if name)
+    return [replace(s, other=kept), deed]
+
+
+def _deed(line: int, ending: str, values: list[Expression]) -> Statement | None:
+    """`ending`: what follows MoveL, MoveJ or MoveC."""
+    match values:
+        case [Signal() | Named() as signal, value] if ending in _BUSES:
+            if isinstance(signal, Named):
+                signal = Signal(_BUSES[ending], Text(signal.name))
+            on = ending == "do" and type(value) is Number and value.value in (0, 1)
+            return SetOutput(line, signal, SignalState(value == Number(1)) if on else value)
+        case [Text(name)] if ending == "sync":
+            return Call(line, name)
+    return None
+
+
+# --- Pulses ---
+# Pulses of outputs: how long one lasts that names no time, and which way it switches.
+
+_INVERTS: Final = "a pulse that switches it on is written"
+
+
+def pulses(program: Program, work: TranslationContext) -> Program:
+    """Every pulse with its time, as each language takes another one where none is named; those to off are refused."""
+    if not any(isinstance(s, PulseOutput) for s in program.statements()):
+        return program
+    usual, own = limits_of(program.vendor).pulse, work.conventions
+
+    def pulse(s: Statement) -> Statement:
+        if not isinstance(s, PulseOutput):
+            return s
+        if own.off_pulse and s.spelling == own.off_pulse:
+            work.lose(s, Fate.REFUSED, "statement", "a pulse that switches an output off, or may do so")
+        if own.on_pulse and s.spelling != own.on_pulse:
+            work.note_at(s, f"{own.inverting_pulse}: {_INVERTS}")
+        lasts = s.duration.literal if s.duration is not None else usual or None
+        longest = work.limits.longest_pulse
+        if longest and lasts is not None and lasts > longest:
+            says = f"a pulse of {lasts:g} s: {longest:g} s is the longest one"
+            help = "set the output, wait and reset it, or --on-loss comment writes it as a comment"
+            work.lose(s, Fate.REFUSED, "statement", says, help=help)
+        elif longest and lasts is None:
+            work.note_at(s, f"a pulse that is computed must not last longer than {longest:g} s")
+        if s.duration is not None or not usual:
+            return s
+        if own.pulse_setting:
+            work.lose(s, Fate.APPROXIMATED, "duration", own.pulse_setting)
+        return replace(s, duration=Quantity(Number(usual), 1.0))
+
+    return replace(
+        program,
+        routines=tuple([replace(r, body=tuple([pulse(s) for s in r.body])) for r in program.routines]),
+    )

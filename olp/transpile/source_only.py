@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+import re
+from collections.abc import Iterable, Set
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 from olp.ir import terminology
 from olp.ir.expressions import Expression, Function, Named, Store, SystemValue, Text
@@ -42,8 +43,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import language_of
-from olp.transpile.context import Fate, Work
-from olp.transpile.pose_folding import without_folds
+from olp.transpile.context import Fate, TranslationContext
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
 _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
@@ -89,7 +89,7 @@ _READING = (
 )
 
 
-def foreign_words(program: Program, work: Work) -> Program:
+def foreign_words(program: Program, work: TranslationContext) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     comments = work.context.on_loss == "comment"
     started = {s.task for s in program.statements() if isinstance(s, StartTask)}
@@ -151,13 +151,13 @@ def _is_clock(e: Expression) -> bool:
     return isinstance(e, (SystemValue, Function)) and e.name == "timer"
 
 
-def _idle(s: Statement, why: str, program: Program, work: Work) -> Comment:
+def _idle(s: Statement, why: str, program: Program, work: TranslationContext) -> Comment:
     """A statement that does nothing, as a comment."""
     work.lose(s, Fate.EXACT, "statement", f"{why}: it stands there as a comment")
     return Comment(s.line, untranslated(program, s))
 
 
-def comment_texts(program: Program, work: Work) -> Program:
+def comment_texts(program: Program, work: TranslationContext) -> Program:
     """Comments and messages in characters that the target takes, comments in lines that it keeps whole."""
     if not work.limits.comment and not work.limits.comment_swaps:
         return program
@@ -173,7 +173,7 @@ def comment_texts(program: Program, work: Work) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _with_legal_texts(s: Statement, work: Work) -> list[Statement]:
+def _with_legal_texts(s: Statement, work: TranslationContext) -> list[Statement]:
     """The statement; before it its comment, where that is too long to stand behind it."""
     said: Any = s
     if isinstance(s, Message) and isinstance(s.text, Text):
@@ -187,7 +187,7 @@ def _with_legal_texts(s: Statement, work: Work) -> list[Statement]:
     return [*(Comment(s.line, part) for part in lines), replace(said, comment="")]
 
 
-def _lines(text: str, work: Work) -> list[str]:
+def _lines(text: str, work: TranslationContext) -> list[str]:
     legal, room = _legal(text, work), work.limits.comment
     if not room or len(legal) <= room:
         return [legal]
@@ -196,7 +196,7 @@ def _lines(text: str, work: Work) -> list[str]:
     return wrap(legal, room)
 
 
-def _legal(text: str, work: Work) -> str:
+def _legal(text: str, work: TranslationContext) -> str:
     for old, new in work.limits.comment_swaps.items():
         if old in text:
             work.note_once(f"{old!r} ends a line there: in comments and messages it is written as {new!r}")
@@ -204,7 +204,7 @@ def _legal(text: str, work: Work) -> str:
     return text
 
 
-def _tables_stand(program: Program, work: Work) -> bool:
+def _tables_stand(program: Program, work: TranslationContext) -> bool:
     """Whether no position says anything of an axis beside the arm but zero."""
     if any(v == v and v not in (0.0, 9e9) for e in work.literals(program) for v in e.external):
         return False
@@ -218,7 +218,7 @@ def _tables_stand(program: Program, work: Work) -> bool:
     return True
 
 
-def _without_options(s: Move, work: Work, manner: Set[str]) -> Move:
+def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Move:
     """Options of a move that olp keeps without understanding stand in its comment."""
     said = [name for name, _ in s.other if name.rpartition("\\")[2].casefold() not in _HARMLESS]
     if not said:
@@ -244,3 +244,61 @@ def untranslated(program: Program, s: Statement) -> str:
     """The comment that stands where a statement of the source cannot."""
     text = program.source.line(s.line).strip().rstrip("; ") if s.line else ""
     return f"not translated: {text or terminology.statement(s)}"
+
+
+# --- Pose folding ---
+# What KUKA's editor writes into comments: folds, and the captions and parameters of its inline forms.
+#
+# The name of a fold that a person made is a comment like any other. What only the editor reads is left out: the ends of
+# folds, folds that it hides, the parameters of forms, the captions of forms (the statements within say the same), and
+# the folds that every program begins with.
+
+_FOLD: Final = re.compile(r"FOLD\b\s*(?P<name>.*?)\s*(?:;?\s*(?P<marks>%\{.*))?", re.IGNORECASE)
+_BEGINNING: Final = re.compile(
+    r"(?:(?:USER |\w+TECH )?INI|(?:USER |EXTERNAL )?DECL(?:ARATIONS?)?)", re.IGNORECASE
+)
+_HIDDEN: Final = re.compile(r"%\{h", re.IGNORECASE)
+_FORM: Final = re.compile(r"%M\w|%V\w|%C\w")  # the technology package whose form it is
+_PARAMETERS: Final = re.compile(r"Params\s+Ilf\w+\s*=", re.IGNORECASE)
+_PLACEHOLDER: Final = "make your modifications here"
+
+
+def without_folds(body: Iterable[Statement]) -> list[Statement]:
+    """The statements with the comments that say something to a person."""
+    rows: list[Statement] = []
+    caption: Comment | None = None  # of the fold that the row before opened
+    for s in body:
+        if not isinstance(s, Comment):
+            rows.append(s)
+            caption = None
+            continue
+        text = s.text.strip()
+        fold = _FOLD.fullmatch(text)
+        if caption is not None and (_PARAMETERS.match(text) or (fold and _is_hidden(fold))):
+            rows.remove(caption)
+            caption = None
+        if fold and not _is_hidden(fold) and _is_told(fold):
+            caption = replace(s, text=fold["name"])
+            rows.append(caption)
+        elif not fold and not _is_noise(text):
+            rows.append(s)
+            caption = None
+    return rows
+
+
+def _is_hidden(fold: re.Match[str]) -> bool:
+    return _HIDDEN.match(fold["marks"] or "") is not None
+
+
+def _is_told(fold: re.Match[str]) -> bool:
+    """Whether the fold's name is neither a form's caption nor that of what every program begins with."""
+    return (
+        bool(fold["name"])
+        and not _FORM.search(fold["marks"] or "")
+        and not _BEGINNING.fullmatch(fold["name"])
+    )
+
+
+def _is_noise(text: str) -> bool:
+    end = text[:7].upper() == "ENDFOLD" and not text[7:8].isalnum()
+    return end or _PARAMETERS.match(text) is not None or text.casefold() == _PLACEHOLDER

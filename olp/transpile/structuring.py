@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from olp.ir.expressions import Compare, Expression, Named, Number, State
+from olp.ir.block_structure import Block, Node, is_plain, jumps_in, labels_in, leaves, negated
+from olp.ir.expressions import Compare, Expression, Named, Number, SignalState
 from olp.ir.program import (
     Assign,
     Begin,
@@ -28,7 +29,6 @@ from olp.ir.program import (
     Until,
     While,
 )
-from olp.ir.tree import Block, Node, is_plain, jumps_in, labels_in, leaves, negated
 
 _ROUNDS = 200  # of looking for patterns; each round removes a label
 
@@ -102,7 +102,7 @@ def _opened(
         case While():
             start, end = label(), label()
             test: list[Node] = [Jump(head.line, end, negated(head.condition), head.comment)]
-            if head.condition == State(True):
+            if head.condition == SignalState(True):
                 test = []
             inside = flatten(block.branches[0][1], end, start)
             return [
@@ -252,7 +252,7 @@ def _branch(nodes: list[Node], at: int, jumps: list[Jump], everything: list[Node
     if len(jumps) != 1 or not 0 <= (start := _place(nodes, jumps[0])) < at:
         return None
     jump, inside, label = jumps[0], nodes[start + 1 : at], nodes[at]
-    condition: Expression = State(False) if jump.condition is None else negated(jump.condition)
+    condition: Expression = SignalState(False) if jump.condition is None else negated(jump.condition)
     if not _closed(inside, everything):
         return _choice(nodes, start, at, jump, everything)
     if not inside:
@@ -310,7 +310,9 @@ def _loop(
     body = _with_exits(inside, label.name, leave)
     if body is None:
         return None
-    block = Block([(While(label.line, State(True), label.comment), body)], EndWhile(back.line, back.comment))
+    block = Block(
+        [(While(label.line, SignalState(True), label.comment), body)], EndWhile(back.line, back.comment)
+    )
     return [*nodes[:at], block, *nodes[last + 1 :]]
 
 

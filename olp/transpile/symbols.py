@@ -18,7 +18,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     RecordLiteral,
     Signal,
-    State,
+    SignalState,
     Text,
     Unary,
 )
@@ -124,7 +124,7 @@ class Symbols:
         return iter(self.table.values())
 
 
-LITERALS = (Number, Text, State, PositionLiteral, RecordLiteral)
+LITERALS = (Number, Text, SignalState, PositionLiteral, RecordLiteral)
 
 
 def symbols_of(program: Program) -> Symbols:
@@ -248,7 +248,7 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             return "integer" if isinstance(value, int) else "real"
         case Text():
             return "string"
-        case State() | Compare() | Logic() | Unary("not", _):
+        case SignalState() | Compare() | Logic() | Unary("not", _):
             return "boolean"
         case Signal(bus):
             return ("real" if "analog" in bus else "integer") if any(w in bus for w in _FLAGS) else "boolean"

@@ -19,7 +19,7 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Signal,
-    State,
+    SignalState,
 )
 from olp.ir.program import (
     Assign,
@@ -35,7 +35,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import calls_nothing, mapped, sets_numbers
 from olp.languages.limits import ValueTypes
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 
@@ -45,7 +45,7 @@ _MODULE_DATA: Final = frozenset({"tool", "frame"})
 _NOTHING: Final = PositionLiteral("pose", (0.0,) * 6)
 
 
-def typed_values(program: Program, work: Work) -> Program:
+def typed_values(program: Program, work: TranslationContext) -> Program:
     """For a typed target: every value as what takes it wants it."""
     types = work.limits.value_types
     if types is None:
@@ -66,7 +66,7 @@ def typed_values(program: Program, work: Work) -> Program:
 class _Typing:
     types: ValueTypes
     symbols: Symbols
-    work: Work
+    work: TranslationContext
 
     def statement(self, routine: str, s: Statement) -> list[Statement]:
         if not isinstance(s, (Move, Declare)):
@@ -82,11 +82,11 @@ class _Typing:
         if wanted == given or not wanted or not given:
             return [s]
         if wanted == "boolean" and given == "signal":
-            return [replace(s, value=Compare("=", s.value, State(True)))]
+            return [replace(s, value=Compare("=", s.value, SignalState(True)))]
         if wanted == "boolean" and given in _NUMBERS:
             return [replace(s, value=_not_zero(s.value))]
         if wanted in _NUMBERS and given == "boolean":
-            test = s.value if not isinstance(s.value, Signal) else Compare("=", s.value, State(True))
+            test = s.value if not isinstance(s.value, Signal) else Compare("=", s.value, SignalState(True))
             on, off = (replace(s, value=Number(n), comment="") for n in (1, 0))
             return [If(s.line, test, s.comment), on, Else(s.line), off, EndIf(s.line)]
         if {wanted, given} == _PLACES:
@@ -102,7 +102,7 @@ class _Typing:
 
     def _as_state(self, routine: str, e: Expression) -> Expression:
         if isinstance(e, Number):
-            return State(e.value != 0)
+            return SignalState(e.value != 0)
         return _not_zero(e) if kind_of_value(self.symbols, routine, e) in _NUMBERS else e
 
     def _compared(self, routine: str, e: Expression) -> Expression:
@@ -112,11 +112,11 @@ class _Typing:
         kinds = self._kind(routine, e.left), self._kind(routine, e.right)
         if (
             set(kinds) == {"signal", "boolean"}
-            and not isinstance(e.left, State)
-            and not isinstance(e.right, State)
+            and not isinstance(e.left, SignalState)
+            and not isinstance(e.right, SignalState)
         ):
             left, right = (
-                Compare("=", side, State(True)) if kind == "signal" else side
+                Compare("=", side, SignalState(True)) if kind == "signal" else side
                 for side, kind in zip((e.left, e.right), kinds, strict=True)
             )
             return replace(e, left=left, right=right)
@@ -134,7 +134,7 @@ def _not_zero(e: Expression) -> Expression:
     return Compare("<>", e, Number(0))
 
 
-def _systems_in_the_module(program: Program, work: Work) -> Program:
+def _systems_in_the_module(program: Program, work: TranslationContext) -> Program:
     """Tools and frames that a routine declares, declared for the whole program under names of their own."""
     data: list[Declare] = []
     routines: list[Routine] = []

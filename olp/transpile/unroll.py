@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from olp.ir.expressions import Expression, FrameRef, Number, PositionLiteral, Quantity, State
+from olp.ir.expressions import Expression, FrameRef, Number, PositionLiteral, Quantity, SignalState
 from olp.ir.program import (
     Begin,
     Dwell,
@@ -25,14 +25,14 @@ from olp.robots.geometry import Pose, rotation_from_quaternion, slerp
 from olp.robots.kinematics import forward
 from olp.runtime.paths import point_on_arc
 from olp.runtime.plan import Plan, StepKind
-from olp.transpile.context import Fate, Work
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.records import literal_of
 
 _BASE = FrameRef("base")
 _DIGITS = 8  # of a tool [m, rad]: one tool is one value at all its positions
 
 
-def executed(program: Program, work: Work) -> Program:
+def executed(program: Program, work: TranslationContext) -> Program:
     """The plan of the source as one routine: every position in the base, or in joint values where no robot is known.
 
     The tool of a move is what stands between the flange, where the robot's axes put it, and the position.
@@ -54,7 +54,7 @@ def executed(program: Program, work: Work) -> Program:
     return replace(program, routines=(only,), main=name)
 
 
-def _step(plan: Plan, step: int, written: list[Statement], work: Work) -> list[Statement]:
+def _step(plan: Plan, step: int, written: list[Statement], work: TranslationContext) -> list[Statement]:
     kind = StepKind(int(plan.kind[step]))
     line = int(plan.line[step])
     if kind is StepKind.MOVE:
@@ -66,7 +66,7 @@ def _step(plan: Plan, step: int, written: list[Statement], work: Work) -> list[S
         return [wait] if wait is not None else [Dwell(line, Quantity(Number(seconds), 1.0))]
     for s in written:
         if isinstance(s, SetOutput):
-            if not isinstance(s.value, (State, Number)):
+            if not isinstance(s.value, (SignalState, Number)):
                 work.lose(s, Fate.REFUSED, "statement", "an output that takes a computed value")
             return [s]
         if isinstance(s, (PulseOutput, Message)):
@@ -74,7 +74,7 @@ def _step(plan: Plan, step: int, written: list[Statement], work: Work) -> list[S
     return []
 
 
-def _move(plan: Plan, step: int, s: Move, work: Work) -> list[Statement]:
+def _move(plan: Plan, step: int, s: Move, work: TranslationContext) -> list[Statement]:
     row = int(plan.row[step])
     at = int(plan.moves.target[row])
     if row and s.path is not Path.JOINT and plan.moves.length[row] == 0.0 and plan.moves.angle[row] == 0.0:

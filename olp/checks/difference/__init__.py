@@ -1,6 +1,6 @@
 """Two versions of a program: which lines take longer or shorter now, and why. The parts add up to the whole."""
 
 from olp.checks.difference.compare import compare
-from olp.checks.difference.model import Change, Difference
+from olp.checks.difference.model import LineChange, ProgramDifference
 
-__all__ = ["Change", "Difference", "compare"]
+__all__ = ["LineChange", "ProgramDifference", "compare"]

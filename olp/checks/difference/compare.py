@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from olp.checks.difference.align import align
-from olp.checks.difference.model import Cause, Change, Difference
-from olp.checks.difference.rows import Row, rows_of
+from olp.checks.difference.model import Cause, LineChange, ProgramDifference
+from olp.checks.difference.rows import ComparedLine, rows_of
 from olp.core.units import deg, mm
 from olp.ir.program import Program
 from olp.runtime.plan import BlendCode
@@ -27,7 +27,7 @@ _UNITS = {
 }
 
 
-def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Program]) -> Difference:
+def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Program]) -> ProgramDifference:
     """What changed from `old` to `new`. The changes' seconds add up to the change of the totals."""
     before, after = rows_of(old, programs[0]), rows_of(new, programs[1])
     # A copy under another name is still the same program.
@@ -45,7 +45,7 @@ def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Progra
         if (change := _change(a, b, cause, details, elsewhere, touched)) is not None
     ]
     notes = (*_left_out("old", old), *_left_out("new", new))
-    return Difference(file, old.total_s, new.total_s, tuple(changes), notes=notes)
+    return ProgramDifference(file, old.total_s, new.total_s, tuple(changes), notes=notes)
 
 
 def _left_out(version: str, timing: Timing) -> Iterator[str]:
@@ -65,8 +65,13 @@ def _main(program: Program) -> str:
 
 
 def _change(
-    a: Row | None, b: Row | None, cause: Cause | None, details: str, elsewhere: Cause | None, touched: bool
-) -> Change | None:
+    a: ComparedLine | None,
+    b: ComparedLine | None,
+    cause: Cause | None,
+    details: str,
+    elsewhere: Cause | None,
+    touched: bool,
+) -> LineChange | None:
     old_s, new_s = a.seconds if a else 0.0, b.seconds if b else 0.0
     if cause is None and abs(new_s - old_s) <= _SAME_S:
         return None
@@ -75,7 +80,7 @@ def _change(
     row = b or a
     assert row is not None
     moved, turned = _moved(a, b)
-    return Change(
+    return LineChange(
         row.routine,
         a.line if a else 0,
         b.line if b else 0,
@@ -91,7 +96,7 @@ def _change(
     )
 
 
-def _moved(a: Row | None, b: Row | None) -> tuple[float, float]:
+def _moved(a: ComparedLine | None, b: ComparedLine | None) -> tuple[float, float]:
     """[mm], [deg] between the two targets; 0 where one is not known."""
     if a is None or b is None:
         return 0.0, 0.0
@@ -101,7 +106,7 @@ def _moved(a: Row | None, b: Row | None) -> tuple[float, float]:
     return (distance / mm if math.isfinite(distance) else 0.0), angle / deg
 
 
-def _own_cause(a: Row | None, b: Row | None) -> tuple[Cause | None, str]:
+def _own_cause(a: ComparedLine | None, b: ComparedLine | None) -> tuple[Cause | None, str]:
     """What the line itself says differently, None where it says the same."""
     if a is None or b is None:
         return (Cause.ADDED if a is None else Cause.REMOVED), ""
@@ -117,7 +122,7 @@ def _own_cause(a: Row | None, b: Row | None) -> tuple[Cause | None, str]:
     return None, ""
 
 
-def _of_timed(a: Row, b: Row) -> tuple[Cause | None, str]:
+def _of_timed(a: ComparedLine, b: ComparedLine) -> tuple[Cause | None, str]:
     each = a.seconds / a.count, b.seconds / b.count
     cause = Cause.WAIT if a.kind == "wait" else Cause.SIGNAL
     if abs(each[0] - each[1]) > _SAME_S:
@@ -127,7 +132,7 @@ def _of_timed(a: Row, b: Row) -> tuple[Cause | None, str]:
     return (cause, f"{a.text} → {b.text}") if a.text != b.text else (None, "")
 
 
-def _of_move(a: Row, b: Row) -> Iterable[tuple[Cause, str] | None]:
+def _of_move(a: ComparedLine, b: ComparedLine) -> Iterable[tuple[Cause, str] | None]:
     for cause, before, after in zip((Cause.TOOL, Cause.FRAME), a.standing, b.standing, strict=True):
         if before != after and before and after:
             yield cause, f"{cause} {before} → {after}"
@@ -139,7 +144,7 @@ def _of_move(a: Row, b: Row) -> Iterable[tuple[Cause, str] | None]:
         yield Cause.ACCELERATION, f"{a.acceleration[0]:.0%} → {b.acceleration[0]:.0%}"
 
 
-def _point(a: Row, b: Row) -> tuple[Cause, str] | None:
+def _point(a: ComparedLine, b: ComparedLine) -> tuple[Cause, str] | None:
     distance, angle = _moved(a, b)
     via = float(np.nan_to_num(np.linalg.norm(a.via - b.via)))
     # The point beyond the target that shapes an arc belongs to the next line where arcs are chained.
@@ -150,7 +155,7 @@ def _point(a: Row, b: Row) -> tuple[Cause, str] | None:
     return (Cause.POINT, f"via {via / mm:.3f} mm") if via > _SAME_M and a.text != b.text else None
 
 
-def _stop(a: Row, b: Row) -> tuple[Cause, str] | None:
+def _stop(a: ComparedLine, b: ComparedLine) -> tuple[Cause, str] | None:
     if a.blend == b.blend:
         return None
     stops = a.blend[0] == BlendCode.EXACT, b.blend[0] == BlendCode.EXACT
@@ -160,14 +165,14 @@ def _stop(a: Row, b: Row) -> tuple[Cause, str] | None:
     return (Cause.NO_STOP if stops == (True, False) else Cause.BLEND), details
 
 
-def _blend(row: Row) -> str:
+def _blend(row: ComparedLine) -> str:
     code, size = row.blend
     if code == BlendCode.EXACT:
         return "stop"
     return f"{size / mm:g} mm" if size else "no zone"
 
 
-def _speed(row: Row) -> str:
+def _speed(row: ComparedLine) -> str:
     name, value = row.speed
     scale, unit = _UNITS.get(name, (1.0, ""))
     return f"{value / scale:g} {unit}"
@@ -180,3 +185,105 @@ def _global_cause(old: Timing, new: Timing) -> Cause | None:
     if old.plan.settings != new.plan.settings or old.model != new.model:
         return Cause.SETTINGS
     return None
+
+
+# --- Align ---
+# Which line of the old version is which of the new one: by what the lines do, not by their numbers.
+
+_SKIP = 1.0  # cost of a line that has no partner; a pair that costs more than two of them is none
+_SMALL = 300  # lines of a gap that are aligned exactly; longer gaps pair up by their text
+
+
+def align(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
+    """Pairs in order; each row comes once. Lines that do the same are anchors, those between pair up."""
+    matcher = difflib.SequenceMatcher(
+        None, [r.signature for r in old], [r.signature for r in new], autojunk=False
+    )
+    for word, a, b, c, d in matcher.get_opcodes():
+        if word == "equal":
+            yield from zip(old[a:b], new[c:d], strict=True)
+        else:
+            yield from _gap(old[a:b], new[c:d])
+
+
+def _gap(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
+    if not old or not new:
+        yield from ((row, None) for row in old)
+        yield from ((None, row) for row in new)
+    elif len(old) > _SMALL or len(new) > _SMALL:
+        yield from _by_text(old, new)
+    else:
+        yield from _cheapest(old, new)
+
+
+def _by_text(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
+    """A long gap: first by the same text, what is left by order."""
+    matcher = difflib.SequenceMatcher(
+        None, [_words(r) for r in old], [_words(r) for r in new], autojunk=False
+    )
+    for word, a, b, c, d in matcher.get_opcodes():
+        both = min(b - a, d - c)
+        if word == "equal" or word == "replace":
+            yield from zip(old[a : a + both], new[c : c + both], strict=True)
+        else:
+            both = 0
+        yield from ((row, None) for row in old[a + both : b])
+        yield from ((None, row) for row in new[c + both : d])
+
+
+def _words(row: ComparedLine) -> tuple[str, str, str]:
+    return row.routine, row.kind, row.text
+
+
+def _cheapest(
+    old: Sequence[ComparedLine], new: Sequence[ComparedLine]
+) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
+    """The pairing of least cost (Needleman and Wunsch)."""
+    price = np.array([[_price(a, b) for b in new] for a in old])
+    table = np.zeros((len(old) + 1, len(new) + 1))
+    table[:, 0] = np.arange(len(old) + 1) * _SKIP
+    table[0] = np.arange(len(new) + 1) * _SKIP
+    for i in range(1, len(old) + 1):
+        for j in range(1, len(new) + 1):
+            table[i, j] = min(
+                table[i - 1, j - 1] + price[i - 1, j - 1], table[i - 1, j] + _SKIP, table[i, j - 1] + _SKIP
+            )
+    pairs: list[tuple[ComparedLine | None, ComparedLine | None]] = []
+    i, j = len(old), len(new)
+    while i or j:
+        if i and j and table[i, j] == table[i - 1, j - 1] + price[i - 1, j - 1]:
+            i, j = i - 1, j - 1
+            pairs.append((old[i], new[j]))
+        elif i and table[i, j] == table[i - 1, j] + _SKIP:
+            i -= 1
+            pairs.append((old[i], None))
+        else:
+            j -= 1
+            pairs.append((None, new[j]))
+    yield from reversed(pairs)
+
+
+def _price(a: ComparedLine, b: ComparedLine) -> float:
+    """0 for the same, more than two skips for what cannot be the same line."""
+    if a.routine != b.routine or (a.kind in ("wait", "signal")) != (b.kind in ("wait", "signal")):
+        return 3 * _SKIP
+    if a.kind in ("wait", "signal"):
+        alike = difflib.SequenceMatcher(None, a.text, b.text, autojunk=False).quick_ratio()
+        return 1.9 * _SKIP * (1.0 - alike) if a.kind == b.kind else 2.5 * _SKIP
+    price = 0.0 if a.kind == b.kind else 0.6
+    # The name of the point and the word of the move say more than the numbers: those are what gets touched up.
+    price += 0.7 * (1.0 - difflib.SequenceMatcher(None, a.text, b.text, autojunk=False).quick_ratio())
+    gap = float(np.linalg.norm(a.target - b.target))
+    price += 0.6 * min(gap / 0.2, 1.0) if np.isfinite(gap) else 0.0 if _same_axes(a, b) else 0.3
+    price += 0.1 * (a.speed != b.speed) + 0.1 * (a.blend != b.blend)
+    return price
+
+
+def _same_axes(a: ComparedLine, b: ComparedLine) -> bool:
+    return bool(np.allclose(a.axes, b.axes, rtol=0.0, atol=1e-9, equal_nan=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from olp.reports.outcome.model import Item
+from olp.reports.outcome.model import JudgedItem
 
 
 class Cause(StrEnum):
@@ -32,7 +32,7 @@ class Cause(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class LineChange:
     """One line of the old or new version. `old_s`, `new_s` [s]: over all executions, 0 where it is not there.
 
     `old_line`, `new_line`: 0 where there is none. `moved_mm`, `turned_deg`: of its target. `details`: "V=300 → 250".
@@ -57,7 +57,7 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class ProgramDifference:
     """One program. `changes`: lines whose time or meaning changed; the seconds of all others are the same.
 
     `old_s`, `new_s` [s]: totals, None where that version could not be timed, and `why` tells the reason.
@@ -66,8 +66,8 @@ class Difference:
     file: str
     old_s: float | None
     new_s: float | None
-    changes: tuple[Change, ...] = ()
-    budgets: tuple[Item, ...] = ()
+    changes: tuple[LineChange, ...] = ()
+    budgets: tuple[JudgedItem, ...] = ()
     why: str = ""
     notes: tuple[str, ...] = field(default_factory=tuple)
 

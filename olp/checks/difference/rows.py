@@ -23,7 +23,7 @@ _BLANKS = re.compile(r"\s+")
 
 
 @dataclass(slots=True)
-class Row:
+class ComparedLine:
     """One line. `seconds`: over all `count` executions. Positions [m] and angles are those of its first execution.
 
     `standing`: the tool and the frame that the target is taught with, as far as the program says.
@@ -57,11 +57,11 @@ class Row:
         return (self.routine, self.kind, place, self.speed, self.blend)
 
 
-def rows_of(timing: Timing, program: Program) -> list[Row]:
+def rows_of(timing: Timing, program: Program) -> list[ComparedLine]:
     """Every executed line once, routine by routine in order of first execution, lines in order of writing."""
     plan = timing.plan
     names = [_stem(source.path) for source in plan.sources]
-    found: dict[tuple[int, int], Row] = {}
+    found: dict[tuple[int, int], ComparedLine] = {}
     seconds = np.nan_to_num(timing.duration_s).tolist()
     lines, sources, kinds = plan.line.tolist(), plan.source.tolist(), plan.kind.tolist()
     starts, standing = _line_starts(program), standing_of(program)
@@ -126,13 +126,13 @@ def _stem(path: str) -> str:
 _NONE = np.full(3, np.nan)
 
 
-def _row(timing: Timing, step: int, kind: int, routine: str, seconds: float) -> Row:
+def _row(timing: Timing, step: int, kind: int, routine: str, seconds: float) -> ComparedLine:
     plan = timing.plan
     text = _BLANKS.sub(" ", _COMMENT.sub("", plan.statement(step))).strip()
     line, told = int(plan.line[step]), timing.kind[step]
     if kind != StepKind.MOVE:
         none = (math.nan,) * 3
-        return Row(
+        return ComparedLine(
             routine, line, text, told, 1, seconds, _NONE, _NONE, np.full(4, np.nan), _NONE, np.full(6, np.nan),
             ("", 0.0), none, (0, 0.0), ("", ""),
         )  # fmt: skip
@@ -141,12 +141,12 @@ def _row(timing: Timing, step: int, kind: int, routine: str, seconds: float) -> 
 
 def _move(
     timing: Timing, plan: Plan, step: int, routine: str, line: int, text: str, told: str, seconds: float
-) -> Row:
+) -> ComparedLine:
     moves, places = plan.moves, plan.positions
     row = int(plan.row[step])
     target = int(moves.target[row])
     via = int(moves.via[row])
-    return Row(
+    return ComparedLine(
         routine,
         line,
         text,

@@ -14,20 +14,20 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from olp.checks.difference.compare import compare
-from olp.checks.difference.model import Difference
+from olp.checks.difference.model import ProgramDifference
 from olp.checks.guard.budget import budgets_for
 from olp.checks.guard.judge import judge
 from olp.core.diagnostic import OlpError, error
 from olp.core.git import asked_of_git, files_of, git, lay_out
 from olp.ir.program import Program
 from olp.reports.batch import Job
-from olp.reports.outcome.model import Item, Status
+from olp.reports.outcome.model import JudgedItem, Status
 from olp.timing.timing import Timing
 
 _WORKING_COPY = "."
 
 
-class Pair(NamedTuple):
+class VersionPair(NamedTuple):
     """One program in both versions; None where it is missing."""
 
     name: str
@@ -39,16 +39,16 @@ class Pair(NamedTuple):
 class Versions:
     """The programs to compare. `folders`: where each version's called routines and settings are."""
 
-    pairs: tuple[Pair, ...]
+    pairs: tuple[VersionPair, ...]
     folders: tuple[Path | None, Path | None] = (None, None)
 
-    def compare(self, pair: Pair, job: Job) -> Difference:
+    def compare(self, pair: VersionPair, job: Job) -> ProgramDifference:
         """The difference of one program, with what its budgets say of both versions."""
         old, new = (_timed(path, job, folder) for path, folder in zip(pair[1:], self.folders, strict=True))
         why = "; ".join(t for t in (old, new) if isinstance(t, str))
         if why or old is None or new is None or isinstance(old, str) or isinstance(new, str):
             before, after = (t[0].total_s if isinstance(t, tuple) else None for t in (old, new))
-            return Difference(pair.name, before, after, why=why)
+            return ProgramDifference(pair.name, before, after, why=why)
         found = compare(pair.name, old[0], new[0], (old[1], new[1]))
         return replace(found, budgets=_budgets(pair, job))
 
@@ -67,7 +67,7 @@ def _timed(path: Path | None, job: Job, folder: Path | None) -> tuple[Timing, Pr
         return problem.diagnostics[0].message
 
 
-def _budgets(pair: Pair, job: Job) -> tuple[Item, ...]:
+def _budgets(pair: VersionPair, job: Job) -> tuple[JudgedItem, ...]:
     """What the budgets of the new version say of it."""
     if pair.new is None:
         return ()
@@ -107,7 +107,7 @@ def _of_paths(a: Path, b: Path) -> Versions:
     name = original if home is not None else str(b if b.is_file() else a)
     # A version that is not there is the null device to git.
     old, new = (path if path.is_file() else None for path in (a, b))
-    return Versions((Pair(name, old, new),), (_home(a, home), _home(b, home)))
+    return Versions((VersionPair(name, old, new),), (_home(a, home), _home(b, home)))
 
 
 def _home(path: Path, home: Path | None) -> Path | None:
@@ -125,7 +125,7 @@ def _of_folders(a: Path, b: Path, paths: Sequence[str]) -> Versions:
         raise OlpError(
             error("U003", "no program in either version", file=str(b), help=f"olp reads {' '.join(suffixes)}")
         )
-    pairs = [Pair(name, _there(a / name), _there(b / name)) for name in names]
+    pairs = [VersionPair(name, _there(a / name), _there(b / name)) for name in names]
     return Versions(tuple(pair for pair in pairs if not _same(pair)) or tuple(pairs))
 
 
@@ -146,7 +146,7 @@ def _there(path: Path) -> Path | None:
     return path if path.is_file() else None
 
 
-def _same(pair: Pair) -> bool:
+def _same(pair: VersionPair) -> bool:
     """Whether nothing can have changed: the same bytes, and the same files around them."""
     if pair.old is None or pair.new is None or pair.old.read_bytes() != pair.new.read_bytes():
         return False

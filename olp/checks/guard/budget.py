@@ -147,7 +147,7 @@ def _read(path: str, _: int) -> Budgets:
         )
         return Budgets(path, (), (says,))
     lines = [number for number, row in enumerate(text.split("\n"), 1) if row.strip().startswith("[[budget]]")]
-    reader = _Reader(path)
+    reader = _BudgetReader(path)
     found = [reader.budget(table, lines[i] if i < len(lines) else 0) for i, table in enumerate(tables)]
     return Budgets(path, tuple(b for b in found if b is not None), tuple(reader.problems))
 
@@ -164,7 +164,7 @@ def _name(words: Mapping[str, str], patterns: tuple[str, ...]) -> str:
     return words["routine"] or span or words["job"] or " ".join(patterns) or "budget"
 
 
-class _Reader:
+class _BudgetReader:
     def __init__(self, path: str) -> None:
         self.path = path
         self.problems: list[Diagnostic] = []

@@ -23,13 +23,13 @@ from pathlib import Path
 from typing import Any
 
 from olp.checks.guard.budget import Budget
-from olp.checks.guard.judge import Judged, verdict
+from olp.checks.guard.judge import JudgedFile, verdict
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import read_input
 from olp.core.git import git
 from olp.core.terminal import utf8
 from olp.reports.batch import Job
-from olp.reports.outcome.model import Finding, Item, Level, Status
+from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status
 
 _MARK = 0x6F6C7063  # SQLite's application_id: "olpc"
 _SCHEMA = "create table if not exists result (path text primary key, key text not null, value text not null)"
@@ -72,7 +72,7 @@ class Cache:
             raise _refused(path) from None
         return found
 
-    def find(self, path: str, budgets: Sequence[Budget]) -> Judged | None:
+    def find(self, path: str, budgets: Sequence[Budget]) -> JudgedFile | None:
         """The result of `path` if everything is as it was."""
         known = self._known.get(self._name(path))
         if known is None:
@@ -84,7 +84,7 @@ class Cache:
         same = judged.path == path and path in judged.read and known[0] == self._key(judged, budgets)
         return judged if same and _follows(judged, budgets) else None
 
-    def keep(self, results: Iterable[tuple[Judged, Sequence[Budget]]]) -> None:
+    def keep(self, results: Iterable[tuple[JudgedFile, Sequence[Budget]]]) -> None:
         """Stores results."""
         rows = [
             (self._name(judged.path), self._key(judged, budgets), json.dumps(asdict(judged)))
@@ -107,7 +107,7 @@ class Cache:
             name = os.path.abspath(path)
         return utf8(name).decode()
 
-    def _key(self, judged: Judged, budgets: Sequence[Budget]) -> str:
+    def _key(self, judged: JudgedFile, budgets: Sequence[Budget]) -> str:
         calls = len(judged.read) > 1 or any(finding.code in _UNRESOLVED for finding in judged.findings)
         folders = dict.fromkeys(os.path.dirname(os.path.abspath(file)) for file in judged.read)
         parts = [
@@ -207,7 +207,7 @@ def _is_tracked(path: Path) -> bool:
         return False
 
 
-def _follows(judged: Judged, budgets: Sequence[Budget]) -> bool:
+def _follows(judged: JudgedFile, budgets: Sequence[Budget]) -> bool:
     """Whether each budget has its verdict, and it is the one that the seconds beside it lead to."""
     items = {item.name: item for item in judged.items}
     if len(items) != len(judged.items) or set(items) - {b.name for b in budgets}:
@@ -222,7 +222,7 @@ def _follows(judged: Judged, budgets: Sequence[Budget]) -> bool:
     return True
 
 
-def _led_to(item: Item, budget: Budget, judged: Judged) -> bool:
+def _led_to(item: JudgedItem, budget: Budget, judged: JudgedFile) -> bool:
     over = item.seconds is not None and item.seconds > budget.limit_s + budget.tolerance_s
     if item.seconds is None or (judged.total_s is None and not over):
         return item.status is Status.UNKNOWN
@@ -231,14 +231,14 @@ def _led_to(item: Item, budget: Budget, judged: Judged) -> bool:
     return (item.status, item.message) == verdict(budget, item.seconds, judged.total_s or 0.0)
 
 
-def _judged(value: object) -> Judged:
+def _judged(value: object) -> JudgedFile:
     """The result from its JSON. Raises ValueError, KeyError or TypeError where it cannot be one."""
     whole = _table(value)
     items = [_table(item) for item in _list(whole.pop("items"))]
     findings = [_table(finding) for finding in _list(whole.pop("findings"))]
     read = tuple(_texts(whole.pop("read")))
-    judged = Judged(
-        items=tuple(Item(**{**item, "status": Status(item["status"])}) for item in items),
+    judged = JudgedFile(
+        items=tuple(JudgedItem(**{**item, "status": Status(item["status"])}) for item in items),
         findings=tuple(_finding(finding) for finding in findings),
         read=read,
         **whole,
@@ -251,11 +251,11 @@ def _judged(value: object) -> Judged:
     return judged
 
 
-def _finding(value: dict[str, Any]) -> Finding:
+def _finding(value: dict[str, Any]) -> OutcomeFinding:
     fixes = tuple(
         (int(first), int(last), str(text)) for first, last, text in map(_list, _list(value["fixes"]))
     )
-    found = Finding(**{**value, "level": Level(value["level"]), "fixes": fixes})
+    found = OutcomeFinding(**{**value, "level": Level(value["level"]), "fixes": fixes})
     _texts([found.code, found.message, found.file, found.title, found.help, found.source_line, found.anchor])
     _numbers([found.line, found.column, found.end_column])
     numbers = _table(found.numbers).values()

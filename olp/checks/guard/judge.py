@@ -13,19 +13,19 @@ from olp.checks.guard.measure import Measured, measure
 from olp.core.diagnostic import OlpError
 from olp.ir.program import Program
 from olp.reports.batch import Job, time_program
-from olp.reports.outcome.model import Finding, Item, Level, Status, of_diagnostic
+from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status, of_diagnostic
 from olp.timing.timing import Timing
 
 _WORST = 3  # lines that are told per budget
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class JudgedFile:
     """What became of one file. `read`: the files whose content decided, for the cache."""
 
     path: str
-    items: tuple[Item, ...]
-    findings: tuple[Finding, ...]
+    items: tuple[JudgedItem, ...]
+    findings: tuple[OutcomeFinding, ...]
     total_s: float | None
     motion_s: float = 0.0
     wait_s: float = 0.0
@@ -34,7 +34,7 @@ class Judged:
     read: tuple[str, ...] = ()
 
 
-def judge(path: str, budgets: Sequence[Budget], job: Job) -> Judged:
+def judge(path: str, budgets: Sequence[Budget], job: Job) -> JudgedFile:
     """Times the program in `path` and holds it against `budgets`. Never raises for a bad program."""
     from olp.languages.read import read
 
@@ -44,10 +44,10 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> Judged:
     except OlpError as problem:
         findings = tuple(of_diagnostic(d, path) for d in problem.diagnostics)
         why = problem.diagnostics[0].message
-        return Judged(path, tuple(_unknown(b, path, why) for b in budgets), findings, None, read=(path,))
+        return JudgedFile(path, tuple(_unknown(b, path, why) for b in budgets), findings, None, read=(path,))
     plain = timings[""]
     found = _once([of_diagnostic(d.at(path)) for d in plain.diagnostics])
-    items: list[Item] = []
+    items: list[JudgedItem] = []
     for budget in budgets:
         measured = measure(timings[budget.signature], program, budget)
         if measured.absent and budget.anywhere:
@@ -61,11 +61,11 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> Judged:
     whole = not plain.untimed and not plain.left_open
     total = plain.total_s if whole else None
     sums = (plain.motion_s, plain.wait_s, plain.io_s, plain.high_s)
-    return Judged(path, tuple(items), tuple(found), total, *sums, read_files)
+    return JudgedFile(path, tuple(items), tuple(found), total, *sums, read_files)
 
 
-def _once(found: list[Finding]) -> list[Finding]:
-    seen: dict[tuple[str, str, int, str], Finding] = {}
+def _once(found: list[OutcomeFinding]) -> list[OutcomeFinding]:
+    seen: dict[tuple[str, str, int, str], OutcomeFinding] = {}
     for finding in found:
         seen.setdefault((finding.code, finding.file, finding.line, finding.message), finding)
     return list(seen.values())
@@ -75,11 +75,13 @@ def _timed(program: Program, job: Job, signature: str) -> Timing:
     return time_program(program, replace(job, signature=signature) if signature else job)
 
 
-def _unknown(budget: Budget, path: str, why: str) -> Item:
-    return Item(budget.name, path, Status.UNKNOWN, why, limit_s=budget.limit_s, group="budget")
+def _unknown(budget: Budget, path: str, why: str) -> JudgedItem:
+    return JudgedItem(budget.name, path, Status.UNKNOWN, why, limit_s=budget.limit_s, group="budget")
 
 
-def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple[Item, list[Finding]]:
+def _one(
+    path: str, timing: Timing, budget: Budget, measured: Measured
+) -> tuple[JudgedItem, list[OutcomeFinding]]:
     if measured.seconds is None:
         return _unknown(budget, path, measured.why), []
     seconds, limit = measured.seconds, budget.limit_s + budget.tolerance_s
@@ -89,14 +91,14 @@ def _one(path: str, timing: Timing, budget: Budget, measured: Measured) -> tuple
         item = _unknown(budget, path, f"at least {seconds:.3f} s: {broken.message}")
         return replace(item, seconds=seconds, line=broken.line if broken.file in ("", path) else 0), []
     status, says = verdict(budget, seconds, timing.total_s)
-    item = Item(budget.name, path, status, says, 0, seconds, budget.limit_s, "budget")
+    item = JudgedItem(budget.name, path, status, says, 0, seconds, budget.limit_s, "budget")
     if seconds <= limit:
         return item, []
     worst = _worst(path, timing, measured)
     told = "\n".join(f"{f.file}:{f.line}: {f.message}; {f.help}" for f in worst)
     item = replace(item, line=_place(path, timing, measured, worst), details=told)
     level = Level.ERROR if budget.fails else Level.WARNING
-    head = Finding(
+    head = OutcomeFinding(
         "M010",
         level,
         f"{budget.name}: {says}",
@@ -130,7 +132,7 @@ def verdict(budget: Budget, seconds: float, total_s: float) -> tuple[Status, str
     return (Status.WARNED if seconds >= budget.warn_s else Status.HELD), says
 
 
-def _place(path: str, timing: Timing, measured: Measured, worst: list[Finding]) -> int:
+def _place(path: str, timing: Timing, measured: Measured, worst: list[OutcomeFinding]) -> int:
     """The line of the program itself that takes most: one of the worst, or the call that leads to them."""
     own = next((found.line for found in worst if found.file == path), 0)
     if own:
@@ -142,7 +144,7 @@ def _place(path: str, timing: Timing, measured: Measured, worst: list[Finding]) 
     return max(sums, key=lambda line: sums[line], default=0)
 
 
-def _worst(path: str, timing: Timing, measured: Measured) -> list[Finding]:
+def _worst(path: str, timing: Timing, measured: Measured) -> list[OutcomeFinding]:
     """The lines that take longest, each summed over its executions, with what limits them."""
     plan = timing.plan
     lines: dict[tuple[int, int], float] = {}
@@ -155,14 +157,14 @@ def _worst(path: str, timing: Timing, measured: Measured) -> list[Finding]:
     return [_line(timing, measured, first[key], lines[key], path) for key in order if lines[key] > 0]
 
 
-def _line(timing: Timing, measured: Measured, step: int, seconds: float, path: str) -> Finding:
+def _line(timing: Timing, measured: Measured, step: int, seconds: float, path: str) -> OutcomeFinding:
     plan = timing.plan
     key = int(plan.source[step]), int(plan.line[step])
     source = plan.sources[key[0]]
     same = (plan.source == key[0]) & (plan.line == key[1]) & measured.steps
     times = int(np.count_nonzero(same))
     often = f" in {times} executions" if times > 1 else ""
-    return Finding(
+    return OutcomeFinding(
         "M011",
         Level.NOTE,
         f"{seconds:.3f} s{often}: {plan.statement(step)}",

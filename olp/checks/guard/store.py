@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from olp.checks.guard.judge import Judged
+from olp.checks.guard.judge import JudgedFile
 from olp.core.diagnostic import OlpError, error
 from olp.core.git import git
 from olp.core.terminal import utf8
@@ -33,7 +33,7 @@ create index if not exists program_path on program (path);
 """
 
 
-class Point(NamedTuple):
+class TrendPoint(NamedTuple):
     """One program in one run; `total_s` None where it could not be timed."""
 
     started: str
@@ -44,7 +44,7 @@ class Point(NamedTuple):
     wait_s: float
 
 
-def keep(path: Path, results: Sequence[Judged], root: Path) -> None:
+def keep(path: Path, results: Sequence[JudgedFile], root: Path) -> None:
     """Adds a run. Paths are kept as seen from `root`, so that machines agree. Raises OlpError (M004)."""
     from olp import __version__
 
@@ -74,7 +74,7 @@ def keep(path: Path, results: Sequence[Judged], root: Path) -> None:
         raise _refused(path, problem) from None
 
 
-def history(path: Path, job: str) -> list[Point]:
+def history(path: Path, job: str) -> list[TrendPoint]:
     """All runs that hold a program called `job`: its path, the end of it, or its stem. Raises OlpError (M004)."""
     if not path.is_file():
         raise OlpError(
@@ -86,7 +86,7 @@ def history(path: Path, job: str) -> list[Point]:
     )
     try:
         with closing(_opened(path)) as store:
-            return [Point(*row) for row in store.execute(query) if _means(row[2], job)]
+            return [TrendPoint(*row) for row in store.execute(query) if _means(row[2], job)]
     except sqlite3.Error as problem:
         raise _refused(path, problem) from None
 

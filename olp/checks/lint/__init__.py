@@ -1,6 +1,6 @@
 """Rules: motion mistakes that cost time or safety. One file per rule in `rules/`."""
 
-from olp.checks.lint.case import Case, case_of
+from olp.checks.lint.case import LintCase, case_of
 from olp.checks.lint.rule import Rule, all_rules
 
-__all__ = ["Case", "Rule", "all_rules", "case_of"]
+__all__ = ["LintCase", "Rule", "all_rules", "case_of"]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import read_input
-from olp.reports.outcome.model import Finding
+from olp.reports.outcome.model import OutcomeFinding
 
 _VERSION = 1
 
@@ -32,7 +32,7 @@ def read_baseline(path: Path) -> dict[str, int]:
     )
 
 
-def baseline_text(findings: Iterable[Finding]) -> str:
+def baseline_text(findings: Iterable[OutcomeFinding]) -> str:
     """The text of a baseline that excuses `findings`, sorted, so that versions of it can be compared."""
     found = list(findings)
     counts = Counter(f.fingerprint for f in found)
@@ -42,6 +42,6 @@ def baseline_text(findings: Iterable[Finding]) -> str:
     return json.dumps({"version": _VERSION, "findings": rows}, indent=1, ensure_ascii=False) + "\n"
 
 
-def _told(finding: Finding) -> dict[str, str]:
+def _told(finding: OutcomeFinding) -> dict[str, str]:
     """For people who read the file; it is not read back."""
     return {"code": finding.code, "file": finding.file, "says": finding.message}

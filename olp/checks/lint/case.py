@@ -24,7 +24,7 @@ _STEEP_DEG_PER_MM = 0.5
 
 
 @dataclass(frozen=True)
-class Case:
+class LintCase:
     """`timing` is of the whole run; rules look at steps of this file only (`own`), called files are judged alone."""
 
     program: Program
@@ -113,11 +113,11 @@ class Case:
                 yield found
 
 
-def case_of(program: Program, timing: Timing) -> Case:
-    return Case(program, timing)
+def case_of(program: Program, timing: Timing) -> LintCase:
+    return LintCase(program, timing)
 
 
-def routines(case: Case) -> tuple[Routine, ...]:
+def routines(case: LintCase) -> tuple[Routine, ...]:
     return case.program.routines
 
 

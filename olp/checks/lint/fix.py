@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.checks.lint.rule import all_rules
 from olp.core.diagnostic import OlpError
-from olp.reports.outcome.model import Finding
+from olp.reports.outcome.model import OutcomeFinding
 
 if TYPE_CHECKING:
     from olp.ir.program import Program
@@ -53,7 +53,7 @@ class Fixed(NamedTuple):
     refused: tuple[Edit, ...]
 
 
-def fixes(program: Program, findings: Iterable[Finding]) -> list[Edit]:
+def fixes(program: Program, findings: Iterable[OutcomeFinding]) -> list[Edit]:
     """Every change that would mend one of `findings`, in their order; of one finding the safe ones come first."""
     rules = {rule.code: rule for rule in all_rules()}
     found: list[Edit] = []
@@ -74,7 +74,7 @@ def fixed(program: Program, edits: Sequence[Edit], run: Run) -> Fixed:
 
     `run` times a program as the findings were made. Raises OlpError when the program as it is cannot be timed.
     """
-    before = Case(program, run(program))
+    before = LintCase(program, run(program))
     together = [e for n, e in enumerate(edits) if e.safe and not _overlaps(e, edits[:n])]
     done: list[Edit] = []
     if len(together) > 1:
@@ -94,7 +94,7 @@ def fixed(program: Program, edits: Sequence[Edit], run: Run) -> Fixed:
     return Fixed(before.program, tuple(done), tuple(refused))
 
 
-def _judged(before: Case, edits: Sequence[Edit], run: Run) -> Case | None:
+def _judged(before: LintCase, edits: Sequence[Edit], run: Run) -> LintCase | None:
     """The case after `edits`; None where it is not what they promise."""
     from olp.languages.read import read_source
 
@@ -105,7 +105,7 @@ def _judged(before: Case, edits: Sequence[Edit], run: Run) -> Case | None:
     lines |= {edit.first: edit.text for edit in edits}
     try:
         new = read_source(program.source.edited(lines), vendor=program.vendor)
-        after = Case(new, run(new))
+        after = LintCase(new, run(new))
     except (OlpError, UnicodeEncodeError):
         return None
     if _told(after) - _told(before):
@@ -147,7 +147,7 @@ def _places(positions: Positions) -> tuple[NDArray[np.float64], ...]:
     return positions.position, positions.quaternion, positions.axes
 
 
-def _told(case: Case) -> Counter[str]:
+def _told(case: LintCase) -> Counter[str]:
     """How often each code is told of the text, its run and its times; assumptions are none of them."""
     told = (*case.program.diagnostics, *case.timing.diagnostics)
     return Counter(found.code for found in told)
@@ -164,7 +164,12 @@ def _moved(edit: Edit, done: Iterable[Edit]) -> Edit:
 
 
 def fix_file(
-    path: str, findings: Sequence[Finding], run: Run, *, unsafe: bool = False, encoding: str | None = None
+    path: str,
+    findings: Sequence[OutcomeFinding],
+    run: Run,
+    *,
+    unsafe: bool = False,
+    encoding: str | None = None,
 ) -> Fixed | None:
     """Mends the file in place; all other bytes stay. None: there is nothing to do. Raises OlpError and OSError."""
     from olp.core.files import write_output

@@ -9,9 +9,9 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import ClassVar, final
 
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.ir.program import Program
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 
 # First line, last line, the lines that take their place ("": none), and what that does in a few words.
 Suggestion = tuple[int, int, str, str]
@@ -35,27 +35,27 @@ class Rule(ABC):
     suggests: ClassVar[bool] = False
 
     @abstractmethod
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         """The places where the program holds the mistake, in order of lines."""
 
-    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+    def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         """Changes that would mend a finding of this rule but alter the motion or its time, the best one first."""
         yield from ()
 
     @final
     def finding(
         self,
-        case: Case,
+        case: LintCase,
         line: int,
         message: str,
         help: str = "",
         *,
         fixes: tuple[tuple[int, int, str], ...] = (),
         numbers: dict[str, float | str] | None = None,
-    ) -> Finding:
+    ) -> OutcomeFinding:
         """A finding of this rule at a line of the program."""
         text = case.text(line) if line else ""
-        return Finding(
+        return OutcomeFinding(
             self.code,
             self.level,
             message,
@@ -71,7 +71,7 @@ class Rule(ABC):
         )
 
 
-class Told(Rule):
+class RunRule(Rule):
     """A rule whose places are found while the program is planned and timed. `codes`: under which they are told.
 
     `maybe`: codes that need not be a mistake, told as notes.
@@ -80,7 +80,7 @@ class Told(Rule):
     codes: ClassVar[tuple[str, ...]] = ()
     maybe: ClassVar[tuple[str, ...]] = ()
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         for found in case.told(*self.codes):
             yield self.finding(case, found.line, found.message, found.help)
         for found in case.told(*self.maybe):

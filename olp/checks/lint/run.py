@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from olp.checks.lint.case import Case
-from olp.checks.lint.rule import Told, all_rules
-from olp.checks.lint.settings import Choice, rules_for
+from olp.checks.lint.case import LintCase
+from olp.checks.lint.rule import RunRule, all_rules
+from olp.checks.lint.settings import RuleChoice, rules_for
 from olp.core.diagnostic import OlpError, error
 from olp.core.source import Source
 from olp.reports.batch import Job, time_program
-from olp.reports.outcome.model import Finding, of_diagnostic
+from olp.reports.outcome.model import OutcomeFinding, of_diagnostic
 
 _EXCUSE = re.compile(r"olp:\s*ignore(?:\s+((?:[A-Z]\d{3}[\s,]*)+))?", re.IGNORECASE)
 _NUMBER = re.compile(r"^\s*\d*\s*:?\s*")  # of the line, which TP writes in front
@@ -24,23 +24,23 @@ class Linted:
     """One file. `excused`: findings that a comment in the program excuses."""
 
     path: str
-    findings: tuple[Finding, ...]
+    findings: tuple[OutcomeFinding, ...]
     excused: int = 0
     unreadable: bool = False
 
 
-def lint(path: str, job: Job, asked: Choice | None = None) -> Linted:
+def lint(path: str, job: Job, asked: RuleChoice | None = None) -> Linted:
     """All findings of one file. Never raises for a bad program: what is wrong with it is a finding."""
     from olp.languages.read import read
 
     try:
         program = read(path, encoding=job.encoding)
-        rules = rules_for(path, asked or Choice())
-        told = {code for rule in all_rules() if isinstance(rule, Told) for code in rule.codes}
+        rules = rules_for(path, asked or RuleChoice())
+        told = {code for rule in all_rules() if isinstance(rule, RunRule) for code in rule.codes}
         broken = [of_diagnostic(d, path) for d in program.diagnostics if d.is_error and d.code not in told]
         if not program.routines:
             return Linted(path, tuple(broken), unreadable=True)
-        case = Case(program, time_program(program, job))
+        case = LintCase(program, time_program(program, job))
     except OlpError as problem:
         return Linted(path, tuple(of_diagnostic(d, path) for d in problem.diagnostics), unreadable=True)
     found = sorted((f for rule in rules for f in rule.find(case)), key=lambda f: (f.line, f.code))
@@ -80,7 +80,7 @@ def lint_load(path: str, job: Job, controller: str) -> Linted:
     return Linted(path, tuple(kept), len(findings) - len(kept))
 
 
-def _excused_above(source: Source, found: Finding) -> bool:
+def _excused_above(source: Source, found: OutcomeFinding) -> bool:
     lines = (
         (source.line(found.line), source.line(found.line - 1))
         if found.line > 1
@@ -89,7 +89,7 @@ def _excused_above(source: Source, found: Finding) -> bool:
     return bool(found.line) and any(_excuses(text, found.code) for text in lines)
 
 
-def is_excused(case: Case, found: Finding) -> bool:
+def is_excused(case: LintCase, found: OutcomeFinding) -> bool:
     """Whether a comment on the line, or alone on the line above, says so."""
     if not found.line:
         return False
@@ -100,7 +100,7 @@ def is_excused(case: Case, found: Finding) -> bool:
     )
 
 
-def _is_comment(case: Case, text: str) -> bool:
+def _is_comment(case: LintCase, text: str) -> bool:
     from olp.languages.vendor import find_vendor, vendor_names
 
     if case.program.vendor not in vendor_names():
@@ -114,7 +114,7 @@ def _excuses(text: str, code: str) -> bool:
     return match is not None and (not match[1] or code in _CODE.findall(match[1].upper()))
 
 
-def without_known(findings: Iterable[Finding], known: dict[str, int]) -> list[Finding]:
+def without_known(findings: Iterable[OutcomeFinding], known: dict[str, int]) -> list[OutcomeFinding]:
     """The findings that a baseline does not hold; it counts how many of each kind there were."""
     left = dict(known)
     fresh = []

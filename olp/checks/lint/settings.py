@@ -24,7 +24,7 @@ from olp.runtime.assumptions import nearest_assumptions
 _KEYS = ("select", "ignore")
 
 
-class Choice(NamedTuple):
+class RuleChoice(NamedTuple):
     """Codes or their beginnings. `select` empty: all."""
 
     select: tuple[str, ...] = ()
@@ -35,9 +35,9 @@ class Choice(NamedTuple):
         return wanted and not rule.code.startswith(self.ignore)
 
 
-def choice(select: Sequence[str], ignore: Sequence[str], file: str = "") -> Choice:
+def choice(select: Sequence[str], ignore: Sequence[str], file: str = "") -> RuleChoice:
     """Raises OlpError (W902) for a code that no rule begins with."""
-    found = Choice(tuple(c.upper() for c in select), tuple(c.upper() for c in ignore))
+    found = RuleChoice(tuple(c.upper() for c in select), tuple(c.upper() for c in ignore))
     codes = [rule.code for rule in all_rules()]
     problems = [
         error("W902", f"no rule is called {word[:40]!r}", file=file, help="olp lint --rules lists them")
@@ -49,23 +49,23 @@ def choice(select: Sequence[str], ignore: Sequence[str], file: str = "") -> Choi
     return found
 
 
-def rules_for(path: str, asked: Choice) -> list[Rule]:
+def rules_for(path: str, asked: RuleChoice) -> list[Rule]:
     """The rules for the file `path`; a selection that is asked for wins over that of its olp.toml.
 
     Raises OlpError (W902).
     """
     nearest = nearest_assumptions(Path(path).resolve().parent)
-    own = _read(str(nearest), nearest.stat().st_mtime_ns) if nearest is not None else Choice()
-    both = Choice(asked.select or own.select, (*asked.ignore, *(() if asked.select else own.ignore)))
+    own = _read(str(nearest), nearest.stat().st_mtime_ns) if nearest is not None else RuleChoice()
+    both = RuleChoice(asked.select or own.select, (*asked.ignore, *(() if asked.select else own.ignore)))
     return [rule for rule in all_rules() if both.holds(rule)]
 
 
 @lru_cache(maxsize=64)
-def _read(path: str, _: int) -> Choice:
+def _read(path: str, _: int) -> RuleChoice:
     try:
         table = parse_toml(toml_text(path, "replace")).get("lint", {})
     except (TOMLDecodeError, OSError):
-        return Choice()  # told where the file is read for its assumptions
+        return RuleChoice()  # told where the file is read for its assumptions
     problems: list[Diagnostic] = []
     if not isinstance(table, dict):
         raise OlpError(error("W902", "lint is a table", file=path, help='[lint]\nignore = ["W012"]'))

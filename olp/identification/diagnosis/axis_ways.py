@@ -29,7 +29,7 @@ _FINER = 16
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ways:
+class ToolPaths:
     """n ways of the tool's point, and the flange that carries it. `via` is nan for lines."""
 
     start: Floats  # (n, 3) [m]
@@ -39,7 +39,7 @@ class Ways:
     last: Floats  # (n, 3, 3) at the end
     tool: Floats  # (n, 3) [m] the tool's point seen from the flange
 
-    def take(self, rows: NDArray[np.intp]) -> Ways:
+    def take(self, rows: NDArray[np.intp]) -> ToolPaths:
         return replace(self, **{name: getattr(self, name)[rows] for name in self.__slots__})
 
     def at(self, share: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -88,7 +88,7 @@ def _vector(quaternion: Floats) -> Floats:
     return np.asarray(quaternion[:, 1:] * scale[:, None])
 
 
-def joints_along(robot: Robot, ways: Ways, share: Floats, posture: Flags, seed: Floats) -> Floats:
+def joints_along(robot: Robot, ways: ToolPaths, share: Floats, posture: Flags, seed: Floats) -> Floats:
     """(n, m, k) [rad | m] continuous along each way, nan from where a place is out of reach.
 
     `posture` (n, 6): RCONF's first flags at the start, for spherical wrists; other arms begin near `seed` (n, k)
@@ -109,7 +109,7 @@ def joints_along(robot: Robot, ways: Ways, share: Floats, posture: Flags, seed: 
     return joints
 
 
-def rates_along(robot: Robot, ways: Ways, share: Floats, joints: Floats) -> Floats:
+def rates_along(robot: Robot, ways: ToolPaths, share: Floats, joints: Floats) -> Floats:
     """(n, m, k) [rad | m per whole way] that turn the axes along `joints` (n, m, k); nan where those are.
 
     Near a singularity the rates are large and finite; arms with more than six axes take the shortest turn.
@@ -132,7 +132,7 @@ def _flat(robot: Robot, place: Floats, rotation: Floats, posture: Flags) -> Floa
     return joints.reshape(count, places, -1)
 
 
-def _nearest(robot: Robot, ways: Ways, share: Floats, first: Floats) -> Floats:
+def _nearest(robot: Robot, ways: ToolPaths, share: Floats, first: Floats) -> Floats:
     """(n, m, 6) Of all eight solutions the one that is nearest to the place before, from `first` (n, 6) on."""
     place, rotation, _, _ = ways.at(share)
     every = branches(robot, place.reshape(-1, 3), rotation.reshape(-1, 3, 3))

@@ -6,25 +6,24 @@ Code: N010 nothing to judge.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.identification.diagnosis.accelerations import inferred, limited
 from olp.identification.diagnosis.axis_rates import rates_of
-from olp.identification.diagnosis.corner_laws import SOME_ROUNDING, cornered
-from olp.identification.diagnosis.tuned import tuned
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.identification.signature.joint_moves import recorded_joint_moves
 from olp.robots.controller_effects import generations_in
 from olp.timing.arm_prior import arm_prior
-from olp.timing.physics._case import Case
-from olp.timing.physics._motion import Corners, Motion
+from olp.timing.physics._case import MeasuredMoves
+from olp.timing.physics._motion import EACH, Motion, MoveCorners
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
+
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -39,7 +38,7 @@ _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goe
 class Making(NamedTuple):
     """A case, the rows of the recording's moves that are in it, and what was assumed or left out."""
 
-    case: Case
+    case: MeasuredMoves
     rows: Rows
     notes: tuple[str, ...]
 
@@ -75,7 +74,9 @@ def case_of(recording: Recording) -> Making:
     return Making(_case(recording, rows, pace, simulated, notes), rows, tuple(notes))
 
 
-def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, notes: list[str]) -> Case:
+def _case(
+    recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, notes: list[str]
+) -> MeasuredMoves:
     moves = recording.moves
     stop_start, stop_end, before = _ends(moves)
     resolution = recording.settings.time_resolution
@@ -86,7 +87,7 @@ def _case(recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, note
     base, stretch = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
-    return Case(
+    return MeasuredMoves(
         move=moves.move[rows],
         measured=moves.duration[rows],
         simulated=simulated[rows],
@@ -292,7 +293,7 @@ def _base(
     return cornered(whole.with_(corners=corners), sim), 1.0 / faster if stretched else 1.0
 
 
-def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:
+def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners:
     """What the corners of the rows hang on; a neighbour that is not judged brakes as the move itself does."""
     everywhere = np.full(len(pace.way), np.nan)
     everywhere[rows] = slow
@@ -303,7 +304,7 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> Corners:
     after = np.full(len(pace.way), np.inf)
     follows = before >= 0
     after[before[follows]] = np.where(np.isfinite(pace.way), pace.way, np.inf)[follows]
-    return Corners(
+    return MoveCorners(
         way,
         speed,
         np.where(has & np.isfinite(ratio), ratio, 1.0),
@@ -378,3 +379,226 @@ def _corner(moves: RecordedMoves) -> Floats:
     angle = np.full(len(moves), np.nan)
     angle[:-1] = np.arccos(np.clip(np.einsum("ni,ni->n", unit[:-1], unit[1:]), -1.0, 1.0))
     return angle
+
+
+# --- Corner laws ---
+# How the judged simulation passes rounded corners: the law, and its numbers, that come nearest to its durations.
+#
+# Simulated durations have no scatter, so one law that is right fits all moves to the digits; where none does,
+# the nearest one only says how corners answer to other ramps.
+
+SOME_ROUNDING = 1e-6  # [m] where a rounding is told, but not its size
+_SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
+_SPLITS = (1.0, 0.5, 0.0)  # of what a corner saves, to the move before it
+_REACHES = (0.5, 0.45, 1 / 3, 0.25, 1.0)  # of the shorter move
+_OVERLAPS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.25, 1.5, 2.0)
+_DIGITS = 2e-4  # [s] nearer than that, a simulation stops at every corner
+_BETTER = 0.9  # times what exact stops are off: less is no law of corners
+
+
+def cornered(motion: Motion, sim: Floats) -> Motion:
+    """`motion` with law, overlap, split and reach from the simulated durations `sim` (n,) [s]."""
+    rounded = (motion.round_start > 0) | (motion.round_end > 0)
+    if not rounded.any() or _off(motion, sim, rounded) < _DIGITS:
+        return motion.with_(law="stop")
+    best, least = motion.with_(law="stop"), _BETTER * _off(motion.with_(law="stop"), sim, rounded)
+    for tried in _families(motion):
+        overlap, off = _nearest(tried, sim, rounded)
+        if off < least:
+            best, least = tried.with_(overlap=overlap), off
+    return best
+
+
+def _families(motion: Motion) -> list[Motion]:
+    sized = bool(motion.round_end.max() > SOME_ROUNDING)
+    shared = [("full", 0.5), *((law, reach) for law in _SIZED for reach in _REACHES if sized)]
+    own = [
+        ("full", 0.5),
+        *((law, reach) for law in ("braking", "distance", "radius") for reach in _REACHES if sized),
+    ]
+    return [
+        *(motion.with_(law=law, split=split, reach=reach) for law, reach in shared for split in _SPLITS),
+        *(motion.with_(law=law + EACH, split=0.5, reach=reach) for law, reach in own),
+    ]
+
+
+def _nearest(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> tuple[float, float]:
+    """Overlap and how far [s] off it is: the best of a grid, then ever nearer around it."""
+    offs = [_off(motion.with_(overlap=overlap), sim, rounded) for overlap in _OVERLAPS]
+    at = int(np.argmin(offs))
+    place, best = _OVERLAPS[at], offs[at]
+    step = 0.5 * (_OVERLAPS[min(at + 1, len(_OVERLAPS) - 1)] - _OVERLAPS[max(at - 1, 0)])
+    while step > 1e-4:
+        for tried in (place - step, place + step):
+            off = _off(motion.with_(overlap=tried), sim, rounded) if tried > 0 else np.inf
+            if off < best:
+                place, best = tried, off
+                break
+        else:
+            step *= 0.5
+    return place, best
+
+
+def _off(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> float:
+    """[s] mean distance from the simulation at rounded corners."""
+    return float(np.mean(np.abs(motion.duration() - sim)[rounded]))
+
+
+# --- Accelerations ---
+# Accelerations of the judged simulation that nobody wrote down: read off its durations.
+
+_CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
+_ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
+_SIM_DIGITS = 2e-4  # [s] that simulated times may be rounded by
+_LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
+_MOST_ALIKE = 0.8  # of the moves have one of them
+_FEW = 0.5  # of the moves: more of them are not limited, the simulation has another law
+
+
+def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask) -> Mask:
+    """(n,) moves between stops that the simulation itself made slower than their acceleration says: an axis' limit."""
+    with np.errstate(invalid="ignore"):
+        ramp = speed / slow
+        said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow))
+        off = plain & (sim > said * (1.0 + _ALIKE))
+    return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
+
+
+def inferred(way: Floats, speed: Floats, sim: Floats, stops: Mask, resolution: float) -> Floats:
+    """(n,) [m/s²] with which a trapezoid takes the simulated time; rows with rounded ends get the others' median."""
+    over = sim - way / speed
+    full = over <= way / speed
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slow = np.where(full, speed / over, 4.0 * way / sim**2)
+    told = (over > _CONTROLLERS_CYCLE) & np.isfinite(slow)
+    if stops.all() or _stops_everywhere(slow, over, told, stops):
+        stops = np.ones_like(stops)
+    good = stops & told
+    if not good.any():
+        return np.full(len(way), 1e3 * float(np.median(speed)))
+    # Long ramps tell the acceleration best: the median weighted by their length.
+    order = np.argsort(slow[good])
+    weight = np.cumsum(over[good][order])
+    one = float(slow[good][order][np.searchsorted(weight, 0.5 * weight[-1])])
+    ramp = speed / one
+    said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / one))
+    digits = max(np.nan_to_num(resolution), 1e-4)
+    if np.mean(np.abs(said - sim)[stops] <= 1.01 * digits) >= 0.9:
+        return np.full(len(way), one)
+    return np.where(good, slow, one)
+
+
+def _stops_everywhere(slow: Floats, over: Floats, told: Mask, stops: Mask) -> bool:
+    """Whether moves with rounded ends, taken for moves between stops, have the same few accelerations `slow` as those
+    between stops have: then the simulation knows of no rounding."""
+    known, asked = told & stops, told & ~stops
+    if not asked.any():
+        return False
+    levels = _levels(slow[known] if known.any() else slow[asked], over[known] if known.any() else over[asked])
+    if not 0 < len(levels) <= _LEVELS:
+        return False
+    near = np.abs(slow[asked][:, None] / levels - 1.0) < _ALIKE + _SIM_DIGITS / over[asked][:, None]
+    return bool(near.any(axis=1).mean() >= _MOST_ALIKE)
+
+
+def _levels(slow: Floats, over: Floats) -> Floats:
+    """The accelerations that nearly all of `slow` are, within the digits of simulated times; none when many."""
+    left, found = np.ones(len(slow), dtype=bool), list[float]()
+    while left.mean() > 1.0 - _MOST_ALIKE and len(found) < _LEVELS:
+        near = np.abs(slow[:, None] / slow[left] - 1.0) < _ALIKE + _SIM_DIGITS / over[:, None]
+        counts = near[left].sum(axis=0)
+        if counts.max() < _MANY * len(slow):
+            return np.zeros(0)
+        best = slow[left][int(np.argmax(counts))]
+        found.append(float(best))
+        left &= np.abs(slow / best - 1.0) >= _ALIKE + _SIM_DIGITS / over
+    return np.array(found) if left.mean() <= 1.0 - _MOST_ALIKE else np.zeros(0)
+
+
+# --- Tuned ---
+# With which share of the written speeds and accelerations the judged simulation seems to have been run.
+#
+# Somebody may have tuned it: an override or another acceleration that makes totals agree is in its durations,
+# not in the program. Terms act on the motion that the simulation had, so that share has to be known.
+
+_FEWEST = 8  # plain moves
+_MOST = 4.0  # times faster or slower
+_GRID = 161
+_REFINED = 40  # halvings' worth of a golden section
+_SHARES = (0.8, 0.95)  # of the moves that have to agree; few may be long enough to reach their speed
+_TUNED_BETTER = 0.2  # of the written values' misfit: what tuning has to leave at most
+_LEAST = 2e-4  # [s] misfits below are digits
+
+
+def tuned(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> tuple[float, float]:
+    """Share of the speeds and of the accelerations `slow` (n,) [m/s²] (nan: not written) in the simulated times `sim`.
+
+    (1, 1) where the written values do, or where no two shares do either. `plain`: straight moves between exact stops.
+    """
+    good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
+    if good.sum() < _FEWEST:
+        return 1.0, 1.0
+    way, speed, sim = way[good], speed[good], sim[good]
+    written = bool(np.isfinite(slow[good]).all())
+    slow = slow[good] if written else np.ones(int(good.sum()))
+    for share in _SHARES:
+        found = _tuned(way, speed, slow, sim, written, share)
+        if found != (1.0, 1.0):
+            return found
+    return 1.0, 1.0
+
+
+def _tuned(
+    way: Floats, speed: Floats, slow: Floats, sim: Floats, written: bool, share: float
+) -> tuple[float, float]:
+    """So that a `share` of the moves agree."""
+
+    def misfit(faster: float, stronger: float) -> float:
+        return float(np.quantile(np.abs(trapezoid(way, faster * speed, stronger * slow) - sim), share))
+
+    def stronger_of(faster: float) -> float:
+        return _stronger(way, faster * speed, slow, sim)
+
+    plainly = misfit(1.0, 1.0 if written else stronger_of(1.0))
+    if plainly <= _LEAST:
+        return 1.0, 1.0
+    tried = list[tuple[float, float]]()
+    if written:
+        tried += [(1.0, stronger_of(1.0)), (_best(lambda f: misfit(f, 1.0)), 1.0)]
+    both = _best(lambda f: misfit(f, stronger_of(f)))
+    tried.append((both, stronger_of(both)))
+    exact = [t for t in tried if misfit(*t) <= _LEAST]
+    faster, stronger = exact[0] if exact else min(tried, key=lambda t: misfit(*t))
+    if misfit(faster, stronger) >= _TUNED_BETTER * plainly:
+        return 1.0, 1.0
+    return faster, stronger if written else 1.0
+
+
+def trapezoid(way: Floats, speed: Floats, slow: Floats) -> Floats:
+    """(n,) [s] between two stops at constant acceleration."""
+    ramp = speed / slow
+    return np.asarray(np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow)))
+
+
+def _stronger(way: Floats, speed: Floats, slow: Floats, sim: Floats) -> float:
+    """The share of `slow` that the middle move says; long ramps tell it best."""
+    over = sim - way / speed
+    with np.errstate(divide="ignore", invalid="ignore"):
+        own = np.where(over <= way / speed, speed / over, 4.0 * way / sim**2) / slow
+    good = (over > 0) & np.isfinite(own)
+    if not good.any():
+        return 1.0
+    order = np.argsort(own[good])
+    weight = np.cumsum(over[good][order])
+    return float(own[good][order][np.searchsorted(weight, 0.5 * weight[-1])])
+
+
+def _best(misfit: Callable[[float], float]) -> float:
+    """By a grid and a golden section about its best place, in logarithms."""
+    grid = np.exp(np.linspace(-np.log(_MOST), np.log(_MOST), _GRID))
+    at = int(np.argmin([misfit(f) for f in grid.tolist()]))
+    low, high = grid[max(at - 1, 0)], grid[min(at + 1, _GRID - 1)]
+    for _ in range(_REFINED):
+        one, two = low + 0.382 * (high - low), high - 0.382 * (high - low)
+        low, high = (low, two) if misfit(float(one)) < misfit(float(two)) else (one, high)
+    return float(0.5 * (low + high))

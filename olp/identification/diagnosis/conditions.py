@@ -15,10 +15,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.fitting import FREEDOM, Fit, Noise, fit
-from olp.identification.diagnosis.model import FEATURES, Condition, Model, Part, Statement, feature
-from olp.identification.diagnosis.search import TELLING, Shelf, price
-from olp.timing.physics._case import Case
+from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit
+from olp.identification.diagnosis.model import (
+    FEATURES,
+    Condition,
+    DurationModel,
+    ModelPart,
+    Statement,
+    feature,
+)
+from olp.identification.diagnosis.search import TELLING, PartShelf, price
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -39,10 +46,10 @@ _Key = tuple[str, str, tuple[tuple[str, bool, str], ...]]
 
 class _Tried(NamedTuple):
     gain: float  # [1] of the sum of squares, in units of the scatter's variance
-    part: Part
+    part: ModelPart
 
 
-def conditioned(best: Fit, case: Case, noise: Noise, shelf: Shelf, count: int) -> Fit:
+def conditioned(best: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartShelf, count: int) -> ModelFit:
     """The fit, or one in which a term under a condition is beside its parts, or in the place of one or all of them."""
     if len(case) < 4 * _FEWEST:
         return best
@@ -55,7 +62,7 @@ def conditioned(best: Fit, case: Case, noise: Noise, shelf: Shelf, count: int) -
         return best  # there is nothing left to be told
     winner = _better(best, best, beside, case, noise)
     alone = [m for m in (best.model.without(k) for k in range(len(best.model.parts))) if m.parts]
-    for model in (Model(), *alone) if best.model.parts else ():
+    for model in (DurationModel(), *alone) if best.model.parts else ():
         bare = fit(model, case, noise, 8)
         tried = _promising(bare, case, shelf, statements, masks, count)
         winner = _better(winner, bare, tried, case, noise)
@@ -65,12 +72,14 @@ def conditioned(best: Fit, case: Case, noise: Noise, shelf: Shelf, count: int) -
     return winner if price(best) - price(winner) > TELLING and left < _LEFT * without else best
 
 
-def _better(winner: Fit, bare: Fit, tried: list[_Tried], case: Case, noise: Noise) -> Fit:
+def _better(
+    winner: ModelFit, bare: ModelFit, tried: list[_Tried], case: MeasuredMoves, noise: Noise
+) -> ModelFit:
     """The winner, or a fit with one of the parts beside `bare` that is better."""
     return min([winner, *(_fitted(bare, one.part, case, noise) for one in tried)], key=price)
 
 
-def _statements(case: Case) -> Iterator[Statement]:
+def _statements(case: MeasuredMoves) -> Iterator[Statement]:
     """All that can be said of some moves and not of others."""
     for name in FEATURES:
         values = feature(case, name)
@@ -91,7 +100,12 @@ def _statements(case: Case) -> Iterator[Statement]:
 
 
 def _promising(
-    bare: Fit, case: Case, shelf: Shelf, statements: list[Statement], masks: Mask, count: int
+    bare: ModelFit,
+    case: MeasuredMoves,
+    shelf: PartShelf,
+    statements: list[Statement],
+    masks: Mask,
+    count: int,
 ) -> list[_Tried]:
     """Terms under one or two statements, by what their columns explain of the residual inside them."""
     residual = case.measured - bare.model.seconds(case)
@@ -132,14 +146,14 @@ def _promising(
     return found
 
 
-def _note(tried: dict[_Key, _Tried], gain: float, part: Part) -> None:
+def _note(tried: dict[_Key, _Tried], gain: float, part: ModelPart) -> None:
     """The best guess of each form under the same columns."""
     key = _key(part)
     if key not in tried or gain > tried[key].gain:
         tried[key] = _Tried(gain, part)
 
 
-def _key(part: Part) -> _Key:
+def _key(part: ModelPart) -> _Key:
     assert part.condition is not None
     said = tuple((s.column, math.isfinite(s.above), s.word) for s in part.condition.statements)
     return part.label, part.form.key, said
@@ -149,9 +163,9 @@ def _gain(pull: Floats, square: Floats) -> Floats:
     return np.asarray(np.where(square > 1e-15, pull**2 / np.maximum(square, 1e-15), 0.0))
 
 
-def _fitted(bare: Fit, part: Part, case: Case, noise: Noise) -> Fit:
+def _fitted(bare: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise) -> ModelFit:
     """The part beside the others, its values and its bounds by turns."""
-    fitted = fit(Model((*bare.model.parts, part)), case, noise, 6)
+    fitted = fit(DurationModel((*bare.model.parts, part)), case, noise, 6)
     for _ in range(_ROUNDS):
         moved = _moved(fitted, case)
         if moved.parts[-1].condition == fitted.model.parts[-1].condition:
@@ -163,12 +177,12 @@ def _fitted(bare: Fit, part: Part, case: Case, noise: Noise) -> Fit:
     return fitted
 
 
-def _moved(fitted: Fit, case: Case) -> Model:
+def _moved(fitted: ModelFit, case: MeasuredMoves) -> DurationModel:
     """The last part's bounds where the moves' likelihoods want them, one statement after the other."""
     part = fitted.model.parts[-1]
     assert part.condition is not None
-    rest = Model(fitted.model.parts[:-1])
-    always = Model((*rest.parts, part._replace(condition=None)))
+    rest = DurationModel(fitted.model.parts[:-1])
+    always = DurationModel((*rest.parts, part._replace(condition=None)))
     losses = [
         np.log1p(((case.measured - m.seconds(case)) / fitted.scale) ** 2 / FREEDOM) for m in (rest, always)
     ]
@@ -177,10 +191,10 @@ def _moved(fitted: Fit, case: Case) -> Model:
     for k, statement in enumerate(statements):
         others = Condition(tuple(s for i, s in enumerate(statements) if i != k)).mask(case)
         statements[k] = _best_cut(statement, np.where(others, better, 0.0), others, case)
-    return Model((*rest.parts, part._replace(condition=Condition(tuple(statements)))))
+    return DurationModel((*rest.parts, part._replace(condition=Condition(tuple(statements)))))
 
 
-def _best_cut(statement: Statement, better: Floats, others: Mask, case: Case) -> Statement:
+def _best_cut(statement: Statement, better: Floats, others: Mask, case: MeasuredMoves) -> Statement:
     values = feature(case, statement.column)
     if statement.word or isinstance(values, tuple):
         return statement

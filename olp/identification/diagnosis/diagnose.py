@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,25 +11,37 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.case_making import case_of
-from olp.identification.diagnosis.errors import errors_of, rms
-from olp.identification.diagnosis.findings import Told, findings_of
-from olp.identification.diagnosis.fitting import Noise, fit
-from olp.identification.diagnosis.folds import Folds, folds_of
-from olp.identification.diagnosis.locate import mismatch_of
-from olp.identification.diagnosis.logs_alone import diagnosis_of_logs, in_seconds, no_case
-from olp.identification.diagnosis.model import Model
-from olp.identification.diagnosis.naming import Named, name, without
-from olp.identification.diagnosis.result import Diagnosis, Finding, NextExperiment, Remainder
-from olp.identification.diagnosis.scatter import digits_of
-from olp.identification.diagnosis.search import move_terms, nearest_single, price
-from olp.identification.diagnosis.verdict import floor_of, joined, verdict_of
-from olp.identification.diagnosis.ways import settled
-from olp.timing.physics._case import Case
+from olp.identification.diagnosis.fitting import ModelFit, Noise, fit
+from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
+from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
+from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.naming import NamingResult, name, without
+from olp.identification.diagnosis.residuals import LEVEL
+from olp.identification.diagnosis.result import (
+    Alternative,
+    Diagnosis,
+    Errors,
+    Evidence,
+    Finding,
+    FittedParameter,
+    Mismatch,
+    MoveResidual,
+    NextExperiment,
+    Remainder,
+)
+from olp.identification.diagnosis.scatter import Scatter, digits_of, scatter_of
+from olp.identification.diagnosis.search import move_terms, nearest_single, price, swaps
+from olp.identification.diagnosis.waits import spread
+from olp.timing.physics import load_term
+from olp.timing.physics._case import MeasuredMoves
+from olp.timing.physics._motion import Motion
 
 if TYPE_CHECKING:
     from olp.identification.diagnosis.logs import LogDiagnosis
+    from olp.identification.diagnosis.logs.result import AxisResidual
     from olp.identification.recording import Recording
     from olp.robots.robot import Robot
+
 
 Floats = NDArray[np.float64]
 
@@ -38,19 +51,19 @@ _ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
 _LEAST = 1e-5  # [s] no clock is finer than that
 
 
-class Outcome(NamedTuple):
+class DiagnosisOutcome(NamedTuple):
     """A diagnosis and what a report draws beside it."""
 
     diagnosis: Diagnosis
-    case: Case
-    model: Model  # the findings as they act together; waits are not in it
+    case: MeasuredMoves
+    model: DurationModel  # the findings as they act together; waits are not in it
     predicted: Floats  # (n,) [s] with the findings, waits included
     ladder: tuple[tuple[str, float, float], ...]  # name added, BIC, held-out RMSE [s]; the first is ""
     log: LogDiagnosis | None = None
-    named: Named | None = None  # what the search came to, with its predictions of moves it did not see
+    named: NamingResult | None = None  # what the search came to, with its predictions of moves it did not see
 
 
-def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Outcome:
+def diagnose_recording(recording: Recording, robot: Robot | None = None) -> DiagnosisOutcome:
     """Everything that a recording tells; `robot` stands for the recording's. Raises OlpError N010."""
     if robot is not None:
         recording = replace(recording, robot=robot)
@@ -75,12 +88,14 @@ def _log_of(recording: Recording) -> LogDiagnosis | None:
     return diagnose_logs(recording)
 
 
-def _logs_alone(log: LogDiagnosis) -> Outcome:
+def _logs_alone(log: LogDiagnosis) -> DiagnosisOutcome:
     """Of a recording that has no moves."""
-    return Outcome(diagnosis_of_logs(log, _unpaired(log)), no_case(), Model(), np.zeros(0), (), log)
+    return DiagnosisOutcome(
+        diagnosis_of_logs(log, _unpaired(log)), no_case(), DurationModel(), np.zeros(0), (), log
+    )
 
 
-def _on_time(case: Case, log: LogDiagnosis | None) -> Case:
+def _on_time(case: MeasuredMoves, log: LogDiagnosis | None) -> MeasuredMoves:
     """Durations by the simulation's clock, where the logs show that the recorder's runs at another rate."""
     rates = [clock.rate for clock in log.clocks if clock.rate_significant] if log is not None else []
     return replace(case, measured=case.measured / rates[0], derived={}) if rates else case
@@ -88,11 +103,11 @@ def _on_time(case: Case, log: LogDiagnosis | None) -> Case:
 
 def _answer(
     recording: Recording,
-    case: Case,
-    named: Named,
+    case: MeasuredMoves,
+    named: NamingResult,
     log: LogDiagnosis | None,
     notes: tuple[str, ...],
-) -> Outcome:
+) -> DiagnosisOutcome:
     sigma, told_by = floor_of(named)
     told = findings_of(named, case, sigma)
     while idle := _idle(told):
@@ -104,8 +119,8 @@ def _answer(
     notes = (*notes, *tuned)
     if verdict not in ("explained", "partly-explained"):
         notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
-        told = Told([], [], [])
-    model = named.fit.model if told.findings else Model()
+        told = ReportedFindings([], [], [])
+    model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
     if told.findings:
         predicted = np.where(named.waiting, case.measured, predicted)
@@ -131,10 +146,10 @@ def _answer(
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
-    return Outcome(diagnosis, case, model, predicted, _ladder(named), log, named)
+    return DiagnosisOutcome(diagnosis, case, model, predicted, _ladder(named), log, named)
 
 
-def _idle(told: Told) -> str:
+def _idle(told: ReportedFindings) -> str:
     """The weakest name whose interval holds the value at which it does nothing, "" when none does. What cannot be told
     from others has an interval that holds theirs."""
     alike = {name for group in told.alike for name in group}
@@ -142,14 +157,14 @@ def _idle(told: Told) -> str:
     return min(idle, key=lambda f: f.evidence.delta_bic).term if idle else ""
 
 
-def _without_tuning(told: Told, case: Case) -> tuple[Told, tuple[str, ...]]:
+def _without_tuning(told: ReportedFindings, case: MeasuredMoves) -> tuple[ReportedFindings, tuple[str, ...]]:
     """Beside other names, the scale that makes a stretched simulation run as it is written is the tuning of that
     simulation, taken back: it is noted, and no finding."""
     undone = [f.term for f in told.findings if f.term in _SCALES and _undoes(f, case.stretch)]
     if len(undone) != 1 or len(told.findings) < 2:
         return told, ()
     kept = [k for k, group in enumerate(told.alike) if group[0] not in undone]
-    told = Told(
+    told = ReportedFindings(
         [f for f in told.findings if f.term not in undone],
         [told.alike[k] for k in kept],
         [told.rivals[k] for k in kept],
@@ -186,7 +201,9 @@ def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Findin
     return (*logged, *(f for f in found if f.term not in names))
 
 
-def _experiment(told: Told, named: Named, case: Case, sigma: float, recording: Recording) -> NextExperiment:
+def _experiment(
+    told: ReportedFindings, named: NamingResult, case: MeasuredMoves, sigma: float, recording: Recording
+) -> NextExperiment:
     """The moves that would tell the first group apart; where a difference has no name, those that would tell apart what
     comes nearest to it."""
     from olp.identification.diagnosis.next_experiment import design_experiment
@@ -200,7 +217,7 @@ def _experiment(told: Told, named: Named, case: Case, sigma: float, recording: R
     return replace(found, why=f"nothing holds; of what comes nearest, {found.why}") if found.why else found
 
 
-def _untold(case: Case) -> tuple[str, ...]:
+def _untold(case: MeasuredMoves) -> tuple[str, ...]:
     """The terms that these columns cannot tell, and what would have to be recorded."""
     missing = [(term.name, term.lacks(case)) for term in move_terms()]
     told = "; ".join(f"{name} ({lacks})" for name, lacks in missing if lacks)
@@ -218,20 +235,20 @@ def _log_json(log: LogDiagnosis | None) -> dict[str, Any] | None:
     return None if log is None else log.to_json()
 
 
-def _ladder(named: Named) -> tuple[tuple[str, float, float], ...]:
+def _ladder(named: NamingResult) -> tuple[tuple[str, float, float], ...]:
     """The findings added one at a time, the most telling first."""
     parts = list(named.fit.model.parts)
     case, noise = named.clean, named.noise
-    steps = [("", fit(Model(), case, noise))]
+    steps = [("", fit(DurationModel(), case, noise))]
     while parts:
-        tried = [(p, fit(Model((*steps[-1][1].model.parts, p)), case, noise, 15)) for p in parts]
+        tried = [(p, fit(DurationModel((*steps[-1][1].model.parts, p)), case, noise, 15)) for p in parts]
         part, best = min(tried, key=lambda t: price(t[1]))
         parts = [p for p in parts if p is not part]
         steps.append((part.term.name, best))
     return tuple((label, f.bic, _held_out(f.model, case, noise, named.folds)) for label, f in steps)
 
 
-def _held_out(model: Model, case: Case, noise: Noise, folds: Folds) -> float:
+def _held_out(model: DurationModel, case: MeasuredMoves, noise: Noise, folds: Folds) -> float:
     left = np.zeros(len(case))
     for label in np.unique(folds.labels).tolist():
         seen = np.nonzero(folds.labels != label)[0].astype(np.int64)
@@ -242,3 +259,348 @@ def _held_out(model: Model, case: Case, noise: Noise, folds: Folds) -> float:
             continue
         left[held] = test.measured - fit(model, case.take(seen), noise, 6).model.seconds(test)
     return rms(left)
+
+
+# --- Locate ---
+# Where simulation and recording differ: move by move, significant or not, and in which phase.
+
+_FALSE_DISCOVERIES = 0.05  # of the moves that are called significant
+
+
+def mismatch_of(case: MeasuredMoves, sigma: float, model: DurationModel, late: NDArray[np.bool_]) -> Mismatch:
+    """Residuals of all moves against the judged simulation."""
+    residual = case.residual
+    chosen = significant(residual, sigma)
+    phases = _phases(case, model, late)
+    moves = tuple(
+        MoveResidual(
+            int(case.move[i]),
+            case.job[i] or None,
+            int(case.line[i]) or None,
+            phases[i],
+            float(residual[i]),
+            bool(chosen[i]),
+        )
+        for i in range(len(case))
+    )
+    return Mismatch(float(residual.mean()), errors_of(residual, case.measured), moves)
+
+
+def significant(residual: Floats, sigma: float) -> NDArray[np.bool_]:
+    """(n,) beyond the noise, at most 5 % false ones (Y. Benjamini, Y. Hochberg, J. R. Statist. Soc. B 57, 1995)."""
+    tail = np.array([math.erfc(abs(r) / sigma / math.sqrt(2.0)) for r in residual.tolist()])
+    order = np.argsort(tail)
+    passed = tail[order] <= _FALSE_DISCOVERIES * np.arange(1, len(tail) + 1) / len(tail)
+    count = int(np.nonzero(passed)[0].max()) + 1 if passed.any() else 0
+    chosen = np.zeros(len(tail), dtype=bool)
+    chosen[order[:count]] = True
+    return chosen
+
+
+def _phases(case: MeasuredMoves, model: DurationModel, late: NDArray[np.bool_]) -> list[str]:
+    """Of the term that does most in a move; "whole" without one."""
+    shares = model.contributions(case)
+    if not shares:
+        return ["settle" if waits else "whole" for waits in late.tolist()]
+    most = np.argmax(np.abs(shares), axis=0)
+    names = [part.term.phase for part in model.parts]
+    return ["settle" if waits else names[k] for k, waits in zip(most.tolist(), late.tolist(), strict=True)]
+
+
+# --- Verdict ---
+# The verdict, and the noise that it is measured by: what the names leave over the noise floor, and nothing else.
+
+AGREES = 2.0  # times the noise floor: what is off by more is no agreement
+EXPLAINED = 1.5  # times the noise floor that names leave at most
+_FEWEST = 4  # moves; fewer are no comparison
+_LITTLE = 0.02  # of the mean square: a pattern in what is left of it does not matter
+_MOST = 0.5  # of the mean square: names that leave more, and a pattern in it, are not the cause
+_ROUGH, _DIGITS = (
+    0.03,
+    8.0,
+)  # share of a duration, and times the digits' standard deviation: robots repeat better
+
+
+def floor_of(named: NamingResult) -> Scatter:
+    """Of repeats where there are enough, else of what remains or of moves that are alike; at least the digits."""
+    least = max(digits_of(named.clean), named.noise.least)
+    return scatter_of(left_over(named), named.clean, least, named.remains.structured)
+
+
+def left_over(named: NamingResult) -> Floats:
+    """(n,) [s] of the moves that are not late."""
+    return np.asarray(named.clean.measured - named.fit.model.seconds(named.clean))
+
+
+def verdict_of(named: NamingResult) -> str:
+    """One of VERDICTS, from the durations alone."""
+    if len(named.late) < _FEWEST:
+        return "not-judged"
+    sigma, left, raw = floor_of(named).value, rms(left_over(named)), rms(named.clean.residual)
+    pattern = named.remains.structured and left > digits_of(named.clean)
+    if not named.fit.model.parts and not named.late.any():
+        rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
+        return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
+    if left <= EXPLAINED * sigma and not (pattern and left**2 > _LITTLE * raw**2):
+        return "explained"
+    if pattern and left**2 > _MOST * raw**2 and not named.late.any():
+        return "unexplained"
+    return "partly-explained"
+
+
+def joined(one: str, other: str, found: bool) -> str:
+    """The verdict of durations and logs together."""
+    judged = {one, other} - {"not-judged"}
+    if not judged:
+        return "not-judged"
+    if found:
+        return "explained" if judged <= {"explained", "no-mismatch"} else "partly-explained"
+    return "unexplained" if "unexplained" in judged else "no-mismatch"
+
+
+def _rough(named: NamingResult) -> bool:
+    """Whether simulation and robot differ by a share of the durations that no scatter is."""
+    return float(np.mean(np.abs(named.clean.residual) / np.maximum(named.clean.measured, 1e-6))) > _ROUGH
+
+
+# --- Logs alone ---
+# A recording that has logs and no moves: the diagnosis is what the logs tell.
+
+_NOTE = "no moves were recorded: durations are not judged, only the logs"
+
+
+def diagnosis_of_logs(log: LogDiagnosis, unpaired: tuple[str, ...]) -> Diagnosis:
+    """The whole answer from logs. `unpaired`: what could not be paired, in words.
+
+    Seconds are those by which an axis at its RMS speed would have to be early or late to be as far off, the mean
+    square over axes; percentages are of an axis' travel, on the mean and the worst. nan where none is judged.
+    """
+    axes = _judged(log)
+    after, floor = (_seconds(axes, name) for name in ("after", "floor"))
+    errors = {name: _errors(axes, name) for name in ("before", "after")}
+    late = float(np.mean([a.late for a in axes])) if axes else math.nan
+    return Diagnosis(
+        verdict=log.verdict,
+        moves=0,
+        held_out_by="blocks of the log",
+        noise_floor=floor,
+        noise_from="rests and neighbouring samples" if math.isfinite(floor) else "",
+        mismatch=Mismatch(late, errors["before"], ()),
+        findings=in_seconds(log),
+        indistinguishable=log.indistinguishable,
+        next_experiment=NextExperiment(log.next_experiment),
+        remainder=Remainder(after),
+        before=errors["before"],
+        heldout_before=errors["before"],
+        heldout_after=errors["after"],
+        notes=(_NOTE, *log.notes),
+        unpaired=unpaired,
+        log=log.to_json(),
+    )
+
+
+def _seconds(axes: list[AxisResidual], name: str) -> float:
+    """[s] Root mean square over axes of a position's error over its axis' RMS speed."""
+    values = np.array([getattr(a, name) / a.pace for a in axes])
+    values = values[np.isfinite(values)]
+    return rms(values) if len(values) else math.nan
+
+
+def _errors(axes: list[AxisResidual], name: str) -> Errors:
+    shares = [100.0 * getattr(a, name) / a.reach for a in axes if a.reach > 0]
+    if not shares:
+        return Errors(math.nan, math.nan, math.nan)
+    return Errors(_seconds(axes, name), float(np.mean(shares)), float(np.max(shares)))
+
+
+def in_seconds(log: LogDiagnosis) -> tuple[Finding, ...]:
+    """The findings with the errors of their axes on unseen blocks, in seconds; a clock's are those of all axes.
+
+    Torques have no seconds: their errors stand in the log's own part of the answer.
+    """
+    return tuple(_in_seconds(finding, log, _judged(log)) for finding in log.findings)
+
+
+def _off(log: LogDiagnosis) -> float:
+    """[s] RMS by which the clock that is farthest off reads wrong over the log, its rate and its offset."""
+    off = [0.0]
+    for clock in log.clocks:
+        drift = (clock.rate - 1.0) * log.span / math.sqrt(12.0) if clock.rate_significant else 0.0
+        off.append(math.hypot(drift, clock.offset if clock.offset_significant else 0.0))
+    return max(off)
+
+
+def _judged(log: LogDiagnosis) -> list[AxisResidual]:
+    return [a for a in log.axes if a.signal == "position" and a.pace > 0]
+
+
+def _in_seconds(finding: Finding, log: LogDiagnosis, axes: list[AxisResidual]) -> Finding:
+    pace = {a.axis: a.pace for a in axes}
+    own = [e for e in log.evidence if e.term == finding.term and e.signal == "position"]
+    told = [e for e in own if e.axis in pace and math.isfinite(e.heldout_before)]
+    if told:
+        before, after = (
+            rms(np.array([getattr(e, name) / pace[e.axis] for e in told]))
+            for name in ("heldout_before", "heldout_after")
+        )
+    elif finding.term == "clock" and axes:
+        after = _seconds(axes, "after")
+        before = math.hypot(after, _off(log))
+    else:
+        return finding
+    return replace(finding, evidence=finding.evidence._replace(heldout_before=before, heldout_after=after))
+
+
+def no_case() -> MeasuredMoves:
+    """The case of no moves at all."""
+    one, three = np.zeros(0), np.zeros((0, 3))
+    number, mask = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
+    motion = Motion(one, one, one, one, one, one, one, one, one, one)
+    return MeasuredMoves(
+        *(number, one, one, motion, mask, mask, three, three, one, mask, mask),
+        *(one, one, one, one, one, one, number, (), number),
+    )
+
+
+# --- Findings ---
+# What is believed, as findings: sentences, parameters, contributions, evidence, what could stand in their place.
+
+_LATTICE = "cycle-quantisation"  # a cycle of nothing is no value that an interval comes near
+_RIVALS = 30.0  # in BIC: worse ones are not worth a word
+_ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
+
+
+class ReportedFindings(NamedTuple):
+    """Findings, groups of names that cannot be told apart, and for each such group its models."""
+
+    findings: list[Finding]
+    alike: list[tuple[str, ...]]
+    rivals: list[list[DurationModel]]
+
+
+class _Rival(NamedTuple):
+    alternative: Alternative
+    model: DurationModel
+
+
+def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> ReportedFindings:
+    """A finding per term (axes of one limit together). `floor` [s]: the noise."""
+    best = named.fit
+    shares = best.model.contributions(case)
+    by_term: dict[str, list[int]] = {}
+    for k, part in enumerate(best.model.parts):
+        by_term.setdefault(part.term.name, []).append(k)
+    rivals_of = {name: _rivals(best, parts, named) for name, parts in by_term.items()}
+    as_good = [r.model for rivals in rivals_of.values() for r in rivals if r.alternative.delta_bic < ALIKE]
+    parameters = parameters_with_intervals(best, named.clean, named.noise, as_good, floor)
+    told = ReportedFindings([], [], [])
+    for term, parts in by_term.items():
+        rivals = rivals_of[term]
+        told.findings.append(
+            _finding(term, parts, named, case, parameters, shares, [r.alternative for r in rivals])
+        )
+        alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
+        if alike:
+            told.alike.append((term, *(r.alternative.term for r in alike)))
+            told.rivals.append([best.model, *(r.model for r in alike)])
+    waits = _waiting(named, case)
+    return told if waits is None else told._replace(findings=[*told.findings, waits])
+
+
+def _rivals(best: ModelFit, parts: list[int], named: NamingResult) -> list[_Rival]:
+    if len(parts) > 1:
+        return []
+    used, rivals = set(best.names), list[_Rival]()
+    for other in swaps(best, parts[0], named.shelf, named.clean, named.noise):
+        name = next((p.term.name for p in other.model.parts if p.term.name not in used), None)
+        worse = max(other.bic - best.bic, 0.0)
+        if name is not None and worse < _RIVALS:
+            rivals.append(_Rival(Alternative(name, worse), other.model))
+    return rivals
+
+
+def _finding(
+    name: str,
+    parts: list[int],
+    named: NamingResult,
+    case: MeasuredMoves,
+    parameters: list[dict[str, FittedParameter]],
+    shares: tuple[Floats, ...],
+    rivals: list[Alternative],
+) -> Finding:
+    best = named.fit
+    members = [best.model.parts[k] for k in parts]
+    share = np.sum([shares[k] for k in parts], axis=0)
+    acts = np.abs(share) > _ACTS * best.scale
+    rest = best
+    for k in sorted(parts, reverse=True):
+        rest = ModelFit(rest.model.without(k), rest.loss, rest.scale, rest.bic)
+    bare = fit(rest.model, named.clean, named.noise, 20)
+    gains = [named.gains[k] for k in parts]
+    conditions = [str(p.condition) for p in members if p.condition is not None]
+    where = f"where {conditions[0]}: " if conditions else ""
+    return Finding(
+        term=name,
+        says=where + "; ".join(p.term.says(p.form, p.values, case) for p in members),
+        equation=members[0].form.equation,
+        parameters={key: value for k in parts for key, value in parameters[k].items()},
+        moves=tuple(case.move[acts].tolist()),
+        contribution=dict(zip(case.move.tolist(), share.tolist(), strict=True)),
+        evidence=Evidence(
+            bare.bic - best.bic,
+            _likelihood_ratio(bare, best),
+            max(g.before for g in gains),
+            min(g.after for g in gains),
+        ),
+        alternatives=tuple(rivals),
+        condition=conditions[0] if conditions else None,
+        nulls=_nulls(members),
+    )
+
+
+def _nulls(members: list[ModelPart]) -> dict[str, float]:
+    """By parameter the value at which nothing happens; {} where the first one, which says how much, has none."""
+    sized = [p for p in members if math.isfinite(p.form.parameters[0].null) and p.term.name != _LATTICE]
+    return {q.name: q.null for p in sized for q in p.form.parameters if math.isfinite(q.null)}
+
+
+def _likelihood_ratio(bare: ModelFit, full: ModelFit) -> float:
+    """Tail of chi square with one degree per parameter, times the number of names that were tried."""
+    freedom = sum(len(p.form.parameters) for p in full.model.parts) - sum(
+        len(p.form.parameters) for p in bare.model.parts
+    )
+    x = max(2.0 * (bare.loss - full.loss), 0.0)
+    k = 2.0 / (9.0 * max(freedom, 1))
+    tail = 0.5 * math.erfc((((x / max(freedom, 1)) ** (1 / 3)) - (1.0 - k)) / math.sqrt(2.0 * k))
+    return min(1.0, tail * len(move_terms()))
+
+
+def _waiting(named: NamingResult, case: MeasuredMoves) -> Finding | None:
+    """The late moves as a finding."""
+    late = named.waiting
+    if not late.any():
+        return None
+    lost = np.where(late, case.measured - named.fit.model.seconds(case), 0.0)
+    waits = lost[late]
+    sigma = spread(named.clean.measured - named.fit.model.seconds(named.clean), named.noise.least)
+    count = int(late.sum())
+    places = {f"{case.job[i]}:{case.line[i]}" for i in np.nonzero(late)[0].tolist() if case.line[i]}
+    where = f", all at {next(iter(places))}" if len(places) == 1 and count > 1 else ""
+    says = (
+        f"{count} of {len(case)} moves are late by {waits.min():.3f} to {waits.max():.3f} s "
+        f"for reasons outside the arm{where}"
+        if count > 1
+        else f"move {int(case.move[late][0])} is late by {waits[0]:.3f} s for a reason outside the arm"
+    )
+    error = 1.96 * float(waits.std(ddof=1)) / math.sqrt(count) if count > 1 else 1.96 * sigma
+    mean = float(waits.mean())
+    gain = float(np.sum((waits / sigma) ** 2)) - 2.0 * count * math.log(len(case))
+    return Finding(
+        "external-wait",
+        says,
+        load_term("external-wait").equation,  # type: ignore[attr-defined]
+        {"mean": FittedParameter(mean, "s", mean - error, mean + error)},
+        tuple(case.move[late].tolist()),
+        dict(zip(case.move.tolist(), lost.tolist(), strict=True)),
+        Evidence(gain, LEVEL * min(1.0, math.exp(-0.5 * max(gain, 0.0))), rms(lost[late]), sigma),
+    )

@@ -16,12 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.errors import rms
-from olp.identification.diagnosis.fitting import FREEDOM, Fit, Noise, fit, penalty, whiten
-from olp.identification.diagnosis.folds import Folds, interleaved
+from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit, penalty, whiten
+from olp.identification.diagnosis.folds import Folds, interleaved, rms
 from olp.identification.diagnosis.residuals import remains_of
-from olp.identification.diagnosis.search import NARROW, TELLING, Shelf, price, search
-from olp.timing.physics._case import Case
+from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, price, search
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +51,9 @@ class Selection(NamedTuple):
     sets: tuple[frozenset[str], ...] = ()  # the names that each fold chose
 
 
-def chosen(fits: Sequence[Fit], case: Case, noise: Noise, tries: int = _TRIES, steps: int = _STEPS) -> Fit:
+def chosen(
+    fits: Sequence[ModelFit], case: MeasuredMoves, noise: Noise, tries: int = _TRIES, steps: int = _STEPS
+) -> ModelFit:
     """The set with the fewest names that does as well as the best of all that were fitted; `fits`: the best first.
 
     Of each size the first `tries` sets are fitted in up to `steps` steps. A smaller set will do when each name more is
@@ -71,13 +72,13 @@ def chosen(fits: Sequence[Fit], case: Case, noise: Noise, tries: int = _TRIES, s
     return best
 
 
-def worth(fewer: Fit, more: Fit) -> float:
+def worth(fewer: ModelFit, more: ModelFit) -> float:
     """By how much the larger set is better in BIC; values that physics does not expect count against a set."""
     doubts = [sum(p.term.doubt(p.form, p.values) for p in fitted.model.parts) for fitted in (fewer, more)]
     return fewer.bic + doubts[0] - more.bic - doubts[1]
 
 
-def matters(fewer: Fit, more: Fit, case: Case, small: float) -> bool:
+def matters(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, small: float) -> bool:
     """Whether the larger set differs from the smaller by a share `small` of all that it explains (in the mean square),
     or leaves clearly less, or scatter where the smaller leaves a pattern."""
     if fewer.scale > _CLEARLY * more.scale:
@@ -91,7 +92,7 @@ def matters(fewer: Fit, more: Fit, case: Case, small: float) -> bool:
     )
 
 
-def gain_of(fitted: Fit, index: int, case: Case, noise: Noise, folds: Folds) -> Gain:
+def gain_of(fitted: ModelFit, index: int, case: MeasuredMoves, noise: Noise, folds: Folds) -> Gain:
     """Adding part `index` to the others, held out by the folds."""
     labels = _labels_for(fitted, index, case, folds)
     with_it, without = (np.full(len(case), np.nan) for _ in range(2))
@@ -124,13 +125,13 @@ def _sure(gain: Gain) -> bool:
     return gain.loglik > _DEVIATIONS * gain.error and gain.after < gain.before
 
 
-def acts(fitted: Fit, index: int, case: Case) -> NDArray[np.bool_]:
+def acts(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]:
     """(n,) moves that a part changes by more than half of the scatter."""
     whole = fitted.model.seconds(case)
     return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > _ACTS * fitted.scale)
 
 
-def selection(case: Case, noise: Noise, folds: Folds, shelf: Shelf) -> Selection:
+def selection(case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf) -> Selection:
     """Search and fit without each fold, predict it."""
     predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
     for label in np.unique(folds.labels).tolist():
@@ -145,7 +146,7 @@ def selection(case: Case, noise: Noise, folds: Folds, shelf: Shelf) -> Selection
     return Selection(predicted, tuple(sets))
 
 
-def found_in(case: Case, noise: Noise, shelf: Shelf) -> Fit:
+def found_in(case: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
     """What a narrow search comes to."""
     from olp.identification.diagnosis.conditions import conditioned
 
@@ -153,7 +154,9 @@ def found_in(case: Case, noise: Noise, shelf: Shelf) -> Fit:
     return conditioned(best, case, noise, shelf, NARROW.additions)
 
 
-def placebo(fitted: Fit, case: Case, noise: Noise, shelf: Shelf, times: int = 200, seed: int = 1) -> float:
+def placebo(
+    fitted: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartShelf, times: int = 200, seed: int = 1
+) -> float:
     """Share of shuffles of what the model leaves among the moves in which some term would be worth its price, to first
     order: the largest of all gains, so that looking at many terms is counted (P. Westfall, S. Young, 1993)."""
     columns, left = shelf.columns, case.measured - fitted.model.seconds(case)
@@ -170,7 +173,7 @@ def placebo(fitted: Fit, case: Case, noise: Noise, shelf: Shelf, times: int = 20
     return float((gain > np.where(size > 1e-12, cost, np.inf)[:, None]).any(axis=0).mean())
 
 
-def _labels_for(fitted: Fit, index: int, case: Case, folds: Folds) -> NDArray[np.int64]:
+def _labels_for(fitted: ModelFit, index: int, case: MeasuredMoves, folds: Folds) -> NDArray[np.int64]:
     """The folds, unless one of them holds most of what the part does: nobody could know that from the others."""
     where = acts(fitted, index, case)
     done = (fitted.model.seconds(case) - fitted.model.without(index).seconds(case)) ** 2

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.model import FEATURES, Model, Part
-from olp.timing.physics import MoveTerm, Parameter
-from olp.timing.physics._case import Case
+from olp.identification.diagnosis.model import FEATURES, DurationModel, ModelPart
+from olp.timing.physics import MoveTerm, TermParameter
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
@@ -31,10 +31,10 @@ class Noise(NamedTuple):
     order: float = 0.0  # [1] correlation of one residual with the one before it, in order of execution
 
 
-class Fit(NamedTuple):
+class ModelFit(NamedTuple):
     """A model with its best values. `loss`: minus the logarithm of the likelihood, less a constant."""
 
-    model: Model
+    model: DurationModel
     loss: float
     scale: float  # [s] of the scatter
     bic: float
@@ -49,7 +49,7 @@ class Fit(NamedTuple):
         return frozenset(part.label for part in self.model.parts)
 
 
-def whiten(values: Floats, noise: Noise, case: Case) -> Floats:
+def whiten(values: Floats, noise: Noise, case: MeasuredMoves) -> Floats:
     """(n, …) with the same scatter, free of what the move before foretells of it.
 
     Durations that are differences of shared time stamps lose what their neighbour wins: a moving average of order one,
@@ -94,7 +94,7 @@ def loss_of(residual: Floats, least: float, start: float = 0.0) -> tuple[float, 
     return float(far.sum() + len(residual) * np.log(scale)), scale
 
 
-def penalty(parts: Sequence[Part], case: Case) -> float:
+def penalty(parts: Sequence[ModelPart], case: MeasuredMoves) -> float:
     """What the parts cost in BIC: log n per parameter and per bound of a condition, and the choice between a term's
     forms and between the columns that conditions can be about."""
     said = sum(len(part.condition.statements) for part in parts if part.condition is not None)
@@ -103,7 +103,7 @@ def penalty(parts: Sequence[Part], case: Case) -> float:
     return float(count * np.log(len(case)) + forms + 2.0 * said * np.log(len(FEATURES)))
 
 
-def _choices(term: MoveTerm, case: Case) -> float:
+def _choices(term: MoveTerm, case: MeasuredMoves) -> float:
     """[1] Forms of a term, at least one."""
     count = case.once(
         f"forms {term.name}", lambda: np.array([max(len(term.forms(case)), 1)], dtype=np.float64)
@@ -111,12 +111,12 @@ def _choices(term: MoveTerm, case: Case) -> float:
     return float(count[0])
 
 
-def evaluate(model: Model, case: Case, noise: Noise) -> Fit:
+def evaluate(model: DurationModel, case: MeasuredMoves, noise: Noise) -> ModelFit:
     """A model as it stands, nothing fitted but the scale."""
     return _judged(model, case.measured - model.seconds(case), case, noise)
 
 
-def fit(model: Model, case: Case, noise: Noise, steps: int = 10, held: int = -1) -> Fit:
+def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10, held: int = -1) -> ModelFit:
     """The best values near those of `model`; the coordinate `held` stays where it is."""
     if not model.parts:
         return evaluate(model, case, noise)
@@ -146,7 +146,7 @@ def fit(model: Model, case: Case, noise: Noise, steps: int = 10, held: int = -1)
             if loss < best.loss - 1e-9:
                 gained = best.loss - loss
                 place, residual, smooth, model = tried, left, between, candidate
-                best = Fit(model, loss, scale, best.bic + 2.0 * (loss - best.loss))
+                best = ModelFit(model, loss, scale, best.bic + 2.0 * (loss - best.loss))
                 damping = max(damping / 10.0, 1e-9)
                 break
             damping *= 10.0
@@ -167,35 +167,40 @@ def _bounded(normal: Floats, pull: Floats, place: Floats, low: Floats, high: Flo
     return np.clip(tried, low, high)
 
 
-def _judged(model: Model, residual: Floats, case: Case, noise: Noise) -> Fit:
+def _judged(model: DurationModel, residual: Floats, case: MeasuredMoves, noise: Noise) -> ModelFit:
     loss, scale = loss_of(whiten(residual, noise, case), noise.least)
-    return Fit(model, loss, scale, 2.0 * loss + penalty(model.parts, case))
+    return ModelFit(model, loss, scale, 2.0 * loss + penalty(model.parts, case))
 
 
-def slopes_of(model: Model, case: Case, noise: Noise) -> Floats:
+def slopes_of(model: DurationModel, case: MeasuredMoves, noise: Noise) -> Floats:
     """(n, p) of the whitened prediction by the search's coordinates, at the model's values."""
     return _slopes(model, _pack(model), _bounds(model), model.smooth(case), case, noise)
 
 
-def place_of(model: Model) -> tuple[Floats, Floats, Floats]:
+def place_of(model: DurationModel) -> tuple[Floats, Floats, Floats]:
     """(p,) each: the values in the search's coordinates, and their bounds."""
     return _pack(model), *_bounds(model)
 
 
-def moved(model: Model, index: int, coordinate: float) -> Model:
+def moved(model: DurationModel, index: int, coordinate: float) -> DurationModel:
     """The model with one of the search's coordinates somewhere else."""
     place = _pack(model)
     place[index] = coordinate
     return _unpack(model, place)
 
 
-def parameters_of(model: Model) -> list[tuple[Part, Parameter, float]]:
+def parameters_of(model: DurationModel) -> list[tuple[ModelPart, TermParameter, float]]:
     """All parameters in the order of the search's coordinates."""
     return [(p, q, float(v)) for p in model.parts for q, v in zip(p.form.parameters, p.values, strict=True)]
 
 
 def _slopes(
-    model: Model, place: Floats, bounds: tuple[Floats, Floats], here: Floats, case: Case, noise: Noise
+    model: DurationModel,
+    place: Floats,
+    bounds: tuple[Floats, Floats],
+    here: Floats,
+    case: MeasuredMoves,
+    noise: Noise,
 ) -> Floats:
     """(n, p) by differences; `here`: the smooth prediction at `place`."""
     low, high = bounds
@@ -209,17 +214,17 @@ def _slopes(
     return whiten(np.stack(columns, axis=1), noise, case)
 
 
-def _pack(model: Model) -> Floats:
+def _pack(model: DurationModel) -> Floats:
     return np.array([np.log(value) if p.log else value for _, p, value in parameters_of(model)])
 
 
-def _bounds(model: Model) -> tuple[Floats, Floats]:
+def _bounds(model: DurationModel) -> tuple[Floats, Floats]:
     of = [p for _, p, _ in parameters_of(model)]
     low = np.array([np.log(p.low) if p.log else p.low for p in of])
     return low, np.array([np.log(p.high) if p.log else p.high for p in of])
 
 
-def _unpack(model: Model, place: Floats) -> Model:
+def _unpack(model: DurationModel, place: Floats) -> DurationModel:
     parts, at = [], 0
     for part in model.parts:
         width = len(part.form.parameters)
@@ -228,4 +233,4 @@ def _unpack(model: Model, place: Floats) -> Model:
         values = np.where(log, np.exp(np.where(log, coordinates, 0.0)), coordinates)
         parts.append(part._replace(values=values))
         at += width
-    return Model(tuple(parts))
+    return DurationModel(tuple(parts))

@@ -6,13 +6,17 @@ with nearly all moves in which something acts would ask for what nobody can know
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.diagnosis.result import Errors
+
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
+
 
 Labels = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -80,3 +84,20 @@ def _dealt(labels: Labels, weight: Floats) -> Labels:
         fold_of[at] = int(np.argmin(load))
         load[fold_of[at]] += size[at] + amount[at]
     return np.asarray(fold_of[place])
+
+
+# --- Errors ---
+# How far predicted durations are from measured ones.
+
+
+def rms(values: Floats) -> float:
+    """Root mean square, in the unit of `values` (n,); 0 of nothing."""
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
+def errors_of(residual: Floats, measured: Floats) -> Errors:
+    """RMSE [s], mean and worst absolute percentage, of residuals (n,) [s] of measured durations (n,) [s]."""
+    if not len(residual):
+        return Errors(math.nan, math.nan, math.nan)
+    share = 100.0 * np.abs(residual) / np.where(measured > 0, measured, np.nan)
+    return Errors(rms(residual), float(np.nanmean(share)), float(np.nanmax(share)))

@@ -7,29 +7,29 @@ way to explain the moves as well: another form of a term, another term in the pl
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.errors import rms
 from olp.identification.diagnosis.fitting import (
     FREEDOM,
-    Fit,
+    ModelFit,
     Noise,
     evaluate,
+    fit,
+    moved,
     parameters_of,
     place_of,
     slopes_of,
     whiten,
 )
-from olp.identification.diagnosis.model import Model
-from olp.identification.diagnosis.profile import distance
+from olp.identification.diagnosis.folds import rms
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import FittedParameter
-from olp.identification.diagnosis.ways import ALIKE, ways_of
-from olp.timing.physics import Parameter
-from olp.timing.physics._case import Case
+from olp.timing.physics import TermParameter
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +60,11 @@ class _Side(NamedTuple):
 
 
 def parameters_with_intervals(
-    fitted: Fit, case: Case, noise: Noise, rivals: Sequence[Model] = (), floor: float = math.inf
+    fitted: ModelFit,
+    case: MeasuredMoves,
+    noise: Noise,
+    rivals: Sequence[DurationModel] = (),
+    floor: float = math.inf,
 ) -> list[dict[str, FittedParameter]]:
     """One mapping per part. `rivals`: models with other terms that cannot be told from this one. `floor` [s]: scatter
     that is known from elsewhere; what is left beyond it is the form's.
@@ -86,7 +90,7 @@ def parameters_with_intervals(
     return result
 
 
-def _told(parameter: Parameter, value: float, low: _Side, high: _Side) -> FittedParameter:
+def _told(parameter: TermParameter, value: float, low: _Side, high: _Side) -> FittedParameter:
     """An end that nothing tells is that of the range, or, where the term does nothing at infinity, far beyond it."""
     bounds = (parameter.low, parameter.high)
     least, most = np.log(bounds) if parameter.log else bounds
@@ -107,7 +111,9 @@ def _told(parameter: Parameter, value: float, low: _Side, high: _Side) -> Fitted
     )
 
 
-def _ends(fitted: Fit, case: Case, noise: Noise, floor: float) -> tuple[list[_Side], list[_Side]]:
+def _ends(
+    fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float
+) -> tuple[list[_Side], list[_Side]]:
     """Of every parameter."""
     errors = _errors(fitted, case, noise, floor)
     place, least, most = place_of(fitted.model)
@@ -127,7 +133,9 @@ def _ends(fitted: Fit, case: Case, noise: Noise, floor: float) -> tuple[list[_Si
     return sides
 
 
-def _others(fitted: Fit, case: Case, noise: Noise, rivals: Sequence[Model]) -> list[tuple[Fit, float]]:
+def _others(
+    fitted: ModelFit, case: MeasuredMoves, noise: Noise, rivals: Sequence[DurationModel]
+) -> list[tuple[ModelFit, float]]:
     """Fits that explain as well, and how much worse they are in BIC."""
     told = fitted.model.seconds(case)
     found = [
@@ -145,10 +153,10 @@ def _others(fitted: Fit, case: Case, noise: Noise, rivals: Sequence[Model]) -> l
 def _widen(
     low: list[_Side],
     high: list[_Side],
-    fitted: Fit,
-    other: Fit,
+    fitted: ModelFit,
+    other: ModelFit,
     near: float,
-    case: Case,
+    case: MeasuredMoves,
     noise: Noise,
     floor: float,
 ) -> None:
@@ -168,7 +176,7 @@ def _widen(
         high[k] = max(high[k], _Side(float(place[at]) + reach, high[k].told))
 
 
-def _errors(fitted: Fit, case: Case, noise: Noise, floor: float) -> _Errors:
+def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -> _Errors:
     """The larger of what scatter alone leaves and of what repeats of one move leave that have an error in common
     (cluster-robust; K.-Y. Liang, S. Zeger, Biometrika 73, 1986; J. MacKinnon, H. White, J. Econometrics 29, 1985),
     and what a form leaves that is not quite the body's
@@ -198,8 +206,163 @@ def _errors(fitted: Fit, case: Case, noise: Noise, floor: float) -> _Errors:
     return _Errors(np.where(known, np.sqrt(plain), 0.0), np.where(known, np.sqrt(whole), 0.0))
 
 
-def _lattice_error(case: Case, fitted: Fit, cycle: float) -> float:
+def _lattice_error(case: MeasuredMoves, fitted: ModelFit, cycle: float) -> float:
     """[s] of a cycle: the durations are m c + noise, so the variance is s² / Σ m² (a line through the origin)."""
     counts = np.round(case.measured / cycle)
     off = case.measured - counts * cycle
     return float(np.sqrt(np.mean(off**2) / max(float((counts**2).sum()), 1.0)))
+
+
+# --- Ways ---
+# Other ways in which the same terms explain a case as well: other values of the same form, and other forms.
+#
+# What the data do not choose between belongs into the intervals of all parameters that the ways have in common.
+
+ALIKE = 6.0  # in BIC: what is no worse than that is not told apart
+_GUESSES = 2  # of a form, that are fitted
+_SETTLED = 2.0  # in BIC: "not worth more than a bare mention" by R. Kass and A. Raftery, JASA 90, 1995
+_STEPS = 12
+
+
+class AlternativeModel(NamedTuple):
+    """Parts stand in the same places as those of the best model, except the one at `place`, which is another."""
+
+    fit: ModelFit
+    worse: float  # in BIC
+    place: int
+
+    @property
+    def part(self) -> ModelPart:
+        return self.fit.model.parts[self.place]
+
+
+def ways_of(best: ModelFit, case: MeasuredMoves, noise: Noise) -> list[AlternativeModel]:
+    """The best fits in which one part has another form of its term, or starts elsewhere in its own, the best first."""
+    found = list[AlternativeModel]()
+    for index, part in enumerate(best.model.parts):
+        if part.term.name == "cycle-quantisation":
+            continue
+        others = {p.label for k, p in enumerate(best.model.parts) if k != index}
+        for form in part.term.forms(case):
+            parts = [
+                ModelPart(part.term, form, values, part.condition) for values in part.term.guesses(form, case)
+            ]
+            if not parts or parts[0].label in others or (form.axis >= 0) != (part.form.axis >= 0):
+                continue
+            models = [_replaced(best.model, index, other) for other in parts]
+            models.sort(key=lambda model: evaluate(model, case, noise).loss)
+            tried = [fit(model, case, noise, _STEPS) for model in models[:_GUESSES]]
+            closest = min(tried, key=lambda f: f.bic)
+            if closest.bic - best.bic < ALIKE:
+                found.append(AlternativeModel(closest, max(closest.bic - best.bic, 0.0), index))
+    return sorted(found, key=lambda way: way.worse)
+
+
+def settled(best: ModelFit, case: MeasuredMoves, noise: Noise) -> ModelFit:
+    """The same terms, each in the first of its forms that does as well with no more parameters: its plain law."""
+    for index in range(len(best.model.parts)):
+        part = best.model.parts[index]
+        keys = [form.key for form in part.term.forms(case)]
+        plainer = [
+            way
+            for way in ways_of(best, case, noise)
+            if way.place == index
+            and way.worse < _SETTLED
+            and _key(way) in keys[: keys.index(part.form.key)]
+            and len(way.part.values) <= len(part.values)
+        ]
+        if plainer:
+            first = min(plainer, key=lambda way: keys.index(_key(way)))
+            best = fit(first.fit.model, case, noise, 30)
+    return best
+
+
+def _key(way: AlternativeModel) -> str:
+    return way.part.form.key
+
+
+def _replaced(model: DurationModel, index: int, part: ModelPart) -> DurationModel:
+    return DurationModel((*model.parts[:index], part, *model.parts[index + 1 :]))
+
+
+# --- Profile ---
+# How far a parameter can go before the data object, all others refitted: intervals by profile likelihood.
+#
+# A limit that few moves reach has no parabola around its best value: moves come under it one by one. Where the data
+# never object, the side is open (D. Venzon, S. Moolgavkar, Applied Statistics 37, 1988).
+
+_PROFILE_STEPS = 4  # of each refit
+_TRIES = 6  # refits per side
+_NEAR = 0.12  # of the distance that is looked for
+_FIRST = 0.05  # of the room to the bound, where nothing tells how far to go
+_QUICKLY = 4.0  # times as far, at most, from one try to the next
+_BEHIND = (0.15, 0.4, 1.0)  # of the room behind an end: where the likelihood is asked again
+_STEPS_BEHIND = 10
+_LIKELY = 4  # starts
+
+
+def distance(
+    best: ModelFit, index: int, sign: int, error: float, deviations: float, case: MeasuredMoves, noise: Noise
+) -> float:
+    """[coordinate] to where the likelihood has fallen as far as `deviations` of a normal one; inf where it never does.
+
+    `error`: standard error by the curvature at the best value, 0 where there is none.
+    """
+    place, low, high = place_of(best.model)
+    room = float(high[index] - place[index] if sign > 0 else place[index] - low[index])
+    if room <= 0:
+        return math.inf
+
+    def asked(model: DurationModel, at: float, steps: int = _PROFILE_STEPS) -> tuple[DurationModel, float]:
+        there = moved(model, index, float(place[index]) + sign * at)
+        tried = fit(there, case, noise, steps, held=index)
+        return tried.model, math.sqrt(max(2.0 * (tried.loss - best.loss), 0.0))
+
+    at = _nearest(best.model, asked, room, error, deviations)
+    if math.isfinite(at) and math.isinf(parameters_of(best.model)[index][1].null):
+        # A limit that fewer moves reach may do as well when others make up for it.
+        starts = _starts(best.model, index, case)
+        for share in _BEHIND:
+            behind = at + share * (room - at)
+            there = float(place[index]) + sign * behind
+            likely = sorted(starts, key=lambda m: evaluate(moved(m, index, there), case, noise).loss)
+            if any(asked(model, behind, _STEPS_BEHIND)[1] < deviations for model in likely[:_LIKELY]):
+                at = behind if share < 1.0 else math.inf
+    return at
+
+
+def _starts(model: DurationModel, index: int, case: MeasuredMoves) -> list[DurationModel]:
+    """The model, and, where the part of coordinate `index` has more than one, with its guesses at the others."""
+    part = parameters_of(model)[index][0]
+    if len(part.values) == 1:
+        return [model]
+    guessed = [part._replace(values=values) for values in part.term.guesses(part.form, case)]
+    return [model, *(DurationModel(tuple(g if p is part else p for p in model.parts)) for g in guessed)]
+
+
+def _nearest(
+    model: DurationModel,
+    asked: Callable[[DurationModel, float], tuple[DurationModel, float]],
+    room: float,
+    error: float,
+    deviations: float,
+) -> float:
+    """[coordinate] to the first end."""
+    at = min(deviations * error, room) if error > 0 else _FIRST * room
+    inside, fallen_inside, outside, fallen_outside = 0.0, 0.0, math.inf, math.inf
+    for _ in range(_TRIES):
+        tried, fallen = asked(model, at)
+        if abs(fallen - deviations) < _NEAR * deviations:
+            return at * deviations / fallen
+        if fallen < deviations:
+            if at >= room:
+                return math.inf
+            inside, fallen_inside, model = at, fallen, tried
+        else:
+            outside, fallen_outside = at, fallen
+        if math.isinf(outside):
+            at = min(at * min(max(deviations / max(fallen, 1e-9), 1.5), _QUICKLY), room)
+        else:
+            share = (deviations - fallen_inside) / max(fallen_outside - fallen_inside, 1e-9)
+            at = inside + (outside - inside) * min(max(share, 0.1), 0.9)
+    return at

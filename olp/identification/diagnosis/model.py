@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.timing.physics import Form, MoveTerm
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion
 
 Floats = NDArray[np.float64]
@@ -24,7 +24,7 @@ class Statement(NamedTuple):
     below: float = math.inf
     word: str = ""
 
-    def mask(self, case: Case) -> NDArray[np.bool_]:
+    def mask(self, case: MeasuredMoves) -> NDArray[np.bool_]:
         """(n,)"""
         values = feature(case, self.column)
         if isinstance(values, tuple):
@@ -45,7 +45,7 @@ class Condition(NamedTuple):
 
     statements: tuple[Statement, ...]
 
-    def mask(self, case: Case) -> NDArray[np.bool_]:
+    def mask(self, case: MeasuredMoves) -> NDArray[np.bool_]:
         """(n,)"""
         held = np.ones(len(case), dtype=bool)
         for statement in self.statements:
@@ -82,7 +82,7 @@ FEATURES = (
 )
 
 
-def feature(case: Case, name: str) -> Floats | tuple[str, ...]:
+def feature(case: MeasuredMoves, name: str) -> Floats | tuple[str, ...]:
     """What a condition can be about, one of `FEATURES`: numbers (n,) in SI, nan where not known, or words, "" likewise.
 
     x, y, z: of the end of a move; incline: the sine of its direction, up is positive; axis: the one that turns most.
@@ -99,7 +99,7 @@ def feature(case: Case, name: str) -> Floats | tuple[str, ...]:
     )
 
 
-_NUMBERS: dict[str, Callable[[Case], Floats]] = {
+_NUMBERS: dict[str, Callable[[MeasuredMoves], Floats]] = {
     **{axis: lambda case, k=k: case.end[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
     **{f"start {axis}": lambda case, k=k: case.start[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
     "length": lambda case: case.length,
@@ -111,7 +111,7 @@ _NUMBERS: dict[str, Callable[[Case], Floats]] = {
 }
 
 
-class Part(NamedTuple):
+class ModelPart(NamedTuple):
     """One term of a model, in one of its forms, in all moves or under a condition."""
 
     term: MoveTerm
@@ -135,7 +135,7 @@ class Part(NamedTuple):
         first = self.form.parameters[0]
         return first.low < first.null < first.high
 
-    def act(self, motion: Motion, case: Case) -> Motion:
+    def act(self, motion: Motion, case: MeasuredMoves) -> Motion:
         """The motion with the part in it."""
         changed = self.term.act(motion, self.form, self.values, case)
         if self.condition is None:
@@ -143,25 +143,25 @@ class Part(NamedTuple):
         mask = case.once(f"where {self.condition!r}", lambda: self._mask(case)) > 0
         return motion.where(mask, changed)
 
-    def _mask(self, case: Case) -> Floats:
+    def _mask(self, case: MeasuredMoves) -> Floats:
         assert self.condition is not None
         return self.condition.mask(case).astype(np.float64)
 
 
-class Model(NamedTuple):
+class DurationModel(NamedTuple):
     """Prediction of durations: the judged simulation's, plus what the parts change in its motion."""
 
-    parts: tuple[Part, ...] = ()
+    parts: tuple[ModelPart, ...] = ()
 
-    def seconds(self, case: Case) -> Floats:
+    def seconds(self, case: MeasuredMoves) -> Floats:
         """(n,) [s] predicted durations."""
         return self.both(case)[0]
 
-    def smooth(self, case: Case) -> Floats:
+    def smooth(self, case: MeasuredMoves) -> Floats:
         """(n,) [s] the same, with the mean of rounding to a cycle in its place: it has derivatives."""
         return self.both(case)[1]
 
-    def both(self, case: Case) -> tuple[Floats, Floats]:
+    def both(self, case: MeasuredMoves) -> tuple[Floats, Floats]:
         """`seconds` and `smooth` at the price of one."""
         smooth, motion = self._acted(case)
         cycle = motion.cycle
@@ -170,22 +170,22 @@ class Model(NamedTuple):
         rounded = np.ceil(smooth / cycle - motion.early - 1e-6) * cycle
         return np.asarray(rounded), smooth + (0.5 - motion.early) * cycle
 
-    def _acted(self, case: Case) -> tuple[Floats, Motion]:
+    def _acted(self, case: MeasuredMoves) -> tuple[Floats, Motion]:
         base = case.once("base", case.base.duration)
         motion = self.motion(case)
         return np.asarray((case.simulated + motion.duration() - base) * motion.rate), motion
 
-    def motion(self, case: Case) -> Motion:
+    def motion(self, case: MeasuredMoves) -> Motion:
         """The simulation's motion with all parts in it."""
         motion = case.base
         for part in sorted(self.parts, key=lambda p: p.term.stage):
             motion = part.act(motion, case)
         return motion
 
-    def without(self, index: int) -> Model:
-        return Model(self.parts[:index] + self.parts[index + 1 :])
+    def without(self, index: int) -> DurationModel:
+        return DurationModel(self.parts[:index] + self.parts[index + 1 :])
 
-    def contributions(self, case: Case) -> tuple[Floats, ...]:
+    def contributions(self, case: MeasuredMoves) -> tuple[Floats, ...]:
         """Per part (n,) [s]: its share of the whole correction. The shares add up to it exactly.
 
         A part's share is the mean of what it adds as the first and as the last of all parts, and what these leave
@@ -194,7 +194,7 @@ class Model(NamedTuple):
         whole = self.seconds(case) - case.simulated
         shares = []
         for index, part in enumerate(self.parts):
-            first = Model((part,)).seconds(case) - case.simulated
+            first = DurationModel((part,)).seconds(case) - case.simulated
             last = self.seconds(case) - self.without(index).seconds(case)
             shares.append(0.5 * (first + last))
         return _balanced(shares, whole)

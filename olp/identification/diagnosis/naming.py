@@ -19,13 +19,21 @@ from olp.identification.diagnosis.evidence import (
     selection,
     worth,
 )
-from olp.identification.diagnosis.fitting import Fit, Noise, fit, whiten
+from olp.identification.diagnosis.fitting import ModelFit, Noise, fit, whiten
 from olp.identification.diagnosis.folds import Folds
-from olp.identification.diagnosis.model import Model
+from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import Remains, remains_of
-from olp.identification.diagnosis.search import TELLING, WIDE, Shelf, exchanged, move_terms, search, shelf_of
+from olp.identification.diagnosis.search import (
+    TELLING,
+    WIDE,
+    PartShelf,
+    exchanged,
+    move_terms,
+    search,
+    shelf_of,
+)
 from olp.identification.diagnosis.waits import late_moves, spread, waiting_moves
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -35,22 +43,22 @@ _ROUNDS = 2  # of search and setting waits apart
 _LEAST_ORDER, _MOST_ORDER = -0.49, 0.95  # of the correlation of neighbours: shared stamps have -1/2
 
 
-class Named(NamedTuple):
+class NamingResult(NamedTuple):
     """What the search came to."""
 
-    fit: Fit
+    fit: ModelFit
     late: Mask  # (n,) of the whole case: moves that are left out of the clean one
     waiting: Mask  # (n,) those, and moves that wait for less
-    clean: Case  # the case without late moves
+    clean: MeasuredMoves  # the case without late moves
     noise: Noise
-    shelf: Shelf
+    shelf: PartShelf
     folds: Folds  # of the clean case
     selection: Selection
     gains: tuple[Gain, ...]
     remains: Remains
 
 
-def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> Named:
+def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> NamingResult:
     """Search, set waits apart, search again, and drop what does not hold on moves that were not fitted."""
     late = np.zeros(len(case), dtype=bool)
     for last in (False,) * (_ROUNDS - 1) + (True,):
@@ -72,13 +80,13 @@ def name(case: Case, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> N
     remains = remains_of(whiten(left, _stamped(noise), clean), clean, clean_groups)
     residual = case.measured - best.model.seconds(case)
     waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
-    return Named(best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains)
+    return NamingResult(best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains)
 
 
-def without(named: Named, term: str) -> Named:
+def without(named: NamingResult, term: str) -> NamingResult:
     """The others, fitted anew."""
     kept = [k for k, part in enumerate(named.fit.model.parts) if part.term.name != term]
-    model = Model(tuple(named.fit.model.parts[k] for k in kept))
+    model = DurationModel(tuple(named.fit.model.parts[k] for k in kept))
     best = fit(model, named.clean, named.noise, 30)
     left = named.clean.measured - best.model.seconds(named.clean)
     remains = remains_of(whiten(left, _stamped(named.noise), named.clean), named.clean, {})
@@ -90,14 +98,14 @@ def _stamped(noise: Noise) -> Noise:
     return noise if noise.order < 0 else noise._replace(order=0.0)
 
 
-def _found(clean: Case, noise: Noise, shelf: Shelf) -> Fit:
+def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
     best = exchanged(chosen(search(clean, noise, shelf, WIDE), clean, noise), shelf, clean, noise)
     under = conditioned(best, clean, noise, shelf, WIDE.additions)
     # To first order another term may have promised more under the condition than the one that acts there.
     return under if under is best else exchanged(under, shelf, clean, noise)
 
 
-def _order(best: Fit, clean: Case) -> float:
+def _order(best: ModelFit, clean: MeasuredMoves) -> float:
     """Correlation between neighbours in what the best set leaves."""
     left = clean.measured - best.model.seconds(clean)
     order = remains_of(left, clean, {}).order
@@ -105,8 +113,8 @@ def _order(best: Fit, clean: Case) -> float:
 
 
 def _confirmed(
-    best: Fit, case: Case, noise: Noise, folds: Folds, shelf: Shelf
-) -> tuple[Fit, tuple[Gain, ...]]:
+    best: ModelFit, case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf
+) -> tuple[ModelFit, tuple[Gain, ...]]:
     """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew."""
     tried = len({part.label for part in shelf.parts})
     while best.model.parts:
@@ -120,7 +128,7 @@ def _confirmed(
     return best, ()
 
 
-def _dispensable(best: Fit, index: int, case: Case, noise: Noise) -> bool:
+def _dispensable(best: ModelFit, index: int, case: MeasuredMoves, noise: Noise) -> bool:
     """Whether the others do as well without part `index`: by BIC, or because it does not matter."""
     others = fit(best.model.without(index), case, noise, 15)
     return worth(others, best) < TELLING or not matters(others, best, case, SMALL)

@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import mm
-from olp.identification.diagnosis.axis_rates import PLACES
-from olp.identification.diagnosis.next_lines import SHORTEST, Lines, lines_of
-from olp.timing.physics._case import Case, Floats, Rates
+from olp.identification.diagnosis.axis_rates import PLACES, rates_of
+from olp.identification.recording.moves import LINEAR, RecordedMoves
+from olp.robots.geometry import rotation_from_angles
+from olp.timing.physics._case import Floats, MeasuredMoves, Rates
 from olp.timing.physics._motion import Motion
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
+
 
 Labels = NDArray[np.int64]
 
@@ -44,10 +46,10 @@ _USUAL_ROUNDING = 25 * mm
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Candidates:
+class CandidateMoves:
     """r rows of hypothetical moves; the rows of a run stand together."""
 
-    case: Case
+    case: MeasuredMoves
     run: Labels  # (r,) 0, 1, …
     line: Labels  # (r,) which line
 
@@ -77,7 +79,7 @@ class _Row(NamedTuple):
     when: float
 
 
-def candidates(case: Case, recording: Recording, terms: Collection[str]) -> Candidates | None:
+def candidates(case: MeasuredMoves, recording: Recording, terms: Collection[str]) -> CandidateMoves | None:
     """Runs to choose from, None where the recording has no straight move with tool points. Raises OlpError (K…).
 
     `terms`: names of what may be at work; loads and running time are varied only where one of them depends on it.
@@ -95,7 +97,7 @@ def candidates(case: Case, recording: Recording, terms: Collection[str]) -> Cand
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def _loads(case: Case) -> list[tuple[float, float]]:
+def _loads(case: MeasuredMoves) -> list[tuple[float, float]]:
     """[kg], [kg m²] that were recorded: the lightest, the heaviest, and one between."""
     both = np.round(np.stack([case.payload, case.payload_inertia], axis=1), 6)[case.moving]
     # Not a number is not equal to itself: what was not written is one load too.
@@ -106,7 +108,7 @@ def _loads(case: Case) -> list[tuple[float, float]]:
     return [(float(mass), float(inertia)) for mass, inertia in both]
 
 
-def _times(case: Case, matters: bool) -> list[float]:
+def _times(case: MeasuredMoves, matters: bool) -> list[float]:
     """[s] on the recorder's clock: its end, and where running time matters its begin."""
     if not np.isfinite(case.t_start).all() or np.ptp(case.t_start) <= 0:
         return [float("nan")]
@@ -114,7 +116,9 @@ def _times(case: Case, matters: bool) -> list[float]:
     return [float(case.t_start.min()), last] if matters else [last]
 
 
-def _rows(case: Case, lines: Lines, loads: int, times: list[float], straight: Labels) -> list[_Row]:
+def _rows(
+    case: MeasuredMoves, lines: StraightLines, loads: int, times: list[float], straight: Labels
+) -> list[_Row]:
     top = float(case.base.speed[straight].max())
     rounding = usual_rounding(case)
     rows: list[_Row] = []
@@ -138,13 +142,13 @@ def _rows(case: Case, lines: Lines, loads: int, times: list[float], straight: La
     return rows
 
 
-def usual_rounding(case: Case) -> float:
+def usual_rounding(case: MeasuredMoves) -> float:
     """[m] The middle of the recorded roundings."""
     rounded = case.blend[np.nan_to_num(case.blend) > 0]
     return float(np.median(rounded)) if len(rounded) else _USUAL_ROUNDING
 
 
-def _possible(case: Case, lines: Lines, line: int, speed: float, top: float) -> bool:
+def _possible(case: MeasuredMoves, lines: StraightLines, line: int, speed: float, top: float) -> bool:
     """Nothing faster than recorded, but where every axis stays below its rated speed all along."""
     rated = None if case.rates is None else case.rates.rated
     if lines.rates is None or not lines.checked[line] or rated is None:
@@ -156,8 +160,12 @@ def _possible(case: Case, lines: Lines, line: int, speed: float, top: float) -> 
 
 
 def _as_case(
-    case: Case, lines: Lines, rows: list[_Row], loads: list[tuple[float, float]], straight: Labels
-) -> Candidates:
+    case: MeasuredMoves,
+    lines: StraightLines,
+    rows: list[_Row],
+    loads: list[tuple[float, float]],
+    straight: Labels,
+) -> CandidateMoves:
     table = np.array(rows)
     line = table[:, 1].astype(np.int64)
     way = (lines.end - lines.start)[line]
@@ -198,11 +206,11 @@ def _as_case(
         else case.repeats,
         derived={},
     )
-    return Candidates(hypothetical, table[:, 0].astype(np.int64), line)
+    return CandidateMoves(hypothetical, table[:, 0].astype(np.int64), line)
 
 
 def _motion(
-    case: Case, straight: Labels, way: Floats, speed: Floats, blend_start: Floats, blend: Floats
+    case: MeasuredMoves, straight: Labels, way: Floats, speed: Floats, blend_start: Floats, blend: Floats
 ) -> Motion:
     """What the judged simulation would use: the middle of what it used for straight moves."""
     base, count = case.base, len(way)
@@ -227,7 +235,9 @@ def _passing(base: Motion) -> Motion:
     return base if (base.round_end > 0).any() else base.with_(law="full", overlap=1.0, split=0.5)
 
 
-def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -> Rates | None:
+def _rates(
+    case: MeasuredMoves, lines: StraightLines, line: Labels, begin: Floats, end: Floats
+) -> Rates | None:
     """Rates along parts of lines; backwards the axes turn the other way."""
     if case.rates is None or lines.rates is None:
         return None
@@ -246,10 +256,10 @@ def _rates(case: Case, lines: Lines, line: Labels, begin: Floats, end: Floats) -
     return replace(case.rates, path=path, known=lines.checked[line], bodies=bodies)
 
 
-def joined(case: Case, more: Case) -> Case:
+def joined(case: MeasuredMoves, more: MeasuredMoves) -> MeasuredMoves:
     """The rows of both, so that what a term takes from the whole recording stays what it was."""
     both: dict[str, object] = {}
-    for column in fields(Case):
+    for column in fields(MeasuredMoves):
         first, second = getattr(case, column.name), getattr(more, column.name)
         if isinstance(first, np.ndarray):
             both[column.name] = np.concatenate([first, second])
@@ -276,3 +286,119 @@ def joined(case: Case, more: Case) -> Case:
         derived={},
         **both,  # type: ignore[arg-type]
     )
+
+
+# --- Next lines ---
+# Straight lines that are known to be possible: those that were run, and those that `olp probe` proves in their box.
+
+_MOST = 10  # recorded lines and proved lines, each
+SHORTEST = 10 * mm
+
+
+class StraightLines(NamedTuple):
+    """m straight lines. `rates` (m, 21, k) per metre, None: axes are not known; `checked` (m,): rates are known."""
+
+    start: Floats  # (m, 3) [m]
+    end: Floats  # (m, 3) [m]
+    fastest: Floats  # (m,) [m/s] that was run there; 0 where nothing was
+    rates: Floats | None
+    checked: NDArray[np.bool_]
+    bodies: Floats  # (m, 21, 2, 3) [m] elbow and wrist centre, nan where not known
+
+    @property
+    def length(self) -> Floats:
+        return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
+
+
+def lines_of(case: MeasuredMoves, recording: Recording, straight: Labels) -> StraightLines:
+    kept = _spread(case.start[straight], case.end[straight])
+    rows = straight[kept]
+    top = float(case.base.speed[straight].max())
+    rates = case.rates
+    path = None if rates is None else rates.path[rows]
+    known = np.zeros(len(rows), dtype=bool) if rates is None else rates.known[rows]
+    start, end = case.start[rows], case.end[rows]
+    recorded = StraightLines(start, end, case.base.speed[rows], path, known, _bodies(rates, rows))
+    further = _proved(recording, case, straight, top) if rates is not None and rates.exact else None
+    if further is None:
+        return recorded
+    assert path is not None
+    assert further.rates is not None
+    had = np.concatenate([recorded.start, recorded.end], axis=1)
+    had = np.concatenate([had, np.roll(had, 3, axis=1)])
+    more = np.concatenate([further.start, further.end], axis=1)
+    new = np.abs(more[:, None] - had[None]).max(axis=2).min(axis=1) > SHORTEST
+    pairs = zip(recorded, further, strict=True)
+    return StraightLines(*(np.concatenate([a, b[new]]) for a, b in pairs))  # type: ignore[index]
+
+
+def _proved(
+    recording: Recording, case: MeasuredMoves, straight: Labels, speed: float
+) -> StraightLines | None:
+    """Lines between points of the recorded box that can be run at the fastest recorded speed."""
+    from olp.identification.probe.reach import candidates as lines_in
+    from olp.identification.signature.axis_paths import has_axes
+
+    robot, moves = recording.robot, recording.moves
+    angles = usual_angles(recording)
+    if robot is None or not has_axes(robot) or len(robot.axes) != 6 or angles is None:
+        return None
+    points = np.concatenate([case.start[straight], case.end[straight]])
+    box = np.stack([points.min(axis=0), points.max(axis=0)], axis=1)
+    if not (np.ptp(box, axis=1) > SHORTEST).any():
+        return None
+    shortest = 0.3 * float(np.linalg.norm(box[:, 1] - box[:, 0]))
+    found = lines_in(robot, box, rotation_from_angles(angles), recording.tool, speed, shortest)
+    if not len(found.starts):
+        return None
+    start, end = found.points[found.starts], found.points[found.ends]
+    kept = _spread(start, end)
+    start, end = start[kept], end[kept]
+    hypothetical = replace(recording, moves=straight_moves(moves, start, end, angles))
+    rates, _ = rates_of(hypothetical, np.arange(len(start)), np.linalg.norm(end - start, axis=1))
+    if rates is None:
+        return None
+    bodies = _bodies(rates, np.arange(len(start)))
+    return StraightLines(start, end, np.zeros(len(start)), rates.path, rates.known, bodies)
+
+
+def _bodies(rates: Rates | None, rows: Labels) -> Floats:
+    if rates is None or rates.bodies is None:
+        return np.full((len(rows), PLACES, 2, 3), np.nan)
+    return np.asarray(rates.bodies[rows])
+
+
+def _spread(start: Floats, end: Floats) -> Labels:
+    """Rows of lines far from each other; a line that is there in both senses is one line."""
+    from olp.identification.signature.domain import spread_out
+
+    ends = np.round(np.concatenate([start, end], axis=1), 4)
+    turned = [tuple(row[:3]) > tuple(row[3:]) for row in ends.tolist()]
+    same = np.where(np.array(turned)[:, None], np.roll(ends, 3, axis=1), ends)
+    once = np.sort(np.unique(same, axis=0, return_index=True)[1])
+    return np.asarray(once[spread_out(same[once], min(_MOST, len(once)))])
+
+
+def usual_angles(recording: Recording) -> Floats | None:
+    """(3,) [rad] The orientation that most moves start with, None where none tells it."""
+    angles = recording.moves.start_angles
+    angles = angles[np.isfinite(angles).all(axis=1)]
+    if not len(angles):
+        return None
+    _, first, count = np.unique(np.round(angles, 5), axis=0, return_index=True, return_counts=True)
+    return np.asarray(angles[first[np.argmax(count)]])
+
+
+def straight_moves(like: RecordedMoves, start: Floats, end: Floats, angles: Floats) -> RecordedMoves:
+    """Recorded moves without durations along these lines (n, 3) [m]."""
+    count = len(start)
+    changes: dict[str, object] = {}
+    for column in fields(RecordedMoves):
+        value = getattr(like, column.name)
+        if isinstance(value, np.ndarray):
+            empty = 0 if value.dtype.kind == "i" else np.nan
+            changes[column.name] = np.full((count, *value.shape[1:]), empty, dtype=value.dtype)
+    turned = np.broadcast_to(angles, (count, 3))
+    changes |= {"move": np.arange(count), "start": start, "end": end, "job": ("",) * count}
+    changes |= {"kind": np.full(count, LINEAR, np.int8), "start_angles": turned, "end_angles": turned}
+    return replace(like, covariates={}, texts={}, **changes)  # type: ignore[arg-type]

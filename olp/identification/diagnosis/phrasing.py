@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from olp.identification.diagnosis.result import Diagnosis, Errors, Finding, FittedParameter
 
 if TYPE_CHECKING:
-    from olp.timing.physics._case import Case
+    from olp.timing.physics._case import MeasuredMoves
 
 MINUS = "−"
 GLUE = "\u00a0"  # between a number and its unit: no line ends there
@@ -209,7 +209,7 @@ def place(job: str | None, line: int | None) -> str:
     return f"{job}:{line}" if job and line else f"line {line}" if line else job or ""
 
 
-def places(diagnosis: Diagnosis, case: Case | None) -> dict[int, Place]:
+def places(diagnosis: Diagnosis, case: MeasuredMoves | None) -> dict[int, Place]:
     """Job and line of every move that has them."""
     found: dict[int, Place] = {}
     if case is not None:

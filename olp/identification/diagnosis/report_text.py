@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from olp.core.colour import BOLD, DIM, RED, YELLOW, paint
+from olp.core.terminal import BOLD, DIM, RED, YELLOW, paint
 from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.result import Diagnosis, Errors, Finding, NextMove
 
 if TYPE_CHECKING:
-    from olp.timing.physics._case import Case
+    from olp.timing.physics._case import MeasuredMoves
 
 GREEN = "32"
 _STYLE = {
@@ -34,7 +34,7 @@ _MM = 1000.0
 
 
 def text_report(
-    diagnosis: Diagnosis, case: Case | None = None, width: int = 100, colour: bool = False
+    diagnosis: Diagnosis, case: MeasuredMoves | None = None, width: int = 100, colour: bool = False
 ) -> str:
     """The report for people; `width` [characters], 0: lines are not broken; `colour`: ANSI codes."""
     page = _Page(width, colour)

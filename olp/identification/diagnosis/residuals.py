@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.result import Correlate
 from olp.identification.diagnosis.scatter import neighbours
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -37,7 +37,7 @@ class Remains(NamedTuple):
         return bool(self.correlates)
 
 
-def remains_of(residual: Floats, case: Case, groups: dict[str, Labels]) -> Remains:
+def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels]) -> Remains:
     """Looks at residuals (n,) [s] from every side."""
     clipped = np.clip(residual, *np.quantile(residual, [0.005, 0.995])) if len(residual) > 50 else residual
     found = [
@@ -79,7 +79,7 @@ def _by_order(residual: Floats) -> list[Correlate]:
     return [mean, first, box, Correlate("a period in the order of moves", math.sqrt(peak), fisher)]
 
 
-def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
+def _by_columns(residual: Floats, case: MeasuredMoves) -> list[Correlate]:
     """Spearman's rank correlation with every number known of a move, by the name of its column in a recording."""
     columns: dict[str, Floats] = {
         "length_mm": case.length,
@@ -109,7 +109,7 @@ def _by_columns(residual: Floats, case: Case) -> list[Correlate]:
     return found
 
 
-def _by_neighbours(residual: Floats, case: Case) -> list[Correlate]:
+def _by_neighbours(residual: Floats, case: MeasuredMoves) -> list[Correlate]:
     """Whether moves that are alike have residuals alike, whatever the curve: ranks against the most similar move's.
 
     One look per programmed move, as repeats would count a neighbour many times. Two moves may be each other's nearest,
@@ -127,7 +127,7 @@ def _by_neighbours(residual: Floats, case: Case) -> list[Correlate]:
     return found
 
 
-def _programmed(residual: Floats, case: Case) -> tuple[Labels, Floats]:
+def _programmed(residual: Floats, case: MeasuredMoves) -> tuple[Labels, Floats]:
     """The first row of each programmed move, and the means of the residuals of its repeats."""
     if len(case.repeats) != len(case):
         return np.arange(len(case)), residual

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -33,7 +33,7 @@ class Scatter(NamedTuple):
     source: str = ""
 
 
-def scatter_of(left: Floats, case: Case, least: float, structured: bool) -> Scatter:
+def scatter_of(left: Floats, case: MeasuredMoves, least: float, structured: bool) -> Scatter:
     """Of what a model leaves, `left` (n,) [s] of the moves of `case`; `least` [s]: what the clock's digits leave;
     `structured`: whether `left` goes together with anything."""
     repeated = _of_repeats(left, case, structured) if len(case.repeats) == len(case) else None
@@ -51,7 +51,7 @@ def scatter_of(left: Floats, case: Case, least: float, structured: bool) -> Scat
     return found if found.value > least else Scatter(least, DIGITS)
 
 
-def digits_of(case: Case) -> float:
+def digits_of(case: MeasuredMoves) -> float:
     """[s] standard deviation that rounding to the clock's digits leaves in a difference of two durations, where the
     simulated ones are rounded as well (a uniform distribution each)."""
     if not case.resolution > 0:
@@ -60,7 +60,7 @@ def digits_of(case: Case) -> float:
     return case.resolution * float(np.sqrt((2.0 if (off < _ROUND).all() else 1.0) / 12.0))
 
 
-def _of_repeats(left: Floats, case: Case, structured: bool) -> float | None:
+def _of_repeats(left: Floats, case: MeasuredMoves, structured: bool) -> float | None:
     """[s] between repeats of one move, without what drifts from one move to the next; None where too few repeat."""
     _, group, count = np.unique(case.repeats, return_inverse=True, return_counts=True)
     freedom = int((count - 1).sum())
@@ -77,7 +77,7 @@ def _of_repeats(left: Floats, case: Case, structured: bool) -> float | None:
     return after if after < _PATTERN * whole else whole
 
 
-def _of_neighbours(left: Floats, case: Case, whole: Scatter) -> Scatter:
+def _of_neighbours(left: Floats, case: MeasuredMoves, whole: Scatter) -> Scatter:
     """The least that differences of moves which are alike in some way say, where that is clearly less than `whole`."""
     others = [_robust(np.diff(left), case.resolution)]
     for near in neighbours(case).values():
@@ -105,7 +105,7 @@ def _robust(differences: Floats, resolution: float) -> float:
     return float(np.sqrt(np.mean(differences[near] ** 2) / 2.0)) if near.any() else 0.0
 
 
-def neighbours(case: Case) -> dict[str, NDArray[np.intp]]:
+def neighbours(case: MeasuredMoves) -> dict[str, NDArray[np.intp]]:
     """For each side from which moves can be alike, (n,) the row of the move most like each; -1 where that is not known.
 
     Repeats of one move are no neighbours of it: only what was programmed otherwise tells of a pattern.

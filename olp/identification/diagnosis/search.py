@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.fitting import FREEDOM, Fit, Noise, evaluate, fit, slopes_of, whiten
-from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, evaluate, fit, slopes_of, whiten
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.timing.physics import MoveTerm, load_term, term_names
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
@@ -49,15 +49,15 @@ WIDE = Effort(singles=36, pairs=16, leaders=3, beam=3, additions=12)
 NARROW = Effort(singles=12, pairs=5, leaders=1, beam=2, additions=5, most=4, steps=5)
 
 
-class Shelf(NamedTuple):
+class PartShelf(NamedTuple):
     """All parts at all their guesses, and what each does alone."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[ModelPart, ...]
     columns: Floats  # (n, m) [s]
 
-    def take(self, rows: NDArray[np.int64]) -> Shelf:
+    def take(self, rows: NDArray[np.int64]) -> PartShelf:
         """Of some of the moves."""
-        return Shelf(self.parts, self.columns[rows])
+        return PartShelf(self.parts, self.columns[rows])
 
 
 def move_terms() -> tuple[MoveTerm, ...]:
@@ -65,67 +65,69 @@ def move_terms() -> tuple[MoveTerm, ...]:
     return tuple(term for term in map(load_term, term_names()) if isinstance(term, MoveTerm))
 
 
-def shelf_of(case: Case, terms: Iterable[MoveTerm]) -> Shelf:
+def shelf_of(case: MeasuredMoves, terms: Iterable[MoveTerm]) -> PartShelf:
     """Every form of every term at every guess."""
     parts = [
-        Part(term, form, values)
+        ModelPart(term, form, values)
         for term in terms
         for form in term.forms(case)
         for values in term.guesses(form, case)
     ]
-    columns = [Model((part,)).seconds(case) - case.simulated for part in parts]
-    return Shelf(tuple(parts), np.stack(columns, axis=1) if columns else np.zeros((len(case), 0)))
+    columns = [DurationModel((part,)).seconds(case) - case.simulated for part in parts]
+    return PartShelf(tuple(parts), np.stack(columns, axis=1) if columns else np.zeros((len(case), 0)))
 
 
-def price(fitted: Fit) -> float:
+def price(fitted: ModelFit) -> float:
     """BIC and the price of the names; what sets are ranked by."""
     parts = fitted.model.parts
     doubts = sum(part.term.doubt(part.form, part.values) for part in parts)
     return fitted.bic + PRICE * len(parts) + doubts
 
 
-def most_names(case: Case) -> int:
+def most_names(case: MeasuredMoves) -> int:
     """How many names the moves are evidence for."""
     return (len(case) + _SPARED) // _MOVES_PER_NAME
 
 
-def search(case: Case, noise: Noise, shelf: Shelf, effort: Effort) -> list[Fit]:
+def search(case: MeasuredMoves, noise: Noise, shelf: PartShelf, effort: Effort) -> list[ModelFit]:
     """All sets that were fitted, the best first; the empty one is among them."""
-    found: dict[tuple[tuple[str, str], ...], Fit] = {}
+    found: dict[tuple[tuple[str, str], ...], ModelFit] = {}
 
-    def keep(model: Model) -> Fit:
+    def keep(model: DurationModel) -> ModelFit:
         key = tuple(sorted((part.label, part.form.key) for part in model.parts))
         fitted = fit(model, case, noise, effort.steps)
         if key not in found or price(fitted) < price(found[key]):
             found[key] = fitted
         return found[key]
 
-    empty = keep(Model())
+    empty = keep(DurationModel())
     most = min(effort.most, most_names(case))
     if most == 0:
         return [empty]
     for part in _alone(shelf, empty, case, noise, effort.singles):
-        keep(Model((part,)))
+        keep(DurationModel((part,)))
     singles = sorted((f for f in found.values() if f.model.parts), key=price)
     if most > 1:
         for one, two in _promising_pairs(shelf, empty, case, noise, effort.pairs):
-            keep(Model((shelf.parts[one], shelf.parts[two])))
+            keep(DurationModel((shelf.parts[one], shelf.parts[two])))
         for leader in _of_each_term(singles)[: effort.leaders]:
             for part in additions(shelf, leader, case, noise, effort.additions):
-                keep(Model((leader.model.parts[0], part)))
+                keep(DurationModel((leader.model.parts[0], part)))
     for size in range(2, most):
         best = sorted((f for f in found.values() if len(f.model.parts) == size), key=price)[: effort.beam]
         for fitted in best:
             for part in additions(shelf, fitted, case, noise, effort.additions):
-                keep(Model((*fitted.model.parts, part)))
+                keep(DurationModel((*fitted.model.parts, part)))
         if best and size > 2 and not _gained(found.values(), size):
             break
     return sorted(found.values(), key=price)
 
 
-def additions(shelf: Shelf, fitted: Fit, case: Case, noise: Noise, count: int) -> list[Part]:
+def additions(
+    shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: Noise, count: int
+) -> list[ModelPart]:
     """The parts that promise most beside a fit, up to `_STARTS` of each term."""
-    taken, result = Counter[str](), list[Part]()
+    taken, result = Counter[str](), list[ModelPart]()
     names = {part.term.name for part in fitted.model.parts if part.form.axis < 0}
     for part in _promising(shelf, fitted, case, noise):
         if len(result) >= count:
@@ -137,19 +139,19 @@ def additions(shelf: Shelf, fitted: Fit, case: Case, noise: Noise, count: int) -
     return result
 
 
-def nearest_single(shelf: Shelf, case: Case, noise: Noise, count: int) -> list[Model]:
+def nearest_single(shelf: PartShelf, case: MeasuredMoves, noise: Noise, count: int) -> list[DurationModel]:
     """The terms that come nearest alone, the best first, each once."""
     tried = [
-        fit(Model((part,)), case, noise, WIDE.steps)
-        for part in _alone(shelf, evaluate(Model(), case, noise), case, noise, WIDE.singles)
+        fit(DurationModel((part,)), case, noise, WIDE.steps)
+        for part in _alone(shelf, evaluate(DurationModel(), case, noise), case, noise, WIDE.singles)
     ]
-    best: dict[str, Model] = {}
+    best: dict[str, DurationModel] = {}
     for fitted in sorted(tried, key=price):
         best.setdefault(fitted.model.parts[0].term.name, fitted.model)
     return list(best.values())[:count]
 
 
-def _promising(shelf: Shelf, fitted: Fit, case: Case, noise: Noise) -> list[Part]:
+def _promising(shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: Noise) -> list[ModelPart]:
     """Of each form its two likeliest guesses, the forms by what their columns explain of a fit's residual.
 
     That is, to first order, what of a column goes with the residual; a limit's column also has to be of the right size.
@@ -179,9 +181,11 @@ def _promising(shelf: Shelf, fitted: Fit, case: Case, noise: Noise) -> list[Part
     ]
 
 
-def _alone(shelf: Shelf, empty: Fit, case: Case, noise: Noise, count: int) -> list[Part]:
+def _alone(
+    shelf: PartShelf, empty: ModelFit, case: MeasuredMoves, noise: Noise, count: int
+) -> list[ModelPart]:
     """What is fitted alone: of each term a few forms, of the likeliest terms more."""
-    seen, result = Counter[str](), list[Part]()
+    seen, result = Counter[str](), list[ModelPart]()
     ranked = _promising(shelf, empty, case, noise)
     for part in ranked:
         seen[part.term.name] += 1
@@ -190,15 +194,15 @@ def _alone(shelf: Shelf, empty: Fit, case: Case, noise: Noise, count: int) -> li
     return result
 
 
-def _of_each_term(fits: Sequence[Fit]) -> list[Fit]:
+def _of_each_term(fits: Sequence[ModelFit]) -> list[ModelFit]:
     """The first of each label."""
-    best: dict[str, Fit] = {}
+    best: dict[str, ModelFit] = {}
     for fitted in fits:
         best.setdefault(fitted.model.parts[0].label, fitted)
     return list(best.values())
 
 
-def exchanged(best: Fit, shelf: Shelf, case: Case, noise: Noise) -> Fit:
+def exchanged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
     """The fit, with other terms in the place of its parts, and one more, as long as that is better; what a screening to
     first order overlooked is found here."""
     for _ in range(_EXCHANGES):
@@ -206,7 +210,9 @@ def exchanged(best: Fit, shelf: Shelf, case: Case, noise: Noise) -> Fit:
         others = [fits[0] for fits in tried if fits]
         if len(best.model.parts) < min(MOST, most_names(case)):
             more = additions(shelf, best, case, noise, WIDE.additions)
-            others += [fit(Model((*best.model.parts, part)), case, noise, WIDE.steps) for part in more]
+            others += [
+                fit(DurationModel((*best.model.parts, part)), case, noise, WIDE.steps) for part in more
+            ]
         others = [
             f
             for f in others
@@ -219,19 +225,21 @@ def exchanged(best: Fit, shelf: Shelf, case: Case, noise: Noise) -> Fit:
     return best
 
 
-def swaps(fitted: Fit, index: int, shelf: Shelf, case: Case, noise: Noise) -> list[Fit]:
+def swaps(
+    fitted: ModelFit, index: int, shelf: PartShelf, case: MeasuredMoves, noise: Noise
+) -> list[ModelFit]:
     """The fits in which every other term stands in the place of part `index`, the best first, each term once."""
     rest = fitted.model.without(index)
     used = {part.term.name for part in fitted.model.parts}
     condition = fitted.model.parts[index].condition
-    seen, best = Counter[str](), dict[str, Fit]()
+    seen, best = Counter[str](), dict[str, ModelFit]()
     for part in _promising(shelf, evaluate(rest, case, noise), case, noise):
         name = part.term.name
         seen[name] += 1
         if name in used or seen[name] > _OF_A_TERM:
             continue
         placed = part._replace(condition=condition if part.conditionable else None)
-        tried = fit(Model((*rest.parts, placed)), case, noise, 6)
+        tried = fit(DurationModel((*rest.parts, placed)), case, noise, 6)
         if name not in best or tried.bic < best[name].bic:
             best[name] = tried
     close = sorted(best.values(), key=lambda f: f.bic)
@@ -239,7 +247,7 @@ def swaps(fitted: Fit, index: int, shelf: Shelf, case: Case, noise: Noise) -> li
     return sorted([*settled, *close[_CLOSE:]], key=lambda f: f.bic)
 
 
-def _gained(found: Iterable[Fit], size: int) -> bool:
+def _gained(found: Iterable[ModelFit], size: int) -> bool:
     """Whether the sets of one more name are any better than those of `size`."""
     by = {
         k: min((price(f) for f in found if len(f.model.parts) == k), default=np.inf) for k in (size, size + 1)
@@ -247,7 +255,9 @@ def _gained(found: Iterable[Fit], size: int) -> bool:
     return by[size + 1] < by[size]
 
 
-def _promising_pairs(shelf: Shelf, empty: Fit, case: Case, noise: Noise, count: int) -> list[tuple[int, int]]:
+def _promising_pairs(
+    shelf: PartShelf, empty: ModelFit, case: MeasuredMoves, noise: Noise, count: int
+) -> list[tuple[int, int]]:
     """Pairs of columns of different terms by what they explain together, the best guesses of each two forms."""
     m = shelf.columns.shape[1]
     if m < 2:
@@ -275,6 +285,6 @@ def _promising_pairs(shelf: Shelf, empty: Fit, case: Case, noise: Noise, count: 
     return result
 
 
-def _rivals(a: Part, b: Part) -> bool:
+def _rivals(a: ModelPart, b: ModelPart) -> bool:
     """Whether two parts cannot stand in one model: forms of one term, unless of different axes."""
     return a.term.name == b.term.name and (a.form.axis < 0 or a.form.axis == b.form.axis)

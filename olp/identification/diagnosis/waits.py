@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.errors import rms
-from olp.identification.diagnosis.fitting import Fit
-from olp.identification.diagnosis.model import Model, Part
+from olp.identification.diagnosis.fitting import ModelFit
+from olp.identification.diagnosis.folds import rms
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.residuals import ranks
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -42,7 +42,7 @@ def spread(residual: Floats, least: float) -> float:
     return max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), least)
 
 
-def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
+def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     """(n,) moves that are later than scatter explains; none when as many are early (a heavy-tailed scatter)."""
     predicted = fitted.model.seconds(case)
     residual = case.measured - predicted
@@ -66,7 +66,7 @@ def late_moves(fitted: Fit, case: Case, least: float) -> Mask:
     return np.asarray(late, dtype=bool)
 
 
-def _flaw(fitted: Fit, case: Case) -> Floats:
+def _flaw(fitted: ModelFit, case: MeasuredMoves) -> Floats:
     """(n,) [s] by which the terms may be off in a move: what other numbers in each of them would change there."""
     predicted = fitted.model.seconds(case)
     whole = np.zeros(len(case))
@@ -75,12 +75,12 @@ def _flaw(fitted: Fit, case: Case) -> Floats:
         for factor in (1.0 - _FORM, 1.0 + _FORM):
             parts = list(fitted.model.parts)
             parts[k] = part._replace(values=_stronger(part, factor))
-            most = np.maximum(most, np.abs(Model(tuple(parts)).seconds(case) - predicted))
+            most = np.maximum(most, np.abs(DurationModel(tuple(parts)).seconds(case) - predicted))
         whole += most
     return whole
 
 
-def _stronger(part: Part, factor: float) -> Floats:
+def _stronger(part: ModelPart, factor: float) -> Floats:
     """(p,) values that are `factor` times as far from those at which the part does nothing."""
     values = []
     for parameter, value in zip(part.form.parameters, part.values.tolist(), strict=True):
@@ -114,7 +114,7 @@ def waiting_moves(late: Mask, residual: Floats, sigma: float, resolution: float)
     return np.asarray(late | ((likely > 0.5) & (residual > _TICKS * resolution)))
 
 
-def _chosen_by_the_motion(late: Mask, corrected: Floats, case: Case) -> bool:
+def _chosen_by_the_motion(late: Mask, corrected: Floats, case: MeasuredMoves) -> bool:
     """Whether late moves are those of one kind: steep, long, fast, far out. Waits do not choose.
 
     One look per programmed move, by ranks (H. Mann, D. Whitney, Annals of Mathematical Statistics 18, 1947).
@@ -150,7 +150,7 @@ def _chosen_by_the_motion(late: Mask, corrected: Floats, case: Case) -> bool:
     return False
 
 
-def _the_same_moves(residual: Floats, late: Mask, case: Case, sigma: float) -> bool:
+def _the_same_moves(residual: Floats, late: Mask, case: MeasuredMoves, sigma: float) -> bool:
     """Whether the late moves are late in every repeat, and always by the same time: that is the move, not a wait."""
     if len(case.repeats) != len(case):
         return False

@@ -14,10 +14,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.core.units import mm
-from olp.identification.probe.candidates import Candidates, candidates
-from olp.identification.probe.design import most_telling, share_left
-from olp.identification.probe.reach import Posture
-from olp.identification.probe.route import Ways, order
+from olp.identification.probe.reach import CandidateLines, Posture, candidates
 from olp.identification.signature.axis_paths import has_axes
 from olp.identification.signature.estimators.averaged_process import views_of
 from olp.identification.signature.mixture import Views, average_covariance, ruler_of
@@ -28,6 +25,7 @@ if TYPE_CHECKING:
     from olp.identification.recording import Recording
     from olp.robots.geometry import Pose
     from olp.robots.robot import Robot
+
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -151,7 +149,7 @@ def _shortest(wanted: Wanted) -> float:
     return min(wanted.speed**2 / acceleration, 0.5 * diagonal)
 
 
-def _moves(found: Candidates, wanted: Wanted, rotation: Floats) -> MoveSet:
+def _moves(found: CandidateLines, wanted: Wanted, rotation: Floats) -> MoveSet:
     count = len(found.starts)
     nothing = np.full(count, np.nan)
     return MoveSet(
@@ -180,9 +178,9 @@ def _covariance(lines: MoveSet, measured: MoveSet | None, robot: Robot) -> tuple
     return average_covariance(views, views, ruler_of(views)), known
 
 
-def _routed(wanted: Wanted, found: Candidates, chosen: Labels, left: float, first: int) -> Experiment:
+def _routed(wanted: Wanted, found: CandidateLines, chosen: Labels, left: float, first: int) -> Experiment:
     starts, ends = found.starts[chosen], found.ends[chosen]
-    ways = Ways(found.points, found.possible)
+    ways = ShortestPaths(found.points, found.possible)
     turn = order(starts, ends, ways)
     before: list[tuple[int, ...]] = []
     at = int(starts[turn[0]])
@@ -204,7 +202,7 @@ def _routed(wanted: Wanted, found: Candidates, chosen: Labels, left: float, firs
     )
 
 
-def _told(wanted: Wanted, found: Candidates) -> tuple[Diagnostic, ...]:
+def _told(wanted: Wanted, found: CandidateLines) -> tuple[Diagnostic, ...]:
     robot, told = wanted.robot, []
     if found.told:
         says = f"of {found.looked} lines between points of the box some cannot be run: {found.told}"
@@ -214,3 +212,132 @@ def _told(wanted: Wanted, found: Candidates) -> tuple[Diagnostic, ...]:
         says = f"{', '.join(doubtful)} of {robot.name} are inferred, not published: the proof is as good as they are"
         told.append(warning("Q007", says, help="run the job slowly once, without measuring"))
     return tuple(told)
+
+
+# --- Route ---
+# In which order moves are run, and the ways between them: short, and only along lines that were proved.
+
+
+class ShortestPaths:
+    """The shortest ways between p points along allowed lines. `allowed` (p, p), `points` (p, 3) [m]."""
+
+    def __init__(self, points: Floats, allowed: NDArray[np.bool_]) -> None:
+        apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+        self.length: Floats = np.where(allowed, apart, np.inf)
+        np.fill_diagonal(self.length, 0.0)
+        count = len(points)
+        self._next: Labels = np.where(np.isfinite(self.length), np.arange(count)[None, :], -1)
+        # R. W. Floyd, Algorithm 97: shortest path, Communications of the ACM 5 (1962).
+        for middle in range(count):
+            over = self.length[:, middle, None] + self.length[None, middle, :]
+            better = over < self.length - 1e-12
+            self.length = np.where(better, over, self.length)
+            self._next = np.where(better, self._next[:, middle, None], self._next)
+
+    def between(self, first: int, last: int) -> list[int]:
+        """The points after `first` up to `last`; [] when they are one. Needs a finite length."""
+        found: list[int] = []
+        at = first
+        while at != last:
+            at = int(self._next[at, last])
+            found.append(at)
+        return found
+
+
+def order(starts: Labels, ends: Labels, ways: ShortestPaths) -> list[int]:
+    """Move numbers so that each starts near where the one before ended; always the nearest, the first one stays."""
+    rest = list(range(1, len(starts)))
+    found = [0] if len(starts) else []
+    while rest:
+        at = int(ends[found[-1]])
+        best = min(rest, key=lambda move: (float(ways.length[at, int(starts[move])]), move))
+        rest.remove(best)
+        found.append(best)
+    return found
+
+
+# --- Design ---
+# Which moves tell most: the rows that leave the least variance of what is wanted, before anything is measured.
+#
+# V. V. Fedorov, Theory of Optimal Experiments (Academic Press 1972), chapter 3: exchanges until none helps; the
+# criterion is the average variance of prediction (I-optimality) of a Gaussian process.
+
+# Noise of one measured move, of the variance of the function: a hundredth of a second in three seconds.
+NOISE = 0.01
+_ROUNDS = 20
+_GAIN = 1e-9
+
+
+def most_telling(
+    covariance: Floats, count: int, known: NDArray[np.bool_], allowed: NDArray[np.bool_]
+) -> Labels:
+    """(count,) rows to measure beside the `known` (n,) ones, among `allowed`: the most telling one first.
+
+    `covariance` (n, n): of all moves; the variance left is averaged over all of them. Rows that are known already
+    are not measured again. Gives fewer rows when fewer are allowed.
+    """
+    fixed = np.nonzero(known)[0]
+    free = allowed & ~known
+    chosen: list[int] = []
+    left = _without(covariance, fixed)
+    for _ in range(min(count, int(free.sum()))):
+        best = _best(left, free, chosen)
+        chosen.append(best)
+        left = _less(left, best)
+    for _ in range(_ROUNDS):
+        changed = False
+        for place, row in enumerate(chosen):
+            others = chosen[:place] + chosen[place + 1 :]
+            left = _without(covariance, np.concatenate([fixed, np.array(others, dtype=np.int64)]))
+            gain = _gains(left, free, others)
+            best = int(np.argmax(gain))
+            if gain[best] > gain[row] * (1 + _GAIN):
+                chosen[place] = best
+                changed = True
+        if not changed:
+            break
+    return _ranked(covariance, fixed, chosen)
+
+
+def share_left(covariance: Floats, rows: Labels) -> float:
+    """[1] The average standard deviation that measuring `rows` leaves, of the one before."""
+    before = float(np.sqrt(np.diag(covariance)).mean())
+    after = np.sqrt(np.maximum(np.diag(_without(covariance, rows)), 0.0))
+    return float(after.mean()) / before
+
+
+def _ranked(covariance: Floats, fixed: Labels, chosen: list[int]) -> Labels:
+    """The same rows, each the most telling one after those before it."""
+    left, rest, order = _without(covariance, fixed), sorted(chosen), []
+    while rest:
+        gain = _gains(left, np.ones(len(left), dtype=bool), [])
+        best = max(rest, key=lambda row: float(gain[row]))
+        rest.remove(best)
+        order.append(best)
+        left = _less(left, best)
+    return np.array(order, dtype=np.int64)
+
+
+def _gains(left: Floats, free: NDArray[np.bool_], taken: list[int]) -> Floats:
+    gain = np.sum(left**2, axis=0) / (np.diag(left) + NOISE)
+    gain[~free] = -1.0
+    gain[taken] = -1.0
+    return np.asarray(gain)
+
+
+def _best(left: Floats, free: NDArray[np.bool_], taken: list[int]) -> int:
+    return int(np.argmax(_gains(left, free, taken)))
+
+
+def _less(left: Floats, row: int) -> Floats:
+    """The covariance after one more row was measured."""
+    column = left[:, row]
+    return np.asarray(left - np.outer(column, column) / (column[row] + NOISE))
+
+
+def _without(covariance: Floats, rows: Labels) -> Floats:
+    """The covariance after `rows` were measured."""
+    if not len(rows):
+        return covariance
+    own = covariance[np.ix_(rows, rows)] + NOISE * np.eye(len(rows))
+    return np.asarray(covariance - covariance[:, rows] @ np.linalg.solve(own, covariance[rows]))

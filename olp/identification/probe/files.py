@@ -11,7 +11,7 @@ from olp.core.units import mm
 from olp.identification.probe.experiment import Experiment
 from olp.identification.probe.job import NAME, Proved, proved_job
 from olp.identification.recording.moves import LINEAR, RecordedMoves
-from olp.identification.recording.settings import Settings
+from olp.identification.recording.settings import RecordingSettings
 from olp.identification.recording.writer import write_recording
 
 JOB = f"{NAME}.JBI"
@@ -32,7 +32,7 @@ def write_experiment(
     tool = None
     if wanted.tool is not None:
         tool = tuple(float(v) for v in wanted.tool.xyz_angles())
-    settings = Settings(
+    settings = RecordingSettings(
         robot=robot or wanted.robot.name,
         controller=wanted.robot.controllers[0] if len(wanted.robot.controllers) == 1 else "",
         time_resolution=0.01,

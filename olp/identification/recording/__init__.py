@@ -5,7 +5,7 @@ from olp.identification.recording.log import Log
 from olp.identification.recording.moves import RecordedMoves
 from olp.identification.recording.reader import read_recording
 from olp.identification.recording.recording import NoiseFloor, Recording
-from olp.identification.recording.settings import Settings
+from olp.identification.recording.settings import RecordingSettings
 from olp.identification.recording.writer import write_recording
 
 __all__ = [
@@ -14,7 +14,7 @@ __all__ = [
     "NoiseFloor",
     "RecordedMoves",
     "Recording",
-    "Settings",
+    "RecordingSettings",
     "read_recording",
     "write_recording",
 ]

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable
 from typing import Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.units import mm, percent
+from olp.identification.recording.table import SHOWN, Floats, RecordingTable, TableColumn
 
 KINDS: Final = ("joint", "linear", "circular", "wait")
 
 
-class Rule(NamedTuple):
+class ColumnRule(NamedTuple):
     """What a number of a column can be, and by how much it is multiplied to become SI."""
 
     factor: float = 1.0
@@ -22,29 +28,29 @@ class Rule(NamedTuple):
     whole: bool = False
 
 
-_DURATION, _POSITIVE, _ANY = Rule(lowest=0.0), Rule(lowest=0.0, above=True), Rule()
+_DURATION, _POSITIVE, _ANY = ColumnRule(lowest=0.0), ColumnRule(lowest=0.0, above=True), ColumnRule()
 _MOST = 1e9  # a counter beyond it counts nothing
 
 MOVE_NUMBERS: Final = {
-    "move": Rule(lowest=0.0, highest=_MOST, whole=True),
+    "move": ColumnRule(lowest=0.0, highest=_MOST, whole=True),
     "duration_s": _DURATION,
     "sim_s": _DURATION,
-    "speed_mm_s": Rule(mm, 0.0, True),
-    "speed_pct": Rule(percent, 0.0, True),
-    "accel_mm_s2": Rule(mm, 0.0, True),
-    "accel_pct": Rule(percent, 0.0, True),
-    "blend_mm": Rule(mm, 0.0),
-    "pl": Rule(lowest=0.0, highest=8.0, whole=True),
+    "speed_mm_s": ColumnRule(mm, 0.0, True),
+    "speed_pct": ColumnRule(percent, 0.0, True),
+    "accel_mm_s2": ColumnRule(mm, 0.0, True),
+    "accel_pct": ColumnRule(percent, 0.0, True),
+    "blend_mm": ColumnRule(mm, 0.0),
+    "pl": ColumnRule(lowest=0.0, highest=8.0, whole=True),
     "t_start_s": _ANY,
-    "cycle": Rule(lowest=0.0, highest=_MOST, whole=True),
-    "line": Rule(lowest=1.0, highest=_MOST, whole=True),
-    "payload_kg": Rule(lowest=0.0),
-    "payload_inertia_kg_m2": Rule(lowest=0.0),
-    "sim_payload_kg": Rule(lowest=0.0),
-    "sim_payload_inertia_kg_m2": Rule(lowest=0.0),
-    "override_pct": Rule(percent, 0.0, True),
-    "sim_override_pct": Rule(percent, 0.0, True),
-    "temperature_c": Rule(lowest=-273.15),
+    "cycle": ColumnRule(lowest=0.0, highest=_MOST, whole=True),
+    "line": ColumnRule(lowest=1.0, highest=_MOST, whole=True),
+    "payload_kg": ColumnRule(lowest=0.0),
+    "payload_inertia_kg_m2": ColumnRule(lowest=0.0),
+    "sim_payload_kg": ColumnRule(lowest=0.0),
+    "sim_payload_inertia_kg_m2": ColumnRule(lowest=0.0),
+    "override_pct": ColumnRule(percent, 0.0, True),
+    "sim_override_pct": ColumnRule(percent, 0.0, True),
+    "temperature_c": ColumnRule(lowest=-273.15),
 }
 MOVE_TEXTS: Final = ("type", "job")
 POINTS: Final = {
@@ -69,7 +75,7 @@ LOG_UNITS: Final = {
 }  # fmt: skip
 
 
-class Axis(NamedTuple):
+class AxisColumn(NamedTuple):
     """A column of one axis: `what` (start, end, q, command, speed, torque, current), counted from 1."""
 
     what: str
@@ -77,17 +83,17 @@ class Axis(NamedTuple):
     slides: bool  # millimetres instead of degrees
 
 
-def move_axis(name: str) -> Axis | None:
+def move_axis(name: str) -> AxisColumn | None:
     """What a column of joint points of moves holds, None when it is none."""
     match = _MOVE_AXIS.fullmatch(name)
-    return Axis(match[2], int(match[1]), match[3] == "mm") if match else None
+    return AxisColumn(match[2], int(match[1]), match[3] == "mm") if match else None
 
 
-def log_axis(name: str) -> Axis | None:
+def log_axis(name: str) -> AxisColumn | None:
     """What a column of a log holds for one axis, None when it is none."""
     match = _LOG_AXIS.fullmatch(name)
     what = LOG_UNITS.get((match[1], match[3])) if match else None
-    return Axis(what[0], int(match[2]), what[1]) if match and what else None
+    return AxisColumn(what[0], int(match[2]), what[1]) if match and what else None
 
 
 def move_names(axes: int = 6) -> list[str]:
@@ -129,3 +135,124 @@ def _stem(name: str) -> str:
     """The name without its unit, "" when it has none or says nothing without it."""
     stem, changed = _UNIT.subn("", name.lower())
     return _plain(stem) if changed and len(stem) > 1 else ""
+
+
+# --- Cells ---
+# From cells to numbers, with every cell that cannot be one told by its row and column.
+#
+# Codes: D014 not a number, D015 a value that cannot be.
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_COMMA = re.compile(r"[+-]?\d+,\d+")
+
+
+class Problems:
+    """What is wrong with one table. Of each kind and column the first are told one by one, the rest counted."""
+
+    def __init__(self, table: RecordingTable) -> None:
+        self.table = table
+        self.found: list[Diagnostic] = []
+        self._count: Counter[tuple[str, str]] = Counter()
+
+    def cell(
+        self,
+        code: str,
+        message: str,
+        row: int,
+        name: str,
+        help: str = "",
+        severity: Severity = Severity.ERROR,
+    ) -> None:
+        """A problem in the cell of `row` (from 0; -1: the header) and the column `name`."""
+        self._count[code, name] += 1
+        if self._count[code, name] > SHOWN:
+            return
+        index = self.table.names.index(name) if name in self.table.names else 0
+        span, source = self.table.place(row, index)
+        if span is None and row >= 0:
+            message = f"row {row + 1}: {message}"
+        line, column, end = span or Span(0)
+        self.found.append(
+            Diagnostic(code, message, severity, self.table.file, line, column, end, help, source)
+        )
+
+    def whole(self, code: str, message: str, help: str = "", severity: Severity = Severity.ERROR) -> None:
+        """A problem of the table as a whole."""
+        self.found.append(Diagnostic(code, message, severity, self.table.file, help=help))
+
+    def all(self) -> list[Diagnostic]:
+        """Everything found, with one line more for each kind that was cut short."""
+        rest = [
+            Diagnostic(code, f"column {name}: {count - SHOWN:,} more like this", file=self.table.file)
+            for (code, name), count in self._count.items()
+            if count > SHOWN
+        ]
+        return [*self.found, *rest]
+
+
+class NumberColumn(NamedTuple):
+    """(n,) as written, nan where nothing is written or no number; `bad`: rows that hold something else."""
+
+    values: Floats
+    bad: NDArray[np.intp]
+
+
+def numbers(column: TableColumn) -> NumberColumn:
+    """The cells as numbers. `nan` and `inf` are no numbers here: what is missing is left empty."""
+    if column.values is not None:
+        wrong = ~np.isfinite(column.values) & ~column.missing
+        return NumberColumn(np.where(wrong | column.missing, np.nan, column.values), np.nonzero(wrong)[0])
+    cells = column.text or ()
+    values, bad = np.full(len(cells), np.nan), []
+    for row, cell in enumerate(cells):
+        if not cell:
+            continue
+        if NUMBER.fullmatch(cell) and np.isfinite(float(cell)):
+            values[row] = float(cell)
+        else:
+            bad.append(row)
+    return NumberColumn(values, np.array(bad, dtype=np.intp))
+
+
+def texts(column: TableColumn) -> tuple[str, ...]:
+    """The cells as text; numbers of a typed file as they are usually written."""
+    if column.text is not None:
+        return column.text
+    assert column.values is not None
+    cells = zip(column.values.tolist(), column.missing.tolist(), strict=True)
+    return tuple("" if missing else f"{value:.15g}" for value, missing in cells)
+
+
+def checked(problems: Problems, name: str, column: TableColumn, rule: ColumnRule) -> Floats:
+    """(n,) in SI. Cells that are no number (D014) or cannot be (D015) are told and nan."""
+    values, bad = numbers(column)
+    shown = texts(column) if len(bad) else ()
+    for row in bad.tolist():
+        tell_bad(problems, name, shown[row] if column.text is not None else "nan", row)
+    with np.errstate(invalid="ignore"):
+        low = values <= rule.lowest if rule.above else values < rule.lowest
+        outside = low | (values > rule.highest)
+        broken = (values % 1 != 0) & ~np.isnan(values) if rule.whole else np.zeros(len(values), dtype=bool)
+    for row in np.nonzero(outside)[0].tolist():
+        problems.cell("D015", f"{name} cannot be {values[row]:g}", row, name, _range(rule))
+    for row in np.nonzero(broken & ~outside)[0].tolist():
+        problems.cell("D015", f"{name} must be a whole number, not {values[row]:g}", row, name)
+    good: Floats = np.where(outside | broken, np.nan, values) * rule.factor
+    return good
+
+
+def tell_bad(problems: Problems, name: str, cell: str, row: int) -> None:
+    """Notes a cell that is no number: D015 when it says nan or infinity, else D014."""
+    if cell.lower().strip("+-") in ("nan", "inf", "infinity") or NUMBER.fullmatch(cell):
+        problems.cell(
+            "D015", f"{name} cannot be {cell}", row, name, "leave the cell of a missing value empty"
+        )
+        return
+    help = "the decimal mark is a point" if _COMMA.fullmatch(cell) else ""
+    problems.cell("D014", f"{name} is not a number: {cell[:40]!r}", row, name, help)
+
+
+def _range(rule: ColumnRule) -> str:
+    if np.isfinite(rule.highest):
+        return f"it lies between {rule.lowest:g} and {rule.highest:g}"
+    return f"it is {'above' if rule.above else 'at least'} {rule.lowest:g}"

@@ -9,10 +9,10 @@ import numpy as np
 
 from olp.core.diagnostic import Diagnostic, error
 from olp.core.units import deg, mm
-from olp.identification.recording.cells import Problems
+from olp.identification.recording.columns import Problems
 from olp.identification.recording.log import Log
 from olp.identification.recording.moves import Floats, RecordedMoves
-from olp.identification.recording.table import Table
+from olp.identification.recording.table import RecordingTable
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
@@ -23,7 +23,7 @@ _FAR_SLIDE = 50.0 * mm
 
 
 def fit_together(
-    table: Table, moves: RecordedMoves, logs: Mapping[str, Log | None], robot: Robot | None
+    table: RecordingTable, moves: RecordedMoves, logs: Mapping[str, Log | None], robot: Robot | None
 ) -> list[Diagnostic]:
     """Everything that shows that two of the files are of different runs or robots."""
     problems = Problems(table)

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, info, warning
 from olp.core.units import deg, mm
-from olp.identification.recording.clock import Clock, fit_clock
 from olp.identification.recording.log import Log
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.identification.recording.programmed import Moved, moved, tool_of, way_of
@@ -26,6 +25,7 @@ from olp.runtime.plan import PATHS, BlendCode
 
 if TYPE_CHECKING:
     from olp.timing.timing import Timing
+
 
 Floats = NDArray[np.float64]
 By = Literal["auto", "points", "counter", "dwell"]
@@ -51,7 +51,7 @@ class FromLog:
     tool: (
         tuple[float, ...] | None
     )  # x, y, z [m], Rx, Ry, Rz [rad] on the flange, if one tool was used throughout
-    clock: Clock | None
+    clock: ClockAlignment | None
     diagnostics: tuple[Diagnostic, ...]
 
 
@@ -196,7 +196,7 @@ def _middles(moves: Moved, rows: NDArray[np.int32]) -> Floats:
     return middle
 
 
-def _told(moves: Moved, found: Segments, clock: Clock | None, log: Log) -> list[Diagnostic]:
+def _told(moves: Moved, found: Segments, clock: ClockAlignment | None, log: Log) -> list[Diagnostic]:
     plan = moves.timing.plan
     told: list[Diagnostic] = []
     for steps, why in (
@@ -245,3 +245,43 @@ def _unsayable(moves: RecordedMoves, timing: Timing) -> list[Diagnostic]:
         says = f"splines: {splines}, written as circular moves through their middles"
         told.append(warning("D046", says, file=timing.plan.path))
     return told
+
+
+# --- Clock ---
+# How a log's clock runs against the plan's: offset and rate, robust against moves that were timed wrongly.
+
+_ROUNDS = 30
+_HUBER = 1.345  # of the scatter: 95 % efficient for normal errors (P. J. Huber, "Robust Statistics", 1981)
+
+
+class ClockAlignment(NamedTuple):
+    """log time = offset + rate * plan time. The rate holds the log's clock and the plan's own error alike."""
+
+    offset: float  # [s]
+    rate: float  # [1]
+    offset_error: float  # [s] standard error
+    rate_error: float  # [1] standard error
+    scatter: float  # [s] of single instants around the line
+
+
+def fit_clock(plan: Floats, log: Floats) -> ClockAlignment | None:
+    """The clock from instants (n,) [s] of both; None for fewer than three that differ."""
+    good = np.isfinite(plan) & np.isfinite(log)
+    x, y = plan[good], log[good]
+    if len(x) < 3 or np.ptp(x) <= 0:
+        return None
+    # Epoch seconds would cost digits.
+    shift = float(y[0])
+    y = y - shift
+    weight = np.ones(len(x))
+    for _ in range(_ROUNDS):
+        columns = np.stack([np.ones(len(x)), x], axis=1)
+        normal = columns.T @ (weight[:, None] * columns)
+        offset, rate = np.linalg.solve(normal, columns.T @ (weight * y))
+        residual = y - offset - rate * x
+        scale = max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
+        weight = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(residual), 1e-15))
+    freedom = max(weight.sum() - 2.0, 1.0)
+    scatter = float(np.sqrt((weight * residual**2).sum() / freedom))
+    spread = scatter * np.sqrt(np.diag(np.linalg.inv(normal)))
+    return ClockAlignment(float(offset) + shift, float(rate), float(spread[0]), float(spread[1]), scatter)

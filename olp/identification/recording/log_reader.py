@@ -6,17 +6,44 @@ left out.
 
 from __future__ import annotations
 
+import csv
+import io
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic, OlpError, Severity
+from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span, error
 from olp.core.units import deg, mm
-from olp.identification.recording.cells import Problems
-from olp.identification.recording.columns import LOG_POINT, LOG_TURN, log_axis, log_names, nearest
+from olp.identification.recording.columns import (
+    LOG_POINT,
+    LOG_TURN,
+    NUMBER,
+    Problems,
+    log_axis,
+    log_names,
+    nearest,
+    numbers,
+    tell_bad,
+)
 from olp.identification.recording.log import Log
-from olp.identification.recording.log_table import Cells, LogTable, is_known, read_log_table
-from olp.identification.recording.table import Floats
+from olp.identification.recording.table import (
+    MOST_BYTES,
+    SHOWN,
+    Floats,
+    RecordingTable,
+    TableColumn,
+    cell_extent,
+    check_header,
+    decode,
+    is_parquet,
+    left_out_rows,
+    load_parquet,
+    parquet_column,
+    read_bytes,
+)
 
 
 def read_log(path: Path) -> tuple[Log, list[Diagnostic], LogTable]:
@@ -118,3 +145,188 @@ def _log(found: LogTable) -> Log:
         texts={name: values for name, values in rest.items() if isinstance(values, tuple)},
         file=found.table.file,
     )
+
+
+# --- Log table ---
+# The cells of log.csv and sim_log.csv: a million samples in a second, and still every bad cell by line and column.
+#
+# The quick path lets pandas convert whole columns and proves by counting commas that no row was short or long. Only
+# a file that fails it is read again slowly, to say where.
+
+_PROBE = 200  # rows that decide which unknown columns are text
+Cells = dict[str, Any]  # name -> floats (n,), or a tuple of texts
+
+
+@dataclass(frozen=True, slots=True)
+class LogTable:
+    """`cells` as written; `table` knows names and lines, and has its lines' text only after `located`."""
+
+    table: RecordingTable
+    cells: Cells
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    def located(self) -> RecordingTable:
+        """The table with the text of its lines, for messages."""
+        path = Path(self.table.file)
+        if is_parquet(path):
+            return self.table
+        return replace(self.table, text=tuple(io.StringIO(decode(read_bytes(path), str(path)), newline="")))
+
+    def only(self, good: NDArray[np.bool_], why: str) -> LogTable:
+        """Without the samples that are not `good`, which are told (D022)."""
+        if good.all():
+            return self
+        lines = self.table.line
+        bad = np.nonzero(~good)[0]
+        places = lines[bad].tolist() if lines.any() else (bad + 1).tolist()
+        kept: Cells = {
+            name: tuple(cell for cell, ok in zip(values, good, strict=True) if ok)
+            if isinstance(values, tuple)
+            else values[good]
+            for name, values in self.cells.items()
+        }
+        told = left_out_rows(self.table.file, places, why)
+        table = replace(self.table, line=lines[good], left_out=self.table.left_out + len(bad))
+        return LogTable(table, kept, (*self.diagnostics, *told))
+
+
+def read_log_table(path: Path) -> LogTable:
+    """The cells of the log in `path`. Raises OlpError with every cell that cannot be read."""
+    if is_parquet(path):
+        return _parquet(path)
+    try:
+        return _csv(path)
+    except csv.Error as problem:
+        raise OlpError(
+            error("D002", f"not CSV: {problem}", file=str(path), help="check the quotes")
+        ) from None
+
+
+def is_known(name: str) -> bool:
+    """Whether the contract says what stands in this column of a log."""
+    return name in ("t_s", "move", *LOG_POINT, *LOG_TURN) or log_axis(name) is not None
+
+
+def _csv(path: Path) -> LogTable:
+    import pandas
+
+    file, raw = str(path), read_bytes(path)
+    if raw[:3] == b"\xef\xbb\xbf":
+        raw = raw[3:]
+    # Only without quotes and old line ends, and where each row has its commas, do rows and lines agree.
+    if b'"' in raw or b"\r" in raw.replace(b"\r\n", b""):
+        return _slowly(file, raw)
+    first = decode(raw[: raw.find(b"\n") + 1] or raw, file)
+    names = check_header(next(csv.reader([first]), []), file, first)
+    text = _text_columns(raw, names)
+    kinds = {name: str if name in text else "float64" for name in names}
+    rows = raw.count(b"\n") + (not raw.endswith(b"\n")) - 1
+    if rows * len(names) * 8 > MOST_BYTES:
+        raise OlpError(error("D003", f"{rows:,} samples of {len(names)} columns are too many", file=file))
+    if raw.count(b",") != (rows + 1) * (len(names) - 1):
+        return _slowly(file, raw)
+    try:
+        frame = pandas.read_csv(
+            io.BytesIO(raw),
+            dtype=kinds,
+            keep_default_na=False,
+            na_values=[""],
+            skip_blank_lines=False,
+            index_col=False,
+            encoding="utf-8",
+        )
+    except (ValueError, UnicodeDecodeError):
+        return _slowly(file, raw)
+    cells: Cells = {
+        name: tuple(frame.iloc[:, i].fillna("")) if name in text else frame.iloc[:, i].to_numpy(np.float64)
+        for i, name in enumerate(names)
+    }
+    if any(np.isinf(values).any() for name, values in cells.items() if name not in text):
+        return _slowly(file, raw)
+    return LogTable(RecordingTable(file, names, (), np.arange(2, len(frame) + 2), (first,)), cells)
+
+
+def _text_columns(raw: bytes, names: tuple[str, ...]) -> set[str]:
+    """Unknown columns whose first cells are no numbers."""
+    unknown = [i for i, name in enumerate(names) if not is_known(name)]
+    if not unknown:
+        return set()
+    head = raw[: 400 * _PROBE].decode("utf-8", "replace").splitlines()[1 : _PROBE + 1]
+    rows = list(csv.reader(head[:-1] or head))
+    return {
+        names[i]
+        for i in unknown
+        if any(len(row) > i and row[i] and not NUMBER.fullmatch(row[i].strip()) for row in rows)
+    }
+
+
+def _slowly(file: str, raw: bytes) -> LogTable:
+    """Row by row. A last row that breaks off is left out (the recorder was stopped); any other bad row is an error."""
+    lines = tuple(io.StringIO(decode(raw, file), newline=""))
+    reader = csv.reader(lines)
+    names = check_header(next(reader, []), file, lines[0] if lines else "")
+    text = _text_columns(raw, names)
+    kept: list[list[str]] = []
+    starts: list[int] = []
+    blank: list[int] = []
+    wrong: list[tuple[int, list[str]]] = []
+    while True:
+        start = reader.line_num + 1
+        row = next(reader, None)
+        if row is None:
+            break
+        if not any(cell.strip() for cell in row):
+            blank.append(start)
+        elif len(row) != len(names):
+            wrong.append((start, row))
+        else:
+            kept.append(row)
+            starts.append(start)
+    told = list(left_out_rows(file, blank, "nothing is written in them"))
+    left_out = len(blank)
+    if wrong and wrong[-1][0] > (starts[-1] if starts else 0) and len(wrong[-1][1]) < len(names):
+        told += left_out_rows(file, [wrong.pop()[0]], "the file breaks off there")
+        left_out += 1
+    table = RecordingTable(file, names, (), np.array(starts, dtype=np.int64), lines, left_out=left_out)
+    problems = Problems(table)
+    problems.found += [_ragged(file, lines, line, len(row), len(names)) for line, row in wrong[:SHOWN]]
+    cells: Cells = {}
+    for i, name in enumerate(names):
+        column = tuple(row[i].strip() for row in kept)
+        cells[name] = column if name in text else _numbers(problems, name, column)
+    if problems.found:
+        raise OlpError(*problems.all())
+    return LogTable(replace(table, text=lines[:1]), cells, tuple(told))
+
+
+def _numbers(problems: Problems, name: str, column: tuple[str, ...]) -> Floats:
+    values, bad = numbers(TableColumn(np.zeros(len(column), dtype=bool), column))
+    for row in bad.tolist():
+        tell_bad(problems, name, column[row], row)
+    return values
+
+
+def _ragged(file: str, lines: tuple[str, ...], line: int, found: int, width: int) -> Diagnostic:
+    source = lines[line - 1].rstrip("\r\n")
+    column = cell_extent(source, min(found, width))[0]
+    span = Span(line, column, column + 1)
+    return error("D013", f"row has {found} cells, the header {width}", span, file=file, source_line=source)
+
+
+def _parquet(path: Path) -> LogTable:
+    frame = load_parquet(path)
+    names = check_header([str(name) for name in frame.column_names], str(path), "")
+    table = RecordingTable(str(path), names, (), np.zeros(frame.num_rows, dtype=np.int64))
+    problems = Problems(table)
+    cells: Cells = {}
+    for i, name in enumerate(names):
+        column: TableColumn = parquet_column(frame.column(i))
+        if column.values is None and not is_known(name):
+            cells[name] = column.text
+            continue
+        cells[name], bad = numbers(column)
+        for row in bad.tolist():
+            tell_bad(problems, name, "nan" if column.text is None else column.text[row], row)
+    if problems.found:
+        raise OlpError(*problems.all())
+    return LogTable(table, cells)

@@ -46,7 +46,7 @@ class Moved:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class ProgrammedPath:
     """Where the moves go: `point` (m + 1, c) features of where they begin and end, `way` (n, c) at `time` (n,) [s]."""
 
     point: Floats
@@ -104,7 +104,7 @@ def _waited(timing: Timing, step: NDArray[np.intp]) -> Floats:
     return between
 
 
-def way_of(moves: Moved) -> Way:
+def way_of(moves: Moved) -> ProgrammedPath:
     """Where the moves go. Raises OlpError: D040 when no place can be known, or when the plan has no time."""
     from olp.timing.track import track
 
@@ -117,7 +117,7 @@ def way_of(moves: Moved) -> Way:
     way = features_of_axes(plan.robot, followed.axes, plan.path)
     if not np.isfinite(way).all() or not np.isfinite(point).all():
         raise OlpError(no_places(plan.path))
-    return Way(point, followed.time, way)
+    return ProgrammedPath(point, followed.time, way)
 
 
 def tool_of(moves: Moved) -> tuple[float, ...] | None:

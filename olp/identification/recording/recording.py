@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic
 from olp.identification.recording.log import Log
 from olp.identification.recording.moves import WAIT, Floats, RecordedMoves
-from olp.identification.recording.settings import Settings
+from olp.identification.recording.settings import RecordingSettings
 
 if TYPE_CHECKING:
     from olp.robots.geometry import Pose
@@ -48,7 +48,7 @@ class Recording:
     moves: RecordedMoves
     log: Log | None
     sim_log: Log | None
-    settings: Settings
+    settings: RecordingSettings
     robot: Robot | None
     tool: Pose | None
     sha256: str

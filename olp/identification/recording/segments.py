@@ -5,17 +5,17 @@ Codes: D040 the places cannot be known, D041 the log has no move counter or no s
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.identification.recording.alignment import Alignment, align
-from olp.identification.recording.boundaries import Rest, pass_by, rest, stillness
 from olp.identification.recording.fit import interpolate
 from olp.identification.recording.log import Log
-from olp.identification.recording.programmed import Moved, Way, features_of_log
+from olp.identification.recording.programmed import Moved, ProgrammedPath, features_of_log
 
 Floats = NDArray[np.float64]
 _OFF = 1e-3  # [m]
@@ -40,7 +40,7 @@ class Segments:
     offset: Floats | None = None  # (3,) [m] the log stands off the program, the median
 
 
-def by_points(moves: Moved, way: Way, log: Log) -> Segments:
+def by_points(moves: Moved, way: ProgrammedPath, log: Log) -> Segments:
     """Matching the programmed points: a stop ends when the arm leaves it, a corner where the way is nearest to it."""
     place = features_of_log(moves.timing.plan.robot, log)
     still = stillness(log.time, place)
@@ -66,7 +66,7 @@ def by_points(moves: Moved, way: Way, log: Log) -> Segments:
 
 
 def _rests(
-    moves: Moved, way: Way, log: Log, place: Floats, found: Alignment, still: float
+    moves: Moved, way: ProgrammedPath, log: Log, place: Floats, found: Alignment, still: float
 ) -> tuple[list[Rest | None], Floats]:
     """The rest at each of the m + 1 points, None where the arm passes, and how far (m + 1, c) [m] the log is off there.
 
@@ -131,7 +131,7 @@ def _windows(moves: Moved, found: Alignment, log: Log, place: Floats, point: Flo
     return list(zip(first.tolist(), last.tolist(), strict=True))
 
 
-def _corner_shift(moves: Moved, way: Way) -> Floats:
+def _corner_shift(moves: Moved, way: ProgrammedPath) -> Floats:
     """(m + 1,) [s]: in the plan, from where the way is nearest to a corner to where the move ends.
 
     It is 0 when the corner is passed evenly, and what a change of speed in the corner makes otherwise.
@@ -245,3 +245,285 @@ def _stretches_between_rests(time: Floats, place: Floats, still: float) -> list[
         for b, e in zip(begins.tolist(), ends.tolist(), strict=True)
         if float(np.linalg.norm(place[min(e + 1, len(place) - 1)] - place[b])) > still or e - b > 2
     ]
+
+
+# --- Alignment ---
+# Which part of a log is which part of a program: dynamic time warping along the way, whatever the time it took.
+#
+# Both ways are cut into steps of equal length, so dwells and speeds play no part, and paired in order at least squared
+# distance (H. Sakoe, S. Chiba, "Dynamic programming algorithm optimization for spoken word recognition", IEEE Trans.
+# ASSP 26(1), 1978). A distance counts no more than `REACH`: what lies farther away is not explained by the program, and
+# a stretch that only one of the two has cannot pull the rest apart.
+
+Indices = NDArray[np.intp]
+REACH = 0.025  # [m]
+_STEPS = 2_500  # that the program's way is cut into
+_MOST_STEPS = 12_000
+_FLAT = 1e-3  # [m] an extent that no distance depends on
+_MOST_CONSIDERED = 100_000  # samples of a log that are looked at for its way
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """`time` (k,) [s] of the log's steps and the program's `steps` (j,) [s]; pairs in order, both ascending.
+
+    `where` (j,) [s]: when the log is at each step of the program. `distance` (j,) [m] to the nearest paired step.
+    `explained` (k,): whether a step of the log is within reach of the program.
+    `travelled` (j,) [m]: the log's way so far.
+    """
+
+    time: Floats
+    steps: Floats
+    where: Floats
+    distance: Floats
+    explained: NDArray[np.bool_]
+    travelled: Floats
+    size: float  # [m] of a step
+    reach: float  # [m]
+    offset: Floats  # (c,) [m] median of log - program over the paired steps within reach
+
+
+def align(log_time: Floats, log_way: Floats, time: Floats, way: Floats) -> Alignment:
+    """Pairs a log (n, c) [m] with a program's way (p, c) [m], times ascending [s]."""
+    length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+    # Steps of two ways may be half a step apart: far less than the reach.
+    size = min(max(length / _STEPS, 1e-4), REACH / 3)
+    mine, asked = keyframes(log_time, log_way, size), keyframes(time, way, size)
+    while max(len(mine[0]), len(asked[0])) > _MOST_STEPS:
+        size *= 1.5
+        mine, asked = keyframes(log_time, log_way, size), keyframes(time, way, size)
+    reach = max(REACH, 3 * size)
+    left, right = _pairs(*_spanned(mine[1], asked[1]), reach)
+    difference = mine[1][left] - asked[1][right]
+    distance = np.linalg.norm(difference, axis=1)
+    near = distance < reach
+    nearest = np.full(len(asked[0]), np.inf)
+    np.minimum.at(nearest, right, distance)
+    explained = np.zeros(len(mine[0]), dtype=bool)
+    explained[left[near]] = True
+    first = np.searchsorted(right, np.arange(len(asked[0])), side="left")
+    last = np.searchsorted(right, np.arange(len(asked[0])), side="right") - 1
+    # Of all steps of the log paired with one of the program, those that are as near as any say when.
+    where = (mine[0][left[first]] + mine[0][left[last]]) / 2
+    offset = np.median(difference[near], axis=0) if near.any() else np.zeros(way.shape[1])
+    travelled = (left[first] + left[last]) / 2 * size
+    return Alignment(mine[0], asked[0], where, nearest, explained, travelled, size, reach, offset)
+
+
+def keyframes(time: Floats, way: Floats, size: float) -> tuple[Floats, Floats]:
+    """Times (k,) and places (k, c) every `size` [m] along the way; standing still, however noisily, adds none."""
+    stride = 1 + len(time) // _MOST_CONSIDERED
+    time, way = time[::stride], way[::stride]
+    times, places = [float(time[0])], [way[0]]
+    here, before = way[0], float(time[0])
+    for at, place in zip(time.tolist(), way, strict=True):
+        step = place - here
+        gone = float(np.sqrt(step @ step))
+        if gone < size:
+            before = at if gone < size / 2 else before
+            continue
+        count = min(int(gone / size), _MOST_STEPS)
+        for share in np.arange(1, count + 1) / count:
+            times.append(before + (at - before) * share)
+            places.append(here + step * share)
+        here, before = place, at
+        if len(times) > 4 * _MOST_STEPS:
+            break
+    return np.array(times), np.array(places)
+
+
+def _spanned(log: Floats, asked: Floats) -> tuple[Floats, Floats]:
+    """Both in the directions in which they extend at all: a tool that does not turn needs 3 of the 12."""
+    both = np.concatenate([log, asked])
+    middle = both.mean(axis=0)
+    axes = np.linalg.eigh((both - middle).T @ (both - middle))[1]
+    seen = (both - middle) @ axes
+    seen = seen[:, np.ptp(seen, axis=0) > _FLAT]
+    return seen[: len(log)], seen[len(log) :]
+
+
+def _pairs(log: Floats, asked: Floats, reach: float) -> tuple[Indices, Indices]:
+    """Paired steps in order: every step of both is in at least one pair."""
+    rows, columns = len(log), len(asked)
+    came = np.zeros((rows, columns), dtype=np.int8)  # 0 both advance, 1 the log, 2 the program
+    before, last = np.full(rows, np.inf), np.full(rows, np.inf)  # cost at the two previous diagonals, by row
+    for diagonal in range(rows + columns - 1):
+        low, high = max(0, diagonal - columns + 1), min(rows, diagonal + 1)
+        index = np.arange(low, high)
+        gap = log[low:high] - asked[diagonal - index]
+        cost = np.minimum(np.einsum("ij,ij->i", gap, gap), reach * reach)
+        both = np.full(high - low, np.inf)
+        one = np.full(high - low, np.inf)
+        inside = index > 0
+        both[inside] = before[index[inside] - 1]
+        one[inside] = last[index[inside] - 1]
+        options = np.stack([both, one, last[low:high]])
+        if diagonal == 0:
+            options[:] = 0.0
+        choice = np.argmin(options, axis=0)
+        current = np.full(rows, np.inf)
+        current[low:high] = options[choice, np.arange(high - low)] + cost
+        came[index, diagonal - index] = choice
+        before, last = last, current
+    return _backwards(came)
+
+
+def _backwards(came: NDArray[np.int8]) -> tuple[Indices, Indices]:
+    row, column = came.shape[0] - 1, came.shape[1] - 1
+    left, right = [row], [column]
+    while row or column:
+        choice = came[row, column] if row and column else (1 if row else 2)
+        row -= choice != 2
+        column -= choice != 1
+        left.append(row)
+        right.append(column)
+    return np.array(left[::-1], dtype=np.intp), np.array(right[::-1], dtype=np.intp)
+
+
+# --- Boundaries ---
+# When a move ends, to a fraction of a sample: where the arm comes to rest and leaves again, or passes nearest by.
+
+_LEAST_STILL = 5e-5  # [m] movements below this are rest
+_NOISES = 6.0
+_NEAR = 0.010  # [m] a rest farther from its point than this (and 3 times the nearest) is another one
+
+
+class Rest(NamedTuple):
+    """[s] when the arm came to rest and when it left; nan where the log does not show it. `place` (c,) [m]."""
+
+    arrive: float
+    leave: float
+    place: Floats
+
+
+def stillness(time: Floats, place: Floats) -> float:
+    """[m] below which a movement is noise: six times the scatter while the arm hardly moves, at least 0.05 mm.
+
+    From second differences, which a steady motion does not feel: var = 6 σ².
+    """
+    if len(time) < 5:
+        return _LEAST_STILL
+    bend = np.linalg.norm(place[2:] - 2 * place[1:-1] + place[:-2], axis=1)
+    speed = np.linalg.norm(place[2:] - place[:-2], axis=1)
+    slow = bend[speed <= np.quantile(speed, 0.2)]
+    noise = float(np.median(slow)) / math.sqrt(6.0)
+    return max(_LEAST_STILL, _NOISES * noise)
+
+
+def rest(time: Floats, place: Floats, point: Floats, still: float, dwells: bool = False) -> Rest | None:
+    """The rest near `point` (c,) in samples (n,), (n, c); None when the arm does not stop there.
+
+    `still` [m]: see `stillness`. `dwells`: the program waits there, so it is no turning point however short.
+    """
+    if len(time) < 3:
+        return None
+    distance = np.linalg.norm(place - point, axis=1)
+    near = np.nonzero(distance <= max(3 * distance.min(), _NEAR))[0]
+    pace = np.full(len(time), np.inf)
+    inner = near[(near > 0) & (near < len(time) - 1)]
+    span = np.maximum(time[inner + 1] - time[inner - 1], 1e-9)
+    pace[inner] = np.linalg.norm(place[inner + 1] - place[inner - 1], axis=1) / span
+    for end, beside in ((0, 1), (len(time) - 1, len(time) - 2)):
+        if end in near:
+            pace[end] = np.linalg.norm(place[end] - place[beside]) / max(abs(time[end] - time[beside]), 1e-9)
+    if not np.isfinite(pace).any():
+        return None
+    slowest = int(np.argmin(pace))
+    away = np.linalg.norm(place - place[slowest], axis=1)
+    first, last = _run(away <= still, slowest)
+    centre = np.median(place[first : last + 1], axis=0)
+    away = np.linalg.norm(place - centre, axis=1)
+    if away[slowest] <= still:
+        first, last = _run(away <= still, slowest)
+    after, before = (time[last:], away[last:]), (-time[: first + 1][::-1], away[: first + 1][::-1])
+    turned = None if dwells else _turning_point(after, before, still)
+    if turned is not None:
+        return Rest(turned, turned, centre)
+    return Rest(-_begin(*before, still), _begin(*after, still), centre)
+
+
+def _turning_point(after: tuple[Floats, Floats], before: tuple[Floats, Floats], still: float) -> float | None:
+    """[s] the instant of a stop too short to tell its two ends apart, None for a real rest.
+
+    A motion that goes as t^p from its turning point passes s, 4 s and 16 s at times that grow by r = 4^(1/p) each. So
+    it is within s for 2/(r - 1) times as long as it takes from s to 4 s, and √r times that where the samples within
+    reach all lie on one side.
+    """
+    levels = (still, 4 * still, 16 * still)
+    left, within = [], 0.0
+    for time, away in (after, before):
+        beyond = [np.nonzero(away >= reach)[0] for reach in levels]
+        if not len(beyond[0]) or not len(beyond[1]) or not beyond[0][0]:
+            return None
+        passed = [_crossing(time, away, int(i[0]), r) for i, r in zip(beyond, levels, strict=True) if len(i)]
+        quick = passed[1] - passed[0]
+        growth = (passed[2] - passed[1]) / max(quick, 1e-12) if len(passed) > 2 else 2.0
+        growth = min(max(growth, 1.5), 4.0)
+        within = max(within, 2 * growth**0.5 / (growth - 1) * quick)
+        left.append(passed[0])
+    leave, came = left
+    shortest = 1.1 * within + float(after[0][1] - after[0][0])
+    return (leave - came) / 2 if leave + came < shortest else None
+
+
+def _crossing(time: Floats, away: Floats, index: int, level: float) -> float:
+    """[s] at which `away` passes `level` between sample `index` - 1 and `index`."""
+    share = (level - away[index - 1]) / max(away[index] - away[index - 1], 1e-15)
+    return float(time[index - 1] + np.clip(share, 0.0, 1.0) * (time[index] - time[index - 1]))
+
+
+def _run(inside: NDArray[np.bool_], at: int) -> tuple[int, int]:
+    """First and last index of the unbroken run of True around `at`."""
+    outside = np.nonzero(~inside)[0]
+    cut = int(np.searchsorted(outside, at))
+    first = int(outside[cut - 1]) + 1 if cut else 0
+    last = int(outside[cut]) - 1 if cut < len(outside) else len(inside) - 1
+    return first, last
+
+
+def _begin(time: Floats, away: Floats, still: float) -> float:
+    """[s] when a motion began whose first sample here is still at rest; nan when nothing moves.
+
+    The samples from s to 16 s beyond the rest, at least three, are carried back to zero as a motion at constant speed
+    or, when that fits them better, at constant acceleration.
+    """
+    beyond = np.nonzero(away > still)[0]
+    if not len(beyond):
+        return float("nan")
+    first = int(beyond[0])
+    far = np.nonzero(away > 16 * still)[0]
+    last = min(max(int(far[0]) if len(far) else len(away), first + 3), len(away))
+    falls = np.nonzero(np.diff(away[first:last]) <= 0)[0]
+    if len(falls) and last - first <= 3:
+        last = first + 1 + int(falls[0])
+    crossing = _crossing(time, away, first, still)
+    if last - first < 2:
+        return crossing
+    t, x = time[first:last] - time[first], away[first:last]
+    fits = []
+    for shape in (x, np.sqrt(x)):
+        slope, height = np.polyfit(t, shape, 1)
+        if slope > 0:
+            misfit = float(np.abs(slope * t + height - shape).max() / shape[-1])
+            fits.append((misfit, float(time[first] - height / slope)))
+    if not fits:
+        return crossing
+    # Two samples fit both: a motion that doubles its speed within them is still accelerating.
+    chosen = min(fits)[1] if last - first > 2 else fits[-1 if x[1] > 2.5 * x[0] else 0][1]
+    # The slowest begin taken for real, at constant jerk, is within s for 1.7 times as long as from s to 4 s.
+    double = np.nonzero(away > 4 * still)[0]
+    reach = 2 * (_crossing(time, away, int(double[0]), 4 * still) - crossing) if len(double) else 0.0
+    return float(np.clip(chosen, min(float(time[first - 1]), crossing - reach), crossing))
+
+
+def pass_by(time: Floats, place: Floats, point: Floats) -> tuple[float, float]:
+    """When the way is nearest to `point`, on the straight pieces between samples [s], and how near [m]."""
+    near = place - point
+    if len(time) == 1:
+        return float(time[0]), float(np.linalg.norm(near[0]))
+    step = np.diff(near, axis=0)
+    square = np.maximum(np.einsum("ij,ij->i", step, step), 1e-18)
+    share = np.clip(-np.einsum("ij,ij->i", near[:-1], step) / square, 0.0, 1.0)
+    distance = np.linalg.norm(near[:-1] + share[:, None] * step, axis=1)
+    best = int(np.argmin(distance))
+    return float(time[best] + share[best] * (time[best + 1] - time[best])), float(distance[best])

@@ -21,7 +21,7 @@ KEYS = ("robot", "controller", "time_resolution_s", "tool", "job")
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class RecordingSettings:
     """The file's content in SI, empty or None where it says nothing."""
 
     robot: str = ""  # name in the library, or path of a robot file
@@ -32,27 +32,27 @@ class Settings:
     file: str = ""
 
 
-def read_settings(path: Path) -> tuple[Settings, list[Diagnostic]]:
+def read_settings(path: Path) -> tuple[RecordingSettings, list[Diagnostic]]:
     """The settings in `path` and all that is wrong with them. Never raises for what is in the file."""
     file = str(path)
     try:
         text = toml_text(path)
         values = parse_toml(text)
     except OSError as problem:
-        return Settings(file=file), [error("D002", problem.strerror or "cannot be read", file=file)]
+        return RecordingSettings(file=file), [error("D002", problem.strerror or "cannot be read", file=file)]
     except UnicodeDecodeError:
-        return Settings(file=file), [error("D002", "not UTF-8 text", file=file)]
+        return RecordingSettings(file=file), [error("D002", "not UTF-8 text", file=file)]
     except TOMLDecodeError as problem:
-        return Settings(file=file), [_syntax(file, text, str(problem))]
-    return _Reader(file, text, values).settings()
+        return RecordingSettings(file=file), [_syntax(file, text, str(problem))]
+    return _SettingsReader(file, text, values).settings()
 
 
-class _Reader:
+class _SettingsReader:
     def __init__(self, file: str, text: str, values: dict[str, Any]) -> None:
         self.file, self.lines, self.values = file, text.splitlines(), values
         self.found: list[Diagnostic] = []
 
-    def settings(self) -> tuple[Settings, list[Diagnostic]]:
+    def settings(self) -> tuple[RecordingSettings, list[Diagnostic]]:
         for key in self.values:
             if key not in KEYS and not is_told_enough(self.found, "D031", self.file):
                 near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.6)
@@ -61,7 +61,7 @@ class _Reader:
         job = self._word("job")
         if job and not (Path(self.file).parent / job).is_file():
             self._tell("D032", "job", f"there is no file {job}", "", Severity.WARNING)
-        found = Settings(
+        found = RecordingSettings(
             self._word("robot"), self._word("controller"), self._resolution(), self._tool(), job, self.file
         )
         return found, self.found

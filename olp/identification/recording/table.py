@@ -32,7 +32,7 @@ SHOWN = 20  # findings of one kind that are told one by one
 SUFFIXES = (".csv", ".csv.gz", ".parquet", ".pq")
 
 
-class Column(NamedTuple):
+class TableColumn(NamedTuple):
     """The cells of one column: `values` of a typed file, else their `text`; `missing` where nothing is written."""
 
     missing: Flags
@@ -41,12 +41,12 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class RecordingTable:
     """`line` (n,): where each row starts in the file, 0 when it has no lines. `text`: the file's lines."""
 
     file: str
     names: tuple[str, ...]
-    columns: tuple[Column, ...]
+    columns: tuple[TableColumn, ...]
     line: NDArray[np.int64]
     text: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -133,7 +133,7 @@ def decode(raw: bytes, file: str) -> str:
         ) from None
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> RecordingTable:
     """The table of moves in `path`. Raises OlpError with every row that has no place in it."""
     if is_parquet(path):
         return _read_parquet(path)
@@ -161,7 +161,7 @@ def read_table(path: Path) -> Table:
     return _from_rows(file, tuple(lines), rows, starts)
 
 
-def _from_rows(file: str, lines: tuple[str, ...], rows: list[list[str]], starts: list[int]) -> Table:
+def _from_rows(file: str, lines: tuple[str, ...], rows: list[list[str]], starts: list[int]) -> RecordingTable:
     names = check_header(rows[0] if rows else [], file, lines[0] if lines else "")
     width = len(names)
     blank = [not any(row) for row in rows]
@@ -171,10 +171,13 @@ def _from_rows(file: str, lines: tuple[str, ...], rows: list[list[str]], starts:
     kept = [i for i in range(1, len(rows)) if not blank[i]]
     empty = [starts[i] for i in range(1, len(rows)) if blank[i]]
     cells = list(zip(*(rows[i] for i in kept), strict=True)) if kept else [()] * width
-    return Table(
+    return RecordingTable(
         file,
         names,
-        tuple(Column(np.array([not cell for cell in column], dtype=bool), tuple(column)) for column in cells),
+        tuple(
+            TableColumn(np.array([not cell for cell in column], dtype=bool), tuple(column))
+            for column in cells
+        ),
         np.array([starts[i] for i in kept], dtype=np.int64),
         lines,
         left_out_rows(file, empty, "nothing is written in them"),
@@ -233,13 +236,13 @@ def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]
     return names
 
 
-def _read_parquet(path: Path) -> Table:
+def _read_parquet(path: Path) -> RecordingTable:
     frame = load_parquet(path)
     names = check_header([str(name) for name in frame.column_names], str(path), "")
     if frame.num_rows > MOST_ROWS:
         raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=str(path)))
     columns = tuple(parquet_column(frame.column(i)) for i in range(len(names)))
-    return Table(str(path), names, columns, np.zeros(frame.num_rows, dtype=np.int64))
+    return RecordingTable(str(path), names, columns, np.zeros(frame.num_rows, dtype=np.int64))
 
 
 def load_parquet(path: Path):  # type: ignore[no-untyped-def]
@@ -266,7 +269,7 @@ def load_parquet(path: Path):  # type: ignore[no-untyped-def]
         raise OlpError(error("D002", f"not a Parquet file: {problem}", file=str(path))) from None
 
 
-def parquet_column(chunks) -> Column:  # type: ignore[no-untyped-def]
+def parquet_column(chunks) -> TableColumn:  # type: ignore[no-untyped-def]
     """A null is missing; a NaN that was written as a number stays one."""
     import pyarrow
 
@@ -274,6 +277,6 @@ def parquet_column(chunks) -> Column:  # type: ignore[no-untyped-def]
     kind = chunks.type
     if pyarrow.types.is_integer(kind) or pyarrow.types.is_floating(kind):
         values = np.asarray(chunks.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
-        return Column(missing, values=values)
+        return TableColumn(missing, values=values)
     text = tuple("" if cell is None else str(cell).strip() for cell in chunks.to_pylist())
-    return Column(np.array([not cell for cell in text], dtype=bool), text)
+    return TableColumn(np.array([not cell for cell in text], dtype=bool), text)

@@ -16,7 +16,7 @@ from olp.core.units import deg, mm, percent
 from olp.identification.recording.columns import KINDS, LOG_POINT, LOG_TURN, POINTS, TURNS, move_axis
 from olp.identification.recording.log import Log
 from olp.identification.recording.moves import Floats, RecordedMoves
-from olp.identification.recording.settings import FILE_NAME, Settings
+from olp.identification.recording.settings import FILE_NAME, RecordingSettings
 
 _REQUIRED = ("move", "duration_s")
 
@@ -24,7 +24,7 @@ _REQUIRED = ("move", "duration_s")
 def write_recording(
     folder: str | Path,
     moves: RecordedMoves,
-    settings: Settings | None = None,
+    settings: RecordingSettings | None = None,
     log: Log | None = None,
     comment: str = "",
 ) -> None:
@@ -35,7 +35,7 @@ def write_recording(
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     write_output(target / "moves.csv", moves_csv(moves))
-    write_output(target / FILE_NAME, settings_toml(settings or Settings(), comment))
+    write_output(target / FILE_NAME, settings_toml(settings or RecordingSettings(), comment))
     if log is not None:
         write_output(target / "log.csv", log_csv(log))
 
@@ -115,7 +115,7 @@ def _whole(values: NDArray[Any], missing: int) -> list[str]:
     return ["" if value == missing else str(value) for value in values.tolist()]
 
 
-def settings_toml(settings: Settings, comment: str = "") -> str:
+def settings_toml(settings: RecordingSettings, comment: str = "") -> str:
     """The text of recording.toml: the keys that say something."""
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
     lines += [

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from olp.identification.signature.document import Signature
     from olp.identification.signature.moveset import MoveSet
     from olp.identification.signature.predict import Prediction
-    from olp.identification.signature.term_durations import Told
+    from olp.identification.signature.term_model import PredictedRows
     from olp.timing.chain import Chain
     from olp.timing.demand import Demand
     from olp.timing.joint_times import TimedJoints
@@ -43,7 +43,7 @@ class Signed(NamedTuple):
     said: Prediction | None
     again: NDArray[np.intp]  # (m,) which distinct move each row is: errors of repeats are the same error
     joints: Mask
-    told: Told | None = None
+    told: PredictedRows | None = None
     timed: TimedJoints | None = None  # joint moves that the law of the arm timed
 
 

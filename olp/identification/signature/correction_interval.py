@@ -19,7 +19,7 @@ Mask = NDArray[np.bool_]
 _STRAIGHT, _JOINT = PATHS.index(Path.LINEAR), PATHS.index(Path.JOINT)
 
 
-class Interval(NamedTuple):
+class CorrectionInterval(NamedTuple):
     """95 %: `low`, `high` (n,) [s] per step, nan where nothing is known; of the whole program [s]."""
 
     low: Floats
@@ -47,7 +47,7 @@ def interval(
     settling: Floats,
     duration: Floats,
     report: Callable[[str], None],
-) -> Interval:
+) -> CorrectionInterval:
     """Of steps that last `duration` (n,) [s]; `settling` (k,) [s] of the rows of Moves."""
     rows = _rows(plan, signed, wanted, joined, settling)
     is_move = plan.kind == StepKind.MOVE
@@ -65,7 +65,7 @@ def interval(
         report(f"the interval is that of {int(known.sum())} moves; {others} other moves are taken as exact")
     _report_guesses(signed, rows, leading, plan, report)
     floor = total - float(np.nansum((duration[steps])[known]))
-    return Interval(low, high, max(total - half - below, floor), total + half + above)
+    return CorrectionInterval(low, high, max(total - half - below, floor), total + half + above)
 
 
 def _rows(plan: Plan, signed: Signed, wanted: Demand, joined: Chain, settling: Floats) -> _Rows:

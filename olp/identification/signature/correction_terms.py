@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from olp.identification.recording import Recording
-    from olp.identification.signature.term_model import Named
+    from olp.identification.signature.term_model import NamedModel
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -40,7 +40,7 @@ def by_terms(
 
     if TERMS not in signed.signature.parts:
         return signed
-    from olp.identification.signature.term_durations import terms_of, told_rows
+    from olp.identification.signature.term_model import terms_of, told_rows
 
     arm = np.array([robot is not None and robot is plan.robot for robot in plan.robots], dtype=bool)
     own = np.nonzero(arm[plan.moves.mechanism])[0] if len(arm) else np.zeros(0, dtype=np.intp)
@@ -73,11 +73,11 @@ def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
 
 
 def _recording(
-    plan: Plan, joined: Chain, signed: Signed, named: Named, own: Rows, use: Mask, override: float
+    plan: Plan, joined: Chain, signed: Signed, named: NamedModel, own: Rows, use: Mask, override: float
 ) -> Recording:
     """The arm's rows one after another; those that are not in `use` are there for their neighbours."""
     from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR
-    from olp.identification.signature.term_case import bare_recording
+    from olp.identification.signature.term_model import bare_recording
     from olp.robots.geometry import Pose
 
     moves, positions, robot = plan.moves, plan.positions, plan.robot

@@ -15,7 +15,7 @@ from olp.identification.signature.predict import predict
 Floats = NDArray[np.float64]
 
 
-class Difference(NamedTuple):
+class SignatureDifference(NamedTuple):
     """`facts`: name, old, new. `start`, `end` (m, 3) [m], `old`, `new` (m,) [s]: at the moves of both domains."""
 
     facts: list[tuple[str, str, str]]
@@ -31,7 +31,7 @@ class Difference(NamedTuple):
         return np.asarray(100.0 * (self.new - self.old) / self.old)
 
 
-def difference(old: Signature, new: Signature) -> Difference:
+def difference(old: Signature, new: Signature) -> SignatureDifference:
     """Compares at the highest speed that both know. Raises OlpError where one cannot predict."""
     facts = [
         (name, str(a), str(b))
@@ -51,7 +51,7 @@ def difference(old: Signature, new: Signature) -> Difference:
     moves = domain_moves(places[rows], angles[rows], min(old.domain.speed[1], new.domain.speed[1]))
     before, after = predict(old, moves), predict(new, moves)
     apart = (before.high < after.low) | (after.high < before.low)
-    return Difference(facts, moves.start, moves.end, before.duration, after.duration, apart)
+    return SignatureDifference(facts, moves.start, moves.end, before.duration, after.duration, apart)
 
 
 def domain_moves(places: Floats, angles: Floats, speed: float) -> MoveSet:

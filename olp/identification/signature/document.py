@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from olp.identification.signature.coefficients import Part
+from olp.identification.signature.coefficients import CorrectionPart
 from olp.identification.signature.domain import Domain
 from olp.identification.signature.errors import ErrorModel
-from olp.identification.signature.estimator import Parameter
+from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.joint_moves import LearntArm
 from olp.identification.signature.path_moves import LearntPaths
 
@@ -46,12 +46,12 @@ class Signature:
     payload: float | None
     recording: Learnt
     method: str
-    parameters: Mapping[str, Parameter]
+    parameters: Mapping[str, LearntParameter]
     errors: ErrorModel
     domain: Domain
     compared: Mapping[str, Score]
     olp: str
-    parts: Mapping[str, Part] = field(
+    parts: Mapping[str, CorrectionPart] = field(
         default_factory=dict
     )  # what was learnt beside straight moves, see parts.py
     arm: LearntArm | None = None  # what was learnt of joint moves

@@ -26,7 +26,7 @@ _FOLDER = "estimators"
 _KEPT = 16  # fits that are remembered: of all methods, on the same moves
 
 
-class Parameter(NamedTuple):
+class LearntParameter(NamedTuple):
     """One learnt quantity as the file holds it: a number or nested lists of numbers or names."""
 
     value: Any
@@ -34,7 +34,7 @@ class Parameter(NamedTuple):
     sd: Any = None  # standard deviation in the same shape, None where it cannot be told
 
 
-Parameters = Mapping[str, Parameter]
+Parameters = Mapping[str, LearntParameter]
 
 
 class Estimate(NamedTuple):

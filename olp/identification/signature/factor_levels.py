@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import deg
-from olp.identification.signature.estimator import Parameter, Parameters
+from olp.identification.signature.estimator import LearntParameter, Parameters
 from olp.identification.signature.moveset import MoveSet
 
 Floats = NDArray[np.float64]
@@ -60,7 +60,7 @@ def levels_of(moves: MoveSet, parameters: Parameters | None = None) -> Levels:
     return Levels(at, mass, mass_reference, orientation, orientations, moves.configuration, reference, factor)
 
 
-def level_factors(levels: Levels, moves: MoveSet, ratio: Floats, good: Mask) -> dict[str, Parameter]:
+def level_factors(levels: Levels, moves: MoveSet, ratio: Floats, good: Mask) -> dict[str, LearntParameter]:
     """C_m, C_o, C_c of every level but the reference, from moves in which only that level differs.
 
     `ratio` (n,): measured factor over the tables' factor.
@@ -68,10 +68,10 @@ def level_factors(levels: Levels, moves: MoveSet, ratio: Floats, good: Mask) -> 
     plain_mass = np.isclose(levels.mass, levels.mass_reference, atol=_SAME_MASS) | np.isnan(levels.mass)
     plain_turn = levels.orientation <= 0
     plain_posture = np.array([c in ("", levels.configuration_reference) for c in levels.configuration])
-    found: dict[str, Parameter] = {
-        "mass_reference": Parameter(_number(levels.mass_reference), "kg"),
-        "configuration_reference": Parameter(levels.configuration_reference, ""),
-        "orientations": Parameter([o.round(9).tolist() for o in levels.orientations], "1"),
+    found: dict[str, LearntParameter] = {
+        "mass_reference": LearntParameter(_number(levels.mass_reference), "kg"),
+        "configuration_reference": LearntParameter(levels.configuration_reference, ""),
+        "orientations": LearntParameter([o.round(9).tolist() for o in levels.orientations], "1"),
     }
     masses = np.unique(levels.mass[good & ~plain_mass & plain_turn & plain_posture])
     found["mass_factors"] = _medians(
@@ -89,7 +89,7 @@ def level_factors(levels: Levels, moves: MoveSet, ratio: Floats, good: Mask) -> 
     return found
 
 
-def _medians(cases: list[tuple[Any, Mask]], ratio: Floats) -> Parameter:
+def _medians(cases: list[tuple[Any, Mask]], ratio: Floats) -> LearntParameter:
     """[level, factor] of each case that has rows; uncertainty from the spread about the median."""
     values, doubts = [], []
     for level, rows in cases:
@@ -100,7 +100,7 @@ def _medians(cases: list[tuple[Any, Mask]], ratio: Floats) -> Parameter:
         values.append([level, middle])
         spread = 1.4826 * float(np.median(np.abs(own - middle)))
         doubts.append(1.2533 * spread / np.sqrt(len(own)) if len(own) > 1 else None)
-    return Parameter(values, "level, 1", doubts)
+    return LearntParameter(values, "level, 1", doubts)
 
 
 def _product(

@@ -16,11 +16,11 @@ import numpy as np
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import read_input, write_output
 from olp.core.units import deg, mm
-from olp.identification.signature.coefficients import KINDS, Part
+from olp.identification.signature.coefficients import KINDS, CorrectionPart
 from olp.identification.signature.document import SCHEMA, VERSION, Learnt, Score, Signature
 from olp.identification.signature.domain import Domain
 from olp.identification.signature.errors import ErrorModel, Spread
-from olp.identification.signature.estimator import Parameter
+from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.joint_moves import LearntArm
 from olp.identification.signature.path_moves import LearntPaths
 
@@ -92,11 +92,11 @@ def to_json(signature: Signature) -> dict[str, Any]:
     return content
 
 
-def _told(quantities: Mapping[str, Parameter]) -> dict[str, Any]:
+def _told(quantities: Mapping[str, LearntParameter]) -> dict[str, Any]:
     return {name: {"value": p.value, "unit": p.unit, "sd": p.sd} for name, p in quantities.items()}
 
 
-def _part_json(part: Part) -> dict[str, Any]:
+def _part_json(part: CorrectionPart) -> dict[str, Any]:
     return {
         "quantities": _told(part.quantities),
         "errors_s": {**part.spread._asdict(), "row_half": part.row_half},
@@ -168,11 +168,13 @@ def _signature(content: dict[str, Any]) -> Signature:
     )
 
 
-def _parameters(content: dict[str, Any]) -> dict[str, Parameter]:
-    return {str(name): Parameter(p["value"], str(p["unit"]), p.get("sd")) for name, p in content.items()}
+def _parameters(content: dict[str, Any]) -> dict[str, LearntParameter]:
+    return {
+        str(name): LearntParameter(p["value"], str(p["unit"]), p.get("sd")) for name, p in content.items()
+    }
 
 
-def _part(name: str, entry: dict[str, Any]) -> Part:
+def _part(name: str, entry: dict[str, Any]) -> CorrectionPart:
     quantities = _parameters(entry["quantities"])
     for known in KINDS[name].quantities:
         value = float(quantities[known.name].value)
@@ -183,7 +185,7 @@ def _part(name: str, entry: dict[str, Any]) -> Part:
     if not longest > 0:
         raise ValueError(f"longest_s {longest}")
     held = entry["held_out_percent"]
-    return Part(
+    return CorrectionPart(
         quantities,
         _spread(entry["errors_s"]),
         math.inf if row_half is None else float(row_half),

@@ -15,20 +15,24 @@ from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.core.version import __version__
 from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.intervals import parameters_with_intervals
-from olp.identification.diagnosis.model import Model
-from olp.identification.signature.coefficients import TERMS, Part, half_of_few
+from olp.identification.diagnosis.model import DurationModel
+from olp.identification.signature.coefficients import TERMS, CorrectionPart, half_of_few
 from olp.identification.signature.document import Learnt, Signature
 from olp.identification.signature.domain import domain_of
 from olp.identification.signature.errors import ErrorModel, spread_of
-from olp.identification.signature.term_case import case_for, rated_speed
-from olp.identification.signature.term_durations import moves_of_case
-from olp.identification.signature.term_model import Named, to_parameters
+from olp.identification.signature.term_model import (
+    NamedModel,
+    case_for,
+    moves_of_case,
+    rated_speed,
+    to_parameters,
+)
 
 if TYPE_CHECKING:
-    from olp.identification.diagnosis.diagnose import Outcome
-    from olp.identification.diagnosis.naming import Named as Search
+    from olp.identification.diagnosis.diagnose import DiagnosisOutcome
+    from olp.identification.diagnosis.naming import NamingResult as Search
     from olp.identification.recording import Recording
-    from olp.timing.physics._case import Case
+    from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
@@ -50,7 +54,7 @@ def signature_of_recording(recording: Recording) -> tuple[Signature, tuple[Diagn
     return signature_of(diagnose_recording(recording), recording)
 
 
-def signature_of(outcome: Outcome, recording: Recording) -> tuple[Signature, tuple[Diagnostic, ...]]:
+def signature_of(outcome: DiagnosisOutcome, recording: Recording) -> tuple[Signature, tuple[Diagnostic, ...]]:
     """The signature of a diagnosis of `recording`, and what it leaves out. Raises OlpError H040."""
     rows, search = case_of(recording).rows, outcome.named
     assert search is not None
@@ -86,7 +90,7 @@ def signature_of(outcome: Outcome, recording: Recording) -> tuple[Signature, tup
     return signature, tuple(_told(outcome, named, off[use], recording.path))
 
 
-def _named(outcome: Outcome, ramp: float, file: str) -> Named:
+def _named(outcome: DiagnosisOutcome, ramp: float, file: str) -> NamedModel:
     """The terms that can be applied to other moves. Raises OlpError H040."""
     found = outcome.diagnosis
     if found.verdict in ("no-mismatch", "unexplained", "not-judged"):
@@ -103,11 +107,11 @@ def _named(outcome: Outcome, ramp: float, file: str) -> Named:
         names = ", ".join(finding.term for finding in found.findings)
         says = f"what was found cannot be put into predictions: {names}"
         raise OlpError(error("H040", says, file=file, help="a signature needs terms of motion"))
-    case, model = outcome.case, Model(parts)
+    case, model = outcome.case, DurationModel(parts)
     model.seconds(case)  # asks for the numbers that the forms refer to
     base = case.base
     inertia, payload = (v[np.isfinite(v)] for v in (case.payload_inertia, case.payload))
-    return Named(
+    return NamedModel(
         model,
         _middle(_paths(case)),
         ramp,
@@ -120,7 +124,7 @@ def _named(outcome: Outcome, ramp: float, file: str) -> Named:
     )
 
 
-def _ramp(case: Case, recording: Recording, rows: NDArray[np.int64]) -> float:
+def _ramp(case: MeasuredMoves, recording: Recording, rows: NDArray[np.int64]) -> float:
     """[s] that every axis takes to its rated speed in the simulation's joint moves.
 
     0 where the accelerations of the robot's file come nearer to the simulation; nan where nothing can be told.
@@ -149,7 +153,7 @@ def _ramp(case: Case, recording: Recording, rows: NDArray[np.int64]) -> float:
     return 0.0 if known and other <= own else ramp
 
 
-def _paths(case: Case) -> Floats:
+def _paths(case: MeasuredMoves) -> Floats:
     """[m/s²] of the simulation's paths."""
     return np.asarray(case.base.accelerate[case.moving & ~case.joint])
 
@@ -178,17 +182,17 @@ def _held_out(search: Search, off: Floats) -> Floats:
     return np.asarray(search.clean.measured - search.selection.predicted - off[~search.late])
 
 
-def _part(search: Search, errors: Floats, judged: NDArray[np.bool_], law: str) -> Part:
+def _part(search: Search, errors: Floats, judged: NDArray[np.bool_], law: str) -> CorrectionPart:
     """`judged` (m,): moves that go somewhere and are predicted."""
     spread = spread_of(errors[judged], search.folds.labels[judged])
     measured, before = search.clean.measured[judged], search.clean.residual[judged]
     half = max(spread.half, half_of_few(errors[judged]))
     share = [100.0 * float(np.mean(np.abs(e) / measured)) for e in (before, errors[judged])]
     rows, longest = int(judged.sum()), float(measured.max())
-    return Part({}, spread._replace(half=half), half, rows, longest, share[0], share[1], law)
+    return CorrectionPart({}, spread._replace(half=half), half, rows, longest, share[0], share[1], law)
 
 
-def _told(outcome: Outcome, named: Named, off: Floats, file: str) -> list[Diagnostic]:
+def _told(outcome: DiagnosisOutcome, named: NamedModel, off: Floats, file: str) -> list[Diagnostic]:
     found = []
     kept = {part.term.name for part in named.model.parts}
     for finding in outcome.diagnosis.findings:

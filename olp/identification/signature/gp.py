@@ -7,12 +7,11 @@ length)²; C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from olp.identification.signature.minimise import minimise
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +32,7 @@ class Belief(NamedTuple):
     spread: float
 
 
-class Part(NamedTuple):
+class KernelPart(NamedTuple):
     """One smooth function: its size, and its length in each group of coordinates."""
 
     scale: Belief
@@ -45,7 +44,7 @@ class Fitted(NamedTuple):
     lengths: tuple[float, ...]
 
 
-class Process(NamedTuple):
+class FittedProcess(NamedTuple):
     """What was learnt of n values at `places`."""
 
     parts: tuple[Fitted, ...]
@@ -58,10 +57,10 @@ class Process(NamedTuple):
 def learn(
     places: Places,
     values: Floats,
-    parts: tuple[Part, ...],
+    parts: tuple[KernelPart, ...],
     noise: Belief,
     few: NDArray[np.int64] | None = None,
-) -> Process:
+) -> FittedProcess:
     """The most probable scales, lengths and noise, with outliers set apart, and the weights.
 
     `few`: row numbers from which scales, lengths and noise are learnt, by default all.
@@ -88,10 +87,10 @@ def learn(
     size = float(np.exp(theta[-1]))
     variances = np.asarray(size**2 * every, dtype=np.float64)
     matrix = sum(_covariances(fitted, whole)) + np.diag(variances)
-    return Process(fitted, size, places, np.asarray(np.linalg.solve(matrix, values)), variances)
+    return FittedProcess(fitted, size, places, np.asarray(np.linalg.solve(matrix, values)), variances)
 
 
-def answer(process: Process, places: Places) -> tuple[Floats, Floats]:
+def answer(process: FittedProcess, places: Places) -> tuple[Floats, Floats]:
     """Mean and standard deviation (n,) at new places; the noise is not in the standard deviation."""
     own = sum(_covariances(process.parts, _squares(process.places, process.places))) + np.diag(
         process.variances
@@ -179,3 +178,49 @@ def _squares(first: Places, second: Places) -> list[list[Floats]]:
 def _apart(first: Floats, second: Floats) -> Floats:
     square = np.sum(first**2, axis=1)[:, None] + np.sum(second**2, axis=1) - 2 * first @ second.T
     return np.asarray(np.maximum(square, 0.0))
+
+
+# --- Minimise ---
+# A small minimiser for smooth functions of a few variables: BFGS with a backtracking line search.
+#
+# J. Nocedal and S. J. Wright, Numerical Optimization (2nd ed., Springer 2006), algorithms 3.1 and 6.1.
+
+# Of the decrease that the slope promises, the share that has to come true.
+_MINIMISE_ENOUGH = 1e-4
+_LONGEST = 1.0  # in the units of the variables, which are logarithms
+
+
+def minimise(
+    function: Callable[[Floats], tuple[float, Floats]], start: Floats, most: int, enough: float = 1e-6
+) -> Floats:
+    """The best point found from `start`. `function` gives value and gradient.
+
+    Ends after `most` steps, or when one gains less than `enough`.
+    """
+    place = np.array(start, dtype=np.float64)
+    value, slope = function(place)
+    inverse = np.eye(len(place)) / max(1.0, float(np.linalg.norm(slope)))
+    for _ in range(most):
+        step = -inverse @ slope
+        if step @ slope >= 0:
+            inverse = np.eye(len(place)) / max(1.0, float(np.linalg.norm(slope)))
+            step = -inverse @ slope
+        step *= min(1.0, _LONGEST / max(float(np.max(np.abs(step))), 1e-12))
+        size = 1.0
+        while size > 1e-6:
+            reached, new_slope = function(place + size * step)
+            if reached <= value + _MINIMISE_ENOUGH * size * float(step @ slope):
+                break
+            size *= 0.4
+        else:
+            return place
+        moved, turned = size * step, new_slope - slope
+        place = place + moved
+        gained, value, slope = value - reached, reached, new_slope
+        curve = float(moved @ turned)
+        if curve > 1e-12:
+            left = np.eye(len(place)) - np.outer(moved, turned) / curve
+            inverse = left @ inverse @ left.T + np.outer(moved, moved) / curve
+        if gained < enough:
+            return place
+    return place

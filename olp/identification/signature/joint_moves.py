@@ -8,17 +8,15 @@ joint moves told.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, info, warning
-from olp.identification.signature.arm_fit import fit_arm
 from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
-from olp.identification.signature.slow_regions import SlowRegion, corrected, find_regions
-from olp.timing.arm import ArmTiming, JointMotions, posture_functions
+from olp.timing.arm import ArmTiming, JointMotions, gradient, posture_functions, solve
 from olp.timing.arm_moves import JointMoves, JointTimes, joint_moves
 
 if TYPE_CHECKING:
@@ -26,7 +24,229 @@ if TYPE_CHECKING:
     from olp.robots.geometry import Pose
     from olp.robots.robot import Robot
 
+
+# --- Slow regions ---
+# Regions of one feature in which moves take far longer than the law says, or always the same time.
+#
+# Controllers slow down near a limit, in a protected zone, or replan: a few moves, all beyond one bound of one
+# feature. A single split with medians on both sides finds such a region from a handful of moves, where many
+# small trees need hundreds.
+
 Floats = NDArray[np.float64]
+
+_FEWEST: Final = 4  # moves that make a region
+_CUTS: Final = 64
+_SLOW_REGIONS_MOST: Final = 3  # regions
+_GAIN: Final = 0.04  # of the sum of absolute errors that a region has to take away at least
+_DIFFERENT: Final = (
+    0.15  # of the logarithm: a region differs by this much, smaller steps are for smooth learners
+)
+
+
+class SlowRegion(NamedTuple):
+    """Moves whose `feature` is above `bound` (below, if not `above`): ln(duration) = share x law + offset.
+
+    `share` is 1, or 0 where all of them take the same time.
+    """
+
+    feature: int
+    bound: float
+    above: bool
+    share: float
+    offset: float
+
+    def holds(self, features: Floats) -> NDArray[np.bool_]:
+        values = features[:, self.feature]
+        return np.asarray(values > self.bound if self.above else values <= self.bound)
+
+    @staticmethod
+    def from_json(content: Any) -> SlowRegion:
+        """Raises TypeError or ValueError for what is no region."""
+        feature, bound, above, share, offset = content
+        return SlowRegion(int(feature), float(bound), bool(above), float(share), float(offset))
+
+
+def corrected(regions: Sequence[SlowRegion], features: Floats, log_law: Floats) -> Floats:
+    """(n,) ln(duration) of the law with the regions, a later one over an earlier one."""
+    result = log_law.copy()
+    for region in regions:
+        inside = region.holds(features)
+        result[inside] = region.share * log_law[inside] + region.offset
+    return result
+
+
+def find_regions(features: Floats, log_law: Floats, log_measured: Floats) -> tuple[SlowRegion, ...]:
+    """The regions that take most of the absolute errors away, none if all are alike."""
+    found: list[SlowRegion] = []
+    for _ in range(_SLOW_REGIONS_MOST):
+        now = log_measured - corrected(found, features, log_law)
+        best = _best(features, log_law, log_measured, now)
+        if best is None:
+            break
+        found.append(best)
+    return tuple(found)
+
+
+def _best(features: Floats, log_law: Floats, log_measured: Floats, now: Floats) -> SlowRegion | None:
+    count = len(now)
+    if count < 2 * _FEWEST:
+        return None
+    total = np.abs(now)
+    best, most = None, _GAIN * float(total.sum())
+    for feature in range(features.shape[1]):
+        order = np.argsort(features[:, feature], kind="stable")
+        values = features[order, feature]
+        for cut in _cuts(values):
+            for above, rows in ((True, order[cut:]), (False, order[:cut])):
+                if not _FEWEST <= len(rows) <= count // 2:
+                    continue
+                gain, shift = _gain(log_measured[rows] - log_law[rows], total[rows])
+                if gain > most and abs(float(np.median(now[rows]))) > _DIFFERENT:
+                    bound = float(values[cut - 1] + values[cut]) / 2
+                    best, most = SlowRegion(feature, bound, above, 1.0, shift), gain
+    if best is None:
+        return None
+    best = _sharpened(best, most, features[:, best.feature], log_measured - log_law, total)
+    rows = np.flatnonzero(best.holds(features))
+    same = float(np.median(log_measured[rows]))
+    if np.sum(np.abs(log_measured[rows] - same)) < np.sum(
+        np.abs(log_measured[rows] - log_law[rows] - best.offset)
+    ):
+        return best._replace(share=0.0, offset=same)
+    return best
+
+
+def _gain(residual: Floats, total: Floats) -> tuple[float, float]:
+    """What a shift by the median takes away of the absolute errors `total`, and the shift."""
+    shift = float(np.median(residual))
+    return float(np.sum(total - np.abs(residual - shift))), shift
+
+
+def _sharpened(
+    region: SlowRegion, gain: float, values: Floats, residual: Floats, total: Floats
+) -> SlowRegion:
+    """The same region with the best of all bounds near its own."""
+    order = np.argsort(values, kind="stable")
+    ordered, count = values[order], len(values)
+    at = int(np.searchsorted(ordered, region.bound))
+    reach = count // _CUTS + 2
+    for cut in range(max(at - reach, _FEWEST), min(at + reach, count - _FEWEST) + 1):
+        rows = order[cut:] if region.above else order[:cut]
+        if ordered[cut] > ordered[cut - 1] and _FEWEST <= len(rows) <= count // 2:
+            found, shift = _gain(residual[rows], total[rows])
+            if found > gain:
+                gain = found
+                region = region._replace(bound=float(ordered[cut - 1] + ordered[cut]) / 2, offset=shift)
+    return region
+
+
+def _cuts(values: Floats) -> list[int]:
+    """Where a sorted feature may be split, denser towards both ends."""
+    count = len(values)
+    inner = np.linspace(0, count, _CUTS + 2)[1:-1].astype(np.int64)
+    edge = np.unique(np.geomspace(_FEWEST, count // 2, _CUTS // 2).astype(np.int64))
+    cuts = np.unique(np.concatenate([inner, edge, count - edge]))
+    return [int(c) for c in cuts if 0 < c < count and values[c] > values[c - 1]]
+
+
+# --- Arm fit ---
+# From recorded joint moves to an arm's timing: the most probable numbers under the prior, and what they leave
+# unknown.
+#
+# Gauss-Newton on the logarithms of the durations with Student's weights, so that pauses and replanned moves
+# count little.
+
+
+_FREEDOM: Final = (
+    3.0  # degrees of freedom of Student's t: one move in twenty is off by more than three scatters
+)
+_STEPS: Final = 60
+_ENOUGH: Final = 1e-6
+_LEAST_SCATTER: Final = 0.004
+_KNOWN_SCATTER_WEIGHT: Final = 8.0  # moves that the prior's scatter counts as much as
+
+
+class ArmFit(NamedTuple):
+    """`timing` after the moves; `residual` (n,) ln(measured/law) and `weight` (n,) that each move had, 0 to 1 about."""
+
+    timing: ArmTiming
+    residual: Floats
+    weight: Floats
+
+
+def fit_arm(
+    prior: ArmTiming,
+    motions: JointMotions,
+    measured: Floats,
+    resolution: float = 0.0,
+    start: Floats | None = None,
+) -> ArmFit:
+    """`measured` (n,) [s] above zero, of moves whose numbers are all finite; `resolution` [s] of them."""
+    log_measured = np.log(measured)
+    rounding = resolution / np.sqrt(12.0) / measured
+    precision: Floats = np.asarray(np.linalg.inv(prior.covariance), dtype=np.float64)
+    mean = prior.mean.copy() if start is None else start.copy()
+    scatter = max(prior.scatter, _scatter(log_measured - _logs(mean, motions), prior.scatter))
+    damping = 1e-3
+    residual = log_measured - _logs(mean, motions)
+    for _ in range(_STEPS):
+        variance = scatter**2 + rounding**2
+        weight = _weights(residual, variance)
+        cost = _cost(residual, variance, mean - prior.mean, precision)
+        jacobian = gradient(mean, motions)
+        scaled = jacobian * (weight / variance)[:, None]
+        normal = jacobian.T @ scaled + precision
+        pull = scaled.T @ residual - precision @ (mean - prior.mean)
+        moved = False
+        for _ in range(8):
+            step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), pull)
+            trial = log_measured - _logs(mean + step, motions)
+            if (
+                np.isfinite(trial).all()
+                and _cost(trial, variance, mean + step - prior.mean, precision) <= cost
+            ):
+                moved = True
+                break
+            damping *= 8.0
+        if not moved:
+            break
+        mean, residual = np.asarray(mean + step, dtype=np.float64), trial
+        damping = max(damping / 6.0, 1e-9)
+        scatter = _scatter(residual, prior.scatter)
+        if np.max(np.abs(step) / np.sqrt(np.diag(prior.covariance))) < 1e-3:
+            break
+    variance = scatter**2 + rounding**2
+    weight = _weights(residual, variance)
+    jacobian = gradient(mean, motions)
+    covariance = np.linalg.inv(jacobian.T @ (jacobian * (weight / variance)[:, None]) + precision)
+    timing = replace(prior, mean=mean, covariance=covariance, scatter=scatter)
+    return ArmFit(timing, residual, weight)
+
+
+def _logs(mean: Floats, motions: JointMotions) -> Floats:
+    return np.log(np.maximum(solve(mean, motions).duration, 1e-6))
+
+
+def _weights(residual: Floats, variance: Floats) -> Floats:
+    """Of Student's t."""
+    return np.asarray((_FREEDOM + 1.0) / (_FREEDOM + residual**2 / variance))
+
+
+def _cost(residual: Floats, variance: Floats, away: Floats, precision: Floats) -> float:
+    own = (_FREEDOM + 1.0) * np.sum(np.log1p(residual**2 / (_FREEDOM * variance)))
+    return float(own + away @ precision @ away)
+
+
+def _scatter(residual: Floats, known: float) -> float:
+    """[1] the residual's scale by its median, with the prior's as some more moves."""
+    count = len(residual)
+    found = 1.4826 * float(np.median(np.abs(residual))) if count else known
+    mixed = np.sqrt((count * found**2 + _KNOWN_SCATTER_WEIGHT * known**2) / (count + _KNOWN_SCATTER_WEIGHT))
+    return max(float(mixed), _LEAST_SCATTER)
+
+
+# --- Joint moves ---
+
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 Rows = NDArray[np.intp]

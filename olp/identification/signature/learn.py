@@ -21,13 +21,13 @@ from olp.identification.signature.coefficients import (
     FEWEST,
     JOINT,
     STOP,
-    Part,
+    CorrectionPart,
     learn_part,
 )
 from olp.identification.signature.document import Learnt, Signature
 from olp.identification.signature.domain import Domain
 from olp.identification.signature.errors import ErrorModel, Spread
-from olp.identification.signature.estimator import Parameter
+from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.joint_moves import (
     LearntArm,
     contradiction_notes,
@@ -41,7 +41,7 @@ from olp.identification.signature.joint_moves import (
 from olp.identification.signature.moveset import moves_of_recording
 from olp.identification.signature.path_moves import LearntPaths, learn_paths, paths_note, pieces_of
 from olp.identification.signature.places import with_points
-from olp.identification.signature.recorded import Rows, rows_of
+from olp.identification.signature.rows import RecordedTimes, rows_of
 from olp.identification.signature.stretches import plain_rows, stretches_of
 from olp.robots.controller_effects import generations_in
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
@@ -87,7 +87,7 @@ def calibrate(
         from olp.identification.signature.from_diagnosis import signature_of_recording
 
         return signature_of_recording(recording)
-    parts: dict[str, Part] = {}
+    parts: dict[str, CorrectionPart] = {}
     straight = recording
     stop = _learn_stop(recording)
     if stop is not None:
@@ -123,7 +123,7 @@ def _beside(recording: Recording) -> bool:
     return others or bool(stretches_of(recording.moves).ends_rolling.any())
 
 
-def _told(kind: str, part: Part, file: str) -> Diagnostic:
+def _told(kind: str, part: CorrectionPart, file: str) -> Diagnostic:
     what = {STOP: "straight moves at several speeds", CORNER: "stretches with corners"}.get(
         kind, f"{kind} moves"
     )
@@ -136,7 +136,7 @@ def _told(kind: str, part: Part, file: str) -> Diagnostic:
     return info("H021", f"{part.rows} {what}: {learnt or 'as the model says'} ({held})", file=file)
 
 
-def _learn_stop(recording: Recording) -> Part | None:
+def _learn_stop(recording: Recording) -> CorrectionPart | None:
     """What a stop costs at any speed; None where the speeds do not tell or nothing is gained by it."""
     moves, _ = moves_of_recording(recording)
     moves = moves.take(np.isfinite(moves.duration) & (moves.duration > 0))
@@ -205,7 +205,7 @@ def _learn_paths(recording: Recording) -> LearntPaths | None:
     return learn_paths(pieces, moves.duration[rows], _programs(recording, rows), written, resolution)
 
 
-def _with_paths(signature: Signature, recording: Recording, rows: Rows | None) -> Signature:
+def _with_paths(signature: Signature, recording: Recording, rows: RecordedTimes | None) -> Signature:
     """With the law of paths, for speeds that no straight move was learnt at, and for arcs of which none was.
 
     For corners too, if held-out pieces are nearer to it than all are to what was learnt of them otherwise.
@@ -241,7 +241,7 @@ def _without_straight(recording: Recording, arm: LearntArm | None, paths: Learnt
         payload=float(np.median(payload)) if len(payload) else None,
         recording=Learnt(recording.path, recording.sha256, learnt, settings.time_resolution),
         method="constant",
-        parameters={"slowness": Parameter(1.0 / DEFAULT_LINEAR_ACCELERATION, "s²/m", USUAL_DOUBT)},
+        parameters={"slowness": LearntParameter(1.0 / DEFAULT_LINEAR_ACCELERATION, "s²/m", USUAL_DOUBT)},
         errors=ErrorModel(spread, spread),
         domain=Domain((0.0, 0.0), (0.0, 0.0), None, nothing, nothing[:, :3], 0.0, 0.0),
         compared={},
@@ -250,7 +250,7 @@ def _without_straight(recording: Recording, arm: LearntArm | None, paths: Learnt
     )
 
 
-def _learn_curves(rows: Rows) -> Part | None:
+def _learn_curves(rows: RecordedTimes) -> CorrectionPart | None:
     at = _stop_to_stop(rows, "circular")
     if at.sum() < FEWEST:
         return None
@@ -262,7 +262,7 @@ def _learn_curves(rows: Rows) -> Part | None:
     return part
 
 
-def _learn_corners(rows: Rows) -> Part | None:
+def _learn_corners(rows: RecordedTimes) -> CorrectionPart | None:
     found = _stretches(rows)
     if len(found.measured) < FEWEST:
         return None
@@ -279,7 +279,7 @@ def _learn_corners(rows: Rows) -> Part | None:
     return part._replace(row_half=max(within, part.spread.half / 2))
 
 
-def _stretches(rows: Rows) -> _Stretches:
+def _stretches(rows: RecordedTimes) -> _Stretches:
     """The stretches with corners of which every row was measured and can be predicted."""
     label, times, moves = rows.stretches.label, rows.times, rows.moves
     rolls = rows.stretches.ends_rolling
@@ -294,13 +294,13 @@ def _stretches(rows: Rows) -> _Stretches:
     return _Stretches(sums[0], sums[1], sums[2], corners[good].astype(np.float64), first[good], good[label])
 
 
-def _stop_to_stop(rows: Rows, kind: str) -> Mask:
+def _stop_to_stop(rows: RecordedTimes, kind: str) -> Mask:
     at = np.array([name == kind for name in rows.moves.kinds], dtype=bool)
     at &= (rows.stretches.stops == 2) & ~rows.stretches.open
     return np.asarray(at & np.isfinite(rows.times.duration) & np.isfinite(rows.moves.duration))
 
 
-def _groups(rows: Rows, at: Mask) -> Labels:
+def _groups(rows: RecordedTimes, at: Mask) -> Labels:
     return _labels(tuple(rows.moves.job[i] for i in np.nonzero(at)[0].tolist()))
 
 

@@ -63,7 +63,7 @@ class Observations(NamedTuple):
         return result
 
 
-class Member(NamedTuple):
+class MixtureMember(NamedTuple):
     """One process of the grid."""
 
     place_length: float
@@ -72,7 +72,7 @@ class Member(NamedTuple):
     noise: float
 
 
-class Answer(NamedTuple):
+class MixturePrediction(NamedTuple):
     """`sd`: of the process itself and between the members, in the unit of the values."""
 
     mean: Floats
@@ -96,17 +96,17 @@ def average_covariance(first: Views, second: Views, ruler: Ruler) -> Floats:
     return np.asarray(total / len(LENGTHS) + _LEVEL)
 
 
-def members(views: Views) -> Iterator[Member]:
+def members(views: Views) -> Iterator[MixtureMember]:
     """The grid."""
     if not views.terms.shape[1]:
-        yield from (Member(length, 1.0, 0.0, noise) for length in LENGTHS for noise in NOISES)
+        yield from (MixtureMember(length, 1.0, 0.0, noise) for length in LENGTHS for noise in NOISES)
         return
     for place in LENGTHS:
         for term in LENGTHS:
-            yield from (Member(place, term, share, noise) for share in SHARES for noise in NOISES)
+            yield from (MixtureMember(place, term, share, noise) for share in SHARES for noise in NOISES)
 
 
-def answer(views: Views, seen: Observations, ruler: Ruler, wanted: Views) -> Answer:
+def answer(views: Views, seen: Observations, ruler: Ruler, wanted: Views) -> MixturePrediction:
     """The function at `wanted` (w,) from observations of the moves `views`."""
     level = float(seen.values.sum() / seen.sum(np.ones(len(seen.owner))).sum())
     left = seen.values - level * seen.sum(np.ones(len(seen.owner)))
@@ -131,10 +131,10 @@ def answer(views: Views, seen: Observations, ruler: Ruler, wanted: Views) -> Ans
     belief /= belief.sum()
     means, variances = np.array([m for _, m, _ in said]), np.array([v for _, _, v in said])
     mean = belief @ means
-    return Answer(mean + level, np.sqrt(belief @ (variances + (means - mean) ** 2)))
+    return MixturePrediction(mean + level, np.sqrt(belief @ (variances + (means - mean) ** 2)))
 
 
-def _one(own: Floats, cross: Floats, left: Floats, member: Member) -> tuple[float, Floats, Floats]:
+def _one(own: Floats, cross: Floats, left: Floats, member: MixtureMember) -> tuple[float, Floats, Floats]:
     """Evidence, mean and variance of one process; its scale is the most probable one."""
     factor = np.linalg.cholesky(own)
     white = np.linalg.solve(factor, left)

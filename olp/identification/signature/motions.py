@@ -82,7 +82,7 @@ def motions_of(
     `report` is called with what had to be assumed of the axes.
     """
     from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR
-    from olp.timing.accelerations import Limits, constant_axes
+    from olp.timing.accelerations import MotionLimits, constant_axes
     from olp.timing.demand import turn_limits
 
     count = len(moves)
@@ -103,7 +103,7 @@ def motions_of(
         start, end = joint_ends(moves, robot, tool)
         fraction = moves.speed_fraction[:, None]
         rated = moves.acceleration_fraction[:, None]
-        reach = constant_axes(robot, Limits(None, report)) * np.where(np.isfinite(rated), rated, 1.0)
+        reach = constant_axes(robot, MotionLimits(None, report)) * np.where(np.isfinite(rated), rated, 1.0)
         distance[turns], speed[turns], slowness[turns] = 0.0, 1.0, 0.0
         own = slice(0, len(robot.axes))
         distance[turns, own] = np.abs(end - start)[turns]

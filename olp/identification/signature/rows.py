@@ -6,7 +6,8 @@ Codes: H010 moves outside what was learnt, H012 rows of which nothing can be sai
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,18 +15,25 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, info, warning
 from olp.identification.signature import intervals
-from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, TERMS
+from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, TERMS, CorrectionPart, Parts
 from olp.identification.signature.document import Signature
-from olp.identification.signature.predict import robot_of
-from olp.identification.signature.recorded import Rows as Known
-from olp.identification.signature.recorded import rows_of
-from olp.identification.signature.stretches import plain_rows
+from olp.identification.signature.joint_moves import LearntArm, recorded_joint_moves
+from olp.identification.signature.motions import Motions, motions_of, with_slowness
+from olp.identification.signature.moveset import moves_of_recording
+from olp.identification.signature.places import with_points
+from olp.identification.signature.predict import Prediction, predict, robot_of
+from olp.identification.signature.stretch_times import JointRows, Times, law_savings, times_of
+from olp.identification.signature.stretches import Stretches, plain_rows, stretches_of
+from olp.timing.arm import solve
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
     from olp.identification.recording.moves import RecordedMoves
     from olp.identification.signature.path_moves import LearntPaths
-    from olp.identification.signature.term_durations import Told
+    from olp.identification.signature.term_model import PredictedRows
+    from olp.robots.geometry import Pose
+    from olp.robots.robot import Robot
+
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +41,7 @@ _WAIT_COLUMN = "wait_s"
 _SLACK = 0.01  # of a speed: nearer to learnt ones it is one of them
 
 
-class Rows(NamedTuple):
+class SignatureRows(NamedTuple):
     """One entry per row of the recording; nan where nothing can be said. Times in s."""
 
     move: NDArray[np.int64]
@@ -50,7 +58,9 @@ class Rows(NamedTuple):
         return "\n".join(lines) + "\n"
 
 
-def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows, tuple[Diagnostic, ...]]:
+def predict_recording(
+    signature: Signature, recording: Recording
+) -> tuple[SignatureRows, tuple[Diagnostic, ...]]:
     """Predicts each row and tells of those it cannot, or only with a wider interval. Raises OlpError (see predict)."""
     assumed: list[str] = []
     known = rows_of(signature, recording, assumed.append)
@@ -85,13 +95,13 @@ def predict_recording(signature: Signature, recording: Recording) -> tuple[Rows,
     ]
     if nothing.any():
         found.append(_nothing(moves, nothing, recording.path))
-    return Rows(moves.move, predicted, low, high), tuple(found)
+    return SignatureRows(moves.move, predicted, low, high), tuple(found)
 
 
 def _by_paths(
     signature: Signature,
     paths: LearntPaths,
-    known: Known,
+    known: RecordedTimes,
     others: NDArray[np.bool_],
     columns: tuple[Floats, Floats, Floats],
 ) -> None:
@@ -102,7 +112,7 @@ def _by_paths(
         column[said.rows[use]] = values[use]
 
 
-def _for_paths(signature: Signature, paths: LearntPaths, known: Known) -> NDArray[np.bool_]:
+def _for_paths(signature: Signature, paths: LearntPaths, known: RecordedTimes) -> NDArray[np.bool_]:
     """(n,) rows that the law of paths is to tell: those that nothing else in the signature was learnt for."""
     plain = plain_rows(known.moves, known.stretches)
     if signature.domain.empty:
@@ -115,16 +125,16 @@ def _for_paths(signature: Signature, paths: LearntPaths, known: Known) -> NDArra
     return np.asarray(np.where(plain, beyond, paths.corners | arcs))
 
 
-def _by_terms(signature: Signature, recording: Recording) -> Told | None:
+def _by_terms(signature: Signature, recording: Recording) -> PredictedRows | None:
     """What the terms of a diagnosis say, where the signature holds some."""
     if TERMS not in signature.parts:
         return None
-    from olp.identification.signature.term_durations import told_rows
+    from olp.identification.signature.term_model import told_rows
 
     return told_rows(signature, replace(recording, robot=robot_of(signature, recording.robot)))
 
 
-def _ends(known: Known, kinds: NDArray[Any], turning: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def _ends(known: RecordedTimes, kinds: NDArray[Any], turning: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Low and high (n,) [s] of the moves."""
     stretches, times = known.stretches, known.times
     corner = stretches.begins_rolling | stretches.ends_rolling
@@ -158,7 +168,7 @@ def _waits(moves: RecordedMoves) -> Floats:
 
 
 def _own(
-    known: Known, own: NDArray[np.bool_], said: NDArray[np.bool_], assumed: list[str], file: str
+    known: RecordedTimes, own: NDArray[np.bool_], said: NDArray[np.bool_], assumed: list[str], file: str
 ) -> list[Diagnostic]:
     """Rows of which the signature has learnt nothing: timed by olp's own model, their intervals are guesses."""
     found = []
@@ -194,7 +204,7 @@ def _nothing(moves: RecordedMoves, nothing: NDArray[np.bool_], file: str) -> Dia
     return warning("H012", says, file=file, help=f"{help}; a wait its programmed time in sim_s or wait_s")
 
 
-def _outside(known: Known, told: Told | None, file: str) -> list[Diagnostic]:
+def _outside(known: RecordedTimes, told: PredictedRows | None, file: str) -> list[Diagnostic]:
     """One note for all moves that are outside, with the commonest reason's first example."""
     rows, reasons = (known.told, known.said.reasons if known.said else ())
     if told is not None:
@@ -208,3 +218,99 @@ def _outside(known: Known, told: Told | None, file: str) -> list[Diagnostic]:
     often = f"{len(far)} of {len(numbers)} moves are outside what was learnt, their intervals are wider"
     says = f"{often}: move {number}, {reason}"
     return [info("H010", says, file=file)]
+
+
+# --- Recorded ---
+# The rows of a recording as a signature and olp's own model see them together.
+
+_ALONG = ("linear", "circular")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordedTimes:
+    """`half` (n,) [s]: half-width of the signature's interval along paths; `strain` (n,) [1]: how far outside.
+
+    `told`: the rows that the signature's method was asked for, `said`: what it said, in that order.
+    """
+
+    moves: RecordedMoves
+    motions: Motions
+    stretches: Stretches
+    saving: Floats
+    law: str
+    settling: float  # [s] of joint moves when none were learnt
+    parts: Parts
+    half: Floats
+    strain: Floats
+    told: NDArray[np.int64]
+    said: Prediction | None
+    joints: JointRows | None = None  # those that the law of joint moves told
+    robot: Robot | None = None
+
+    @property
+    def times(self) -> Times:
+        """What each row takes, with the parts as they are."""
+        return times_of(
+            self.moves, self.motions, self.stretches, self.parts, self.saving, self.settling, self.joints
+        )
+
+    def with_part(self, kind: str, part: CorrectionPart) -> RecordedTimes:
+        return replace(self, parts={**self.parts, kind: part})
+
+
+def rows_of(signature: Signature, recording: Recording, report: Callable[[str], None]) -> RecordedTimes:
+    """`report` is called with what had to be assumed. Raises OlpError (see predict)."""
+    from olp.robots.controller_effects import Effects, settling_of
+
+    robot = robot_of(signature, recording.robot)
+    if recording.robot is None and robot is not None:
+        recording = replace(recording, robot=robot)
+    moves = with_points(recording.moves, robot, recording.tool)
+    learnt = JOINT in signature.parts or signature.arm is not None  # then the axes' accelerations were, too
+    motions = motions_of(moves, robot, recording.tool, (lambda says: None) if learnt else report)
+    count = len(moves)
+    half, strain = np.full(count, np.nan), np.ones(count)
+    asked, told = moves_of_recording(recording, stops=False, kinds=_ALONG)
+    said = None
+    if len(told):
+        said = predict(signature, asked, robot)
+        motions = with_slowness(motions, told, 1.0 / said.acceleration)
+        half[told], strain[told] = said.high - said.duration, said.weight / asked.speed
+    _joint_at_tool_speed(motions, moves, signature)
+    stretches = stretches_of(moves)
+    saving, law = law_savings(moves, motions, stretches, robot)
+    settling, assumed = settling_of(Effects(), robot)
+    if assumed and not learnt and any(kind == "joint" for kind in moves.kinds):
+        report(assumed)
+    joints = None if signature.arm is None else _joint_rows(signature.arm, moves, robot, recording.tool)
+    return RecordedTimes(
+        moves,
+        motions,
+        stretches,
+        saving,
+        law,
+        settling,
+        signature.parts,
+        half,
+        strain,
+        told,
+        said,
+        joints,
+        robot,
+    )
+
+
+def _joint_rows(arm: LearntArm, moves: RecordedMoves, robot: Robot | None, tool: Pose | None) -> JointRows:
+    joints, rows = recorded_joint_moves(moves, robot, tool, len(arm.timing.axes))
+    floor = np.max(solve(arm.timing.mean, joints.motions).cruise, axis=1, initial=0.0)
+    return JointRows(rows, arm.predict(joints), floor, arm.timing.stop)
+
+
+def _joint_at_tool_speed(motions: Motions, moves: RecordedMoves, signature: Signature) -> None:
+    """A joint move with a speed of the tool and no share of the axes': accelerates as the simulation's paths do."""
+    from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
+
+    at = np.array([kind == "joint" for kind in moves.kinds], dtype=bool)
+    at &= np.isnan(motions.slowness[:, 0]) & np.isfinite(motions.distance[:, 0])
+    given = moves.acceleration[at]
+    motions.slowness[at, 0] = 1.0 / np.where(given > 0, given, DEFAULT_LINEAR_ACCELERATION)

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 
-class Member(NamedTuple):
+class SubsetModel(NamedTuple):
     """One small model: an intercept and a weight for each of its terms."""
 
     terms: tuple[int, ...]
@@ -63,14 +63,16 @@ def grouped_errors(
 
 def fit_member(
     terms: Floats, values: Floats, weight: Floats, chosen: tuple[int, ...], ridge: float
-) -> Member:
+) -> SubsetModel:
     """Ridge regression of one subset; `weight` (n,) of the rows."""
     columns = np.concatenate([np.ones((len(terms), 1)), terms[:, list(chosen)]], axis=1)
     damping = np.diag([0.0] + [ridge] * len(chosen))
     left = columns.T @ (columns * weight[:, None]) + damping
-    return Member(chosen, np.asarray(np.linalg.solve(left, columns.T @ (values * weight)), dtype=np.float64))
+    return SubsetModel(
+        chosen, np.asarray(np.linalg.solve(left, columns.T @ (values * weight)), dtype=np.float64)
+    )
 
 
-def answers(members: list[Member], terms: Floats) -> Floats:
+def answers(members: list[SubsetModel], terms: Floats) -> Floats:
     """(n, members)"""
     return np.stack([m.weights[0] + terms[:, list(m.terms)] @ m.weights[1:] for m in members], axis=1)

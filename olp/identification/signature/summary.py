@@ -8,7 +8,7 @@ import numpy as np
 
 from olp.core.units import deg, mm
 from olp.identification.signature.document import Signature
-from olp.identification.signature.estimator import Parameter
+from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.folds import merit
 from olp.identification.signature.joint_moves import LearntArm
 
@@ -90,7 +90,7 @@ def _range(pair: tuple[float, float], factor: float) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def _line(name: str, parameter: Parameter) -> str:
+def _line(name: str, parameter: LearntParameter) -> str:
     unit = "" if parameter.value is None or parameter.unit in ("", "1") else f" {parameter.unit}"
     return f"  {name}: {_short(parameter.value)}{unit}{_doubt(parameter.sd)}"
 

@@ -10,20 +10,20 @@ import numpy as np
 
 from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.result import Diagnosis
-from olp.reports.diagnosis.rows import Floats, Rows
+from olp.reports.diagnosis.rows import Floats, MoveRows
 
 LIMIT = 0.02  # that the causes may miss of the model's own prediction
 _MS = 1000.0
 
 
-class Cell(NamedTuple):
+class LedgerCell(NamedTuple):
     """A number in the ledger; `acts`: the cause stands above the noise in this move."""
 
     text: str
     acts: bool
 
 
-class Line(NamedTuple):
+class LedgerLine(NamedTuple):
     """One move."""
 
     move: int
@@ -32,7 +32,7 @@ class Line(NamedTuple):
     measured: str
     simulated: str
     difference: str
-    causes: tuple[Cell, ...]
+    causes: tuple[LedgerCell, ...]
     remains: str
     significant: bool
 
@@ -47,25 +47,25 @@ class Sums(NamedTuple):
     remains: str
 
 
-class Check(NamedTuple):
+class LedgerCheck(NamedTuple):
     """Whether the causes add up to what the model predicts with all of them at once."""
 
     says: str
     holds: bool
 
 
-def lines(diagnosis: Diagnosis, rows: Rows, anchors: Mapping[str, str]) -> list[Line]:
+def lines(diagnosis: Diagnosis, rows: MoveRows, anchors: Mapping[str, str]) -> list[LedgerLine]:
     """One line per move; `anchors`: program line -> the place in the page that shows it."""
     acting = [frozenset(finding.moves) for finding in diagnosis.findings]
     after = rows.after
     out = []
     for i, move in enumerate(rows.move.tolist()):
         causes = tuple(
-            Cell(_ms(values[i]), move in acts)
+            LedgerCell(_ms(values[i]), move in acts)
             for values, acts in zip(rows.causes.values(), acting, strict=True)
         )
         out.append(
-            Line(
+            LedgerLine(
                 move,
                 rows.place[i],
                 anchors.get(rows.place[i], ""),
@@ -80,7 +80,7 @@ def lines(diagnosis: Diagnosis, rows: Rows, anchors: Mapping[str, str]) -> list[
     return out
 
 
-def sums(rows: Rows) -> Sums:
+def sums(rows: MoveRows) -> Sums:
     """The columns' totals."""
     return Sums(
         _s(_total(rows.measured)),
@@ -91,7 +91,7 @@ def sums(rows: Rows) -> Sums:
     )
 
 
-def check(rows: Rows, predicted: Floats | None) -> Check | None:
+def check(rows: MoveRows, predicted: Floats | None) -> LedgerCheck | None:
     """The sum of the causes against `predicted` (n,) [s], the model with all causes at work at once."""
     if not rows.causes or predicted is None:
         return None
@@ -106,10 +106,10 @@ def check(rows: Rows, predicted: Floats | None) -> Check | None:
         f"Move by move, the causes add up to what the model says with all of them at work at once, "
         f"within {phrasing.percent(missed * 100)} (limit {LIMIT * 100:.0f} %)."
     )
-    return Check(says, missed <= LIMIT)
+    return LedgerCheck(says, missed <= LIMIT)
 
 
-def shares(rows: Rows) -> str:
+def shares(rows: MoveRows) -> str:
     """How much of the difference the causes carry."""
     before, after = float(np.nansum(np.abs(rows.before))), float(np.nansum(np.abs(rows.after)))
     if before <= 0.0 or not rows.causes:

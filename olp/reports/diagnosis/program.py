@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from olp.identification.diagnosis import phrasing
-from olp.reports.diagnosis.rows import Rows
+from olp.reports.diagnosis.rows import MoveRows
 
 _CONTEXT = 1  # lines shown around those that moved
 _HEAD = 12  # lines in which a program says its name
@@ -29,7 +29,7 @@ class ProgramLine(NamedTuple):
     listed: bool = False  # a listing shows it, and carries its anchor
 
 
-class Listed(NamedTuple):
+class ListedLine(NamedTuple):
     """A line of a listing; `number` 0: lines were left out here."""
 
     number: int
@@ -39,12 +39,12 @@ class Listed(NamedTuple):
     significant: bool
 
 
-class Listing(NamedTuple):
+class ProgramListing(NamedTuple):
     job: str
-    lines: tuple[Listed, ...]
+    lines: tuple[ListedLine, ...]
 
 
-def program_lines(rows: Rows) -> list[ProgramLine]:
+def program_lines(rows: MoveRows) -> list[ProgramLine]:
     """One per job and line, the largest mean difference first."""
     found = []
     for number, (place, index) in enumerate(_by_place(rows).items(), 1):
@@ -69,7 +69,7 @@ def program_lines(rows: Rows) -> list[ProgramLine]:
     return [line for _, line in sorted(found, key=lambda item: -np.nan_to_num(item[0]))]
 
 
-def _by_place(rows: Rows) -> dict[str, list[int]]:
+def _by_place(rows: MoveRows) -> dict[str, list[int]]:
     places: dict[str, list[int]] = {}
     for i, place in enumerate(rows.place):
         if place and rows.line[i] > 0:
@@ -82,7 +82,9 @@ def _mean(values: np.ndarray) -> float:
     return float(known.mean()) if len(known) else float("nan")
 
 
-def listings(rows: Rows, text: str | Mapping[str, str] | None, found: list[ProgramLine]) -> list[Listing]:
+def listings(
+    rows: MoveRows, text: str | Mapping[str, str] | None, found: list[ProgramLine]
+) -> list[ProgramListing]:
     """The programs' texts around the lines that moved; a single text belongs to the only job or to the one it names."""
     jobs = [job for job in dict.fromkeys(rows.job) if job] or [""]
     if text is None:
@@ -105,7 +107,7 @@ def _stem(job: str) -> str:
     return re.split(r"[/\\]", job)[-1].rsplit(".", 1)[0].casefold()
 
 
-def _listing(job: str, text: str, found: Mapping[str, ProgramLine]) -> Listing:
+def _listing(job: str, text: str, found: Mapping[str, ProgramLine]) -> ProgramListing:
     written = text.splitlines()
     told = {
         i: found[phrasing.place(job, i)]
@@ -113,14 +115,14 @@ def _listing(job: str, text: str, found: Mapping[str, ProgramLine]) -> Listing:
         if phrasing.place(job, i) in found
     }
     near = sorted({j for i in told for j in range(i - _CONTEXT, i + _CONTEXT + 1) if 0 < j <= len(written)})
-    out: list[Listed] = []
+    out: list[ListedLine] = []
     for number in near[:_MOST]:
         if number > (out[-1].number if out else 0) + 1:
-            out.append(Listed(0, "⋯", "", "", False))
+            out.append(ListedLine(0, "⋯", "", "", False))
         line = told.get(number)
         note = f"{line.before} → {line.after} {line.cause}".strip() if line else ""
         out.append(
-            Listed(
+            ListedLine(
                 number,
                 written[number - 1],
                 line.anchor if line else "",
@@ -128,4 +130,4 @@ def _listing(job: str, text: str, found: Mapping[str, ProgramLine]) -> Listing:
                 line is not None and line.significant,
             )
         )
-    return Listing(job, tuple(out))
+    return ProgramListing(job, tuple(out))

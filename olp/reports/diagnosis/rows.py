@@ -14,14 +14,14 @@ from olp.identification.diagnosis.result import Diagnosis
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
-    from olp.timing.physics._case import Case
+    from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class MoveRows:
     """n moves in order of execution; nan where nothing is known."""
 
     move: NDArray[np.int64]
@@ -63,7 +63,7 @@ class Rows:
         return f"move {self.move[index]}" + (f", {self.place[index]}" if self.place[index] else "")
 
 
-def rows_of(diagnosis: Diagnosis, case: Case | None, recording: Recording | None) -> Rows:
+def rows_of(diagnosis: Diagnosis, case: MeasuredMoves | None, recording: Recording | None) -> MoveRows:
     """The moves of the case, or without one those that the diagnosis tells of."""
     told = {m.move: m for m in reversed(diagnosis.mismatch.moves)}
     move = np.array(list(dict.fromkeys(m.move for m in diagnosis.mismatch.moves)), dtype=np.int64)
@@ -77,7 +77,7 @@ def rows_of(diagnosis: Diagnosis, case: Case | None, recording: Recording | None
     )
     known = phrasing.places(diagnosis, case)
     at = [known.get(m, (None, None)) for m in move.tolist()]
-    return Rows(
+    return MoveRows(
         move=move,
         measured=case.measured if case is not None else unknown,
         simulated=case.simulated if case is not None else unknown,
@@ -103,7 +103,7 @@ def _causes(diagnosis: Diagnosis, move: NDArray[np.int64]) -> dict[str, Floats]:
     }
 
 
-def _speed(case: Case | None, recording: Recording | None, move: NDArray[np.int64]) -> Floats:
+def _speed(case: MeasuredMoves | None, recording: Recording | None, move: NDArray[np.int64]) -> Floats:
     """[m/s] as it was programmed."""
     if recording is not None:
         written = dict(zip(recording.moves.move.tolist(), recording.moves.speed.tolist(), strict=True))
@@ -113,7 +113,7 @@ def _speed(case: Case | None, recording: Recording | None, move: NDArray[np.int6
     return np.where(case.moving & ~case.joint, case.base.speed, np.nan)
 
 
-def groups_of(rows: Rows, recording: Recording | None) -> dict[str, list[str]]:
+def groups_of(rows: MoveRows, recording: Recording | None) -> dict[str, list[str]]:
     """Ways to part the moves: name -> label per move, "" where a move belongs to no group."""
     speeds = [f"{v * 1000:.6g} mm/s" if np.isfinite(v) else "" for v in rows.speed.tolist()]
     found = {"start point": [_point(p) for p in rows.start], "programmed speed": speeds}
@@ -127,7 +127,7 @@ def groups_of(rows: Rows, recording: Recording | None) -> dict[str, list[str]]:
     return {name: labels for name, labels in found.items() if 2 <= len(set(labels) - {""}) < len(labels)}
 
 
-def _written(rows: Rows, recording: Recording | None) -> dict[str, list[str]]:
+def _written(rows: MoveRows, recording: Recording | None) -> dict[str, list[str]]:
     """The text columns of the recording, and the job."""
     if recording is None:
         return {"job": list(rows.job)}

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic
-from olp.reports.formats.report import Options, Part, Report
+from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
     from olp.timing.timing import Timing
@@ -32,7 +32,7 @@ class Csv(Report):
         names = _header(options)
         return _rows([_cell(segment.get(name)) for name in names] for segment in timing.segments())
 
-    def join(self, parts: Sequence[Part], options: Options) -> str:
+    def join(self, parts: Sequence[ReportPart], options: Options) -> str:
         header = _header(options) if options.segments else _TOTALS
         return _rows([header]) + "".join(part.text for part in parts)
 

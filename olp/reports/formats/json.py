@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from olp.core.diagnostic import Diagnostic
-from olp.reports.formats.report import Options, Part, Report
+from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
     from olp.timing.timing import Timing
@@ -29,7 +29,7 @@ class Json(Report):
     ) -> str:
         return json.dumps(as_object(file, timing, diagnostics, options), ensure_ascii=False)
 
-    def join(self, parts: Sequence[Part], options: Options) -> str:
+    def join(self, parts: Sequence[ReportPart], options: Options) -> str:
         return "[\n" + ",\n".join(part.text for part in parts) + "\n]\n"
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic
 from olp.reports.formats import _table
-from olp.reports.formats.report import Options, Part, Report
+from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
     from olp.timing.timing import Timing
@@ -42,7 +42,7 @@ class Markdown(Report):
             ]
         return "\n".join(lines)
 
-    def join(self, parts: Sequence[Part], options: Options) -> str:
+    def join(self, parts: Sequence[ReportPart], options: Options) -> str:
         return "\n".join(part.text for part in parts)
 
 

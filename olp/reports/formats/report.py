@@ -33,7 +33,7 @@ class Options:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ReportPart:
     """One file's share of a report. Times [s]; None where the file could not be timed at all."""
 
     file: str
@@ -69,7 +69,7 @@ class Report(ABC):
         """One file; `timing` is None when it could not be read."""
 
     @abstractmethod
-    def join(self, parts: Sequence[Part], options: Options) -> str:
+    def join(self, parts: Sequence[ReportPart], options: Options) -> str:
         """The whole report, ending in a line end."""
 
 

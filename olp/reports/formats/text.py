@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from os.path import normpath
 from typing import TYPE_CHECKING
 
-from olp.core.colour import BOLD, DIM, RED, YELLOW, paint
 from olp.core.diagnostic import Diagnostic
+from olp.core.terminal import BOLD, DIM, RED, YELLOW, paint
 from olp.reports.formats import _table
-from olp.reports.formats.report import Options, Part, Report
+from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
     from olp.timing.timing import Timing
@@ -20,7 +20,7 @@ _NARROWEST = 12  # characters of a column that is cut
 _OVERVIEW = ("file", "total s", "motion s", "waits s", "I/O s", "assumed", "problems")
 
 
-class Text(Report):
+class TextReport(Report):
     """Aligned columns. Diagnostics go to the error stream, where every command puts them, not into the table."""
 
     summary = "a table for people"
@@ -45,7 +45,7 @@ class Text(Report):
             lines.append(f"stopped: {timing.plan.stop_reason}")
         return "\n".join(lines) + "\n"
 
-    def join(self, parts: Sequence[Part], options: Options) -> str:
+    def join(self, parts: Sequence[ReportPart], options: Options) -> str:
         text = "\n".join(part.text for part in parts if part.text)
         if len(parts) == 1 and text:
             return text
@@ -64,19 +64,19 @@ def _painted(line: str, cells: Sequence[str]) -> str:
     return paint(line, YELLOW) if limited.endswith("acceleration") else line
 
 
-def _summary(part: Part) -> tuple[str, ...]:
+def _summary(part: ReportPart) -> tuple[str, ...]:
     problems = sum(d.is_error for d in part.diagnostics)
     return (part.file, *_times(part), str(part.assumed or ""), str(problems or ""))
 
 
-def _times(part: Part) -> tuple[str, ...]:
+def _times(part: ReportPart) -> tuple[str, ...]:
     if part.total_s is None:
         return ("not timed", "", "", "")
     others = (part.motion_s, part.wait_s, part.io_s)
     return (_table.at_least(part.total_s, part.is_partial), *(f"{t or 0.0:.3f}" for t in others))
 
 
-def _sum(parts: Sequence[Part]) -> tuple[str, ...]:
+def _sum(parts: Sequence[ReportPart]) -> tuple[str, ...]:
     """The last row. A routine's time is in the time of the program that calls it, and is summed there only."""
     called = {normpath(file) for part in parts for file in part.called}
     counted = [part for part in parts if normpath(part.file) not in called] or parts

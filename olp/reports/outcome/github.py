@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Finding, Item, Level, Outcome, Status
+from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, Status
 
 _WORDS = {Level.ERROR: "error", Level.WARNING: "warning", Level.NOTE: "notice"}
 
@@ -25,14 +25,14 @@ class GithubFormat(OutcomeFormat):
         return "".join(f"{row}\n" for row in rows)
 
 
-def _untold(item: Item, files: set[str], places: set[tuple[str, int]]) -> bool:
+def _untold(item: JudgedItem, files: set[str], places: set[tuple[str, int]]) -> bool:
     """Whether no finding says what became of an item."""
     if item.status is Status.UNKNOWN:
         return not item.line or (item.file, item.line) not in places
     return item.status is Status.FAILED and item.file not in files
 
 
-def _row(found: Finding) -> str:
+def _row(found: OutcomeFinding) -> str:
     place = [f"file={_property(found.file)}"] if found.file else []
     if found.line:
         place += [f"line={found.line}", f"col={max(1, found.column)}"]
@@ -41,7 +41,7 @@ def _row(found: Finding) -> str:
     return f"::{_WORDS[found.level]} {','.join(place)}::{_data(text)}"
 
 
-def _item(item: Item) -> str:
+def _item(item: JudgedItem) -> str:
     place = [f"file={_property(item.file)}"] if item.file else []
     place += [f"line={item.line}"] if item.line else []
     place.append(f"title={_property(item.name)}")

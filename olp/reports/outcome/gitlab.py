@@ -6,7 +6,7 @@ import json
 from typing import ClassVar
 
 from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Finding, Level, Outcome
+from olp.reports.outcome.model import Level, Outcome, OutcomeFinding
 
 _SEVERITIES = {Level.ERROR: "major", Level.WARNING: "minor", Level.NOTE: "info"}
 
@@ -23,7 +23,7 @@ class GitlabFormat(OutcomeFormat):
         return json.dumps(rows, indent=2, ensure_ascii=False) + "\n"
 
 
-def _row(found: Finding, seen: dict[str, int]) -> dict[str, object]:
+def _row(found: OutcomeFinding, seen: dict[str, int]) -> dict[str, object]:
     # Two findings of one line must differ, or the forge drops one of them.
     count = seen[found.fingerprint] = seen.get(found.fingerprint, 0) + 1
     mark = found.fingerprint if count == 1 else f"{found.fingerprint}-{count}"

@@ -6,7 +6,7 @@ import json
 from typing import ClassVar
 
 from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Finding, Item, Outcome
+from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding
 
 
 class JsonFormat(OutcomeFormat):
@@ -27,7 +27,7 @@ class JsonFormat(OutcomeFormat):
         return json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _finding(found: Finding) -> dict[str, object]:
+def _finding(found: OutcomeFinding) -> dict[str, object]:
     return {
         "code": found.code,
         "level": str(found.level),
@@ -43,7 +43,7 @@ def _finding(found: Finding) -> dict[str, object]:
     }
 
 
-def _item(item: Item) -> dict[str, object]:
+def _item(item: JudgedItem) -> dict[str, object]:
     return {
         "name": item.name,
         "file": item.file,

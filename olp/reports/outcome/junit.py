@@ -7,7 +7,7 @@ from typing import ClassVar
 from xml.sax.saxutils import escape, quoteattr
 
 from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Finding, Item, Level, Outcome, Status
+from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, Status
 
 # XML 1.0 allows no other characters, escaped or not.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -46,7 +46,7 @@ class JunitFormat(OutcomeFormat):
         return "\n".join(rows) + "\n"
 
 
-def _case(outcome: Outcome, item: Item) -> str:
+def _case(outcome: Outcome, item: JudgedItem) -> str:
     # A budget's time is the predicted cycle, so that the server's own graphs show it.
     time = "" if item.seconds is None else f' time="{item.seconds:.3f}"'
     group = item.group or f"olp.{outcome.command}"
@@ -61,7 +61,7 @@ def _case(outcome: Outcome, item: Item) -> str:
     return f"{head}>{note}</testcase>" if note else f"{head}/>"
 
 
-def _finding_case(outcome: Outcome, found: Finding) -> str:
+def _finding_case(outcome: Outcome, found: OutcomeFinding) -> str:
     name = _quoted(f"{found.code} {found.file}:{found.line}")
     text = _clean(found.message)
     head = f"<testcase classname={_quoted('olp.' + outcome.command)} name={name}"
@@ -71,7 +71,7 @@ def _finding_case(outcome: Outcome, found: Finding) -> str:
     return f"{head}><failure type={_quoted(found.code)} message={_quoted(text)}>{body}</failure></testcase>"
 
 
-def _name(item: Item) -> str:
+def _name(item: JudgedItem) -> str:
     return f"{item.name} ({item.file})" if item.file and item.file not in item.name else item.name
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Finding, Item, Level, Outcome, Status
+from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, Status
 
 _MARKS = {
     Status.HELD: "held",
@@ -62,13 +62,13 @@ def _rows(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     return "\n".join(lines)
 
 
-def _item(item: Item) -> tuple[str, ...]:
+def _item(item: JudgedItem) -> tuple[str, ...]:
     seconds = "" if item.seconds is None else f"{item.seconds:.3f}"
     limit = "" if item.limit_s is None else f"{item.limit_s:.3f}"
     return (_MARKS[item.status], _text(item.name), seconds, limit, _text(item.message))
 
 
-def _finding(found: Finding) -> tuple[str, ...]:
+def _finding(found: OutcomeFinding) -> tuple[str, ...]:
     place = (
         f"`{_code(found.file)}:{found.line}`"
         if found.line

@@ -28,7 +28,7 @@ class Status(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class OutcomeFinding:
     """One thing at one place. `code` is stable; `line` and `column` count from 1, line 0: the file as a whole.
 
     `title`: what the code means, in a few words. `help`: what would make it better. `numbers`: measured values with
@@ -58,7 +58,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class JudgedItem:
     """One thing that was judged, as a test is: a budget of a job, a rule over a file, a pair of versions.
 
     `seconds`: the predicted cycle time it is about, None where it is about none. `limit_s`: what it was held against.
@@ -80,8 +80,8 @@ class Outcome:
     """Everything that a run found. `summary`: sentences for people; `data`: what JSON shows besides."""
 
     command: str
-    findings: tuple[Finding, ...] = ()
-    items: tuple[Item, ...] = ()
+    findings: tuple[OutcomeFinding, ...] = ()
+    items: tuple[JudgedItem, ...] = ()
     summary: tuple[str, ...] = ()
     data: Mapping[str, object] = field(default_factory=dict)
 
@@ -94,10 +94,10 @@ class Outcome:
         return 1 if failed or any(f.level is Level.ERROR for f in self.findings) else 0
 
 
-def of_diagnostic(found: Diagnostic, file: str = "") -> Finding:
+def of_diagnostic(found: Diagnostic, file: str = "") -> OutcomeFinding:
     """A diagnostic of reading, running or timing as a finding."""
     level = {Severity.ERROR: Level.ERROR, Severity.WARNING: Level.WARNING}.get(found.severity, Level.NOTE)
-    return Finding(
+    return OutcomeFinding(
         found.code,
         level,
         found.message,

@@ -7,7 +7,7 @@ from typing import ClassVar
 from urllib.parse import quote
 
 from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Finding, Level, Outcome
+from olp.reports.outcome.model import Level, Outcome, OutcomeFinding
 
 _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 _LEVELS = {Level.ERROR: "error", Level.WARNING: "warning", Level.NOTE: "note"}
@@ -44,7 +44,7 @@ def _rule(code: str, outcome: Outcome) -> dict[str, object]:
     return rule
 
 
-def _result(found: Finding, rule: int) -> dict[str, object]:
+def _result(found: OutcomeFinding, rule: int) -> dict[str, object]:
     text = f"{found.message}. {found.help}" if found.help else found.message
     result: dict[str, object] = {
         "ruleId": found.code,
@@ -63,7 +63,7 @@ def _result(found: Finding, rule: int) -> dict[str, object]:
     return result
 
 
-def _region(found: Finding) -> dict[str, int]:
+def _region(found: OutcomeFinding) -> dict[str, int]:
     region = {"startLine": found.line, "startColumn": max(1, found.column)}
     if found.end_column > found.column:
         region["endColumn"] = found.end_column

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from olp.core.terminal import visible
 from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Finding, Item, Outcome, Status
+from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding, Status
 
 _ORDER = (Status.UNKNOWN, Status.FAILED, Status.WARNED, Status.HELD)
 _SHOWN_HELD = 20  # items that held, of which nobody wants to read thousands
@@ -28,7 +28,7 @@ class TextFormat(OutcomeFormat):
         return "\n\n".join(blocks) + "\n" if blocks else ""
 
 
-def _finding(found: Finding) -> str:
+def _finding(found: OutcomeFinding) -> str:
     rows = [f"{found.level}[{found.code}]: {visible(found.message)}"]
     if found.file:
         place = f"{found.file}:{found.line}:{found.column}" if found.line else found.file
@@ -40,7 +40,7 @@ def _finding(found: Finding) -> str:
     return "\n".join(rows)
 
 
-def _items(items: tuple[Item, ...]) -> list[str]:
+def _items(items: tuple[JudgedItem, ...]) -> list[str]:
     rows: list[str] = []
     for status in _ORDER:
         own = [item for item in items if item.status is status]
@@ -51,7 +51,7 @@ def _items(items: tuple[Item, ...]) -> list[str]:
     return rows
 
 
-def _row(item: Item) -> str:
+def _row(item: JudgedItem) -> str:
     message = f"  {item.message}" if item.message else ""
     where = f"  {item.file}" if item.file and item.file not in item.name else ""
     return visible(f"{item.status:8s}{item.name}{where}{message}")

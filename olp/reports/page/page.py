@@ -20,8 +20,8 @@ from markupsafe import Markup
 
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
-from olp.reports.diagnosis.colours import variables
-from olp.reports.outcome.model import Item, Status
+from olp.reports.diagnosis.svg import variables
+from olp.reports.outcome.model import JudgedItem, Status
 from olp.reports.page.data import program_data
 from olp.reports.webpage import FOLDER, json_in_page, render_page, script_of
 from olp.timing.timing import Timing
@@ -33,13 +33,13 @@ _STATUS = {Status.HELD: "held", Status.WARNED: "close", Status.FAILED: "over", S
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class PageEntry:
     """One program of a report. `timing`: None where it could not be timed at all."""
 
     path: str
     timing: Timing | None
     diagnostics: tuple[Diagnostic, ...] = ()
-    budgets: tuple[Item, ...] = ()
+    budgets: tuple[JudgedItem, ...] = ()
 
     @property
     def is_unanswered(self) -> bool:
@@ -55,7 +55,7 @@ class Entry:
 
 
 def report_page(
-    entries: Sequence[Entry],
+    entries: Sequence[PageEntry],
     title: str = "",
     before: str = "",
     now: datetime | None = None,
@@ -91,7 +91,7 @@ def report_page(
     return render_page(_TEMPLATE, values)
 
 
-def _program(index: int, entry: Entry, before: float | None) -> dict[str, Any]:
+def _program(index: int, entry: PageEntry, before: float | None) -> dict[str, Any]:
     timing = entry.timing
     total = None if timing is None else timing.total_s
     change = None if total is None or before is None else total - before

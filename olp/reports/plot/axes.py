@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from olp.reports.plot.figure import Box, Figure, Polyline, Role, Text
+from olp.reports.plot.figure import Box, Figure, Polyline, Role, TextLabel
 
 Floats = NDArray[np.float64]
 _SMALL = 11.0  # [px] of tick numbers
@@ -41,22 +41,26 @@ class Axes:
             y = self.y(value)
             strong = value == 0.0 and self.y_range[0] < 0.0
             self._line((self.left, y), (self.left + self.width, y), "frame" if strong else "grid")
-            self.figure.add(Text(self.left - 7, y + 4, number(value), "muted", _SMALL, "end"))
+            self.figure.add(TextLabel(self.left - 7, y + 4, number(value), "muted", _SMALL, "end"))
         for value in ticks(self.x_range, max(3, int(self.width / 85))):
             x = self.x(value)
             self._line((x, self.top), (x, bottom), "grid")
             if x_numbers:
-                self.figure.add(Text(x, bottom + 16, number(value), "muted", _SMALL, "middle"))
+                self.figure.add(TextLabel(x, bottom + 16, number(value), "muted", _SMALL, "middle"))
         self._line((self.left, self.top), (self.left, bottom), "frame")
         self._line((self.left, bottom), (self.left + self.width, bottom), "frame")
         if x_label:
-            self.figure.add(Text(self.left + self.width / 2, bottom + 34, x_label, "muted", 12, "middle"))
+            self.figure.add(
+                TextLabel(self.left + self.width / 2, bottom + 34, x_label, "muted", 12, "middle")
+            )
         if y_label:
             self.figure.add(
-                Text(self.left - 52, self.top + self.height / 2, y_label, "muted", 12, "middle", upright=True)
+                TextLabel(
+                    self.left - 52, self.top + self.height / 2, y_label, "muted", 12, "middle", upright=True
+                )
             )
         if title:
-            self.figure.add(Text(self.left, self.top - 9, title, "ink", 12.5, bold=True))
+            self.figure.add(TextLabel(self.left, self.top - 9, title, "ink", 12.5, bold=True))
 
     def line(
         self, x: ArrayLike, y: ArrayLike, colour: Role, width: float = 1.8, dash: tuple[float, ...] = ()

@@ -69,7 +69,7 @@ class Dot:
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class TextLabel:
     """`x`, `y` [px]: where the baseline begins, has its middle or ends. `upright`: turned to read upwards."""
 
     x: float
@@ -82,7 +82,7 @@ class Text:
     upright: bool = False
 
 
-Shape = Polyline | Box | Dot | Text
+Shape = Polyline | Box | Dot | TextLabel
 
 
 @dataclass(slots=True)

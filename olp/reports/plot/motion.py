@@ -11,7 +11,7 @@ from olp.core.diagnostic import OlpError, error
 from olp.core.units import mm, percent
 from olp.reports.explanation import Explanation, Phase
 from olp.reports.plot.axes import Axes, room
-from olp.reports.plot.figure import SERIES, Box, Figure, Polyline, Role, Text
+from olp.reports.plot.figure import SERIES, Box, Figure, Polyline, Role, TextLabel
 
 _WIDTH, _LEFT, _RIGHT = 940, 78, 122
 _SHADES: dict[str, tuple[Role, float]] = {
@@ -50,7 +50,7 @@ def motion_figure(told: Explanation) -> Figure:
     panels[1].frame("", "mm/s²", "acceleration along the path", x_numbers=False)
     if np.isfinite(programmed):
         panels[0].line(span, (programmed, programmed), "muted", 1.3, (5, 4))
-        figure.add(Text(_WIDTH - _RIGHT + 6, panels[0].y(programmed) + 4, "programmed", "muted", 11))
+        figure.add(TextLabel(_WIDTH - _RIGHT + 6, panels[0].y(programmed) + 4, "programmed", "muted", 11))
     panels[0].line(time, speed, "blue", 2.2)
     panels[1].line(time, _acceleration(told), "orange", 2.0)
     _load_panel(panels[2], told, speeds, "" if torques else since, ("% of rated", "speed of the axes"))
@@ -61,10 +61,10 @@ def motion_figure(told: Explanation) -> Figure:
 
 
 def _head(figure: Figure, told: Explanation, title: str) -> None:
-    figure.add(Text(24, 34, _short(title), size=16, bold=True))
+    figure.add(TextLabel(24, 34, _short(title), size=16, bold=True))
     often = f" (the first of {told.executions} times)" if told.executions > 1 else ""
     limited = f", limited by {told.limited_by}" if told.limited_by else ""
-    figure.add(Text(24, 56, f"{told.kind}, {told.duration:.3f} s{limited}{often}", "muted", 13))
+    figure.add(TextLabel(24, 56, f"{told.kind}, {told.duration:.3f} s{limited}{often}", "muted", 13))
     _key(figure)
 
 
@@ -91,11 +91,12 @@ def _key(figure: Figure) -> None:
     x = float(_LEFT)
     for kind, (colour, opacity) in _SHADES.items():
         figure.add(
-            Box(x, 76, 16, 12, colour, min(1.0, opacity * 2)), Text(x + 22, 86, _WORDS[kind], "muted", 11.5)
+            Box(x, 76, 16, 12, colour, min(1.0, opacity * 2)),
+            TextLabel(x + 22, 86, _WORDS[kind], "muted", 11.5),
         )
         x += 34 + 6.3 * len(_WORDS[kind])
     figure.add(Polyline(((x + 4, 82), (x + 22, 82)), "frame", 1.0, (2, 3)))
-    figure.add(Text(x + 28, 86, "the line's time begins and ends", "muted", 11.5))
+    figure.add(TextLabel(x + 28, 86, "the line's time begins and ends", "muted", 11.5))
 
 
 def _shade(panel: Axes, told: Explanation) -> None:
@@ -125,7 +126,7 @@ def _load_panel(panel: Axes, told: Explanation, loads: Loads, x_label: str, word
     panel.frame(x_label, *words, x_numbers=bool(x_label))
     if not loads:
         middle = panel.left + panel.width / 2, panel.top + panel.height / 2
-        panel.figure.add(Text(*middle, "the robot's axes are not known", "muted", 13, "middle"))
+        panel.figure.add(TextLabel(*middle, "the robot's axes are not known", "muted", 13, "middle"))
         return
     if panel.y_range[1] > 100:
         panel.line(panel.x_range, (100.0, 100.0), "red", 1.2, (5, 4))
@@ -169,4 +170,4 @@ def _label_right(panel: Axes, ends: list[tuple[float, str, Role, float]]) -> Non
             places[i] = min(places[i], limit)
     for y, (_, name, colour, peak) in zip(places, ends, strict=True):
         panel.figure.add(Polyline(((x, y), (x + 14, y)), colour, 2.4))
-        panel.figure.add(Text(x + 19, y + 4, f"{name} {peak:.{1 if peak < 10 else 0}f} %", "ink", 11.5))
+        panel.figure.add(TextLabel(x + 19, y + 4, f"{name} {peak:.{1 if peak < 10 else 0}f} %", "ink", 11.5))

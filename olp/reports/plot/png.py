@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, cast
 
 from olp.core.diagnostic import OlpError, error
-from olp.reports.plot.figure import TONES, Box, Dot, Figure, Polyline, Text
+from olp.reports.plot.figure import TONES, Box, Dot, Figure, Polyline, TextLabel
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -31,12 +31,12 @@ def png(figure: Figure) -> bytes:
     large = Image.new("RGB", (size[0] * _FINER, size[1] * _FINER), TONES["paper"].light)
     draw = ImageDraw.Draw(large)
     for shape in figure.shapes:
-        if not isinstance(shape, Text):
+        if not isinstance(shape, TextLabel):
             _draw(draw, shape, _SCALE * _FINER)
     # Text is drawn at its final size, where its hinting is right.
     image = large.resize(size, Image.Resampling.LANCZOS)
     for shape in figure.shapes:
-        if isinstance(shape, Text):
+        if isinstance(shape, TextLabel):
             _write(image, shape)
     buffer = io.BytesIO()
     image.save(buffer, "PNG", optimize=True)
@@ -101,7 +101,7 @@ def _dashed(
     return parts
 
 
-def _write(image: Image.Image, shape: Text) -> None:
+def _write(image: Image.Image, shape: TextLabel) -> None:
     from PIL import Image, ImageDraw
 
     size = shape.size * _SCALE

@@ -13,7 +13,7 @@ from olp.core.diagnostic import OlpError, error
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.reports.plot.axes import Axes, room
-from olp.reports.plot.figure import Box, Dot, Figure, Polyline, Role, Text
+from olp.reports.plot.figure import Box, Dot, Figure, Polyline, Role, TextLabel
 from olp.runtime.plan import PATHS, StepKind
 
 if TYPE_CHECKING:
@@ -79,25 +79,25 @@ def _in_space(points: Floats) -> Floats:
 
 def _head(figure: Figure, timing: Timing) -> None:
     name = timing.plan.path.replace("\\", "/").rpartition("/")[2] or "program"
-    figure.add(Text(24, 34, name[:_LONGEST_NAME], size=16, bold=True))
+    figure.add(TextLabel(24, 34, name[:_LONGEST_NAME], size=16, bold=True))
     robot = timing.robot or "robot not known"
     says = (
         f"{robot}, {timing.total_s:.3f} s: motion {timing.motion_s:.3f} s, waits {timing.wait_s:.3f} s, "
         f"I/O {timing.io_s:.3f} s"
     )
-    figure.add(Text(24, 56, says, "muted", 13))
+    figure.add(TextLabel(24, 56, says, "muted", 13))
     x = 70.0
     used = np.unique(timing.plan.moves.path)
     for path, colour in _COLOURS.items():
         if PATHS.index(path) in used:
             figure.add(
                 Polyline(((x, 78), (x + 18, 78)), colour, 2.4, _DASHES[path]),
-                Text(x + 24, 82, f"{path} moves", "muted", 11.5),
+                TextLabel(x + 24, 82, f"{path} moves", "muted", 11.5),
             )
             x += 44 + 6.3 * len(f"{path} moves")
-    figure.add(Dot(x + 6, 78, 4.5, "green", hollow=True), Text(x + 16, 82, "start", "muted", 11.5))
-    figure.add(Dot(x + 62, 78, 4.5, "red"), Text(x + 72, 82, "end", "muted", 11.5))
-    figure.add(Text(x + 112, 82, "numbers are lines of the jobs", "muted", 11.5))
+    figure.add(Dot(x + 6, 78, 4.5, "green", hollow=True), TextLabel(x + 16, 82, "start", "muted", 11.5))
+    figure.add(Dot(x + 62, 78, 4.5, "red"), TextLabel(x + 72, 82, "end", "muted", 11.5))
+    figure.add(TextLabel(x + 112, 82, "numbers are lines of the jobs", "muted", 11.5))
 
 
 def _view(
@@ -114,7 +114,7 @@ def _view(
     if across:
         panel.frame(across, up, title)
     else:
-        figure.add(Text(left, 117, title, "ink", 12.5, bold=True))
+        figure.add(TextLabel(left, 117, title, "ink", 12.5, bold=True))
         figure.add(Box(left, 126, 270, 270, "muted", 0.06))
         _cross(panel)
     _path(panel, path, kinds)
@@ -151,7 +151,7 @@ def _numbers(panel: Axes, points: Floats, lines: NDArray[np.int32]) -> None:
             continue
         if all(abs(x - a) > 24 or abs(y - b) > 12 for a, b in taken):
             taken.append((x, y))
-            panel.figure.add(Dot(x - 6, y + 5, 2.2, "ink"), Text(x, y, str(lines[index]), "ink", 10.5))
+            panel.figure.add(Dot(x - 6, y + 5, 2.2, "ink"), TextLabel(x, y, str(lines[index]), "ink", 10.5))
 
 
 def _cross(panel: Axes) -> None:
@@ -163,7 +163,7 @@ def _cross(panel: Axes) -> None:
         right, up = _in_space(unit)[0]
         end = x0 + right * length, y0 - up * length
         panel.figure.add(Polyline(((x0, y0), end), "frame", 1.5))
-        panel.figure.add(Text(end[0] + right * 7, end[1] - up * 7 + 4, name, "muted", 11, "middle"))
+        panel.figure.add(TextLabel(end[0] + right * 7, end[1] - up * 7 + 4, name, "muted", 11, "middle"))
 
 
 def _speeds(figure: Figure, timing: Timing, times: Floats, speed: Floats, kinds: NDArray[np.int8]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from olp.reports.plot.figure import TONES, Box, Dot, Figure, Polyline, Shape, Text
+from olp.reports.plot.figure import TONES, Box, Dot, Figure, Polyline, Shape, TextLabel
 
 _FONT = "system-ui, 'Segoe UI', Helvetica, Arial, sans-serif"
 
@@ -47,11 +47,11 @@ def _shape(shape: Shape) -> str:
                 else f'class="f {shape.colour}"'
             )
             return f'<circle {kind} cx="{_n(shape.x)}" cy="{_n(shape.y)}" r="{_n(shape.radius)}"/>'
-        case Text():
+        case TextLabel():
             return _text(shape)
 
 
-def _text(shape: Text) -> str:
+def _text(shape: TextLabel) -> str:
     x, y = _n(shape.x), _n(shape.y)
     weight = ' font-weight="600"' if shape.bold else ""
     anchor = "" if shape.anchor == "start" else f' text-anchor="{shape.anchor}"'

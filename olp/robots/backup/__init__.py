@@ -2,18 +2,18 @@
 
 from olp.robots.backup.backup import Backup, read_backup
 from olp.robots.backup.import_check import check_import
-from olp.robots.backup.parameters import GroupParameters, Layout
+from olp.robots.backup.parameters import GroupParameters, ParameterLayout
 from olp.robots.backup.robot_file import robot_toml
-from olp.robots.backup.system_sys import ControlGroup, SystemInfo
+from olp.robots.backup.system_sys import BackupControlGroup, SystemInfo
 from olp.robots.backup.tool_cnd import ToolData
 from olp.robots.backup.uframe_cnd import UserFrame
 from olp.robots.backup.var_dat import PositionVariable, Variables
 
 __all__ = [
     "Backup",
-    "ControlGroup",
+    "BackupControlGroup",
     "GroupParameters",
-    "Layout",
+    "ParameterLayout",
     "PositionVariable",
     "SystemInfo",
     "ToolData",

@@ -13,9 +13,14 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from olp.core.diagnostic import Diagnostic, error
-from olp.robots.backup.controller_text import Findings, Row, read_rows
-from olp.robots.backup.macro_dat import read_macro_dat
-from olp.robots.backup.parameters import LAYOUTS, GroupParameters, Layout, ParameterFile, read_parameters
+from olp.robots.backup.controller_text import BackupFindings, BackupLine, blocks, read_rows, record
+from olp.robots.backup.parameters import (
+    LAYOUTS,
+    GroupParameters,
+    ParameterFile,
+    ParameterLayout,
+    read_parameters,
+)
 from olp.robots.backup.system_sys import SystemInfo, read_system_sys
 from olp.robots.backup.tool_cnd import ToolData, read_tool_cnd
 from olp.robots.backup.uframe_cnd import UserFrame, read_uframe_cnd
@@ -63,10 +68,10 @@ def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
     collected: list[Diagnostic] = []
     paths = _find(Path(folder), collected)
 
-    def read(name: str, reader: Callable[[tuple[Row, ...], Findings], T], absent: T) -> T:
+    def read(name: str, reader: Callable[[tuple[BackupLine, ...], BackupFindings], T], absent: T) -> T:
         if name not in paths:
             return absent
-        findings = Findings(str(paths[name]))
+        findings = BackupFindings(str(paths[name]))
         result = reader(read_rows(paths[name], findings, encoding), findings)
         collected.extend(findings.all())
         return result
@@ -115,7 +120,7 @@ def _find(folder: Path, collected: list[Diagnostic]) -> dict[str, Path]:
     return found
 
 
-def _hint(system: SystemInfo | None) -> Layout | None:
+def _hint(system: SystemInfo | None) -> ParameterLayout | None:
     """The layout that the controller's software number promises."""
     if system is None or not system.controller:
         return None
@@ -123,7 +128,12 @@ def _hint(system: SystemInfo | None) -> Layout | None:
 
 
 def _read_parameters(
-    rows: tuple[Row, ...], findings: Findings, *, name: str, hint: Layout | None, before: ParameterFile
+    rows: tuple[BackupLine, ...],
+    findings: BackupFindings,
+    *,
+    name: str,
+    hint: ParameterLayout | None,
+    before: ParameterFile,
 ) -> ParameterFile:
     """A parameter file added to `before`, which wins where both hold a group; differences are reported."""
     found = read_parameters(rows, name, hint, findings)
@@ -131,7 +141,7 @@ def _read_parameters(
         known = before.groups.get(number)
         if known is not None and _numbers(known) != _numbers(parameters):
             message = f"///RC{number}G differs from that in {known.file}; {known.file} is used"
-            findings.warning("B005", message, Row(parameters.line, f"///RC{number}G"))
+            findings.warning("B005", message, BackupLine(parameters.line, f"///RC{number}G"))
     for number, zones in found.zones.items():
         if before.zones.get(number, zones) != zones:
             findings.warning(
@@ -150,3 +160,25 @@ def _numbers(parameters: GroupParameters) -> tuple[object, ...]:
         parameters.speeds,
         parameters.acceleration_times,
     )
+
+
+# --- Macro dat ---
+# MACRO.DAT: which job a macro number calls.
+#
+# Layout, as seen in backups: `//MACRO1 n`, `///JOB1 name`, arguments.
+
+
+def read_macro_dat(rows: tuple[BackupLine, ...], findings: BackupFindings) -> dict[int, str]:
+    """The job names by macro number, the n of `MACRO1 MJ#(n)`. Numbers without a job are left out."""
+    jobs: dict[int, str] = {}
+    for block in blocks(rows, "MACRO1", findings):
+        named = [(row, rest) for row in block.rows for _, keyword, rest in [record(row)] if keyword == "JOB1"]
+        for row, job in named:
+            if not job:
+                continue
+            if block.number in jobs:
+                findings.warning("B005", f"macro {block.number} is given twice; the last one is used", row)
+            jobs[block.number] = job
+        if not named and block.rows:
+            findings.warning("B002", f"macro {block.number} has no ///JOB1 row", block.head)
+    return jobs

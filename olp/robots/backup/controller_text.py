@@ -23,22 +23,22 @@ _INTEGER_ROW = re.compile(r"\s*[+-]?[0-9]{1,24}(?:,[+-]?[0-9]{1,24})*,?\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]{1,18}(?:\.[0-9]{0,18})?|\.[0-9]{1,18})(?:[eE][+-]?[0-9]{1,3})?")
 
 
-class Row(NamedTuple):
+class BackupLine(NamedTuple):
     """One line of a file: 1-based number, text without its line end."""
 
     line: int
     text: str
 
 
-class Block(NamedTuple):
+class BackupBlock(NamedTuple):
     """What follows `//KEYWORD number` up to the next `//` record."""
 
     number: int
-    head: Row
-    rows: tuple[Row, ...]
+    head: BackupLine
+    rows: tuple[BackupLine, ...]
 
 
-class Findings:
+class BackupFindings:
     """Collects what is wrong with one file.
 
     Beyond `MAX_FINDINGS` only counts, so that a hostile file stays cheap.
@@ -50,26 +50,26 @@ class Findings:
         self._uncounted_errors = 0
         self._uncounted = 0
 
-    def error(self, code: str, message: str, row: Row | None = None, **more: object) -> None:
+    def error(self, code: str, message: str, row: BackupLine | None = None, **more: object) -> None:
         """`more`: start and end (0-based columns in the row's text), help."""
         self._add(Severity.ERROR, code, message, row, more)
 
-    def warning(self, code: str, message: str, row: Row | None = None, **more: object) -> None:
+    def warning(self, code: str, message: str, row: BackupLine | None = None, **more: object) -> None:
         """As `error`, for what can be worked with."""
         self._add(Severity.WARNING, code, message, row, more)
 
-    def info(self, code: str, message: str, row: Row | None = None, **more: object) -> None:
+    def info(self, code: str, message: str, row: BackupLine | None = None, **more: object) -> None:
         """As `error`, for an assumption that was made."""
         self._add(Severity.INFO, code, message, row, more)
 
     def _add(
-        self, severity: Severity, code: str, message: str, row: Row | None, more: dict[str, object]
+        self, severity: Severity, code: str, message: str, row: BackupLine | None, more: dict[str, object]
     ) -> None:
         if len(self._found) >= MAX_FINDINGS:
             self._uncounted += 1
             self._uncounted_errors += severity is Severity.ERROR
             return
-        line, text = row or Row(0, "")
+        line, text = row or BackupLine(0, "")
         start = int(str(more.get("start", 0)))
         end = int(str(more.get("end", max(len(text), start + 1))))
         self._found.append(
@@ -87,7 +87,9 @@ class Findings:
         return (*self._found, rest)
 
 
-def read_rows(path: Path, findings: Findings, encoding: str = "cp1252", last: str = "") -> tuple[Row, ...]:
+def read_rows(
+    path: Path, findings: BackupFindings, encoding: str = "cp1252", last: str = ""
+) -> tuple[BackupLine, ...]:
     """All lines of a controller file; () with an error finding when it cannot be read or is beyond
     `MAX_BYTES`.
 
@@ -112,7 +114,7 @@ def read_rows(path: Path, findings: Findings, encoding: str = "cp1252", last: st
     if not lines[-1]:
         lines.pop()
     rows = tuple(
-        Row(number, line) if len(line) <= MAX_ROW else _left_out(number, line, findings)
+        BackupLine(number, line) if len(line) <= MAX_ROW else _left_out(number, line, findings)
         for number, line in enumerate(lines, start=1)
     )
     if not complete:
@@ -121,14 +123,14 @@ def read_rows(path: Path, findings: Findings, encoding: str = "cp1252", last: st
     return rows
 
 
-def _left_out(number: int, line: str, findings: Findings) -> Row:
+def _left_out(number: int, line: str, findings: BackupFindings) -> BackupLine:
     """An empty row in place of one that no controller writes."""
-    shown = Row(number, line[:80] + "…")
+    shown = BackupLine(number, line[:80] + "…")
     findings.error("B003", f"this row has {len(line)} characters and was left out", shown)
-    return Row(number, "")
+    return BackupLine(number, "")
 
 
-def record(row: Row) -> tuple[str, str, str]:
+def record(row: BackupLine) -> tuple[str, str, str]:
     """A row as (slashes, keyword, rest): `///NAME TORCH` is ("///", "NAME", "TORCH").
 
     No record: ("", "", text).
@@ -142,17 +144,17 @@ def record(row: Row) -> tuple[str, str, str]:
     return slashes, keyword, rest.strip()
 
 
-def blocks(rows: tuple[Row, ...], keyword: str, findings: Findings) -> Iterator[Block]:
+def blocks(rows: tuple[BackupLine, ...], keyword: str, findings: BackupFindings) -> Iterator[BackupBlock]:
     """The blocks `//keyword number` of a file, in order; other blocks are passed over."""
-    head: Row | None = None
+    head: BackupLine | None = None
     number = -1
-    inside: list[Row] = []
+    inside: list[BackupLine] = []
     for row in rows:
         if not row.text.startswith("//") or row.text.startswith("///"):
             inside.append(row)
             continue
         if head is not None:
-            yield Block(number, head, tuple(inside))
+            yield BackupBlock(number, head, tuple(inside))
         inside = []
         _, word, rest = record(row)
         head = None
@@ -163,10 +165,10 @@ def blocks(rows: tuple[Row, ...], keyword: str, findings: Findings) -> Iterator[
         else:
             findings.error("B003", f"//{keyword} is not followed by its number", row)
     if head is not None:
-        yield Block(number, head, tuple(inside))
+        yield BackupBlock(number, head, tuple(inside))
 
 
-def fields(row: Row, start: int = 0) -> list[tuple[int, str]]:
+def fields(row: BackupLine, start: int = 0) -> list[tuple[int, str]]:
     """The comma-separated parts of a row from column `start` (0-based) on, each with its column.
 
     A comma at the end of the row closes the last part and opens none.
@@ -184,7 +186,7 @@ def fields(row: Row, start: int = 0) -> list[tuple[int, str]]:
     return parts
 
 
-def integers(row: Row, findings: Findings, start: int = 0) -> tuple[int, ...] | None:
+def integers(row: BackupLine, findings: BackupFindings, start: int = 0) -> tuple[int, ...] | None:
     """The integers of a row; None with an error finding at the first part that is none."""
     if not start and _INTEGER_ROW.fullmatch(row.text):
         return tuple(int(part) for part in row.text.split(",") if part.strip())
@@ -197,7 +199,7 @@ def integers(row: Row, findings: Findings, start: int = 0) -> tuple[int, ...] | 
     return tuple(values)
 
 
-def numbers(row: Row, findings: Findings, start: int = 0) -> tuple[float, ...] | None:
+def numbers(row: BackupLine, findings: BackupFindings, start: int = 0) -> tuple[float, ...] | None:
     """The decimal numbers of a row; None with an error finding at the first part that is none."""
     values: list[float] = []
     for column, part in fields(row, start):
@@ -209,7 +211,7 @@ def numbers(row: Row, findings: Findings, start: int = 0) -> tuple[float, ...] |
     return tuple(values)
 
 
-def _not_a_number(row: Row, column: int, part: str, wanted: str, findings: Findings) -> None:
+def _not_a_number(row: BackupLine, column: int, part: str, wanted: str, findings: BackupFindings) -> None:
     shown = part if len(part) <= 30 else part[:30] + "…"
     message = f"{shown!r} is not {wanted}" if part else f"{wanted} is missing here"
     findings.error("B003", message, row, start=column, end=column + max(1, len(part)))

@@ -10,7 +10,7 @@ from olp.robots.backup.backup import Backup
 from olp.robots.backup.frame_check import FrameAgreement, Stance, find_stance
 from olp.robots.backup.parameters import GroupParameters
 from olp.robots.backup.plausibility import axis_name, has_links, implausible
-from olp.robots.backup.system_sys import ControlGroup
+from olp.robots.backup.system_sys import BackupControlGroup
 from olp.robots.backup.toml_text import ROBOT_NAME
 
 MAKER: Final = "Yaskawa"
@@ -45,7 +45,7 @@ def parameter_group(backup: Backup, group: str) -> int | None:
     return 1 if group == "R1" else None
 
 
-def control_group(backup: Backup, group: str) -> ControlGroup | None:
+def control_group(backup: Backup, group: str) -> BackupControlGroup | None:
     """What SYSTEM.SYS says of the group."""
     groups = backup.system.groups if backup.system else ()
     return next((g for g in groups if g.name == group), None)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from olp.core.diagnostic import OlpError, error, raise_errors
-from olp.robots.backup.controller_text import Findings, Row, read_rows
+from olp.robots.backup.controller_text import BackupFindings, BackupLine, read_rows
 from olp.robots.backup.toml_text import ROBOT_NAME, plain, quoted, shown
 
 FILE: Final = "$machine.dat"
@@ -45,8 +45,8 @@ class MachineData:
     """The assignments of one file: name in upper case -> its row and its text."""
 
     file: str
-    rows: Mapping[str, tuple[Row, str]]
-    findings: Findings
+    rows: Mapping[str, tuple[BackupLine, str]]
+    findings: BackupFindings
 
 
 def find_machine_data(path: Path) -> Path | None:
@@ -64,8 +64,8 @@ def find_machine_data(path: Path) -> Path | None:
 
 def read_machine_data(path: Path) -> MachineData:
     """What stands in the file; raises nothing, what is wrong is in `findings`."""
-    findings = Findings(str(path))
-    rows: dict[str, tuple[Row, str]] = {}
+    findings = BackupFindings(str(path))
+    rows: dict[str, tuple[BackupLine, str]] = {}
     for row in read_rows(path, findings, last="ENDDAT"):
         match = _ROW.match(row.text)
         if match is not None:
@@ -217,7 +217,7 @@ def _float(text: str) -> float:
         return nan
 
 
-def _row(data: MachineData, key: str) -> Row | None:
+def _row(data: MachineData, key: str) -> BackupLine | None:
     return data.rows[key][0] if key in data.rows else None
 
 

@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import Final, NamedTuple
 
 from olp.core.units import deg, mm, ms, um
-from olp.robots.backup.controller_text import Findings, Row, integers, record
+from olp.robots.backup.controller_text import BackupFindings, BackupLine, integers, record
 
 COUNTS_PER_TURN: Final = 4096  # pulses per motor turn in jobs, for every axis met
 LINK_SLOTS: Final = {"a1": 1, "a2": 3, "a3": 5, "d4": 8, "d6": 12}
@@ -24,7 +24,7 @@ MOST_AXES: Final = 8
 _SECTION: Final = re.compile(r"///(?:RC([0-9]{1,2})G|S1C([0-9]{1,2})G)\s*")
 
 
-class Layout(NamedTuple):
+class ParameterLayout(NamedTuple):
     """First slot of each per-axis list in `///RCnG` (slot 0 is the section's first value)."""
 
     controllers: str
@@ -39,8 +39,8 @@ class Layout(NamedTuple):
 
 
 LAYOUTS: Final = (
-    Layout("DX100, DX200", 1700, 924, 932, 956, 972, 980, 900, 908),
-    Layout("YRC1000", 3000, 1030, 1040, 1070, 1090, 1100, 1290, None),
+    ParameterLayout("DX100, DX200", 1700, 924, 932, 956, 972, 980, 900, 908),
+    ParameterLayout("YRC1000", 3000, 1030, 1040, 1070, 1090, 1100, 1290, None),
 )
 
 
@@ -51,7 +51,7 @@ class GroupParameters:
     group: int
     file: str
     line: int  # of the section's head
-    layout: Layout
+    layout: ParameterLayout
     axes: tuple[int, ...]  # which, 0-based in the controller's order S L U R B T E
     links: dict[str, float]  # a1 a2 a3 d4 d6 [m]
     denominators: tuple[int, ...]  # signed
@@ -88,7 +88,7 @@ class ParameterFile(NamedTuple):
 
 
 def read_parameters(
-    rows: tuple[Row, ...], file: str, layout: Layout | None, findings: Findings
+    rows: tuple[BackupLine, ...], file: str, layout: ParameterLayout | None, findings: BackupFindings
 ) -> ParameterFile:
     """The robot data and blend zones by group number. `layout` is what the controller's software number
     says, used for a section whose size tells nothing; a section that stays unclear is left out with an
@@ -111,10 +111,10 @@ def read_parameters(
     return ParameterFile(groups, zones)
 
 
-def _sections(rows: tuple[Row, ...]) -> list[tuple[bool, int, Row, list[Row]]]:
+def _sections(rows: tuple[BackupLine, ...]) -> list[tuple[bool, int, BackupLine, list[BackupLine]]]:
     """(is RC, group number, head, value rows) of the wanted sections."""
-    sections: list[tuple[bool, int, Row, list[Row]]] = []
-    body: list[Row] = []
+    sections: list[tuple[bool, int, BackupLine, list[BackupLine]]] = []
+    body: list[BackupLine] = []
     for row in rows:
         if not row.text.startswith("/"):
             body.append(row)
@@ -128,7 +128,7 @@ def _sections(rows: tuple[Row, ...]) -> list[tuple[bool, int, Row, list[Row]]]:
     return sections
 
 
-def _values(body: list[Row], findings: Findings) -> list[int] | None:
+def _values(body: list[BackupLine], findings: BackupFindings) -> list[int] | None:
     """All values of a section; None when a row is unreadable, since every later slot would be in doubt."""
     values: list[int] = []
     good = True
@@ -141,7 +141,9 @@ def _values(body: list[Row], findings: Findings) -> list[int] | None:
     return values if good else None
 
 
-def _layout(count: int, head: Row, hint: Layout | None, findings: Findings) -> Layout | None:
+def _layout(
+    count: int, head: BackupLine, hint: ParameterLayout | None, findings: BackupFindings
+) -> ParameterLayout | None:
     for layout in LAYOUTS:
         if count == layout.values:
             return layout
@@ -157,7 +159,12 @@ def _layout(count: int, head: Row, hint: Layout | None, findings: Findings) -> L
 
 
 def _group(
-    number: int, file: str, head: Row, values: list[int], hint: Layout | None, findings: Findings
+    number: int,
+    file: str,
+    head: BackupLine,
+    values: list[int],
+    hint: ParameterLayout | None,
+    findings: BackupFindings,
 ) -> GroupParameters | None:
     layout = _layout(len(values), head, hint, findings)
     if layout is None:
@@ -189,7 +196,9 @@ def _group(
     )
 
 
-def _zones(number: int, head: Row, values: list[int], findings: Findings) -> tuple[float, ...] | None:
+def _zones(
+    number: int, head: BackupLine, values: list[int], findings: BackupFindings
+) -> tuple[float, ...] | None:
     """[m] for PL = 1..8; None for a group that is not fitted (all zero)."""
     first, end = ZONE_SLOTS
     zones = values[first:end]

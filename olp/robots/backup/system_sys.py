@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from olp.robots.backup.controller_text import Findings, Row
+from olp.robots.backup.controller_text import BackupFindings, BackupLine
 
 # First letters of the software number. YAS and DN were seen in published backups, the others in none.
 CONTROLLERS: Final = {
@@ -27,7 +27,7 @@ _ORDER: Final = "RBS"
 
 
 @dataclass(frozen=True, slots=True)
-class ControlGroup:
+class BackupControlGroup:
     """One control group of the system: a robot (R), a base or track (B) or a station (S)."""
 
     name: str  # R1, B1, S1 ..
@@ -45,7 +45,7 @@ class SystemInfo:
     software: str
     controller: str
     application: str
-    groups: tuple[ControlGroup, ...]
+    groups: tuple[BackupControlGroup, ...]
 
     def parameter_group(self, name: str) -> int | None:
         """The n of `///RCnG` for a control group's name; None when the system has no such group."""
@@ -53,10 +53,10 @@ class SystemInfo:
         return names.index(name) + 1 if name in names else None
 
 
-def read_system_sys(rows: tuple[Row, ...], findings: Findings) -> SystemInfo | None:
+def read_system_sys(rows: tuple[BackupLine, ...], findings: BackupFindings) -> SystemInfo | None:
     """What the file says; None when it names neither software nor groups."""
     values: dict[str, str] = {}
-    found: dict[tuple[int, int], ControlGroup] = {}
+    found: dict[tuple[int, int], BackupControlGroup] = {}
     inside = False
     for row in rows:
         if row.text.startswith("/"):
@@ -65,7 +65,9 @@ def read_system_sys(rows: tuple[Row, ...], findings: Findings) -> SystemInfo | N
             values.setdefault(key.strip(), value.strip())
         elif inside:
             for kind, number, text, bits in _ENTRY.findall(row.text[:300]):
-                group = ControlGroup(f"{kind}{int(number)}", model_name(text), text.strip(), _axes(bits))
+                group = BackupControlGroup(
+                    f"{kind}{int(number)}", model_name(text), text.strip(), _axes(bits)
+                )
                 found[_ORDER.index(kind), int(number)] = group
     software = values.get("SYSTEM NO", "")
     if not software and not found:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from olp.core.units import deg, mm
-from olp.robots.backup.controller_text import Block, Findings, Row, blocks, numbers, record
+from olp.robots.backup.controller_text import BackupBlock, BackupFindings, BackupLine, blocks, numbers, record
 
 _WIDTHS: Final = (("pose", 6), ("centre of gravity", 3), ("mass", 1), ("inertia", 3))
 _REACH: Final = 10.0  # [m], farther than any tool stands out
@@ -37,7 +37,7 @@ class ToolData:
         return (*self.position, *self.angles)
 
 
-def read_tool_cnd(rows: tuple[Row, ...], findings: Findings) -> dict[int, ToolData]:
+def read_tool_cnd(rows: tuple[BackupLine, ...], findings: BackupFindings) -> dict[int, ToolData]:
     """The tools by number.
 
     A tool with an unreadable row is left out, with an error finding for each such row.
@@ -55,7 +55,7 @@ def read_tool_cnd(rows: tuple[Row, ...], findings: Findings) -> dict[int, ToolDa
     return tools
 
 
-def _tool(block: Block, findings: Findings) -> ToolData | None:
+def _tool(block: BackupBlock, findings: BackupFindings) -> ToolData | None:
     name = ""
     values: list[tuple[float, ...] | None] = []
     for row in block.rows:
@@ -83,7 +83,7 @@ def _tool(block: Block, findings: Findings) -> ToolData | None:
     return ToolData(block.number, name, position, angles, mass[0], _vector(centre, mm), _vector(inertia, 1.0))
 
 
-def _row(row: Row, index: int, findings: Findings) -> tuple[float, ...] | None:
+def _row(row: BackupLine, index: int, findings: BackupFindings) -> tuple[float, ...] | None:
     name, width = _WIDTHS[index]
     values = numbers(row, findings)
     if values is not None and len(values) != width:

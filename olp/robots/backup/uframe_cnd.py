@@ -12,7 +12,15 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from olp.core.units import deg, mm
-from olp.robots.backup.controller_text import Block, Findings, Row, blocks, integers, numbers, record
+from olp.robots.backup.controller_text import (
+    BackupBlock,
+    BackupFindings,
+    BackupLine,
+    blocks,
+    integers,
+    numbers,
+    record,
+)
 from olp.robots.backup.tool_cnd import Vector
 
 _TAUGHT: Final = re.compile(r"////([A-Z]+)\s+[A-Z]+[0-9]+=")
@@ -32,7 +40,7 @@ class UserFrame:
     taught: dict[str, tuple[int, ...]] = field(default_factory=dict)  # RORG, RXX, RXY, BORG .. -> pulses
 
 
-def read_uframe_cnd(rows: tuple[Row, ...], findings: Findings) -> dict[int, UserFrame]:
+def read_uframe_cnd(rows: tuple[BackupLine, ...], findings: BackupFindings) -> dict[int, UserFrame]:
     """The user frames by number. Frames that were never set, or whose result is unreadable, are left out."""
     frames: dict[int, UserFrame] = {}
     unset: list[int] = []
@@ -54,7 +62,7 @@ def read_uframe_cnd(rows: tuple[Row, ...], findings: Findings) -> dict[int, User
     return frames
 
 
-def _frame(block: Block, findings: Findings) -> UserFrame | None:
+def _frame(block: BackupBlock, findings: BackupFindings) -> UserFrame | None:
     name = ""
     tool = 0
     groups: tuple[int, ...] = ()
@@ -86,13 +94,13 @@ def _frame(block: Block, findings: Findings) -> UserFrame | None:
     return UserFrame(block.number, name, position, angles, tool, groups, taught)
 
 
-def _integers_after(row: Row, findings: Findings) -> tuple[int, ...] | None:
+def _integers_after(row: BackupLine, findings: BackupFindings) -> tuple[int, ...] | None:
     """The integers behind the keyword of a record."""
     space = row.text.find(" ")
     return integers(row, findings, space + 1) if space >= 0 else None
 
 
-def _result(row: Row, start: int, findings: Findings) -> tuple[float, ...] | None:
+def _result(row: BackupLine, start: int, findings: BackupFindings) -> tuple[float, ...] | None:
     values = numbers(row, findings, start)
     if values is not None and len(values) != 6:
         findings.error("B004", f"////BUSER has {len(values)} values instead of 6", row, start=start)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 from olp.core.units import deg, mm
-from olp.robots.backup.controller_text import Findings, Row, fields, integers, numbers, record
+from olp.robots.backup.controller_text import BackupFindings, BackupLine, fields, integers, numbers, record
 
 _ORDER: Final = ("B", "I", "D", "R", "S", "P", "BP", "EX")
 _LIMITS: Final = {"B": (0, 255), "I": (-32768, 32767), "D": (-(2**31), 2**31 - 1)}
@@ -60,12 +60,12 @@ class _Used(NamedTuple):
     """A row of ///P, ///BP or ///EX that holds something: its kind in words, and the numbers with their columns."""
 
     number: int
-    row: Row
+    row: BackupLine
     word: str
     parts: list[tuple[int, str]]
 
 
-def read_var_dat(rows: tuple[Row, ...], findings: Findings) -> Variables:
+def read_var_dat(rows: tuple[BackupLine, ...], findings: BackupFindings) -> Variables:
     """The variables; values that cannot be read are left out, each with an error finding."""
     heads, sections = _sections(rows)
     share = _counts("SHARE", heads, findings)
@@ -93,11 +93,11 @@ def read_var_dat(rows: tuple[Row, ...], findings: Findings) -> Variables:
     return variables
 
 
-def _sections(rows: tuple[Row, ...]) -> tuple[dict[str, Row], dict[str, list[Row]]]:
+def _sections(rows: tuple[BackupLine, ...]) -> tuple[dict[str, BackupLine], dict[str, list[BackupLine]]]:
     """The record rows by keyword, and the rows below each kind of variable."""
-    heads: dict[str, Row] = {}
-    sections: dict[str, list[Row]] = {}
-    current: list[Row] | None = None
+    heads: dict[str, BackupLine] = {}
+    sections: dict[str, list[BackupLine]] = {}
+    current: list[BackupLine] | None = None
     for row in rows:
         slashes, keyword, _ = record(row)
         if slashes == "///" and keyword in (*_ORDER, "SHARE", "PFNUM"):
@@ -108,14 +108,16 @@ def _sections(rows: tuple[Row, ...]) -> tuple[dict[str, Row], dict[str, list[Row
     return heads, sections
 
 
-def _counts(keyword: str, heads: dict[str, Row], findings: Findings) -> tuple[int, ...]:
+def _counts(keyword: str, heads: dict[str, BackupLine], findings: BackupFindings) -> tuple[int, ...]:
     row = heads.get(keyword)
     if row is None:
         return ()
     return integers(row, findings, row.text.find(keyword) + len(keyword)) or ()
 
 
-def _check_count(kind: str, head: Row, rows: list[Row], allowed: int | None, findings: Findings) -> None:
+def _check_count(
+    kind: str, head: BackupLine, rows: list[BackupLine], allowed: int | None, findings: BackupFindings
+) -> None:
     """A section that holds fewer variables than ///SHARE says was cut; one that holds more was edited."""
     if allowed is None:
         return
@@ -129,7 +131,9 @@ def _check_count(kind: str, head: Row, rows: list[Row], allowed: int | None, fin
         findings.warning("B004", f"///{kind} holds {given} variables, ///SHARE announces {allowed}", head)
 
 
-def _integer_table(kind: str, rows: list[Row], table: dict[int, int], findings: Findings) -> None:
+def _integer_table(
+    kind: str, rows: list[BackupLine], table: dict[int, int], findings: BackupFindings
+) -> None:
     low, high = _LIMITS[kind]
     number = 0
     for row in rows:
@@ -146,7 +150,7 @@ def _integer_table(kind: str, rows: list[Row], table: dict[int, int], findings: 
         number += len(fields(row))
 
 
-def _real_table(rows: list[Row], table: dict[int, float], findings: Findings) -> None:
+def _real_table(rows: list[BackupLine], table: dict[int, float], findings: BackupFindings) -> None:
     number = 0
     for row in rows:
         if row.text.strip():
@@ -156,7 +160,7 @@ def _real_table(rows: list[Row], table: dict[int, float], findings: Findings) ->
 
 
 def _position_table(
-    kind: str, rows: list[Row], axes: int, table: dict[int, PositionVariable], findings: Findings
+    kind: str, rows: list[BackupLine], axes: int, table: dict[int, PositionVariable], findings: BackupFindings
 ) -> None:
     """`axes`: how many values ///PFNUM announces for this kind of variable; 0 when it does not say."""
     used: list[_Used] = []
@@ -188,7 +192,7 @@ def _split_kind(parts: list[tuple[int, str]]) -> list[tuple[int, str]]:
     return [(column, first[:end]), (column + end, first[end:]), *parts[1:]]
 
 
-def _flag_count(kind: str, used: list[_Used], axes: int, findings: Findings) -> int:
+def _flag_count(kind: str, used: list[_Used], axes: int, findings: BackupFindings) -> int:
     """How many numbers between the kind and the values are flags.
 
     Those before the first decimal point of a Cartesian row, else what ///PFNUM leaves over. No manual says it, so
@@ -218,13 +222,13 @@ def _flag_count(kind: str, used: list[_Used], axes: int, findings: Findings) -> 
 
 
 def _position(
-    word: str, row: Row, parts: list[tuple[int, str]], flags: int, findings: Findings
+    word: str, row: BackupLine, parts: list[tuple[int, str]], flags: int, findings: BackupFindings
 ) -> PositionVariable | None:
     if not flags < len(parts) <= flags + _MOST_VALUES:
         findings.error("B004", f"{len(parts)} numbers are not {flags} flags and up to 8 values", row)
         return None
     split = parts[flags][0]
-    head = Row(row.line, row.text[:split].rstrip().rstrip(","))
+    head = BackupLine(row.line, row.text[:split].rstrip().rstrip(","))
     marks = integers(head, findings, parts[0][0]) if flags else ()
     values = numbers(row, findings, split)
     if marks is None or values is None:

@@ -1,7 +1,7 @@
 """Rigid-body dynamics of a robot: torques of motions, and motions that the torques allow."""
 
 from olp.robots.dynamics.limits import (
-    Interval,
+    AccelerationInterval,
     MoveAcceleration,
     PathTorque,
     acceleration_interval,
@@ -9,7 +9,14 @@ from olp.robots.dynamics.limits import (
     path_acceleration,
     path_torque,
 )
-from olp.robots.dynamics.model import STANDARD_GRAVITY, Model, Mounting, dynamic_model, gravity_of, payload_of
+from olp.robots.dynamics.model import (
+    STANDARD_GRAVITY,
+    DynamicModel,
+    Mounting,
+    dynamic_model,
+    gravity_of,
+    payload_of,
+)
 from olp.robots.dynamics.torques import (
     bias_forces,
     gravity_torques,
@@ -17,13 +24,13 @@ from olp.robots.dynamics.torques import (
     inverse_dynamics,
     mass_matrix,
 )
-from olp.robots.masses import Body
+from olp.robots.model import Body
 
 __all__ = [
     "STANDARD_GRAVITY",
+    "AccelerationInterval",
     "Body",
-    "Interval",
-    "Model",
+    "DynamicModel",
     "Mounting",
     "MoveAcceleration",
     "PathTorque",

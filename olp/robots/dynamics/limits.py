@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.robots.dynamics.model import Model
+from olp.robots.dynamics.model import DynamicModel
 from olp.robots.dynamics.torques import drives_of, gravity_torques, inertia_forces, same_shape
-from olp.robots.masses import Body
+from olp.robots.model import Body
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -35,7 +35,7 @@ class PathTorque(NamedTuple):
         return self.inertia * a + self.squared * v**2 + self.linear * v + self.constant
 
 
-class Interval(NamedTuple):
+class AccelerationInterval(NamedTuple):
     """Admissible s'' per sample, and the axes (indices) that end it; empty where `lower` > `upper`."""
 
     lower: Array  # (n,) [1/s²]
@@ -60,7 +60,7 @@ class MoveAcceleration(NamedTuple):
 
 
 def path_torque(
-    model: Model, q: ArrayLike, slope: ArrayLike, curvature: ArrayLike, payload: Body | None = None
+    model: DynamicModel, q: ArrayLike, slope: ArrayLike, curvature: ArrayLike, payload: Body | None = None
 ) -> PathTorque:
     """The torques along a path: `q`, `slope` dq/ds and `curvature` d²q/ds², each (n, k) [rad | m] (per s, s²).
 
@@ -78,7 +78,7 @@ def path_torque(
     )
 
 
-def acceleration_interval(torque: PathTorque, speed: ArrayLike, limits: ArrayLike) -> Interval:
+def acceleration_interval(torque: PathTorque, speed: ArrayLike, limits: ArrayLike) -> AccelerationInterval:
     """Which s'' keep every torque within `limits` (k,) [Nm | N] at speed s' [1/s], () or (n,)."""
     available = np.asarray(limits, dtype=np.float64)
     needed = torque.at(speed, 0.0)
@@ -91,24 +91,26 @@ def acceleration_interval(torque: PathTorque, speed: ArrayLike, limits: ArrayLik
     upper = np.where(idle, np.inf, (available - sense * needed) / safe)
     lower = np.where(idle, -np.inf, (-available - sense * needed) / safe)
     upper, lower = np.where(overloaded, -np.inf, upper), np.where(overloaded, np.inf, lower)
-    return Interval(lower.max(axis=1), upper.min(axis=1), lower.argmax(axis=1), upper.argmin(axis=1))
+    return AccelerationInterval(
+        lower.max(axis=1), upper.min(axis=1), lower.argmax(axis=1), upper.argmin(axis=1)
+    )
 
 
 def path_acceleration(
-    model: Model,
+    model: DynamicModel,
     q: ArrayLike,
     slope: ArrayLike,
     curvature: ArrayLike,
     speed: ArrayLike,
     payload: Body | None = None,
-) -> Interval:
+) -> AccelerationInterval:
     """Admissible s'' [1/s²] at n samples of a path passed at s' = `speed` [1/s], () or (n,); see `path_torque`."""
     torque = path_torque(model, q, slope, curvature, payload)
     return acceleration_interval(torque, speed, model.torque_limits)
 
 
 def move_acceleration(
-    model: Model, start: ArrayLike, end: ArrayLike, speed: ArrayLike, payload: Body | None = None
+    model: DynamicModel, start: ArrayLike, end: ArrayLike, speed: ArrayLike, payload: Body | None = None
 ) -> MoveAcceleration:
     """What n joint moves with axes in step can use of the drives: from rest, at a constant rate, to `speed`, to rest.
 
@@ -143,7 +145,7 @@ def positive_speed(speed: ArrayLike, count: int) -> Array:
 class _Ramps(NamedTuple):
     """Ramps from rest at `begin` towards `end`. A stop is one run backwards: then friction has the other `sense`."""
 
-    model: Model
+    model: DynamicModel
     begin: Array  # (n, k)
     end: Array  # (n, k)
     sense: float

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.robots.dynamics.algebra import Array
-from olp.robots.masses import Body, Vector
-from olp.robots.masses_reader import tensor
-from olp.robots.model import Robot
+from olp.robots.model import Body, Robot, Vector
+from olp.robots.reader import tensor
 
 Rows = tuple[Vector, Vector, Vector]
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.robots.kinematics.chain import geometry_of
-from olp.robots.masses import Body, Vector
-from olp.robots.model import Robot
+from olp.robots.model import Body, Robot, Vector
 
 if TYPE_CHECKING:
     from olp.robots.coordinate_systems import Tool
@@ -23,7 +22,7 @@ _TILTS: Final[dict[str, float]] = {"floor": 0.0, "wall": math.pi / 2.0, "ceiling
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class DynamicModel:
     """A robot whose masses are known, and the gravity [m/s²] that acts on it, in its base frame."""
 
     robot: Robot
@@ -50,7 +49,7 @@ class Model:
         return tuple(f"{self.robot.name}: {says}" for says, known in groups if not known)
 
 
-def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> Model:
+def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> DynamicModel:
     """The model of `robot` on the floor, on a wall or under a ceiling, or under any gravity [m/s²] in its base frame.
 
     On a wall the base frame's x points down; turn the gravity vector for anything else. Raises OlpError: K001 no
@@ -61,8 +60,8 @@ def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> Model:
         advice = "add [dynamics] to its robot file, or use an acceleration that needs no masses"
         raise OlpError(error("K006", f"the masses of {robot.name} are not known", help=advice))
     if isinstance(mounting, str):
-        return Model(robot, gravity_of(_TILTS[mounting]))
-    return Model(robot, mounting)
+        return DynamicModel(robot, gravity_of(_TILTS[mounting]))
+    return DynamicModel(robot, mounting)
 
 
 def gravity_of(tilt: float) -> Vector:

@@ -4,7 +4,7 @@ Poses are those of the flange in the robot base frame: origin at the height of a
 (`Geometry.base_height`) not added. A tool is put on or taken off by `with_tool` and `without_tool`.
 """
 
-from olp.robots.kinematics.chain import forward, jacobian
+from olp.robots.kinematics.chain import forward, jacobian, with_tool, without_tool
 from olp.robots.kinematics.configuration import (
     Clearance,
     Singularity,
@@ -13,10 +13,8 @@ from olp.robots.kinematics.configuration import (
     singularities,
     within_limits,
 )
-from olp.robots.kinematics.inverse import branches, inverse
-from olp.robots.kinematics.nearest import nearest
-from olp.robots.kinematics.pulses import joints_to_pulses, pulses_to_joints
-from olp.robots.kinematics.tool import with_tool, without_tool
+from olp.robots.kinematics.inverse import branches, inverse, nearest
+from olp.robots.kinematics.readings import joints_to_pulses, pulses_to_joints
 from olp.robots.kinematics.tracking import track, track_branches
 
 __all__ = [

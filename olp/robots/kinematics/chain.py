@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
+from olp.robots.geometry import Pose, compose
 from olp.robots.model import Geometry, Robot, Vector
 
 Array = NDArray[np.float64]
@@ -131,3 +132,18 @@ def _turned_anyhow(columns: list[Array], direction: Vector, sine: Array, cosine:
         (versine * x * z + sine * y, versine * y * z - sine * x, cosine + versine * z * z),
     )
     return [columns[0] * a + columns[1] * b + columns[2] * c for a, b, c in weights]
+
+
+# --- Tool ---
+# Between the poses of the flange and those of the tool centre point.
+
+
+def with_tool(positions: ArrayLike, rotations: ArrayLike, tool: Pose) -> tuple[Array, Array]:
+    """Poses of the tool centre point, (n, 3) [m] and (n, 3, 3), from those of the flange."""
+    return compose(positions, rotations, tool.position, tool.rotation)
+
+
+def without_tool(positions: ArrayLike, rotations: ArrayLike, tool: Pose) -> tuple[Array, Array]:
+    """Poses of the flange, (n, 3) [m] and (n, 3, 3), from those of the tool centre point."""
+    off = tool.inverse()
+    return compose(positions, rotations, off.position, off.rotation)

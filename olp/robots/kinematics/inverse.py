@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.robots.kinematics.chain import BLOCK, as_joints, geometry_of
-from olp.robots.kinematics.choosing import closest
-from olp.robots.kinematics.configuration import apply_turns, from_standard, links_of, turn_centres, wrap
+from olp.robots.kinematics.configuration import (
+    apply_turns,
+    from_standard,
+    links_of,
+    to_standard,
+    turn_centres,
+    wrap,
+)
 from olp.robots.kinematics.numeric import solve_from
 from olp.robots.kinematics.offset_wrist import offset_wrist_of, solutions
-from olp.robots.kinematics.spherical import flipped, solve, solve_arms
+from olp.robots.kinematics.spherical import STRAIGHT_WRIST, flipped, solve, solve_arms
 from olp.robots.model import Links, Robot
 
 Array = NDArray[np.float64]
@@ -112,3 +120,66 @@ def _by_flags(
 def _readings(links: Links, standard: Array, centres: Array) -> Array:
     """(6, m) readings wrapped about `centres`, from standard angles (6, m)."""
     return wrap(from_standard(links, standard.T), centres).T
+
+
+# --- Choosing ---
+# Of several solutions of one pose, the one nearest to where the arm stands.
+
+_TURN = 2.0 * math.pi
+
+
+def closest(robot: Robot, found: Array, start: Array) -> Array:
+    """The row (n, k) of `found` (n, m, k) [rad] nearest to `start` (n, k), by whole turns, too; nan where all are.
+
+    Nearest is the smallest sum of squared angles; solutions inside the soft limits come first.
+    """
+    start = start[:, None, :]
+    found = start + wrap(found - start)
+    found = _towards(found, robot.lower, robot.upper)
+    outside = (found < robot.lower - 1e-9) | (found > robot.upper + 1e-9)
+    way = np.nan_to_num(np.sum((found - start) ** 2, axis=2), nan=np.inf)
+    # Further than any two joint positions are apart.
+    way += 1e6 * outside.any(axis=2)
+    chosen: Array = found[np.arange(len(found)), way.argmin(axis=1)]
+    return chosen
+
+
+def _towards(joints: Array, lower: Array, upper: Array) -> Array:
+    """`joints` by whole turns to inside the limits, where that can be."""
+    up = _TURN * np.ceil((lower - 1e-9 - joints) / _TURN)
+    raised = np.where(up > 0, joints + up, joints)
+    down = _TURN * np.ceil((raised - upper - 1e-9) / _TURN)
+    lowered = np.where(down > 0, raised - down, raised)
+    inside: Array = np.where(lowered >= lower - 1e-9, lowered, joints)
+    return inside
+
+
+# --- Nearest ---
+# The solution nearest to where the arm stands, over all branches and turns: what controllers take without flags.
+
+
+def nearest(robot: Robot, positions: ArrayLike, rotations: ArrayLike, seed: ArrayLike) -> Array:
+    """Joints (n, k) [rad | m] of flange poses (n, 3) [m], (n, 3, 3) nearest to `seed`, (k,) or (n, k).
+
+    Nearest is the smallest sum of squared angles; solutions inside the soft limits come first. nan out of reach.
+    Arms without a closed form: where Newton's steps from the seed lead.
+    Raises OlpError: K001 no geometry, K002 number of axes, K005 poses of wrong shape.
+    """
+    position, rotation = as_poses(positions, rotations)
+    links = geometry_of(robot).links
+    if links is None:
+        return inverse(robot, position, rotation, seed=seed)[0]
+    start = np.broadcast_to(as_joints(robot, seed), (len(position), len(robot.axes)))
+    return closest(robot, _held(links, branches(robot, position, rotation), start[:, None, :]), start)
+
+
+def _held(links: Links, joints: Array, start: Array) -> Array:
+    """Where the wrist is straight, R stays as it is in `start` and T makes up for it. `joints` (n, 8, 6)."""
+    standard = to_standard(links, joints)
+    straight = np.abs(np.sin(standard[..., 4])) < STRAIGHT_WRIST
+    if not straight.any():
+        return joints
+    kept = to_standard(links, start)[..., 3]
+    standard[..., 5] = np.where(straight, standard[..., 5] + standard[..., 3] - kept, standard[..., 5])
+    standard[..., 3] = np.where(straight, kept, standard[..., 3])
+    return from_standard(links, standard)

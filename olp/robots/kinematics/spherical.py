@@ -57,7 +57,7 @@ class Shoulder(NamedTuple):
     spread: Array  # [rad] between upper arm and that direction
 
 
-class Arm(NamedTuple):
+class ElbowSolution(NamedTuple):
     """Angles L and U [rad] and the forearm's pitch, for one shoulder and elbow choice."""
 
     lower_arm: Array
@@ -103,7 +103,7 @@ def shoulder(links: Links, p: Plane, front: Signs) -> Shoulder:
     return Shoulder(along, reach, cosine, sine, bend, elevation, spread)
 
 
-def arm(links: Links, p: Plane, s: Shoulder, elbow: Signs) -> Arm:
+def arm(links: Links, p: Plane, s: Shoulder, elbow: Signs) -> ElbowSolution:
     """L, U and the forearm's pitch."""
     a2, forearm = links.a2, math.hypot(links.a3, links.d4)
     rise = math.atan2(links.a3, links.d4)
@@ -113,7 +113,7 @@ def arm(links: Links, p: Plane, s: Shoulder, elbow: Signs) -> Arm:
     x = s.along - (s.along * ahead + p.height * across) * scale
     z = p.height - (p.height * ahead - s.along * across) * scale
     c, d = links.d4 / forearm**2, links.a3 / forearm**2
-    return Arm(
+    return ElbowSolution(
         (0.5 * math.pi - s.elevation) + elbow * s.spread,
         (0.5 * math.pi - rise) + elbow * s.bend,
         x * c + z * d,
@@ -121,7 +121,7 @@ def arm(links: Links, p: Plane, s: Shoulder, elbow: Signs) -> Arm:
     )
 
 
-def wrist(p: Plane, front: Signs, a: Arm) -> tuple[Array, Array, Array]:
+def wrist(p: Plane, front: Signs, a: ElbowSolution) -> tuple[Array, Array, Array]:
     """R, B, T [rad] with B >= 0; the other solution is R ± pi, -B, T ± pi."""
     c, s = a.cosine, a.sine
     ahead = front * p.a_along
@@ -178,7 +178,7 @@ def solve_arms(links: Links, position: Array, rotation: Array) -> Array:
     return result
 
 
-def _straighten(p: Plane, front: Signs, a: Arm, r: Array, b: Array, t: Array) -> None:
+def _straighten(p: Plane, front: Signs, a: ElbowSolution, r: Array, b: Array, t: Array) -> None:
     """Where the wrist is straight (or folded back), sets T so that R and T together give the orientation."""
     i = np.flatnonzero((b < STRAIGHT_WRIST) | (b > math.pi - STRAIGHT_WRIST))
     f = np.broadcast_to(np.asarray(front), b.shape)[i]

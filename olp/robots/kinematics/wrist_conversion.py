@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.robots.kinematics.chain import as_joints, forward, geometry_of, sweep
-from olp.robots.kinematics.choosing import closest
 from olp.robots.kinematics.configuration import within_limits
-from olp.robots.kinematics.inverse import branches
+from olp.robots.kinematics.inverse import branches, closest
 from olp.robots.kinematics.numeric import solve_from
 from olp.robots.kinematics.offset_wrist import offset_wrist_of, solutions
 from olp.robots.model import Robot

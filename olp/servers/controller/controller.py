@@ -19,7 +19,7 @@ from olp.robots.controller_effects import effects_of
 from olp.robots.coordinate_systems import Tool
 from olp.robots.geometry import Pose
 from olp.robots.kinematics import forward, with_tool, within_limits
-from olp.servers.controller.queue import Go, Item, Known, Queue, Stay, stops
+from olp.servers.controller.queue import CertainMotion, Go, Item, Queue, Stay, stops
 from olp.servers.controller.step import State, Step, certain_steps, is_over
 from olp.servers.controller.target import Target, reach
 from olp.timing.motion import load_model
@@ -135,7 +135,7 @@ class Controller:
     def _stand(self, joints: Floats) -> None:
         self._queue = Queue(self.robot, *self._options, joints, self._tools)
         self._base, self._number = 0.0, 0  # [s] the queue's times count from the base
-        self._known: Known | None = None
+        self._known: CertainMotion | None = None
         self._ready: deque[Step] = deque()
         self._last = Step(0.0, 0.0, State.IDLE, joints.copy(), Pose.identity(), 0.0, 0)
         self._tell_pose()

@@ -57,7 +57,7 @@ class Stay(NamedTuple):
 Item = Go | Stay
 
 
-class Known(NamedTuple):
+class CertainMotion(NamedTuple):
     """What is certain. Times [s] count from the start of the queue."""
 
     timing: Timing | None  # None: nothing moves
@@ -94,11 +94,11 @@ class Queue:
                 self.origin = item.goals[-1]
         del self.items[:count]
 
-    def known(self) -> Known:
+    def known(self) -> CertainMotion:
         """Times what can be timed. Raises OlpError where a move cannot."""
         items = self.items
         if not items:
-            return Known(None, 0.0, True, np.zeros(0))
+            return CertainMotion(None, 0.0, True, np.zeros(0))
         plan, steps = self._plan(items)
         shapeless = not self.closed and isinstance(items[-1], Go) and items[-1].target.path is Path.SPLINE
         if shapeless:
@@ -111,8 +111,8 @@ class Queue:
             raise OlpError(*problems)
         ends = timing.end_s[np.array(steps) - 1]
         if self.closed or stops(items[-1]):
-            return Known(timing, timing.total_s, True, ends)
-        return Known(timing, self._certain(plan, timing, int(shapeless)), False, ends)
+            return CertainMotion(timing, timing.total_s, True, ends)
+        return CertainMotion(timing, self._certain(plan, timing, int(shapeless)), False, ends)
 
     def _certain(self, plan: Plan, timing: Timing, unknown: int) -> float:
         """[s] up to which a softer stop at the end changes nothing; the last move and `unknown` more are not it."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import OlpError, error
 from olp.robots.geometry import Pose, compose
 from olp.runtime.plan import StepKind
-from olp.servers.controller.queue import Known, Queue
+from olp.servers.controller.queue import CertainMotion, Queue
 from olp.timing.timing import Timing
 from olp.timing.track import states, tool_speed
 
@@ -52,13 +52,13 @@ class Step:
     target: int
 
 
-def is_over(known: Known, now: float, cycle: float) -> bool:
+def is_over(known: CertainMotion, now: float, cycle: float) -> bool:
     """Whether the motion has come to its end at `now` [s], counted from the queue's start."""
     return known.rests and known.horizon - now <= _SHARE * cycle
 
 
 def certain_steps(
-    queue: Queue, known: Known, base: float, now: float, cycle: float, frame: Pose
+    queue: Queue, known: CertainMotion, base: float, now: float, cycle: float, frame: Pose
 ) -> list[Step]:
     """The next steps that nothing can change any more, a block at most; `now` [s] is the time of the last one.
 
@@ -84,7 +84,7 @@ def certain_steps(
     return found
 
 
-def _instants(known: Known, now: float, cycle: float) -> Floats:
+def _instants(known: CertainMotion, now: float, cycle: float) -> Floats:
     """The times [s] of the next certain steps; the last step of a motion ends with it, however short it is."""
     left = (known.horizon - now) / cycle
     count = int(min(np.floor(left + _SHARE), _BLOCK))
@@ -96,7 +96,9 @@ def _instants(known: Known, now: float, cycle: float) -> Floats:
     return times
 
 
-def _followed(queue: Queue, known: Known, timing: Timing, times: Floats) -> tuple[Floats, Floats, Floats]:
+def _followed(
+    queue: Queue, known: CertainMotion, timing: Timing, times: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Position (n, 3), rotation (n, 3, 3) and axes (n, k) at `times`."""
     lead = _lead_in(timing, float(times[0]))
     found = states(timing, np.concatenate((lead, times)))
@@ -121,13 +123,15 @@ def _lead_in(timing: Timing, first: float) -> Floats:
     return lead
 
 
-def _under_way(known: Known, times: Floats, cycle: float) -> list[int]:
+def _under_way(known: CertainMotion, times: Floats, cycle: float) -> list[int]:
     index = np.searchsorted(known.ends, times - _SHARE * cycle)
     found: list[int] = np.minimum(index, len(known.ends) - 1).tolist()
     return found
 
 
-def _tell_what_follows(queue: Queue, known: Known, found: list[Step], last: float, cycle: float) -> None:
+def _tell_what_follows(
+    queue: Queue, known: CertainMotion, found: list[Step], last: float, cycle: float
+) -> None:
     """The last step says what it needs; at a stop it stands exactly where its target is."""
     end = found[-1]
     if is_over(known, last, cycle):

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from olp.checks.lint.fix import Edit, fixed, fixes
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.reports.batch import time_program
-from olp.reports.outcome.model import Finding
+from olp.reports.outcome.model import OutcomeFinding
 from olp.servers.language.analysis import Analysis, folder_of
-from olp.servers.language.edits import Action, TextEdit
+from olp.servers.language.document import Action, TextEdit
 
 _MEANT = re.compile(r"did you mean ([\w.$#-]+)\?")
 
@@ -24,7 +24,7 @@ def actions(analysis: Analysis, first: int, last: int) -> list[Action]:
     return found
 
 
-def _fixes(analysis: Analysis, findings: list[Finding]) -> Iterator[Action]:
+def _fixes(analysis: Analysis, findings: list[OutcomeFinding]) -> Iterator[Action]:
     """What mends the findings, each tried before it is offered: olp/checks/lint/fix.py says what it has to hold."""
     program, job = analysis.program, analysis.settings.job
     if program is None or not findings:
@@ -54,7 +54,7 @@ def _meant(analysis: Analysis, first: int, last: int) -> Iterator[Action]:
                 yield Action(f"Write {match[1]}", found.code, (edit,), True)
 
 
-def _excuse(analysis: Analysis, finding: Finding) -> Iterator[Action]:
+def _excuse(analysis: Analysis, finding: OutcomeFinding) -> Iterator[Action]:
     """A comment of its own above the line, where the language has such lines without a number."""
     program = analysis.program
     if program is None or program.vendor not in vendor_names() or not finding.line:

@@ -12,20 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
-from olp.core.memory_limit import Memory, SupersededError, check, remembering
+from olp.core.memory_limit import SupersededError, TextCache, check, remembering
 from olp.core.source import Source
 from olp.ir.program import Program
 from olp.reports.batch import time_plan_of
-from olp.reports.outcome.model import Finding
+from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.interpreter import run
 from olp.runtime.machine import LIMIT
-from olp.servers.language.document import Document
-from olp.servers.language.reading import read_document
-from olp.servers.language.settings import Settings
+from olp.servers.language.document import OpenDocument, read_document
+from olp.servers.language.settings import EditorSettings
 from olp.timing.timing import Timing
 
 
-class Runs(NamedTuple):
+class LineRuns(NamedTuple):
     """Executions of the lines of this file: `line` (r,) sorted, `step` (r,) in order of execution within a line."""
 
     line: NDArray[np.int32]
@@ -42,23 +41,23 @@ class Analysis:
     path: str
     edition: int
     source: Source
-    settings: Settings
+    settings: EditorSettings
     program: Program | None = None
     timing: Timing | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
-    lint: tuple[Finding, ...] = ()
+    lint: tuple[OutcomeFinding, ...] = ()
     linted: bool = False  # the rules have run over this edition
     partial: bool = False  # it goes on behind the steps that were run
 
     @cached_property
-    def runs(self) -> Runs:
+    def runs(self) -> LineRuns:
         """Which steps belong to which line of this file."""
         if self.timing is None:
-            return Runs(np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int64))
+            return LineRuns(np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int64))
         plan = self.timing.plan
         own = np.flatnonzero(plan.source == 0)
         order = own[np.argsort(plan.line[own], kind="stable")]
-        return Runs(plan.line[order], order)
+        return LineRuns(plan.line[order], order)
 
     def steps(self, line: int) -> list[int]:
         """The executions of a line of this file, in order."""
@@ -86,10 +85,10 @@ class Analysis:
 
 
 def analyse(
-    document: Document,
-    settings: Settings,
+    document: OpenDocument,
+    settings: EditorSettings,
     wanted: Callable[[], bool] = lambda: True,
-    memory: Memory | None = None,
+    memory: TextCache | None = None,
     whole: bool = True,
 ) -> Analysis:
     """Reads, runs and times the text. Never raises for a bad program, nor for a mistake in olp: that is a finding.
@@ -104,7 +103,7 @@ def analyse(
     some = max(_SOME_STEPS, len(source.lines) + _STEPS_MORE)
     most = _MOST_STEPS if whole else min(_MOST_STEPS, some)
     try:
-        with remembering(Memory() if memory is None else memory, wanted):
+        with remembering(TextCache() if memory is None else memory, wanted):
             program = read_document(source, document.language)
             check()
             timing = _timed(program, settings, most)
@@ -127,7 +126,7 @@ _MOST_STEPS = 200_000
 _SOME_STEPS, _STEPS_MORE = 2000, 250  # in any program; more than it has lines
 
 
-def _timed(program: Program, settings: Settings, most: int) -> Timing:
+def _timed(program: Program, settings: EditorSettings, most: int) -> Timing:
     job = settings.job
     plan = run(program, robot=job.robot, folder=folder_of(program.path), max_steps=most)
     check()

@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from olp.languages.tokens import Kind
+from olp.languages.tokens import TokenKind
 from olp.languages.vendor import find_vendor
 from olp.runtime.folder import files_by_name_record, files_by_stem
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.names import words_of
-from olp.servers.language.reading import vendor_of
-from olp.servers.language.symbols import names
+from olp.servers.language.document import vendor_of
+from olp.servers.language.symbols import names, words_of
 
 _MOST = 500  # names of a kind: a list of 10,000 points helps nobody
 _TOKEN = re.compile(r"[^\s,;(){}=\[]*$")
@@ -24,7 +23,7 @@ class Proposal(NamedTuple):
 
     text: str
     column: int
-    kind: Kind | None
+    kind: TokenKind | None
     detail: str = ""
 
 
@@ -47,7 +46,7 @@ def completion(analysis: Analysis, line: str, number: int, column: int) -> list[
 def _names(analysis: Analysis, number: int, start: int) -> Iterator[Proposal]:
     """Each name of the text once, spelt as where it comes into being, else as where it stands first."""
     spelt: dict[tuple[str, str], Proposal] = {}
-    counts: dict[Kind, int] = {}
+    counts: dict[TokenKind, int] = {}
     for name in sorted(names(analysis), key=lambda one: not one.defines):
         key = (name.scope, name.key)
         if key in spelt or name.line == number or counts.get(name.kind, 0) >= _MOST:
@@ -72,4 +71,4 @@ def _jobs(analysis: Analysis, vendor: str, before: str, start: int, typed: str) 
     files = files_by_stem(path.parent, path.suffix)
     heads = files_by_name_record(path.parent, path.suffix) if mark else {}
     for name in sorted({*files, *heads} - {path.stem.upper()}):
-        yield Proposal(f"{mark}{name}", start, Kind.ROUTINE, f"{name} in this folder")
+        yield Proposal(f"{mark}{name}", start, TokenKind.ROUTINE, f"{name} in this folder")

@@ -7,6 +7,9 @@ from itertools import chain
 from typing import NamedTuple
 
 from olp.core.source import Source
+from olp.ir.program import Program
+from olp.languages.read import read_source
+from olp.languages.vendor import find_vendor, recognise, vendor_names
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 
@@ -18,7 +21,7 @@ class Place(NamedTuple):
     column: int
 
 
-class Change(NamedTuple):
+class TextChange(NamedTuple):
     """The text from `start` to `stop` is replaced by `text`."""
 
     start: Place
@@ -40,7 +43,7 @@ class Splice(NamedTuple):
         return line + self.added - self.removed if line >= self.first + self.removed else None
 
 
-class Document:
+class OpenDocument:
     """The text of the file `path`, which need not exist. `language`: as the editor calls it. `version`: its count.
 
     `edition` counts the changes of this object, whatever the editor counts.
@@ -86,7 +89,7 @@ class Document:
         self._lines, self._ends = _split(text)
         self._changed(Splice(1, before, len(self._lines)))
 
-    def change(self, change: Change) -> None:
+    def change(self, change: TextChange) -> None:
         """One edit; places outside of the text mean its nearest place."""
         start, stop = sorted((self.clamped(change.start), self.clamped(change.stop)))
         first, last = start.line - 1, stop.line - 1
@@ -129,3 +132,46 @@ def _split(text: str) -> tuple[list[str], list[str]]:
         lines.pop()
         ends.pop()
     return lines, ends
+
+
+# --- Edits ---
+# Changes of a text that an editor is offered.
+
+
+class TextEdit(NamedTuple):
+    """The text from (line, column) to (end_line, end_column) becomes `text`."""
+
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    text: str
+
+
+class Action(NamedTuple):
+    """A quick fix: `code` of the finding it is for; `preferred` where it is what most people want."""
+
+    title: str
+    code: str
+    edits: tuple[TextEdit, ...]
+    preferred: bool = False
+
+
+# --- Reading ---
+# The program in a text of an editor: the language is what the editor says, else what the file looks like.
+
+
+def vendor_of(source: Source, language: str) -> str | None:
+    """The vendor's name: by the file's suffix, else as the editor says, else by the text. None: nobody knows it."""
+    said, known = language.casefold(), vendor_names()
+    said = next((name for name in known if said in find_vendor(name).editor_names), said)
+    by_suffix = [name for name in known if source.path.lower().endswith(find_vendor(name).suffixes)]
+    if said in known and (not by_suffix or said in by_suffix):
+        return said
+    found = recognise(source)
+    return found.name if found is not None else None
+
+
+def read_document(source: Source, language: str) -> Program:
+    """The program. Raises OlpError (P002) where nobody knows its language."""
+    return read_source(source, vendor=vendor_of(source, language))

@@ -7,10 +7,10 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Severity
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 from olp.servers.language.analysis import Analysis
 from olp.servers.language.document import Splice
-from olp.timing.assumed import assumed
+from olp.timing.result import assumed
 
 
 class Weight(StrEnum):
@@ -22,7 +22,7 @@ class Weight(StrEnum):
     HINT = "hint"
 
 
-class Mark(NamedTuple):
+class FindingMark(NamedTuple):
     """A finding from column `column` to `end_column` (0: the line's end) of a line; line 0: of the whole file."""
 
     file: str
@@ -44,7 +44,7 @@ _WEIGHTS = {
 }
 
 
-def marks(analysis: Analysis) -> list[Mark]:
+def marks(analysis: Analysis) -> list[FindingMark]:
     """Everything that is told of the text, of this file and of the files it needs."""
     told = [*map(_of_diagnostic, analysis.diagnostics), *_assumed(analysis)]
     known = {(mark.file, mark.line, mark.message) for mark in told}
@@ -52,12 +52,12 @@ def marks(analysis: Analysis) -> list[Mark]:
     return [*told, *(mark for mark in lint if (mark.file, mark.line, mark.message) not in known)]
 
 
-def moved(found: Iterable[Finding], splices: Iterable[Splice]) -> tuple[Finding, ...]:
+def moved(found: Iterable[OutcomeFinding], splices: Iterable[Splice]) -> tuple[OutcomeFinding, ...]:
     """Findings of a text as they stand after edits; those of edited lines are gone."""
     return tuple(_moved(found, tuple(splices)))
 
 
-def _moved(found: Iterable[Finding], splices: tuple[Splice, ...]) -> Iterator[Finding]:
+def _moved(found: Iterable[OutcomeFinding], splices: tuple[Splice, ...]) -> Iterator[OutcomeFinding]:
     from dataclasses import replace
 
     for one in found:
@@ -68,8 +68,8 @@ def _moved(found: Iterable[Finding], splices: tuple[Splice, ...]) -> Iterator[Fi
             yield one if line == one.line else replace(one, line=line, fixes=())
 
 
-def _of_diagnostic(found: Diagnostic) -> Mark:
-    return Mark(
+def _of_diagnostic(found: Diagnostic) -> FindingMark:
+    return FindingMark(
         found.file,
         found.line,
         found.column,
@@ -80,9 +80,9 @@ def _of_diagnostic(found: Diagnostic) -> Mark:
     )
 
 
-def of_finding(found: Finding) -> Mark:
+def of_finding(found: OutcomeFinding) -> FindingMark:
     """A finding of a rule as a mark."""
-    return Mark(
+    return FindingMark(
         found.file,
         found.line,
         found.column,
@@ -93,7 +93,7 @@ def of_finding(found: Finding) -> Mark:
     )
 
 
-def _assumed(analysis: Analysis) -> Iterator[Mark]:
+def _assumed(analysis: Analysis) -> Iterator[FindingMark]:
     """What was taken for granted, as quiet as an editor can be."""
     for found in () if analysis.timing is None else assumed(analysis.timing):
         yield _of_diagnostic(found.at(analysis.path))._replace(weight=Weight.HINT)

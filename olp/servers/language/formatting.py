@@ -14,7 +14,7 @@ from olp.languages.layout import Layout
 from olp.languages.read import read_source
 from olp.languages.vendor import part_of
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.edits import TextEdit
+from olp.servers.language.document import TextEdit
 
 
 def formatting(analysis: Analysis, first: int = 1, last: int = 1 << 30, indent: str = "  ") -> list[TextEdit]:

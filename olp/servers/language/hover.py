@@ -12,17 +12,16 @@ from olp.core.units import deg, mm
 from olp.robots.geometry import angles_from_rotation, rotation_from_quaternion
 from olp.runtime.plan import StepKind
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.names import Name
-from olp.servers.language.symbols import definitions, name_at, names
+from olp.servers.language.symbols import PlacedName, definitions, name_at, names
 
 if TYPE_CHECKING:
-    from olp.servers.language.service import Service
+    from olp.servers.language.service import ProgramService
     from olp.timing.timing import Timing
 
 _MOST = 5  # executions that are told one by one
 
 
-def hover(service: Service, analysis: Analysis, line: int, column: int) -> str:
+def hover(service: ProgramService, analysis: Analysis, line: int, column: int) -> str:
     """Markdown for a place; empty where there is nothing to say."""
     parts = [*_line(analysis, line)]
     asked = name_at(names(analysis), line, column)
@@ -100,7 +99,9 @@ def _pose(timing: Timing, step: int) -> Iterator[str]:
         yield f"axes {shown}"
 
 
-def _name(service: Service, analysis: Analysis, asked: Name, line: int, column: int) -> Iterator[str]:
+def _name(
+    service: ProgramService, analysis: Analysis, asked: PlacedName, line: int, column: int
+) -> Iterator[str]:
     """The line where the name comes into being."""
     for found in definitions(service, analysis, line, column)[:1]:
         if found.line == asked.line and found.file == asked.file:
@@ -109,7 +110,7 @@ def _name(service: Service, analysis: Analysis, asked: Name, line: int, column: 
         yield f"{asked.kind} of {where}: `{_text(service, analysis, found)}`"
 
 
-def _text(service: Service, analysis: Analysis, name: Name) -> str:
+def _text(service: ProgramService, analysis: Analysis, name: PlacedName) -> str:
     from olp.core.source import load
 
     if name.file == analysis.path:

@@ -10,29 +10,29 @@ from olp.core.diagnostic import OlpError
 from olp.servers.language.analysis import Analysis, mistake
 
 if TYPE_CHECKING:
-    from olp.reports.outcome.model import Finding
-    from olp.servers.language.service import Service
+    from olp.reports.outcome.model import OutcomeFinding
+    from olp.servers.language.service import ProgramService
 
 
-def rule_runs(service: Service) -> Iterator[str]:
+def rule_runs(service: ProgramService) -> Iterator[str]:
     """Runs every rule over every open text: the path of one whose findings are complete, "" after each step before."""
     for path in list(service.analyses):
         yield from _over(service, path)
 
 
-def _over(service: Service, path: str) -> Iterator[str]:
-    from olp.checks.lint.case import Case
+def _over(service: ProgramService, path: str) -> Iterator[str]:
+    from olp.checks.lint.case import LintCase
     from olp.checks.lint.run import is_excused
-    from olp.checks.lint.settings import Choice, rules_for
+    from olp.checks.lint.settings import RuleChoice, rules_for
     from olp.reports.outcome.model import of_diagnostic
 
     analysis = service.analyses.get(path)
     if analysis is None or analysis.program is None or analysis.timing is None or analysis.linted:
         return
-    case = Case(analysis.program, analysis.timing)
-    found: list[Finding] = []
+    case = LintCase(analysis.program, analysis.timing)
+    found: list[OutcomeFinding] = []
     try:
-        rules = rules_for(path, Choice())
+        rules = rules_for(path, RuleChoice())
     except OlpError as problem:
         rules, found = [], [of_diagnostic(d, path) for d in problem.diagnostics]
     for rule in rules:
@@ -47,7 +47,7 @@ def _over(service: Service, path: str) -> Iterator[str]:
         yield path
 
 
-def complete(service: Service, path: str) -> Analysis | None:
+def complete(service: ProgramService, path: str) -> Analysis | None:
     """What is known of the newest text, rules included: for whoever cannot wait for the next pause."""
     if service.current(path) is None:
         return None

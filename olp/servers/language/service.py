@@ -6,35 +6,35 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from olp.core import open_buffers
-from olp.core.memory_limit import Memory
+from olp.core import source
+from olp.core.memory_limit import TextCache
 from olp.servers.language.analysis import Analysis, analyse
-from olp.servers.language.document import Change, Document
+from olp.servers.language.document import OpenDocument, TextChange
 from olp.servers.language.findings import moved
-from olp.servers.language.settings import Settings
+from olp.servers.language.settings import EditorSettings
 
 
-class Service:
+class ProgramService:
     """`documents` and `analyses` by path; an analysis may be of an earlier edition: see `is_current`."""
 
     def __init__(self) -> None:
-        self.settings = Settings()
-        self.documents: dict[str, Document] = {}
+        self.settings = EditorSettings()
+        self.documents: dict[str, OpenDocument] = {}
         self.analyses: dict[str, Analysis] = {}
-        self._memories: dict[str, Memory] = {}
+        self._memories: dict[str, TextCache] = {}
 
     # --- texts ------------------------------------------------------------------------------------------
 
-    def open(self, path: str, text: str, language: str = "", version: int = 0) -> Document:
+    def open(self, path: str, text: str, language: str = "", version: int = 0) -> OpenDocument:
         """From now on the text of `path` is the editor's."""
-        document = Document(path, text, language, version)
+        document = OpenDocument(path, text, language, version)
         self.documents[path] = document
-        self._memories[path] = Memory()
+        self._memories[path] = TextCache()
         self.analyses.pop(path, None)
         self._overlay(document)
         return document
 
-    def change(self, path: str, changes: list[Change | str], version: int) -> bool:
+    def change(self, path: str, changes: list[TextChange | str], version: int) -> bool:
         """Edits in their order; a text alone replaces all. False where no such text is open."""
         document = self.documents.get(path)
         if document is None:
@@ -49,14 +49,14 @@ class Service:
 
     def close(self, path: str) -> bool:
         """The file on the disk counts again. False where no such text is open."""
-        open_buffers.drop(path)
+        source.drop(path)
         self.analyses.pop(path, None)
         self._memories.pop(path, None)
         return self.documents.pop(path, None) is not None
 
     # --- what is known of them --------------------------------------------------------------------------
 
-    def configure(self, settings: Settings) -> None:
+    def configure(self, settings: EditorSettings) -> None:
         """Everything is timed anew."""
         self.settings = settings
         self.forget()
@@ -103,6 +103,6 @@ class Service:
             and (path in analysis.needs or (Path(other).parent == folder and analysis.misses))
         ]
 
-    def _overlay(self, document: Document) -> None:
+    def _overlay(self, document: OpenDocument) -> None:
         if Path(document.path).is_absolute():
-            open_buffers.put(document.path, document.raw)
+            source.put(document.path, document.raw)

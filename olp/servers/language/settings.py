@@ -16,19 +16,19 @@ _TEXTS = ("robot", "signature", "model")
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class EditorSettings:
     """`job`: how programs are timed. `diagnostics`: what of the settings cannot be used, and is left out."""
 
     job: Job = Job()  # noqa: RUF009, a frozen one
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def settings_of(given: object) -> Settings:
+def settings_of(given: object) -> EditorSettings:
     """From `{"robot": …, "signature": …, "override": …, "model": …}`, or that under the key `olp`; override in %."""
     if isinstance(given, Mapping) and isinstance(given.get("olp"), Mapping):
         given = given["olp"]
     if not isinstance(given, Mapping):
-        return Settings()
+        return EditorSettings()
     problems: list[Diagnostic] = []
     values: dict[str, Any] = {}
     for name in _TEXTS:
@@ -42,7 +42,7 @@ def settings_of(given: object) -> Settings:
         values["override"] = override / 100.0
     elif override not in (None, 0, ""):
         problems.append(_wrong("override", override, "olp.override is a number of % above zero"))
-    return Settings(Job(**values), tuple(problems))
+    return EditorSettings(Job(**values), tuple(problems))
 
 
 def _wrong(name: str, value: object, says: str) -> Diagnostic:

@@ -9,7 +9,7 @@ from urllib.parse import unquote, urlsplit
 from lsprotocol import types
 from pygls.uris import from_fs_path, to_fs_path
 
-from olp.servers.language.document import Change, Document, Place
+from olp.servers.language.document import OpenDocument, Place, TextChange
 
 Line = Callable[[int], str]  # the text of a line, counted from 1
 Json = dict[str, Any]
@@ -56,11 +56,13 @@ class Places:
             "end": self.position(line, number, max(stop, column)),
         }
 
-    def change(self, document: Document, change: types.TextDocumentContentChangeEvent) -> Change | str:
+    def change(
+        self, document: OpenDocument, change: types.TextDocumentContentChangeEvent
+    ) -> TextChange | str:
         if isinstance(change, types.TextDocumentContentChangeWholeDocument):
             return change.text
         start = self.place(document.line, change.range.start)
-        return Change(start, self.place(document.line, change.range.end), change.text)
+        return TextChange(start, self.place(document.line, change.range.end), change.text)
 
 
 def _utf8(character: str) -> int:

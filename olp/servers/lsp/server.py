@@ -7,6 +7,8 @@ import gc
 import logging
 import os
 import sys
+import time
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from importlib import import_module
 from pkgutil import iter_modules
@@ -14,32 +16,34 @@ from threading import Event, Thread
 from typing import Any, BinaryIO
 
 from lsprotocol import types
+from pygls.exceptions import JsonRpcException, JsonRpcInternalError
 from pygls.io_ import StdoutWriter, run_async
 from pygls.lsp.server import LanguageServer
-from pygls.protocol import default_converter
+from pygls.protocol import LanguageServerProtocol, default_converter, lsp_method
 
+from olp.core.memory_limit import SupersededError
 from olp.core.version import __version__
-from olp.servers.language.service import Service
+from olp.servers.language.analysis import Analysis
+from olp.servers.language.findings import FindingMark, Weight, marks
+from olp.servers.language.rules import rule_runs
+from olp.servers.language.service import ProgramService
 from olp.servers.language.settings import settings_of
-from olp.servers.lsp.places import Places
-from olp.servers.lsp.protocol import Protocol
-from olp.servers.lsp.scheduler import Work
-from olp.servers.lsp.texts import Texts
+from olp.servers.lsp.places import Json, Places, path_of, uri_of
 
 _CHANGE = b'"textDocument/didChange"'
 
 
-class Server(LanguageServer):
+class OlpLanguageServer(LanguageServer):
     """`arrived`: how many changes have come in, handled or not."""
 
     protocol: Protocol
 
     def __init__(self) -> None:
         super().__init__("olp", __version__, protocol_cls=Protocol, converter_factory=default_converter)
-        self.service = Service()
+        self.service = ProgramService()
         self.places = Places()
         self.texts = Texts(self)
-        self.work = Work(self)
+        self.work = Scheduler(self)
         self.arrived = 0
         for module in iter_modules(import_module("olp.servers.lsp.features").__path__):
             import_module(f"olp.servers.lsp.features.{module.name}").register(self, self.service)
@@ -101,7 +105,332 @@ def start() -> None:
     logging.getLogger("pygls").setLevel(logging.CRITICAL)  # its log holds whole texts, and tracebacks
     outgoing = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nothing else may speak there
-    server = Server()
+    server = OlpLanguageServer()
     gc.disable()
     gc.freeze()
     server.serve(sys.stdin.buffer, outgoing)
+
+
+# --- Protocol ---
+# The protocol of pygls, changed: texts are kept once, long answers are sent as they are, no traceback leaves.
+#
+# pygls keeps texts of its own and converts every answer field by field; with 20,000 lines both take longer than the
+# answer itself.
+
+logger = logging.getLogger(__name__)
+
+
+class Raw:
+    """An answer that is JSON already."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
+class Protocol(LanguageServerProtocol):
+    _server: OlpLanguageServer
+
+    @lsp_method(types.TEXT_DOCUMENT_DID_OPEN)
+    def lsp_text_document__did_open(self, params: types.DidOpenTextDocumentParams) -> None:
+        self._server.texts.opened(params.text_document)
+
+    @lsp_method(types.TEXT_DOCUMENT_DID_CHANGE)
+    def lsp_text_document__did_change(self, params: types.DidChangeTextDocumentParams) -> None:
+        self._server.texts.changed(params)
+
+    @lsp_method(types.TEXT_DOCUMENT_DID_CLOSE)
+    def lsp_text_document__did_close(self, params: types.DidCloseTextDocumentParams) -> None:
+        self._server.texts.closed(params.text_document.uri)
+
+    def tell(self, method: str, params: Any) -> None:
+        """A notification whose parameters are JSON already."""
+        self._send_data({"jsonrpc": "2.0", "method": method, "params": params})
+
+    def plain(self, thing: Any) -> Any:
+        """A type of the protocol as JSON."""
+        return self._converter.unstructure(thing)
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as problem:
+            # Nobody else would answer a question that cannot be understood.
+            if "method" in data and isinstance(data.get("id"), (int, str)):
+                self._send_response(data["id"], error=problem.to_response_error())
+            raise
+
+    def _send_response(
+        self, msg_id: str | int, result: Any = None, error: types.ResponseError | None = None
+    ) -> None:
+        if error is not None:
+            self._send_data({"jsonrpc": "2.0", "id": msg_id, "error": _without_traceback(error)})
+        elif isinstance(result, Raw):
+            self._result_types.pop(msg_id, None)
+            self._send_data({"jsonrpc": "2.0", "id": msg_id, "result": result.value})
+        else:
+            super()._send_response(msg_id, result, error)
+
+
+def _without_traceback(error: types.ResponseError) -> dict[str, Any]:
+    message = error.message
+    if error.code == JsonRpcInternalError.CODE:
+        message = f"{message.partition(chr(10))[0]} (a mistake in olp)"
+    return {"code": int(error.code), "message": message}
+
+
+# --- Texts ---
+# What the client says of its texts, handed to the service.
+
+
+class Texts:
+    """`uris`: path -> URI as the client writes it, of every open text."""
+
+    def __init__(self, server: OlpLanguageServer) -> None:
+        self._server = server
+        self.uris: dict[str, str] = {}
+
+    def opened(self, item: types.TextDocumentItem) -> None:
+        path = path_of(item.uri)
+        self.uris[path] = item.uri
+        self._server.service.open(path, item.text, item.language_id, item.version)
+        self._server.work.changed(path)
+
+    def changed(self, params: types.DidChangeTextDocumentParams) -> None:
+        path = path_of(params.text_document.uri)
+        document = self._server.service.documents.get(path)
+        if document is None:
+            return
+        for change in params.content_changes:
+            # Places count in the text as the changes before have left it.
+            edit = self._server.places.change(document, change)
+            self._server.service.change(path, [edit], params.text_document.version)
+        self._server.work.changed(path)
+
+    def closed(self, uri: str) -> None:
+        path = path_of(uri)
+        if self._server.service.close(path):
+            self._server.work.closed(path)
+        self.uris.pop(path, None)
+
+
+# --- Scheduler ---
+# When what is computed: the newest text first, the rules when nobody types, nothing twice.
+#
+# Messages that have arrived are all handled before anything is computed, because the reader hands them over without a
+# pause. So of many keystrokes only the last one is computed, and one that arrives meanwhile ends the computation.
+
+_PATIENCE = 1.0  # [s] without an answer; then no keystroke ends a computation any more
+_IDLE = 0.25  # [s] without a message, before the rules run
+_TIDY = 3.0  # [s], before garbage is looked for
+
+
+class Scheduler:
+    """`arrived`: counts the changes that the reader has seen, handled or not."""
+
+    def __init__(self, server: OlpLanguageServer) -> None:
+        self._server = server
+        self._publisher = Publisher(server)
+        self._dirty: dict[str, None] = {}
+        self._waiting: dict[str, list[asyncio.Future[None]]] = {}
+        self._scheduled = False
+        self._idle: asyncio.TimerHandle | None = None
+        self._answered = time.monotonic()
+
+    def changed(self, path: str) -> None:
+        """The text of `path` is another one: it comes first, then those that need it."""
+        self._concern(path)
+        self._dirty.pop(path, None)
+        self._dirty[path] = None
+        self._soon()
+
+    def _concern(self, path: str) -> None:
+        """Other texts that the change of `path` may have made out of date."""
+        service = self._server.service
+        for other in service.dependents(path):
+            service.forget(other)
+            self._dirty.setdefault(other)
+
+    def refresh(self) -> None:
+        """Nothing that is known holds any more: settings or files of the disk have changed."""
+        self._server.service.forget()
+        for path in self._server.service.documents:
+            self._dirty.setdefault(path)
+        self._soon()
+
+    def closed(self, path: str) -> None:
+        self._dirty.pop(path, None)
+        self._release(path)
+        self._publisher.forget(path)
+        self._concern(path)
+        self._soon()
+
+    async def current(self, uri: str) -> Analysis | None:
+        """What is known of the newest text, None where none is open."""
+        from olp.servers.lsp.places import path_of
+
+        path, service = path_of(uri), self._server.service
+        while path in service.documents and not service.is_current(path):
+            waiting: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+            self._waiting.setdefault(path, []).append(waiting)
+            self._dirty.setdefault(path)
+            self._soon()
+            await waiting
+        return service.analyses.get(path)
+
+    async def complete(self, uri: str) -> Analysis | None:
+        """The same with what the rules find, for whoever cannot wait until nobody types."""
+        from olp.servers.language.rules import complete
+        from olp.servers.lsp.places import path_of
+
+        if await self.current(uri) is None:
+            return None
+        return complete(self._server.service, path_of(uri))
+
+    # --- one thing after the other ----------------------------------------------------------------------
+
+    def _soon(self) -> None:
+        if self._idle is not None:
+            self._idle.cancel()
+            self._idle = None
+        if not self._scheduled and self._dirty:
+            self._scheduled = True
+            asyncio.get_running_loop().call_soon(self._next)
+
+    def _next(self) -> None:
+        """The text that was changed last."""
+        self._scheduled = False
+        if self._dirty:
+            path, _ = self._dirty.popitem()
+            self._compute(path)
+        if self._dirty:
+            self._soon()
+        else:
+            self._later(_IDLE, self._rules)
+
+    def _compute(self, path: str) -> None:
+        before = self._server.service.analyses.get(path)
+        handled = self._server.arrived
+        patient = time.monotonic() - self._answered < _PATIENCE
+
+        def wanted() -> bool:
+            return not patient or self._server.arrived == handled
+
+        try:
+            analysis = self._server.service.current(path, wanted, whole=False)
+        except SupersededError:
+            self._dirty[path] = None
+            return
+        self._answered = time.monotonic()
+        self._release(path)
+        if analysis is not None:
+            self._publisher.publish(path, marks(analysis))
+            if before is not None and before.edition == -1:
+                self._server.ask_again()
+
+    def _release(self, path: str) -> None:
+        for waiting in self._waiting.pop(path, ()):
+            if not waiting.done():
+                waiting.set_result(None)
+
+    # --- when nobody types ------------------------------------------------------------------------------
+
+    def _later(self, seconds: float, what: Callable[[], None]) -> None:
+        self._idle = asyncio.get_running_loop().call_later(seconds, what)
+
+    def _rules(self) -> None:
+        """Programs that go on and on to their end, then the rules of lint over all texts, until one changes."""
+        self._idle = None
+        if self._complete():
+            self._step(rule_runs(self._server.service))
+
+    def _complete(self) -> bool:
+        """False where a keystroke has come meanwhile."""
+        service, seen = self._server.service, self._server.arrived
+        for path in [path for path, analysis in service.analyses.items() if analysis.partial]:
+            try:
+                analysis = service.current(path, lambda: self._server.arrived == seen)
+            except SupersededError:
+                return False
+            if analysis is not None:
+                self._publisher.publish(path, marks(analysis))
+                self._server.ask_again()
+        return True
+
+    def _step(self, runs: Iterator[str]) -> None:
+        self._idle = None
+        path = next(runs, None)
+        if path is None:
+            self._later(_TIDY, self._tidy)
+            return
+        if path and path in self._server.service.analyses:
+            self._publisher.publish(path, marks(self._server.service.analyses[path]))
+        self._later(0.0, lambda: self._step(runs))
+
+    def _tidy(self) -> None:
+        """Looks for garbage while nobody waits; the collector never runs by itself."""
+        self._idle = None
+        gc.collect()
+        gc.freeze()
+
+
+# --- Publishing ---
+# Marks sent to the client: per file, what every open text tells of it.
+
+_SEVERITIES = {Weight.ERROR: 1, Weight.WARNING: 2, Weight.INFO: 3, Weight.HINT: 4}
+
+
+class Publisher:
+    """`_told`: file -> owner (the text whose analysis tells it) -> its marks, as sent last."""
+
+    def __init__(self, server: OlpLanguageServer) -> None:
+        self._server = server
+        self._told: dict[str, dict[str, list[FindingMark]]] = {}
+
+    def publish(self, owner: str, found: list[FindingMark]) -> None:
+        """What the text `owner` tells now, in place of what it told before."""
+        files: dict[str, list[FindingMark]] = {owner: []}
+        for mark in found:
+            files.setdefault(mark.file or owner, []).append(mark)
+        for file, tellers in self._told.items():
+            if owner in tellers:
+                files.setdefault(file, [])
+        for file, told in files.items():
+            self._put(file, owner, told)
+
+    def forget(self, owner: str) -> None:
+        """The text is closed: it tells nothing any more."""
+        for file in [file for file, tellers in self._told.items() if owner in tellers]:
+            self._put(file, owner, [])
+
+    def _put(self, file: str, owner: str, told: list[FindingMark]) -> None:
+        tellers = self._told.setdefault(file, {})
+        tellers.pop(owner, None)
+        if told:
+            tellers[owner] = told
+        if not tellers:
+            del self._told[file]
+        document = self._server.service.documents.get(file)
+        marks = dict.fromkeys(mark for found in tellers.values() for mark in found)
+        params: Json = {
+            "uri": self._server.texts.uris.get(file) or uri_of(file),
+            "diagnostics": [self._json(mark) for mark in marks],
+        }
+        if document is not None and file == owner:
+            params["version"] = document.version
+        self._server.protocol.tell(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS, params)
+
+    def _json(self, mark: FindingMark) -> Json:
+        document = self._server.service.documents.get(mark.file)
+        if document is not None:
+            where = self._server.places.range(
+                document.line, max(mark.line, 1), mark.column, mark.end_column if mark.line else 0
+            )
+        else:
+            where = self._server.places.range(lambda _: "", max(mark.line, 1))
+        return {
+            "range": where,
+            "severity": _SEVERITIES[mark.weight],
+            "code": mark.code,
+            "source": "olp",
+            "message": mark.message,
+        }

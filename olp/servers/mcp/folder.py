@@ -9,11 +9,32 @@ import os
 import re
 import stat
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import NamedTuple
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
-from olp.servers.mcp.limits import Limits
+
+# --- Limits ---
+# How much one call may read, compute and say.
+
+
+@dataclass(frozen=True, slots=True)
+class ServerLimits:
+    """The defaults hold a cell of a few hundred jobs; a call beyond them is refused, never answered in part unsaid."""
+
+    seconds: float = 60.0  # [s] of the clock, then the worker is ended
+    memory: int = 4_000_000_000  # [bytes] of address space of the worker
+    file: int = 8_000_000  # [bytes] of one file that is read
+    files: int = 500  # programs of one call
+    answer: int = 200_000  # characters of one answer
+
+    def as_json(self) -> dict[str, float]:
+        """For the worker's request."""
+        return asdict(self)
+
+
+# --- Folder ---
 
 _HELP = "name it by its path below the folder that olp mcp was started with, such as cells/MAIN.JBI"
 _LONGEST = 1024  # characters of a path
@@ -25,7 +46,7 @@ class Folder(NamedTuple):
     """`root`: an existing folder, absolute, without links. It is the worker's current folder as well."""
 
     root: Path
-    limits: Limits = Limits()
+    limits: ServerLimits = ServerLimits()
 
     def inside(self, text: str) -> str:
         """`text` as a path below the root, as the command line takes it. Raises OlpError (Z001, Z002)."""

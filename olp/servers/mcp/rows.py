@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from olp.servers.mcp.tool import Answer
+from olp.servers.mcp.tool import ToolAnswer
 
 
-class Row(BaseModel):
+class AnswerRow(BaseModel):
     """May grow."""
 
     model_config = ConfigDict(extra="allow")
 
 
-class Told(Row):
+class DiagnosticRow(AnswerRow):
     """A problem, a warning or a note at a place of a file; line 0 is the file as a whole."""
 
     code: str = Field(description="stable; docs/codes.md explains it")
@@ -25,14 +25,14 @@ class Told(Row):
     help: str = Field(description="what would have worked")
 
 
-class Assumed(Row):
+class Assumed(AnswerRow):
     """What the program does not say and was taken for granted."""
 
     line: int
     says: str
 
 
-class Segment(Row):
+class Segment(AnswerRow):
     """One executed move, wait or signal, in the order of execution; a line in a loop comes several times."""
 
     line: int
@@ -47,7 +47,7 @@ class Segment(Row):
     end_s: float | None = Field(description="since the start of the program")
 
 
-class Program(Row):
+class ProgramRow(AnswerRow):
     """One timed program. low_s to high_s is the interval of the real cycle time, null without a signature."""
 
     file: str
@@ -62,10 +62,10 @@ class Program(Row):
     high_s: float | None
     segments: list[Segment]
     assumptions: list[Assumed]
-    diagnostics: list[Told]
+    diagnostics: list[DiagnosticRow]
 
 
-class Found(Row):
+class Found(AnswerRow):
     """A finding of check, diff or lint."""
 
     code: str = Field(description="stable; docs/codes.md explains it")
@@ -78,7 +78,7 @@ class Found(Row):
     numbers: dict[str, float | str] = Field(description="with their units in the names")
 
 
-class Item(Row):
+class JudgedRow(AnswerRow):
     """One thing that was judged: a budget, a file, a pair of versions."""
 
     name: str
@@ -90,9 +90,9 @@ class Item(Row):
     limit_s: float | None
 
 
-class Judged(Answer):
+class JudgedAnswer(ToolAnswer):
     """What check, diff and lint answer."""
 
     findings: list[Found]
-    items: list[Item]
+    items: list[JudgedRow]
     summary: list[str]

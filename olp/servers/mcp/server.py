@@ -19,12 +19,12 @@ from typing import Any
 import mcp_types as types
 from mcp.server.lowlevel import Server
 from mcp.server.stdio import stdio_server
+from pydantic import ValidationError
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.version import __version__
-from olp.servers.mcp.arguments import check
-from olp.servers.mcp.limits import Limits
-from olp.servers.mcp.tool import Tool, load_tool, tool_names
+from olp.servers.mcp.folder import ServerLimits
+from olp.servers.mcp.tool import AssistantTool, ToolArguments, load_tool, tool_names
 
 log = logging.getLogger("olp.mcp")
 _AT_ONCE = 2  # workers
@@ -35,16 +35,16 @@ program does not say is listed as assumed: tell the user. Robots move by program
 its losses."""
 
 
-class Service:
+class FolderService:
     """One folder, served. `root`: absolute, without links."""
 
-    def __init__(self, root: Path, write: bool = False, limits: Limits | None = None) -> None:
+    def __init__(self, root: Path, write: bool = False, limits: ServerLimits | None = None) -> None:
         self.root = root
         self.write = write
-        self.limits = limits or Limits()
+        self.limits = limits or ServerLimits()
         self.places = asyncio.Semaphore(_AT_ONCE)
 
-    def tools(self) -> list[Tool[Any]]:
+    def tools(self) -> list[AssistantTool[Any]]:
         """Those that may be called here."""
         found = map(load_tool, tool_names())
         return [tool for tool in found if self.write or not tool.writes]
@@ -53,7 +53,7 @@ class Service:
         """For `tools/list`."""
         return types.ListToolsResult(tools=[self.described(tool) for tool in self.tools()])
 
-    def described(self, tool: Tool[Any]) -> types.Tool:
+    def described(self, tool: AssistantTool[Any]) -> types.Tool:
         """A tool as the protocol describes it."""
         name = type(tool).__module__.rpartition(".")[2]
         reads = not tool.writes and not (self.write and "output" in tool.given.model_fields)
@@ -166,7 +166,7 @@ def refusal(diagnostics: tuple[Diagnostic, ...] | list[Diagnostic]) -> types.Cal
     return types.CallToolResult(content=[types.TextContent(type="text", text=text)], is_error=True)
 
 
-async def serve(service: Service) -> None:
+async def serve(service: FolderService) -> None:
     """Until the client hangs up."""
     server: Server[Any] = Server(
         "olp",
@@ -178,3 +178,43 @@ async def serve(service: Service) -> None:
     )
     async with stdio_server() as (reads, writes):
         await server.run(reads, writes, server.create_initialization_options())
+
+
+# --- Arguments ---
+# Checks what an assistant sends, before anything is started for it. Code: Z006 wrong arguments.
+
+_KINDS = {
+    "string_type": "a text",
+    "list_type": "a list",
+    "bool_type": "true or false",
+    "int_type": "a whole number",
+}
+_KINDS |= {"float_type": "a number"}
+
+
+def check(tool: AssistantTool[Any], arguments: dict[str, Any] | None) -> dict[str, Any]:
+    """The arguments with their defaults. Raises OlpError (Z006) with everything that is wrong."""
+    try:
+        return tool.given.model_validate(arguments or {}).model_dump()
+    except ValidationError as refused:
+        found = refused.errors(include_url=False, include_context=False)
+        raise OlpError(*(_problem(one, tool.given) for one in found[:20])) from None
+
+
+def _problem(found: Any, given: type[ToolArguments]) -> Diagnostic:
+    place = ".".join(str(part) for part in found["loc"])[:100]
+    known = given.model_fields
+    if found["type"] == "extra_forbidden":
+        return error("Z006", f"there is no argument {place!r}", help=f"there are: {', '.join(known)}")
+    field = known.get(str(found["loc"][0])) if found["loc"] else None
+    help = f"{found['loc'][0]}: {field.description}" if field is not None else ""
+    if found["type"] == "missing":
+        return error("Z006", f"the argument {place!r} is missing", help=help)
+    wanted = _KINDS.get(found["type"])
+    says = f"must be {wanted}" if wanted else str(found["msg"])[:200]
+    return error("Z006", f"{place}: {says}, not {_shown(found['input'])}", help=help)
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:60]}…"

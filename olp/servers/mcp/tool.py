@@ -13,7 +13,7 @@ from olp.core.registry import file_names, load_from
 from olp.servers.mcp.folder import Folder
 
 
-class Given(BaseModel):
+class ToolArguments(BaseModel):
     """The arguments of a tool. Each has its unit in its name."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
@@ -26,7 +26,7 @@ class Given(BaseModel):
     )
 
 
-class Answer(BaseModel):
+class ToolAnswer(BaseModel):
     """What every tool answers besides its own."""
 
     model_config = ConfigDict(extra="allow")
@@ -48,7 +48,7 @@ class Ran(NamedTuple):
     told: str
 
 
-class Call(Protocol):
+class ToolCall(Protocol):
     """What a tool may use."""
 
     folder: Folder
@@ -59,34 +59,34 @@ class Call(Protocol):
         """Runs `olp WORD…`. Raises OlpError for bad input."""
 
 
-Arguments = TypeVar("Arguments", bound=Given)
+Arguments = TypeVar("Arguments", bound=ToolArguments)
 
 
-class Tool(ABC, Generic[Arguments]):
+class AssistantTool(ABC, Generic[Arguments]):
     """One file of `tools/` has one subclass; the file's name is the tool's."""
 
     title: ClassVar[str]
     description: ClassVar[str]
     writes: ClassVar[bool] = False  # whether it is there with --write only
-    given: ClassVar[type[Given]]
-    answer: ClassVar[type[Answer]]
+    given: ClassVar[type[ToolArguments]]
+    answer: ClassVar[type[ToolAnswer]]
 
     @abstractmethod
-    def ask(self, given: Arguments, call: Call) -> dict[str, Any]:
+    def ask(self, given: Arguments, call: ToolCall) -> dict[str, Any]:
         """The answer, without `truncated`. Raises OlpError for bad input."""
 
 
 def tool_names() -> tuple[str, ...]:
     """Every tool, sorted."""
-    return file_names(Tool, "tools")
+    return file_names(AssistantTool, "tools")
 
 
-def load_tool(name: str) -> Tool[Any]:
+def load_tool(name: str) -> AssistantTool[Any]:
     """Raises OlpError (Z006) for a name that is none."""
-    return load_from(Tool, name, "tool", "Z006", folder="tools")
+    return load_from(AssistantTool, name, "tool", "Z006", folder="tools")
 
 
-class Timed(Given):
+class Timed(ToolArguments):
     """What every tool takes that has to time a program; the same as the options of `olp time`."""
 
     robot: str | None = Field(
@@ -133,7 +133,7 @@ def robot_word(text: str, folder: Folder) -> str:
     return folder.inside(text)
 
 
-class Listed(Timed):
+class ListedPrograms(Timed):
     """Timed programs."""
 
     jobs: list[str] = Field(

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from olp.robots.dynamics.limits import PathTorque, acceleration_interval, move_acceleration, positive_speed
 from olp.robots.dynamics.model import Mounting, dynamic_model
 from olp.robots.dynamics.torques import drives_of, gravity_torques, mass_matrix, same_shape
-from olp.robots.masses import Body, Vector
-from olp.robots.model import Robot
+from olp.robots.model import Body, Robot, Vector
 from olp.timing.acceleration.constant import Constant
 from olp.timing.acceleration.law import AccelerationLaw
 

@@ -7,10 +7,13 @@ closed form.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from olp.timing.blending.law import BlendingLaw, Corners
 
 Floats = NDArray[np.float64]
 _LAGS = 6.0  # after six time constants 0.25 % of a lag is left
@@ -88,3 +91,24 @@ def _power(order: int, t: Floats) -> Floats:
     for k in range(1, order + 1):
         result = result * t / k
     return result
+
+
+# --- Overlapping ---
+# The base of the laws in which both moves run at once: their shape is that of an Overlap.
+
+
+class OverlappingLaw(BlendingLaw):
+    """A law that says how the two moves overlap; where the tool is follows from that."""
+
+    @abstractmethod
+    def _overlap(self, corners: Corners) -> Overlap:
+        """When each move of each corner fades out and in."""
+
+    def span(self, corners: Corners) -> Floats:
+        return self._overlap(corners).span
+
+    def position(self, corners: Corners, time: Floats) -> Floats:
+        return self._overlap(corners).position(time)
+
+    def velocity(self, corners: Corners, time: Floats) -> Floats:
+        return self._overlap(corners).velocity(time)

@@ -10,7 +10,7 @@ from olp.core.units import deg, mm
 from olp.timing.blending._parabola import ParabolicLaw
 
 
-class Zone(NamedTuple):
+class PredefinedZone(NamedTuple):
     """The predefined zonedata of RAPID; `fine` is a stop."""
 
     tcp: float  # pzone_tcp [m]: of the tool centre point's path
@@ -39,15 +39,15 @@ _MILLIMETRES = {  # pzone_tcp, pzone_ori, pzone_eax [mm], zone_ori [deg], zone_l
 }
 
 ZONES = MappingProxyType(
-    {"fine": Zone(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
+    {"fine": PredefinedZone(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
     | {
-        name: Zone(a * mm, b * mm, c * mm, d * deg, e * mm, f * deg)
+        name: PredefinedZone(a * mm, b * mm, c * mm, d * deg, e * mm, f * deg)
         for name, (a, b, c, d, e, f) in _MILLIMETRES.items()
     }
 )
 
 
-def zone(name: str) -> Zone:
+def zone(name: str) -> PredefinedZone:
     """The predefined zone of that name, in any case of letters. Raises OlpError (T014), listing those there are."""
     found = ZONES.get(name.lower())
     if found is None:

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.timing.acceleration.time_constant import MA2010_TIME
-from olp.timing.blending._overlap import Overlap
-from olp.timing.blending._overlapping import OverlappingLaw
+from olp.timing.blending._overlap import Overlap, OverlappingLaw
 from olp.timing.blending.law import Corners, Passage
 from olp.timing.blending.yaskawa import SERVO_LAG, filter_times
-from olp.timing.motion.model import Parameter
+from olp.timing.motion.model import ModelParameter
 
 Floats = NDArray[np.float64]
 
@@ -34,9 +33,9 @@ class AccelerationFilter(OverlappingLaw):
     source = "published DX200 recordings of an MA2010: a turn of 60 degrees at 50, 100, 200, 400 and 800 mm/s"
     amount = "nothing: not used"
     measured = True
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("acceleration_time", "s", MA2010_TIME, "published DX200 recordings of an MA2010"),
-        Parameter(
+    parameters: ClassVar[tuple[ModelParameter, ...]] = (
+        ModelParameter("acceleration_time", "s", MA2010_TIME, "published DX200 recordings of an MA2010"),
+        ModelParameter(
             "servo_lag", "s", SERVO_LAG, "published DX200 recordings of an MA2010: corner at 50 to 800 mm/s"
         ),
     )

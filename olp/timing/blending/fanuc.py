@@ -7,10 +7,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.blending._overlap import Overlap
-from olp.timing.blending._overlapping import OverlappingLaw
+from olp.timing.blending._overlap import Overlap, OverlappingLaw
 from olp.timing.blending.law import Corners, Passage
-from olp.timing.motion.model import Parameter
+from olp.timing.motion.model import ModelParameter
 
 Floats = NDArray[np.float64]
 
@@ -33,8 +32,8 @@ class Continuous(OverlappingLaw):
     source = "FANUC operator's manuals, termination types FINE and CNT (figures); superposition inferred, not measured"
     share_zones = True
     amount = "CNT as a share, 0 to 1 (CNT100 is 1)"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
+    parameters: ClassVar[tuple[ModelParameter, ...]] = (
+        ModelParameter(
             "acceleration_time", "s", 0.1, "assumed: the least time to full speed; no recording is known"
         ),
     )

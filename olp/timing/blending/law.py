@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, raise_errors
 from olp.core.registry import file_names, load_from
-from olp.timing.motion.model import Parameter
+from olp.timing.motion.model import ModelParameter
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -120,7 +120,7 @@ class BlendingLaw(ABC):
     runs_at_once: ClassVar[bool] = (
         False  # both moves run at once for a while; else something replaces the corner
     )
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    parameters: ClassVar[tuple[ModelParameter, ...]] = ()
 
     def __init__(self, **values: float) -> None:
         """The law with its parameters (SI). Raises OlpError: T012 no such parameter, T011 not a positive number."""

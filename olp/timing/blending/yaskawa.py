@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.timing.acceleration.time_constant import MA2010_TIME
-from olp.timing.blending._overlap import Overlap
-from olp.timing.blending._overlapping import OverlappingLaw
+from olp.timing.blending._overlap import Overlap, OverlappingLaw
 from olp.timing.blending.law import Corners, Passage
-from olp.timing.motion.model import Parameter
+from olp.timing.motion.model import ModelParameter
 
 Floats = NDArray[np.float64]
 
@@ -45,15 +44,15 @@ class PositionLevels(OverlappingLaw):
     amount = "zone of the position level [m]"
     measured = True
     runs_at_once = True
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
+    parameters: ClassVar[tuple[ModelParameter, ...]] = (
+        ModelParameter(
             "stop_time",
             "s",
             STOP_TIME,
             "what an exact stop costs: published DX200 recordings of an MA2010, PL runs `linear`: 0.1655 s",
         ),
-        Parameter("acceleration_time", "s", MA2010_TIME, _CORNER_RUNS),
-        Parameter("servo_lag", "s", SERVO_LAG, _CORNER_RUNS),
+        ModelParameter("acceleration_time", "s", MA2010_TIME, _CORNER_RUNS),
+        ModelParameter("servo_lag", "s", SERVO_LAG, _CORNER_RUNS),
     )
 
     @property

@@ -1,15 +1,15 @@
 """How long a move takes and how fast it is when. One file per motion model; its name is the model's."""
 
 from olp.timing.motion._durations import durations
-from olp.timing.motion._profile import Moves, Problem, Profile
-from olp.timing.motion.model import MotionModel, Parameter, load_model, model_names
+from olp.timing.motion._profile import Problem, Profile, RequestedMoves
+from olp.timing.motion.model import ModelParameter, MotionModel, load_model, model_names
 
 __all__ = [
+    "ModelParameter",
     "MotionModel",
-    "Moves",
-    "Parameter",
     "Problem",
     "Profile",
+    "RequestedMoves",
     "durations",
     "load_model",
     "model_names",

@@ -42,7 +42,7 @@ _SAYS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Moves:
+class RequestedMoves:
     """What is asked of a model, one row per move; every array has shape (n,)."""
 
     length: Floats  # [m]
@@ -61,7 +61,7 @@ class Profile:
     answer in the same shape. Before its start and after its end a move stays in its first and last state.
     """
 
-    moves: Moves  # what was asked
+    moves: RequestedMoves  # what was asked
     phases: tuple[str, ...]  # the p names
     durations: Floats  # [s], (n, p)
     accelerations: Floats  # at each phase's start [m/s²], (n, p)
@@ -75,7 +75,7 @@ class Profile:
     @classmethod
     def build(
         cls,
-        moves: Moves,
+        moves: RequestedMoves,
         phases: tuple[str, ...],
         durations: Floats,
         accelerations: Floats,
@@ -99,7 +99,9 @@ class Profile:
 
     def take(self, rows: NDArray[np.intp]) -> Profile:
         """The profiles of these rows, in their order, repeats allowed."""
-        moves = Moves(*(getattr(self.moves, name)[rows] for name in Moves.__dataclass_fields__))
+        moves = RequestedMoves(
+            *(getattr(self.moves, name)[rows] for name in RequestedMoves.__dataclass_fields__)
+        )
         columns = {f.name: getattr(self, f.name) for f in fields(self)}
         picked: dict[str, Any] = {k: v[rows] for k, v in columns.items() if isinstance(v, np.ndarray)}
         return replace(self, moves=moves, **picked)

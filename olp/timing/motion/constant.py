@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.motion._profile import ROUNDING, Floats, Moves, Problem, Profile
+from olp.timing.motion._profile import ROUNDING, Floats, Problem, Profile, RequestedMoves
 from olp.timing.motion.model import MotionModel, Values
 
 
@@ -27,7 +27,7 @@ class ConstantAcceleration(MotionModel):
 
     phases: ClassVar[tuple[str, ...]] = ("acceleration", "cruise", "deceleration")
 
-    def solve(self, moves: Moves, values: Values) -> Profile:
+    def solve(self, moves: RequestedMoves, values: Values) -> Profile:
         """Three phases of constant acceleration; see the class for the formulas."""
         length, v0 = moves.length, moves.start_speed
         a, d = moves.acceleration, moves.deceleration
@@ -56,7 +56,7 @@ def _time(length: Floats, speeds: Floats) -> Floats:
     return 2 * np.divide(length, speeds, out=np.zeros_like(length), where=speeds > 0)
 
 
-def _end_speeds(moves: Moves) -> tuple[Floats, NDArray[np.int8]]:
+def _end_speeds(moves: RequestedMoves) -> tuple[Floats, NDArray[np.int8]]:
     """The end speeds [m/s] that can be had, (n,), and where they differ from those asked for, (n,)."""
     v0 = moves.start_speed
     v1 = np.minimum(moves.end_speed, moves.speed)

@@ -8,8 +8,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.motion._profile import ROUNDING, Bools, Floats, Moves, Problem, Profile
-from olp.timing.motion.model import MotionModel, Parameter, Values
+from olp.timing.motion._profile import ROUNDING, Bools, Floats, Problem, Profile, RequestedMoves
+from olp.timing.motion.model import ModelParameter, MotionModel, Values
 
 RAMP_TIME = (
     0.12  # [s] what an exact stop adds to length / speed, DX200 at 10 mm/s (published MA2010 recordings)
@@ -57,9 +57,13 @@ class LinearAcceleration(MotionModel):
     summary = "acceleration rises and falls linearly (limited jerk): up to seven phases"
     source = "Apostolovic's thesis, section 4.3; start and end speeds and unequal limits added"
     parameters = (
-        Parameter("k1", "m/s³", None, "rate at which acceleration rises; left out: acceleration / ramp_time"),
-        Parameter("k2", "m/s³", None, "rate at which acceleration falls; left out: acceleration / ramp_time"),
-        Parameter(
+        ModelParameter(
+            "k1", "m/s³", None, "rate at which acceleration rises; left out: acceleration / ramp_time"
+        ),
+        ModelParameter(
+            "k2", "m/s³", None, "rate at which acceleration falls; left out: acceleration / ramp_time"
+        ),
+        ModelParameter(
             "ramp_time",
             "s",
             RAMP_TIME,
@@ -78,7 +82,7 @@ class LinearAcceleration(MotionModel):
         "deceleration falls",
     )
 
-    def solve(self, moves: Moves, values: Values) -> Profile:
+    def solve(self, moves: RequestedMoves, values: Values) -> Profile:
         """Seven phases of constant jerk; see the class for the formulas."""
         k1, k2 = _rates(moves, values)
         changes = _changes(moves, k1, k2)
@@ -101,21 +105,21 @@ def ramp(lower: Floats, rise: Floats, limit: Floats, k1: Floats, k2: Floats) -> 
     return Ramp(peak, t1, t2, t3, gained + lower * (t1 + t2 + t3))
 
 
-def _rates(moves: Moves, values: Values) -> tuple[Floats, Floats]:
+def _rates(moves: RequestedMoves, values: Values) -> tuple[Floats, Floats]:
     k1, k2, time = values["k1"], values["k2"], values["ramp_time"]
     assert time is not None
     default = moves.acceleration / time
     return (default if k1 is None else k1), (default if k2 is None else k2)
 
 
-def _ramps(moves: Moves, changes: Changes, k1: Floats, k2: Floats) -> tuple[Ramp, Ramp]:
+def _ramps(moves: RequestedMoves, changes: Changes, k1: Floats, k2: Floats) -> tuple[Ramp, Ramp]:
     v0, a, d = moves.start_speed, moves.acceleration, moves.deceleration
     limit = np.where(changes.braking, d, a)
     first = ramp(np.where(changes.braking, changes.cruise, v0), changes.first, limit, k1, k2)
     return first, ramp(changes.end, changes.last, d, k1, k2)
 
 
-def _changes(moves: Moves, k1: Floats, k2: Floats) -> Changes:
+def _changes(moves: RequestedMoves, k1: Floats, k2: Floats) -> Changes:
     """Speeds between and at the ends of each move, nearest to those asked for."""
     v0, v1 = moves.start_speed, np.minimum(moves.end_speed, moves.speed)
     problem = np.where(v1 < moves.end_speed, np.int8(Problem.CANNOT_REACH), np.int8(Problem.NONE))
@@ -141,7 +145,7 @@ def _changes(moves: Moves, k1: Floats, k2: Floats) -> Changes:
 
 
 def _end_speeds(
-    moves: Moves, v1: Floats, falls: Bools, k1: Floats, k2: Floats
+    moves: RequestedMoves, v1: Floats, falls: Bools, k1: Floats, k2: Floats
 ) -> tuple[Floats, Floats, Bools]:
     """End speeds that can be had and their distances from the start speeds [m/s], and where a move is too short."""
     v0, gap = moves.start_speed, np.abs(v1 - moves.start_speed)
@@ -159,7 +163,7 @@ def _end_speeds(
     return v1, gap, short
 
 
-def _rise(moves: Moves, ends: Changes, room: Floats, k1: Floats, k2: Floats) -> Floats:
+def _rise(moves: RequestedMoves, ends: Changes, room: Floats, k1: Floats, k2: Floats) -> Floats:
     """How far above the faster end each move gets [m/s], (n,), at most `room`."""
     v0, v1, a, d = moves.start_speed, ends.end, moves.acceleration, moves.deceleration
     rise = np.where(moves.length > 0, room, 0.0)
@@ -211,7 +215,7 @@ def _slope(lower: Floats, change: Ramp) -> Floats:
     return slope
 
 
-def _brake_first(moves: Moves, changes: Changes, early: Bools, k1: Floats, k2: Floats) -> Changes:
+def _brake_first(moves: RequestedMoves, changes: Changes, early: Bools, k1: Floats, k2: Floats) -> Changes:
     """Moves that start too fast brake to the programmed speed first, or towards it as far as the length allows."""
     v0, rates = moves.start_speed[early], (k1[early], k2[early])
     whole, d = changes.last[early], moves.deceleration[early]

@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, raise_errors
 from olp.core.registry import file_names, load_from
-from olp.timing.motion._profile import Bools, Floats, Moves, Problem, Profile
+from olp.timing.motion._profile import Bools, Floats, Problem, Profile, RequestedMoves
 
 Values = Mapping[str, Floats | None]  # a model's parameters by name, shape (n,); None where left to the model
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class ModelParameter:
     """One thing a model needs besides speeds and accelerations."""
 
     name: str
@@ -32,7 +32,7 @@ class MotionModel(ABC):
 
     summary: ClassVar[str]
     source: ClassVar[str]
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    parameters: ClassVar[tuple[ModelParameter, ...]] = ()
 
     @property
     def name(self) -> str:
@@ -40,7 +40,7 @@ class MotionModel(ABC):
         return type(self).__module__.rpartition(".")[2]
 
     @abstractmethod
-    def solve(self, moves: Moves, values: Values) -> Profile:
+    def solve(self, moves: RequestedMoves, values: Values) -> Profile:
         """Profiles for moves that are sound: lengths >= 0, limits > 0; a length of 0 takes no time."""
 
     @final
@@ -77,9 +77,9 @@ class MotionModel(ABC):
 
     def _moves(
         self, arguments: tuple[ArrayLike, ...], parameters: dict[str, ArrayLike]
-    ) -> tuple[Moves, Values]:
+    ) -> tuple[RequestedMoves, Values]:
         given = [np.asarray(a, dtype=np.float64) for a in (*arguments, *parameters.values())]
-        names = [*Moves.__dataclass_fields__, *parameters]
+        names = [*RequestedMoves.__dataclass_fields__, *parameters]
         # A deceleration that was left out is the acceleration, and is not complained about twice.
         twice = "deceleration" if arguments[3] is arguments[2] else ""
         checked = [(n, g) for n, g in zip(names, given, strict=True) if n != twice]
@@ -98,33 +98,35 @@ class MotionModel(ABC):
         defaults = {
             p.name: None if p.default is None else np.broadcast_to(p.default, shape) for p in self.parameters
         }
-        return Moves(*rows[:6]), defaults | values
+        return RequestedMoves(*rows[:6]), defaults | values
 
 
 def _bad_numbers(name: str, array: NDArray[np.float64]) -> list[Diagnostic]:
     wrong = ~(np.isfinite(array) & (array >= 0))
-    if name not in Moves.__dataclass_fields__:
+    if name not in RequestedMoves.__dataclass_fields__:
         wrong |= array == 0
     if not wrong.any():
         return []
     value = np.atleast_1d(array)[np.atleast_1d(wrong)][0]
-    limit = "finite and not negative" if name in Moves.__dataclass_fields__ else "finite and positive"
+    limit = (
+        "finite and not negative" if name in RequestedMoves.__dataclass_fields__ else "finite and positive"
+    )
     says = f"{name} = {value} in {wrong.sum()} of {array.size} values"
     return [error("T001", says, help=f"{name} has to be {limit}")]
 
 
-def _stuck(moves: Moves) -> Bools:
+def _stuck(moves: RequestedMoves) -> Bools:
     limits = np.minimum(np.minimum(moves.speed, moves.acceleration), moves.deceleration)
     return (moves.length > 0) & (limits <= 0)
 
 
-def _sound(moves: Moves, stuck: Bools) -> Moves:
+def _sound(moves: RequestedMoves, stuck: Bools) -> RequestedMoves:
     """The same moves with placeholders where a limit is zero, so that models never divide by one."""
 
     def positive(a: Floats) -> Floats:
         return np.where(a > 0, a, 1.0)
 
-    return Moves(
+    return RequestedMoves(
         np.where(stuck, 0.0, moves.length),
         np.where(stuck, 1.0, positive(moves.speed)),
         positive(moves.acceleration),

@@ -1,5 +1,5 @@
 """What a simulation may leave out: one file per effect. docs/physics.md lists them."""
 
-from olp.timing.physics.term import Form, LogTerm, MoveTerm, Parameter, Stage, Term, load_term, term_names
+from olp.timing.physics.term import Form, LogTerm, MoveTerm, Stage, Term, TermParameter, load_term, term_names
 
-__all__ = ["Form", "LogTerm", "MoveTerm", "Parameter", "Stage", "Term", "load_term", "term_names"]
+__all__ = ["Form", "LogTerm", "MoveTerm", "Stage", "Term", "TermParameter", "load_term", "term_names"]

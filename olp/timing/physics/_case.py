@@ -43,7 +43,7 @@ class Rates:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Case:
+class MeasuredMoves:
     """n executed moves with a measured duration, in order of execution. Columns that nobody wrote are nan.
 
     `base`: the motion that the judged simulation seems to have used; `simulated` is what it said, and a model's
@@ -187,7 +187,7 @@ class Case:
         of = self.moving & np.isfinite(self.base.accelerate)
         return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
 
-    def take(self, rows: NDArray[np.int64]) -> Case:
+    def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
         """Some of the moves; what the neighbours were stays as it was."""
         from dataclasses import replace
 

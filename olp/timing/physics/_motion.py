@@ -29,7 +29,7 @@ _REACH = 0.5  # [1] of the shorter move: no corner is rounded beyond its middle
 _MOST = 0.9  # of a move's own time that corners may save
 
 
-class Corners(NamedTuple):
+class MoveCorners(NamedTuple):
     """What a move's corners hang on beside the move itself; each (n,)."""
 
     way: Floats  # [m] of the move before
@@ -38,9 +38,9 @@ class Corners(NamedTuple):
     shorter_start: Floats  # [m] way of this move or the one before, whichever is shorter
     shorter_end: Floats  # [m] of this move or the next
 
-    def take(self, rows: NDArray[np.intp]) -> Corners:
+    def take(self, rows: NDArray[np.intp]) -> MoveCorners:
         """Of some of the moves."""
-        return Corners(*(column[rows] for column in self))
+        return MoveCorners(*(column[rows] for column in self))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +63,7 @@ class Motion:
     overlap: float = 1.0  # [1] of the rounding, of its time or of the ramps that the law uses; [s] of "fixed"
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
     reach: float = _REACH  # [1] of the shorter of its two moves that a corner is rounded over at most
-    corners: Corners | None = None  # None: all moves are like their neighbours
+    corners: MoveCorners | None = None  # None: all moves are like their neighbours
     filtered: Floats = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) [s] moving average that each ramp passes
@@ -72,7 +72,7 @@ class Motion:
         if len(self.filtered) != len(self.way):
             object.__setattr__(self, "filtered", np.zeros(len(self.way)))
 
-    def with_(self, **changes: Floats | float | str | Corners) -> Motion:
+    def with_(self, **changes: Floats | float | str | MoveCorners) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
         copy = object.__new__(Motion)
         for name in _NAMES:
@@ -95,7 +95,7 @@ class Motion:
 
     def _saved(self, top: Floats) -> Floats:
         """(n,) [s] by both corners; `top` (n,) [m/s]: the highest speed of each move."""
-        corners = self.corners or Corners(self.way, self.speed, np.ones(1), self.way, self.way)
+        corners = self.corners or MoveCorners(self.way, self.speed, np.ones(1), self.way, self.way)
         law = self.law.removesuffix(EACH)
         start = np.minimum(self.round_start, self.reach * corners.shorter_start)
         end = np.minimum(self.round_end, self.reach * corners.shorter_end)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 
 
-def ramp_weights(case: Case, places: int, end: int) -> Floats:
+def ramp_weights(case: MeasuredMoves, places: int, end: int) -> Floats:
     """(n, m) weights, summing to 1, of places along the way in the ramp at the start (0) or end (1).
 
     While speed grows from rest, the time spent at a place is one over the square root of the way behind it, and the
@@ -28,7 +28,7 @@ def ramp_weights(case: Case, places: int, end: int) -> Floats:
     return case.once(f"ramp weights {places} {end}", work_out)
 
 
-def over_ramp(case: Case, values: Floats, end: int) -> Floats:
+def over_ramp(case: MeasuredMoves, values: Floats, end: int) -> Floats:
     """(n, …) mean over the ramp of values (n, m, …) along the way."""
     weight = ramp_weights(case, values.shape[1], end)
     return np.asarray(np.einsum("nm,nm...->n...", weight, values))
@@ -38,7 +38,7 @@ def over_ramp(case: Case, values: Floats, end: int) -> Floats:
 PASSED = (np.arange(10) + 0.5) / 10
 
 
-def where_passed(case: Case, values: Floats, end: int) -> Floats:
+def where_passed(case: MeasuredMoves, values: Floats, end: int) -> Floats:
     """(n, k) of values (n, m) along the way, where the simulation's ramp at one end passes the speeds of `PASSED`."""
     slow = case.base.decelerate if end else case.base.accelerate
     way = np.maximum(case.base.way, 1e-9)[:, None]

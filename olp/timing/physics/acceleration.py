@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _WIDEST = 8.0  # times the simulated acceleration, and one over it
 _ALIKE = 1e-3
 _FEWEST = 6  # joint moves that an axis leads
 
 
-class Acceleration(MoveTerm):
+class AccelerationTerm(MoveTerm):
     summary = "the real constant acceleration differs from the simulated one"
     does = "every ramp is longer or shorter by the same ratio: time lost grows with the speed, not with the length"
     source = (
@@ -23,29 +23,31 @@ class Acceleration(MoveTerm):
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
         nominal = (case.base.accelerate / case.ratio)[case.moving]
         pace = case.pace
         if np.ptp(nominal) <= _ALIKE * pace:
             unit = f"{case.unit}/s^2"
-            one = Parameter("acceleration", unit, pace / _WIDEST, pace * _WIDEST, pace, True, "of every ramp")
+            one = TermParameter(
+                "acceleration", unit, pace / _WIDEST, pace * _WIDEST, pace, True, "of every ramp"
+            )
             return (Form("", (one,), r"T = L/v + v/a"),)
-        one = Parameter("scale", "1", 1 / _WIDEST, _WIDEST, 1.0, True, "real over simulated acceleration")
+        one = TermParameter("scale", "1", 1 / _WIDEST, _WIDEST, 1.0, True, "real over simulated acceleration")
         whole = Form("", (one,), r"T = L/v + v/(k\,a)")
         return (whole, *_of_axes(case))
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.75], [1.3]]) * form.parameters[0].null
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         scale = np.full(len(case), values[0] / form.parameters[0].null)
         if form.axis >= 0:
             scale = np.where(case.once(f"led by {form.axis}", lambda: _led(case, form.axis)) > 0, scale, 1.0)
         return motion.with_(accelerate=motion.accelerate * scale, decelerate=motion.decelerate * scale)
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         ratio = values[0] / form.parameters[0].null
         absolute = f"{values[0]:.4g} {form.parameters[0].unit}, " if form.parameters[0].unit != "1" else ""
         if form.axis >= 0:
@@ -53,7 +55,7 @@ class Acceleration(MoveTerm):
         return f"the real acceleration is {absolute}{ratio:.1%} of the simulated one"
 
 
-def _of_axes(case: Case) -> tuple[Form, ...]:
+def _of_axes(case: MeasuredMoves) -> tuple[Form, ...]:
     """One factor per axis, of joint moves in which it turns farthest; where several axes lead."""
     if case.rates is None:
         return ()
@@ -62,14 +64,14 @@ def _of_axes(case: Case) -> tuple[Form, ...]:
         led = _led(case, axis) > 0
         if _FEWEST <= led.sum() < (case.moving & case.joint).sum():
             of = f"scale_{name.lower().replace(' ', '_')}"
-            one = Parameter(
+            one = TermParameter(
                 of, "1", 1 / _WIDEST, _WIDEST, 1.0, True, f"real over simulated acceleration of {name}"
             )
             forms.append(Form(name, (one,), r"T = L/v + v/(k_j\,a)", axis))
     return tuple(forms)
 
 
-def _led(case: Case, axis: int) -> Floats:
+def _led(case: MeasuredMoves, axis: int) -> Floats:
     """(n,) 1 in the joint moves in which the axis turns farthest."""
     assert case.rates is not None
     led = np.array([name == case.rates.names[axis] for name in case.leading], dtype=bool)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.physics.term import LogTerm, Parameter
+from olp.timing.physics.term import LogTerm, TermParameter
 
 Floats = NDArray[np.float64]
 
@@ -19,8 +19,8 @@ class Backlash(LogTerm):
     source = "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash, Automatica 38(10), 2002"
     confusable = ("coulomb-friction",)
     equation: ClassVar[str] = r"q = \min(\max(q^-, \theta - \tfrac{b}{2}), \theta + \tfrac{b}{2})"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("play", "rad", 0.0, 0.1, 0.0, meaning="whole width of the dead band"),
+    parameters: ClassVar[tuple[TermParameter, ...]] = (
+        TermParameter("play", "rad", 0.0, 0.1, 0.0, meaning="whole width of the dead band"),
     )
 
     def seen_in(self, columns: frozenset[str]) -> bool:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import EACH, Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _EQUATIONS = {
     "full": r"s = \kappa\,v/a",
@@ -46,13 +46,17 @@ class Blending(MoveTerm):
     stage = Stage.SHAPES
     phase = "corner"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         rounded = case.base.round_end[case.moving] > 0
         if rounded.sum() < 2:
             return ()
         sized = bool(case.base.round_end.max() > _UNKNOWN)
-        split = Parameter("split", "1", -0.2, 1.2, 0.5, False, "of what is saved that the move before gets")
-        reach = Parameter("reach", "1", 0.1, 1.0, 0.5, False, "of the shorter move that is rounded at most")
+        split = TermParameter(
+            "split", "1", -0.2, 1.2, 0.5, False, "of what is saved that the move before gets"
+        )
+        reach = TermParameter(
+            "reach", "1", 0.1, 1.0, 0.5, False, "of the shorter move that is rounded at most"
+        )
         shared = ("full", "fixed", *(_SIZED if sized else ()))
         own = _OWN if sized else _OWN[:1]
         cut = _SIZED if sized and _cut(case) >= _FEWEST else ()
@@ -62,21 +66,21 @@ class Blending(MoveTerm):
             *(Form(law + EACH, (_amount(law),), _EQUATIONS[law]) for law in own),
         )
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "moves with rounded ends (blend_mm or pl)"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         overlaps = _OVERLAPS.get(_law(form), (0.05, 0.5, 1.0))
         if len(form.parameters) == 1:
             return np.array([[overlap] for overlap in overlaps])
         rest = (0.3,) if len(form.parameters) == 3 else ()
         return np.array([[overlap, split, *rest] for overlap in overlaps for split in _SPLITS])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         overlap, split, reach = (*values.tolist(), *(0.5, 0.5)[len(values) - 1 :])[:3]
         return motion.with_(law=_law(form), overlap=overlap, split=split, reach=reach)
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         law = _law(form).removesuffix(EACH)
         if values[0] < (0.0005 if law == "fixed" else 0.02):
             return "rounded corners save no time: they take as long as exact stops"
@@ -92,18 +96,18 @@ def _law(form: Form) -> str:
     return form.key.removesuffix(_CUT)
 
 
-def _cut(case: Case) -> int:
+def _cut(case: MeasuredMoves) -> int:
     """How many corners have a rounding that a third of the shorter move could not hold."""
     corners, base = case.base.corners, case.base
     shorter = base.way if corners is None else corners.shorter_end
     return int(((base.round_end > shorter / 3.0) & case.moving).sum())
 
 
-def _amount(law: str) -> Parameter:
+def _amount(law: str) -> TermParameter:
     """The number that says how much a corner saves."""
     if law == "fixed":
-        return Parameter("saving", "s", 0.0, 2.0, np.nan, False, "by every rounded corner")
+        return TermParameter("saving", "s", 0.0, 2.0, np.nan, False, "by every rounded corner")
     if law == "full":
-        return Parameter("overlap", "1", 0.0, 1.3, np.nan, False, "of a braking and the next ramp")
+        return TermParameter("overlap", "1", 0.0, 1.3, np.nan, False, "of a braking and the next ramp")
     meaning = "of the braking's time" if law == "share" else "of the rounding that is used"
-    return Parameter("overlap", "1", 0.0, 1.5 if law == "share" else 3.0, np.nan, False, meaning)
+    return TermParameter("overlap", "1", 0.0, 1.5 if law == "share" else 3.0, np.nan, False, meaning)

@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, LogTerm, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, LogTerm, MoveTerm, Stage, TermParameter
 
 Complex = NDArray[np.complex128]
 
@@ -23,24 +23,24 @@ class Clock(MoveTerm, LogTerm):
     source = "straight line between two clocks; a pure delay has the gain 1 at every frequency"
     confusable = ("servo-lag", "speed-scale", "joint-compliance")
     equation: ClassVar[str] = r"t_\mathrm{log} = t_0 + r\,t"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("offset", "s", -1e9, 1e9, 0.0, meaning="what the recorder's clock reads too much"),
-        Parameter("rate", "1", 0.5, 2.0, 1.0, meaning="seconds of the recorder in a second"),
+    parameters: ClassVar[tuple[TermParameter, ...]] = (
+        TermParameter("offset", "s", -1e9, 1e9, 0.0, meaning="what the recorder's clock reads too much"),
+        TermParameter("rate", "1", 0.5, 2.0, 1.0, meaning="seconds of the recorder in a second"),
     )
 
     stage = Stage.CLOCKS
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
-        rate = Parameter("rate", "1", 0.9, 1.1, 1.0, True, "seconds of the recorder in a second")
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
+        rate = TermParameter("rate", "1", 0.9, 1.1, 1.0, True, "seconds of the recorder in a second")
         return (Form("", (rate,), r"T_\mathrm{recorded} = r\,T"),)
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.99], [1.01]])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         return motion.with_(rate=motion.rate * values[0])
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         which = "fast" if values[0] > 1 else "slow"
         return f"the recorder's clock runs {abs(values[0] - 1):.3%} {which}: all durations are off by it"
 

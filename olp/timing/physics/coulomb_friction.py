@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, LogTerm, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, LogTerm, MoveTerm, Stage, TermParameter
 
 _INFERRED = 4.0  # in BIC: durations never tell it from another acceleration, which is the plainer name
 
@@ -21,31 +21,31 @@ class CoulombFriction(MoveTerm, LogTerm):
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994, section 2"
     confusable = ("viscous-friction", "backlash", "gravity")
     equation: ClassVar[str] = r"\Delta\tau = c\,\operatorname{sign}\dot q"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("coulomb", "Nm", 0.0, 1e5, 0.0, meaning="torque against motion at any speed"),
+    parameters: ClassVar[tuple[TermParameter, ...]] = (
+        TermParameter("coulomb", "Nm", 0.0, 1e5, 0.0, meaning="torque against motion at any speed"),
     )
 
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
-        share = Parameter("share", "1", 0.0, 0.95, 0.0, False, "of the force that friction takes")
+        share = TermParameter("share", "1", 0.0, 0.95, 0.0, False, "of the force that friction takes")
         return (Form("", (share,), r"a_{acc} = a\,(1 - k),\; a_{dec} = a\,(1 + k)"),)
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.3], [0.7]])
 
     def doubt(self, form: Form, values: Floats) -> float:
         return _INFERRED
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         return motion.with_(
             accelerate=motion.accelerate * (1.0 - values[0]), decelerate=motion.decelerate * (1.0 + values[0])
         )
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         return f"dry friction takes {values[0]:.0%} of the force from speeding up and gives it to braking"
 
     def seen_in(self, columns: frozenset[str]) -> bool:

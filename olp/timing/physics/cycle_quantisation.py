@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SHORTEST, _LONGEST = 5e-4, 0.25  # [s]
 _FEWEST = 12
@@ -26,17 +26,17 @@ class CycleQuantisation(MoveTerm):
     confusable = ("dispatch", "settling")
     stage = Stage.CLOCKS
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         found = _found(case)
         forms = []
         for rank, cycle in enumerate(found.tolist()):
-            one = Parameter("cycle", "s", cycle * 0.999, cycle * 1.001, 0.0, False, "of the controller")
+            one = TermParameter("cycle", "s", cycle * 0.999, cycle * 1.001, 0.0, False, "of the controller")
             other = f"other {rank}" if rank else ""
             forms.append(Form(other, (one,), r"T = c \lceil T_0 / c \rceil"))
             forms.append(Form(f"nearest {other}".strip(), (one,), r"T = c \lfloor T_0 / c + 1/2 \rfloor"))
         return tuple(forms)
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         one = form.parameters[0]
         middle = 0.5 * (one.low + one.high)
         # Scatter leaves the cycle open by a part of what makes one multiple more of the longest duration.
@@ -45,18 +45,18 @@ class CycleQuantisation(MoveTerm):
         near = middle * (1.0 + step * np.concatenate([[0], -steps, steps]))
         return np.asarray(np.clip(near, one.low, one.high)[:, None])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         return motion.with_(cycle=float(values[0]), early=0.5 if form.key.startswith("nearest") else 0.0)
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         return f"durations are whole multiples of {values[0] * 1000:.3g} ms"
 
 
-def _found(case: Case) -> Floats:
+def _found(case: MeasuredMoves) -> Floats:
     return case.once("lattice", lambda: _lattices(case))
 
 
-def _lattices(case: Case) -> Floats:
+def _lattices(case: MeasuredMoves) -> Floats:
     """(c,) [s] cycles that the durations may be multiples of, the likeliest first; none when none stands out.
 
     Durations that a recorder has rounded to r look the same at the frequencies f and 1/r - f: both are candidates.

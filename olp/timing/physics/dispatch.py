@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 # A time that is less than simulated: only where the simulation already holds one that is too long.
 _LESS = 12.0
@@ -19,25 +19,25 @@ class Dispatch(MoveTerm):
     confusable = ("settling", "jerk", "acceleration")
     stage = Stage.ADDS
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
-        time = Parameter("time", "s", -1.0, 3.0, 0.0, False, "per executed move")
+        time = TermParameter("time", "s", -1.0, 3.0, 0.0, False, "per executed move")
         moves = Form("", (time,), r"T = T_0 + t_d")
         if case.moving.all():
             return (moves,)
         return (moves, Form("waits too", (time,), r"T = T_0 + t_d"))
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[float(np.median(case.residual[case.moving])) or 0.01]])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         where = 1.0 if form.key == "waits too" else case.moving
         return motion.with_(added=motion.added + values[0] * where)
 
     def doubt(self, form: Form, values: Floats) -> float:
         return _LESS if values[0] < 0 else 0.0
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         more = "more" if values[0] > 0 else "less"
         return f"every executed move costs {abs(values[0]) * 1000:.1f} ms {more}, stop or not"

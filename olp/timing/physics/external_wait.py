@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage
 
@@ -17,12 +17,12 @@ class ExternalWait(MoveTerm):
     confusable = ("settling", "dispatch")
     stage = Stage.ADDS
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         """None to search for: the waits are what remains, see olp/identification/diagnosis/waits.py."""
         return ()
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.zeros((0, 0))
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         return motion.with_(added=motion.added + values)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
 from olp.timing.physics._ramps import longer, over_ramp, where_passed
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _STEEP = 0.2  # sine of the steepest incline that has to be there
 _UPWARD, _SIDEWAYS = 0.25, 120.0  # of the other numbers, and in BIC what less of going up costs
@@ -25,18 +25,18 @@ class Gravity(MoveTerm):
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         rise = case.rise[case.moving & ~case.joint]
         if len(rise) < 4 or np.ptp(rise) < _STEEP:
             return ()
-        share = Parameter(
+        share = TermParameter(
             "share", "1", -0.9, 0.9, 0.0, False, "of the acceleration that a vertical move loses"
         )
-        steep = Parameter(
+        steep = TermParameter(
             "share", "1", 0.0, 0.95, 0.0, False, "of the acceleration that gravity takes upright"
         )
         arm = [
-            Parameter(
+            TermParameter(
                 name,
                 "1",
                 0.0,
@@ -48,7 +48,7 @@ class Gravity(MoveTerm):
             for name in ("wrist", "elbow")
         ]
         whole = Form("whole arm", tuple(arm), r"a_{acc,dec} = a\,(1 \mp k_w z_w'(s) \mp k_e z_e'(s))")
-        inward = Parameter(
+        inward = TermParameter(
             "inward", "1", -1.0, 1.0, 0.0, False, "of the acceleration that drawing the arm in takes"
         )
         guessed = Form(
@@ -75,10 +75,10 @@ class Gravity(MoveTerm):
             ),
         )
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "moves with points at several inclines"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key == "any arm":
             return np.array([[0.2, 0.0, 0.0, 0.0, 0.0], [0.4, 0.2, 0.0, 0.0, 0.0]])
         if form.key == "lift and reach":
@@ -89,7 +89,7 @@ class Gravity(MoveTerm):
             return np.array([[0.3, 0.0], [0.0, 0.3], [0.3, 0.3]])
         return np.array([[-0.2], [0.2]]) if form.key in ("both ramps", "steep") else np.array([[0.2], [0.5]])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == "whole arm":
             start, end = (case.once(f"lift {k}", lambda k=k: _lifts(case, k)) @ values for k in (0, 1))  # type: ignore[misc]
             return motion.with_(
@@ -130,7 +130,7 @@ class Gravity(MoveTerm):
         sideways = form.key == "any arm" and values[0] < _UPWARD * float(np.abs(values[1:]).max())
         return _SIDEWAYS if sideways else 0.0
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key == "whole arm":
             return (
                 f"lifting takes up to {values.sum():.0%} of the acceleration (wrist {values[0]:.0%}, "
@@ -161,16 +161,18 @@ class Gravity(MoveTerm):
         return f"straight up gravity takes {values[0]:.0%} of the acceleration and gives it to the braking"
 
 
-def _apart() -> tuple[Parameter, Parameter]:
+def _apart() -> tuple[TermParameter, TermParameter]:
     """One number for moves that go up, one for those that go down: whatever sign a controller's table has."""
     up, down = (
-        Parameter(name, "1", -0.9, 0.9, 0.0, False, f"of the acceleration that a move straight {name} loses")
+        TermParameter(
+            name, "1", -0.9, 0.9, 0.0, False, f"of the acceleration that a move straight {name} loses"
+        )
         for name in ("up", "down")
     )
     return up, down
 
 
-def _lifts(case: Case, end: int) -> Floats:
+def _lifts(case: MeasuredMoves, end: int) -> Floats:
     """(n, 2) how much wrist and elbow rise per way, over the ramp at one end; 0 for joint moves."""
     assert case.rates is not None
     assert case.rates.bodies is not None
@@ -181,7 +183,7 @@ def _lifts(case: Case, end: int) -> Floats:
     return np.where((case.joint | ~case.moving)[:, None], 0.0, np.nan_to_num(over_ramp(case, slope, end)))
 
 
-def _outside(case: Case) -> Floats:
+def _outside(case: MeasuredMoves) -> Floats:
     """(n, 2) rise of the tool, and how much nearer to the first axis it comes, per way.
 
     What tool points alone tell of how an arm's bodies rise: the elbow goes up as the arm is drawn in.
@@ -195,11 +197,15 @@ def _outside(case: Case) -> Floats:
 def _anywhere() -> Form:
     """The work against gravity as a quadratic function of height and reach: any arm's, near enough, in one posture."""
     parameters = (
-        Parameter("up", "1", 0.0, 1.5, 0.0, False, "of the acceleration that going up takes in the middle"),
-        Parameter("inward", "1", -1.0, 1.0, 0.0, False, "of it that drawing the arm in takes in the middle"),
-        Parameter("higher", "1", -3.0, 3.0, 0.0, False, "by which going up takes more at the top"),
-        Parameter("farther", "1", -3.0, 3.0, 0.0, False, "by which drawing in takes more far out"),
-        Parameter("mixed", "1", -3.0, 3.0, 0.0, False, "by which each takes more with the other"),
+        TermParameter(
+            "up", "1", 0.0, 1.5, 0.0, False, "of the acceleration that going up takes in the middle"
+        ),
+        TermParameter(
+            "inward", "1", -1.0, 1.0, 0.0, False, "of it that drawing the arm in takes in the middle"
+        ),
+        TermParameter("higher", "1", -3.0, 3.0, 0.0, False, "by which going up takes more at the top"),
+        TermParameter("farther", "1", -3.0, 3.0, 0.0, False, "by which drawing in takes more far out"),
+        TermParameter("mixed", "1", -3.0, 3.0, 0.0, False, "by which each takes more with the other"),
     )
     return Form(
         "any arm",
@@ -208,7 +214,7 @@ def _anywhere() -> Form:
     )
 
 
-def _works(case: Case, end: int) -> Floats:
+def _works(case: MeasuredMoves, end: int) -> Floats:
     """(n, k 5) what each number of `any arm` adds to the pull, where the simulation's ramp passes the speeds `PASSED`.
 
     zeta and rho: height and reach from the middle of all moves' ends, in units of how far they spread.

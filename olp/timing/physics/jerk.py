@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _FILTERED = "filtered"  # every ramp passes a moving average: one time for all, not one jerk
 _LONGEST = 1.0  # [s] of such an average
@@ -20,28 +20,30 @@ class Jerk(MoveTerm):
     stage = Stage.SHAPES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
         pace = case.pace
-        one = Parameter("jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, np.inf, True, "of every ramp")
-        time = Parameter("ramp_time", "s", 0.0, _LONGEST, 0.0, False, "in which acceleration builds up")
+        one = TermParameter(
+            "jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, np.inf, True, "of every ramp"
+        )
+        time = TermParameter("ramp_time", "s", 0.0, _LONGEST, 0.0, False, "in which acceleration builds up")
         return (
             Form("", (one,), r"T = L/v + v/a + a/j"),
             Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),
         )
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key == _FILTERED:
             return np.array([[0.02], [0.1]])
         return np.array([[2.0], [6.0], [20.0], [70.0]]) * case.pace
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == _FILTERED:
             return motion.with_(filtered=motion.filtered + values[0])
         return motion.with_(jerk=np.minimum(motion.jerk, values[0] * case.ratio))
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key == _FILTERED:
             time = f"{values[0] * 1000:.0f} ms"
             return f"acceleration builds up in {time}, whatever its size: every ramp takes that much longer"

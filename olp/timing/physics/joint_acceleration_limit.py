@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
 from olp.timing.physics._ramps import longer, where_passed
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 ALL = -1  # axes together, by their rated accelerations
 
@@ -21,13 +21,13 @@ class JointAccelerationLimit(MoveTerm):
     stage = Stage.LIMITS
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if case.rates is None:
             return ()
         forms = []
         if case.rates.rated_acceleration is not None and (_asked(case, ALL) > 0).sum() >= 4:
             asked = _asked(case, ALL)
-            share = Parameter(
+            share = TermParameter(
                 "share",
                 "1",
                 0.2 * float(np.quantile(asked[asked > 0], 0.05)),
@@ -45,31 +45,31 @@ class JointAccelerationLimit(MoveTerm):
             if high <= 1.02 * low:
                 continue
             says = f"that axis {name} can give"
-            limit = Parameter(f"limit_{name.lower()}", "rad/s^2", 0.2 * low, high, np.inf, True, says)
+            limit = TermParameter(f"limit_{name.lower()}", "rad/s^2", 0.2 * low, high, np.inf, True, says)
             forms.append(Form(name, (limit,), r"a \le A_j / |q_j'|", axis))
         return tuple(forms)
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if case.rates is not None else "a robot, or joint points"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         limit = form.parameters[0]
         return np.clip(limits_reached(_asked(case, form.axis)), limit.low, limit.high)[:, None]
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         start, end = (_passed(case, form.axis, k) for k in (0, 1))
         return motion.with_(
             accelerate=motion.accelerate / _longer(start * motion.accelerate[:, None], values[0]),
             decelerate=motion.decelerate / _longer(end * motion.decelerate[:, None], values[0]),
         )
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.axis == ALL:
             return f"no axis accelerates at more than {values[0]:.1%} of what it is rated for"
         return f"axis {form.key} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
 
 
-def _passed(case: Case, axis: int, end: int) -> Floats:
+def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:
     """(n, k) [rad/m] of the axis where one ramp of the simulation passes the speeds of `PASSED`."""
     return case.once(f"ramp {axis} {end}", lambda: where_passed(case, _rates(case, axis), end))
 
@@ -79,7 +79,7 @@ def _longer(asked: Floats, limit: float) -> Floats:
     return longer(np.minimum(1.0, limit / np.maximum(asked, 1e-12)))
 
 
-def _rates(case: Case, axis: int) -> Floats:
+def _rates(case: MeasuredMoves, axis: int) -> Floats:
     """(n, m) of an axis per unit of way; for ALL the largest share of a rated acceleration."""
     assert case.rates is not None
     if axis != ALL:
@@ -90,7 +90,7 @@ def _rates(case: Case, axis: int) -> Floats:
     return case.once("rated slopes", lambda: (np.abs(rates.path) / rated).max(axis=2))
 
 
-def _asked(case: Case, axis: int) -> Floats:
+def _asked(case: MeasuredMoves, axis: int) -> Floats:
     """(n,) [rad/s²] of the axis in the simulation's ramps, at most."""
     start, end = (_passed(case, axis, k).max(axis=1) for k in (0, 1))
     return np.asarray(np.maximum(start * case.base.accelerate, end * case.base.decelerate))

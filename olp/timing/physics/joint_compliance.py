@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.physics.term import LogTerm, Parameter
+from olp.timing.physics.term import LogTerm, TermParameter
 
 Complex = NDArray[np.complex128]
 
@@ -21,9 +21,9 @@ class JointCompliance(LogTerm):
     source = "M. W. Spong, Modeling and Control of Elastic Joint Robots, ASME J. Dyn. Syst. 109(4), 1987"
     confusable = ("servo-lag", "clock")
     equation: ClassVar[str] = r"\ddot q = \omega^2(\theta - q) + 2\zeta\omega(\dot\theta - \dot q)"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("frequency", "Hz", 1.0, 100.0, float("inf"), True, "of the oscillation, undamped"),
-        Parameter("damping", "1", 0.0, 1.0, 0.0, meaning="ratio: 1 is without any oscillation"),
+    parameters: ClassVar[tuple[TermParameter, ...]] = (
+        TermParameter("frequency", "Hz", 1.0, 100.0, float("inf"), True, "of the oscillation, undamped"),
+        TermParameter("damping", "1", 0.0, 1.0, 0.0, meaning="ratio: 1 is without any oscillation"),
     )
 
     def seen_in(self, columns: frozenset[str]) -> bool:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _AT_ONCE = " at once"  # behind the key of a form
 ALL = -1  # axes together, by their rated speeds
@@ -24,7 +24,7 @@ class JointSpeedLimit(MoveTerm):
     stage = Stage.LIMITS
     phase = "cruise"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if case.rates is None:
             return ()
         rated = case.rates.rated
@@ -39,14 +39,14 @@ class JointSpeedLimit(MoveTerm):
             forms += _form(case, axis, name, f"limit_{name.lower()}", "rad/s", least, f"of axis {name}")
         return tuple(forms)
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if case.rates is not None else "a robot, or joint points"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         asked, limit = _asked(case, form.axis), form.parameters[0]
         return np.clip(limits_reached(asked), limit.low, limit.high)[:, None]
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         """Where the axis would be too fast, the path is slowed: it brakes and speeds up, or changes speed at once."""
         touched = np.nonzero(_asked(case, form.axis) > values[0])[0]
         if not len(touched):
@@ -63,7 +63,7 @@ class JointSpeedLimit(MoveTerm):
         added[touched] += _swept(mine, limited) - _swept(mine, free)
         return motion.with_(added=added)
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key.startswith("alike"):
             return f"no axis turns faster than {np.degrees(values[0]):.1f} deg/s"
         if form.axis == ALL:
@@ -73,7 +73,9 @@ class JointSpeedLimit(MoveTerm):
         )
 
 
-def _form(case: Case, axis: int, key: str, name: str, unit: str, least: float, meaning: str) -> list[Form]:
+def _form(
+    case: MeasuredMoves, axis: int, key: str, name: str, unit: str, least: float, meaning: str
+) -> list[Form]:
     """The form of an axis that some moves ask more of than `least`."""
     asked = _asked(case, axis)
     if (asked > 0).sum() < _FEWEST:
@@ -82,12 +84,12 @@ def _form(case: Case, axis: int, key: str, name: str, unit: str, least: float, m
     low = max(0.2 * float(np.quantile(asked[asked > 0], 0.05)), least)
     if low >= 0.98 * high:
         return []
-    limit = Parameter(name, unit, low, high, np.inf, True, meaning)
+    limit = TermParameter(name, unit, low, high, np.inf, True, meaning)
     share = {"all": r"k \min_j V_j", "alike": r"V \min_j 1"}.get(key, "V_j")
     return [Form(key, (limit,), rf"\dot s \le {share} / |q_j'(s)|", axis)]
 
 
-def _rates(case: Case, axis: int) -> Floats:
+def _rates(case: MeasuredMoves, axis: int) -> Floats:
     """(n, m) of an axis per unit of way; for ALL the largest share of a rated speed."""
     rates = case.rates
     assert rates is not None
@@ -133,7 +135,7 @@ def _profile(motion: Motion, places: int) -> Floats:
     return np.maximum(np.minimum(np.minimum(rising, falling), motion.speed[:, None]), 1e-9)
 
 
-def _asked(case: Case, axis: int) -> Floats:
+def _asked(case: MeasuredMoves, axis: int) -> Floats:
     """(n,) [rad/s] the fastest that the axis turns in the simulation."""
 
     def work_out() -> Floats:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _TURN = 0.02  # [rad] that a few moves have to turn
 
@@ -20,23 +20,23 @@ class OrientationLimit(MoveTerm):
     stage = Stage.LIMITS
     phase = "cruise"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         turn = _turns(case)
         if (turn > _TURN).sum() < 3:
             return ()
         needed = turn[turn > _TURN] / np.maximum(case.simulated[turn > _TURN], 1e-3)
         low, high = 0.1 * float(np.quantile(needed, 0.1)), 3.0 * float(needed.max())
-        rate = Parameter("rate", "rad/s", low, high, np.inf, True, "the fastest turn of the tool")
-        ramp = Parameter("acceleration", "rad/s^2", low, 400.0 * high, np.inf, True, "of the turn")
+        rate = TermParameter("rate", "rad/s", low, high, np.inf, True, "the fastest turn of the tool")
+        ramp = TermParameter("acceleration", "rad/s^2", low, 400.0 * high, np.inf, True, "of the turn")
         return (
             Form("slows the path", (rate,), r"v \le \omega L / \theta"),
             Form("of its own", (rate, ramp), r"T \ge \theta/\omega + \omega/\alpha"),
         )
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "moves with orientations that change"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         turn = _turns(case)
         needed = turn[turn > _TURN] / np.maximum(case.simulated[turn > _TURN], 1e-3)
         rates = limits_reached(needed)
@@ -44,7 +44,7 @@ class OrientationLimit(MoveTerm):
             return rates[:, None]
         return np.array([[rate, rate / time] for rate in rates for time in (0.1, 0.4)])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         turn = _turns(case)
         if form.key == "slows the path":
             # Waits have no way, and keep a speed that can be divided by.
@@ -54,10 +54,10 @@ class OrientationLimit(MoveTerm):
         whole = np.where(turn >= rate**2 / ramp, turn / rate + rate / ramp, 2.0 * np.sqrt(turn / ramp))
         return motion.with_(least=np.maximum(motion.least, np.where(turn > 1e-6, whole, 0.0)))
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         return f"the tool turns no faster than {np.degrees(values[0]):.1f} deg/s"
 
 
-def _turns(case: Case) -> Floats:
+def _turns(case: MeasuredMoves) -> Floats:
     """(n,) [rad] of straight moves, 0 where it is not known."""
     return case.once("turn", lambda: np.where(case.moving & ~case.joint, np.nan_to_num(case.turn), 0.0))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 0.1  # [kg]
 _TOLD = "real over simulated"
@@ -21,39 +21,41 @@ class Payload(MoveTerm):
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         mass = case.payload[case.moving]
         if _told(case):
             both = np.concatenate([mass, case.sim_payload[case.moving]])
-            most = Parameter(
+            most = TermParameter(
                 "growth", "1/kg", 0.0, 8.0 / float(np.nanmax(both)), 0.0, False, "of the inertia"
             )
             return (Form(_TOLD, (most,), r"a = a_{sim} (1 + k m_{sim}) / (1 + k m)"),)
         if not len(mass) or np.isnan(mass).all() or np.nanmax(mass) - np.nanmin(mass) < _SPREAD:
             return ()
-        one = Parameter(
+        one = TermParameter(
             "growth", "1/kg", 0.0, 8.0 / float(np.nanmax(mass)), 0.0, False, "of the inertia per kilogram"
         )
-        loss = Parameter(
+        loss = TermParameter(
             "loss", "1/kg", 0.0, 0.95 / float(np.nanmax(mass)), 0.0, False, "of the force per kilogram"
         )
         forms = [Form("", (one,), r"a(m) = a / (1 + k m)"), Form("weight", (loss,), r"a(m) = a\,(1 - k m)")]
         low, high = float(np.nanmin(mass)), float(np.nanmax(mass))
-        simulated = Parameter("simulated", "kg", low, high, np.nan, False, "load that the simulation carries")
+        simulated = TermParameter(
+            "simulated", "kg", low, high, np.nan, False, "load that the simulation carries"
+        )
         forms.append(Form("from the simulated load", (one, simulated), r"a(m) = a / (1 + k (m - m_{sim}))"))
         return tuple(forms)
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "payload_kg, with at least two different masses"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         growth = np.array([[0.02], [0.1]]) * form.parameters[0].high
         if len(form.parameters) == 1:
             return growth
         loads = np.unique(np.quantile(case.payload[np.isfinite(case.payload)], [0.0, 0.5]))
         return np.array([[k[0], load] for k in growth for load in loads])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == _TOLD:
             ratio = (1.0 + values[0] * np.nan_to_num(case.sim_payload)) / (
                 1.0 + values[0] * np.nan_to_num(case.payload)
@@ -66,7 +68,7 @@ class Payload(MoveTerm):
         less = np.maximum(1.0 + values[0] * np.nan_to_num(case.payload - simulated), _LEAST)
         return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key == _TOLD:
             off = int(np.nanargmax(np.abs(case.payload - case.sim_payload)))
             ratio = (1.0 + values[0] * case.sim_payload[off]) / (1.0 + values[0] * case.payload[off])
@@ -80,7 +82,7 @@ class Payload(MoveTerm):
         return f"with {most:.4g} kg there is {less:.0%} less acceleration than with {base:.4g} kg"
 
 
-def _told(case: Case) -> bool:
+def _told(case: MeasuredMoves) -> bool:
     """Whether the simulation was told another load than the robot carries."""
     if len(case.sim_payload) != len(case):
         return False

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
 from olp.timing.physics._ramps import over_ramp
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _FIRST_OF_WRIST = 3
 _RATIO = "real over simulated"
@@ -23,14 +23,14 @@ class PayloadInertia(MoveTerm):
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if _told(case):
             return _ratios(case)
         inertia = case.payload_inertia[case.moving]
         known = inertia[np.isfinite(inertia)]
         if not len(known) or np.ptp(known) <= 1e-4 * max(1.0, float(np.max(known))) or not _wrist(case).any():
             return ()
-        one = Parameter(
+        one = TermParameter(
             "growth", "1/(kg m^2)", 0.0, 8.0 / float(np.max(known)), 0.0, False, "of the wrist's inertia"
         )
         share = Form("", (one,), r"a(I) = a / (1 + k I w)")
@@ -39,15 +39,15 @@ class PayloadInertia(MoveTerm):
             return (share, every)
         return (share, every, Form("limit", (one,), r"a(I) \le A_j / (1 + k I) / |q_j'|, \quad j = 4, 5, 6"))
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return (
             "" if self.forms(case) else "payload_inertia_kg_m2 with two values, and moves that turn the wrist"
         )
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.02], [0.15], [0.5]]) * form.parameters[0].high
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == "limit":
             less = 1.0 + values[0] * np.nan_to_num(case.payload_inertia)
             start, end = (case.once(f"wrist limit {k}", lambda k=k: _limits(case, k)) for k in (0, 1))  # type: ignore[misc]
@@ -68,7 +68,7 @@ class PayloadInertia(MoveTerm):
         less = 1.0 + values[0] * share
         return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key.startswith(_RATIO):
             off = int(np.nanargmax(np.abs(case.payload_inertia - case.sim_payload_inertia)))
             real, simulated = float(case.payload_inertia[off]), float(case.sim_payload_inertia[off])
@@ -82,7 +82,7 @@ class PayloadInertia(MoveTerm):
         return f"with {most:.3g} kg m² moves of the wrist have {1 - 1 / (1 + values[0] * most):.0%} less acceleration"
 
 
-def _told(case: Case) -> bool:
+def _told(case: MeasuredMoves) -> bool:
     """Whether the simulation was told another inertia of the load than the robot's in moves that turn the wrist."""
     if len(case.sim_payload_inertia) != len(case) or not np.isfinite(case.payload_inertia).any():
         return False
@@ -94,11 +94,11 @@ def _told(case: Case) -> bool:
     )
 
 
-def _ratios(case: Case) -> tuple[Form, ...]:
+def _ratios(case: MeasuredMoves) -> tuple[Form, ...]:
     """Of the whole wrist, and of each of its axes by itself."""
     most = float(np.nanmax(np.concatenate([case.payload_inertia, case.sim_payload_inertia])))
     equation = r"a = a_{sim} (1 + k I_{sim} w) / (1 + k I w)"
-    growth = Parameter("growth", "1/(kg m^2)", 0.0, 200.0 / most, 0.0, False, "of the wrist's inertia")
+    growth = TermParameter("growth", "1/(kg m^2)", 0.0, 200.0 / most, 0.0, False, "of the wrist's inertia")
     forms = [Form(_RATIO, (growth,), equation)]
     assert case.rates is not None
     for axis, name in enumerate(case.rates.names):
@@ -110,7 +110,7 @@ def _ratios(case: Case) -> tuple[Form, ...]:
     return tuple(forms)
 
 
-def _led(case: Case, axis: int) -> Floats:
+def _led(case: MeasuredMoves, axis: int) -> Floats:
     """(n,) share of the turning that the wrist does; of one `axis`: 1 in the moves that it leads."""
     if axis < 0:
         return _wrist(case)
@@ -118,7 +118,7 @@ def _led(case: Case, axis: int) -> Floats:
     return np.array([float(name == case.rates.names[axis]) for name in case.leading])
 
 
-def _wrist(case: Case) -> Floats:
+def _wrist(case: MeasuredMoves) -> Floats:
     """(n,) share of the turning that the wrist does: its fastest axis over the fastest of all."""
     rates = case.rates
     if rates is None or rates.path.shape[2] <= _FIRST_OF_WRIST:
@@ -135,7 +135,7 @@ def _limited(slow: Floats, limit: Floats, less: Floats) -> Floats:
     return np.asarray(slow * np.minimum(slow, np.maximum(limit / less, 1e-6)) / np.minimum(slow, limit))
 
 
-def _limits(case: Case, end: int) -> Floats:
+def _limits(case: MeasuredMoves, end: int) -> Floats:
     """(n,) of the path by the wrist's rated accelerations over one ramp, inf where the wrist does not turn."""
     rates = case.rates
     assert rates is not None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats, Mask
+from olp.timing.physics._case import Floats, Mask, MeasuredMoves
 from olp.timing.physics._motion import Motion
 from olp.timing.physics._ramps import over_ramp
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _LEAST = 0.1  # of the inertia that any reach leaves
 _SPREAD = 0.05  # [m] of the distances from the first axis that has to be there
@@ -21,24 +21,26 @@ class ReachInertia(MoveTerm):
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         near, far = _reaches(case)
         both = np.concatenate([near, far])[np.tile(_swings(case) & np.isfinite(near + far), 2)]
         if len(both) < 8 or not np.isfinite(both).all() or np.ptp(both) < _SPREAD:
             return ()
         top = 8.0 / float(np.max(both)) ** 2
-        one = Parameter("growth", "1/m^2", 0.0, top, 0.0, False, "of the inertia with the distance squared")
-        first = Parameter(
+        one = TermParameter(
+            "growth", "1/m^2", 0.0, top, 0.0, False, "of the inertia with the distance squared"
+        )
+        first = TermParameter(
             "growth", "1/m", 0.0, 8.0 / float(np.max(both)), 0.0, False, "of the inertia with distance"
         )
-        simulated = Parameter(
+        simulated = TermParameter(
             "simulated", "m", float(np.min(both)), float(np.max(both)), np.nan, False, "reach as simulated"
         )
         arm: tuple[Form, ...] = ()
         if case.bodies_known:
-            level = Parameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
+            level = TermParameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
             bodies = tuple(
-                Parameter(
+                TermParameter(
                     name, "1/m^2", 0.0, top, 0.0, False, f"of the inertia with the {name}'s distance squared"
                 )
                 for name in ("wrist", "elbow")
@@ -53,10 +55,10 @@ class ReachInertia(MoveTerm):
             Form("across", (one,), r"a(r) = a / (1 + k r^2 \cos^2\varphi)"),
         )
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "moves with points at several distances from the first axis"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key == "whole arm":
             top = form.parameters[1].high
             return np.array([[1.0, 0.1 * top, 0.05 * top], [1.1, 0.02 * top, 0.02 * top]])
@@ -66,7 +68,7 @@ class ReachInertia(MoveTerm):
         reaches = 0.5 * (form.parameters[1].low + form.parameters[1].high)
         return np.array([[k[0], reaches] for k in growth])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == "whole arm":
             near, far = (case.once(f"arm {k}", lambda k=k: _squares(case, k)) for k in (0, 1))  # type: ignore[misc]
             linear = case.moving & ~case.joint
@@ -83,7 +85,7 @@ class ReachInertia(MoveTerm):
             decelerate=motion.decelerate / np.maximum(1.0 + values[0] * end, _LEAST),
         )
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         start, end = _reaches(case)
         if form.key == "whole arm":
             linear = case.moving & ~case.joint
@@ -100,12 +102,12 @@ class ReachInertia(MoveTerm):
         return f"{far} there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
 
 
-def _reaches(case: Case) -> tuple[Floats, Floats]:
+def _reaches(case: MeasuredMoves) -> tuple[Floats, Floats]:
     """(n,), (n,) [m] from the first axis at start and end."""
     return np.hypot(case.start[:, 0], case.start[:, 1]), np.hypot(case.end[:, 0], case.end[:, 1])
 
 
-def _weight(case: Case, key: str, end: int) -> Floats:
+def _weight(case: MeasuredMoves, key: str, end: int) -> Floats:
     """(n,) [m², m] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
     reach = _reaches(case)[end]
     if key == "middle":
@@ -118,14 +120,14 @@ def _weight(case: Case, key: str, end: int) -> Floats:
     return np.where(_swings(case), np.nan_to_num(weight), 0.0)
 
 
-def _swings(case: Case) -> Mask:
+def _swings(case: MeasuredMoves) -> Mask:
     """(n,) moves whose ramps the first axis' load may stretch: straight ones, and joint moves that it leads."""
     first = case.rates.names[0] if case.rates is not None else ""
     led = np.array([name == first != "" for name in case.leading], dtype=bool)
     return np.asarray(case.moving & (~case.joint | led))
 
 
-def _across(case: Case, end: int) -> Floats:
+def _across(case: MeasuredMoves, end: int) -> Floats:
     """(n,) share of the way that turns the first axis."""
     place = case.end if end else case.start
     way = case.end - case.start
@@ -134,7 +136,7 @@ def _across(case: Case, end: int) -> Floats:
     return np.asarray((place[:, 0] * unit[:, 1] - place[:, 1] * unit[:, 0]) / reach)
 
 
-def _squares(case: Case, end: int) -> Floats:
+def _squares(case: MeasuredMoves, end: int) -> Floats:
     """(n, 2) [m²] squared distances of wrist and elbow from the first axis, over the ramp at one end."""
     assert case.rates is not None
     assert case.rates.bodies is not None

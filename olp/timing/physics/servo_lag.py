@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.physics.term import LogTerm, Parameter
+from olp.timing.physics.term import LogTerm, TermParameter
 
 Complex = NDArray[np.complex128]
 
@@ -23,8 +23,8 @@ class ServoLag(LogTerm):
     )
     confusable = ("clock", "joint-compliance")
     equation: ClassVar[str] = r"T\,\dot q + q = q_\mathrm{cmd}"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
+    parameters: ClassVar[tuple[TermParameter, ...]] = (
+        TermParameter(
             "time constant", "s", 0.0, 0.5, 0.0, meaning="how far behind the axis is at constant speed"
         ),
     )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats, Mask
+from olp.timing.physics._case import Floats, Mask, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 # A time that is less than simulated: only where the simulation already holds one that is too long.
 _LESS = 12.0
@@ -20,31 +20,31 @@ class Settling(MoveTerm):
     stage = Stage.ADDS
     phase = "settle"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not (case.moving & case.stop_end).any():
             return ()
-        time = Parameter("time", "s", -1.0, 3.0, 0.0, False, "at every exact stop")
+        time = TermParameter("time", "s", -1.0, 3.0, 0.0, False, "at every exact stop")
         every = Form("", (time,), r"T = T_0 + t_s")
         written = _stopping(case, "as written")
         if not written.any() or np.array_equal(written, _stopping(case, "")):
             return (every,)
         return (every, Form("as written", (time,), r"T = T_0 + t_s"))
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[float(np.median(case.residual[_stopping(case, form.key)])) or 0.01]])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         return motion.with_(added=motion.added + values[0] * _stopping(case, form.key))
 
     def doubt(self, form: Form, values: Floats) -> float:
         return _LESS if values[0] < 0 else 0.0
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         more = "longer" if values[0] > 0 else "less"
         return f"every exact stop takes {abs(values[0]) * 1000:.1f} ms {more} until the axes are in position"
 
 
-def _stopping(case: Case, key: str) -> Mask:
+def _stopping(case: MeasuredMoves, key: str) -> Mask:
     """(n,) moves that end in an exact stop: also those that could not round into anything, or only those that are
     written so."""
     stopping = case.moving & case.stop_end

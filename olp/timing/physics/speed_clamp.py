@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats, Mask
+from olp.timing.physics._case import Floats, Mask, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 
 class SpeedClamp(MoveTerm):
@@ -20,36 +20,36 @@ class SpeedClamp(MoveTerm):
     stage = Stage.LIMITS
     phase = "cruise"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         speed = _speeds(case)
         if not len(speed):
             return ()
         top, unit = float(speed.max()), f"{case.unit}/s"
-        clamp = Parameter(
+        clamp = TermParameter(
             "clamp", unit, 0.3 * float(speed.min()), top, np.inf, True, "the most that is reached"
         )
         return (Form("", (clamp,), r"v \le v_{max}"),)
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         # What moves reach: on short ways that is less than what is programmed.
         wanted = _wanted(case)
         levels = limits_reached(case.base.top()[wanted])
         return np.clip(levels, form.parameters[0].low, form.parameters[0].high)[:, None]
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         clamped = np.where(_wanted(case), values[0], np.inf)
         return motion.with_(speed=np.minimum(motion.speed, clamped))
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if case.unit == "m":
             return f"no move is faster than {values[0] * 1000:.4g} mm/s, whatever is programmed"
         return f"no move is faster than {np.degrees(values[0]):.4g} deg/s, whatever is programmed"
 
 
-def _speeds(case: Case) -> Floats:
+def _speeds(case: MeasuredMoves) -> Floats:
     return np.asarray(case.base.speed[_wanted(case)])
 
 
-def _wanted(case: Case) -> Mask:
+def _wanted(case: MeasuredMoves) -> Mask:
     """(n,) straight moves; where there are none, joint moves."""
     return np.asarray(case.moving & (~case.joint if (case.moving & ~case.joint).any() else case.joint))

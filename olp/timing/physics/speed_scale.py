@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _STRETCHED, _OVERRIDE = "stretched", "override"
 
@@ -19,14 +19,14 @@ class SpeedScale(MoveTerm):
     stage = Stage.SCALES
     phase = "cruise"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
-        scale = Parameter("scale", "1", 0.2, 5.0, 1.0, True, "real over simulated speed")
+        scale = TermParameter("scale", "1", 0.2, 5.0, 1.0, True, "real over simulated speed")
         stretched = Form(_STRETCHED, (scale,), r"T = T_0/k")
         if len(case.override) != len(case) or (case.override == 1.0).all():
             return (Form("", (scale,), r"T = L/(k v) + k v/a"), stretched)
-        power = Parameter(
+        power = TermParameter(
             "power", "1", -0.5, 2.0, 0.0, False, "of the override, real over simulated: 1 in proportion"
         )
         return (
@@ -36,10 +36,10 @@ class SpeedScale(MoveTerm):
             stretched,
         )
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.5], [1.0]] if form.key.startswith(_OVERRIDE) else [[0.93], [1.07]])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         scale = np.full(len(case), values[0])
         if form.key.startswith(_OVERRIDE):
             scale = case.override ** values[0]
@@ -47,7 +47,7 @@ class SpeedScale(MoveTerm):
             return motion.with_(rate=motion.rate / np.where(case.moving, scale, 1.0))
         return motion.with_(speed=motion.speed * scale)
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key.startswith(_OVERRIDE):
             how = "cruising speeds" if form.key.endswith("speed") else "speeds and ramps"
             return f"{how} go with the override to the power of {values[0]:.3g}"

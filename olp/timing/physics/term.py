@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.registry import file_names, load_from
-from olp.timing.physics._case import Case
+from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Stage(IntEnum):
     CLOCKS = 5  # what happens to whole durations
 
 
-class Parameter(NamedTuple):
+class TermParameter(NamedTuple):
     """One number of a term. `null`: the value at which the term does nothing (may be infinite)."""
 
     name: str
@@ -47,7 +47,7 @@ class Form(NamedTuple):
     """One way a term may act; `key` tells forms of one term apart ("" when there is only one)."""
 
     key: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[TermParameter, ...]
     equation: str  # LaTeX
     axis: int = -1  # of the robot, from 0, where a form belongs to one axis
 
@@ -73,26 +73,26 @@ class MoveTerm(Term):
     phase: ClassVar[str] = "whole"  # of olp.identification.diagnosis.result.PHASES: where in a move it acts
 
     @abstractmethod
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         """The forms that these moves can tell; () when they cannot tell the term at all."""
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         """What would have to be recorded for this term to be told, "" when nothing is missing."""
         return ""
 
     @abstractmethod
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         """(g, p) starts for the search, in SI, inside the bounds."""
 
     @abstractmethod
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         """The motion with the term in it."""
 
     def doubt(self, form: Form, values: Floats) -> float:
         """What values that physics does not expect cost, in units of BIC: 0 for those it does."""
         return 0.0
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         """One clause with the numbers, for a person: "every exact stop takes 38 ms longer"."""
         return ", ".join(f"{p.name} {v:.4g} {p.unit}" for p, v in zip(form.parameters, values, strict=True))
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
 from olp.timing.physics._ramps import PASSED, longer, where_passed
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 1.3  # the fastest over the slowest speed that has to be there
 _MOST = 0.98
@@ -21,20 +21,20 @@ class TorqueSpeed(MoveTerm):
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         forms = []
         for key in ("path", "axes"):
             used = _speed(case, key)[case.moving]
             if len(used) < 4 or float(used.max()) < _SPREAD * max(float(np.quantile(used, 0.1)), 1e-9):
                 continue
             top, unit = float(used.max()), _unit(case, key)
-            idle = Parameter(
+            idle = TermParameter(
                 "idle_speed", unit, 0.3 * top, top * 60.0, np.inf, True, "at which nothing is left"
             )
-            knee = Parameter(
+            knee = TermParameter(
                 "knee", "1", 0.0, 0.95, 0.0, False, "share of the idle speed up to which all is there"
             )
-            base = Parameter(
+            base = TermParameter(
                 "base_speed",
                 unit,
                 max(0.1 * float(used.min()), 1e-3 * top),  # axes of moves that nobody knows turn at 0
@@ -48,17 +48,17 @@ class TorqueSpeed(MoveTerm):
             forms.append(Form(f"{key} power", (base,), r"a(v) = a\,\min(1, v_b/v)"))
         return tuple(forms)
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "moves at several speeds"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         key, law = form.key.split()
         top = float(_speed(case, key)[case.moving].max())
         if law == "knee":
             return np.array([[0.8 * top, 0.4], [1.1 * top, 0.6], [1.3 * top, 0.3]])
         return np.array([[0.9], [1.3], [3.0], [10.0]] if law == "line" else [[0.25], [0.5], [0.8]]) * top
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         key, law = form.key.split()
         speed = motion.speed
         if law != "power":
@@ -73,7 +73,7 @@ class TorqueSpeed(MoveTerm):
             decelerate=motion.decelerate / longer(_force(end / values[0], knee, law)),
         )
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         key, law = form.key.split()
         of = "the path's" if key == "path" else "the fastest axis's"
         unit = (
@@ -94,23 +94,23 @@ def _force(share: Floats, knee: float, law: str) -> Floats:
     return np.asarray(np.minimum(1.0, np.maximum((1.0 - share) / (1.0 - knee), 1.0 - _MOST)))
 
 
-def _unit(case: Case, key: str) -> str:
+def _unit(case: MeasuredMoves, key: str) -> str:
     if key == "path":
         return f"{case.unit}/s"
     return "1" if case.rates is not None and case.rates.rated is not None else "rad/s"
 
 
-def _speed(case: Case, key: str) -> Floats:
+def _speed(case: MeasuredMoves, key: str) -> Floats:
     """(n,) that the simulation asks of the path, or of the fastest axis."""
     return np.asarray(_per_speed(case, key) * case.base.top())
 
 
-def _per_speed(case: Case, key: str) -> Floats:
+def _per_speed(case: MeasuredMoves, key: str) -> Floats:
     """(n,) the most that the path, or the fastest axis, has per speed of the path."""
     return case.once(f"fastest {key}", lambda: _fastest(case, key).max(axis=1))
 
 
-def _fastest(case: Case, key: str) -> Floats:
+def _fastest(case: MeasuredMoves, key: str) -> Floats:
     """(n, m) speed of the path, or of the fastest axis (as a share of rated speeds, where they are known), per speed of
     the path, along the way."""
     rates = case.rates
@@ -121,7 +121,7 @@ def _fastest(case: Case, key: str) -> Floats:
     return np.asarray((np.abs(rates.path) / rated).max(axis=2))
 
 
-def _along(case: Case, key: str, end: int) -> Floats:
+def _along(case: MeasuredMoves, key: str, end: int) -> Floats:
     """(n, k) the same where the simulation's ramp at one end passes the speeds of `PASSED`."""
 
     return case.once(f"fastest {key} {end}", lambda: where_passed(case, _fastest(case, key), end))

@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, LogTerm, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, LogTerm, MoveTerm, Stage, TermParameter
 
 _MOST = 0.95  # of the force that friction may take at the highest speed
 
@@ -19,26 +19,26 @@ class ViscousFriction(MoveTerm, LogTerm):
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994, section 2"
     confusable = ("coulomb-friction", "torque-speed", "servo-lag")
     equation: ClassVar[str] = r"\Delta\tau = b\,\dot q"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("viscous", "Nm s/rad", 0.0, 1e5, 0.0, meaning="torque per speed of the axis"),
+    parameters: ClassVar[tuple[TermParameter, ...]] = (
+        TermParameter("viscous", "Nm s/rad", 0.0, 1e5, 0.0, meaning="torque per speed of the axis"),
     )
 
     stage = Stage.SCALES
     phase = "accelerate"
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         share = _shares(case)[case.moving]
         if not len(share) or np.ptp(share) <= 0:
             return ()
-        loss = Parameter(
+        loss = TermParameter(
             "loss", "1/s", 0.0, _MOST / float(share.max()), 0.0, False, "of acceleration per speed"
         )
         return (Form("", (loss,), r"a_{acc} = a - k v,\; a_{dec} = a + k v"),)
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         return np.array([[0.3], [0.8]]) * form.parameters[0].high
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         """Ramps whose force falls, or grows, with the speed: ∫ dv / (a ∓ k v)."""
         top = motion.top()
         share = np.clip(values[0] * top / motion.accelerate, 1e-4, _MOST)
@@ -51,7 +51,7 @@ class ViscousFriction(MoveTerm, LogTerm):
             decelerate=motion.decelerate / faster,
         )
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         most = values[0] * float(_shares(case)[case.moving].max())
         return f"friction takes up to {most:.0%} of the force at the programmed speeds"
 
@@ -64,6 +64,6 @@ def viscous(speed: Floats) -> Floats:
     return speed
 
 
-def _shares(case: Case) -> Floats:
+def _shares(case: MeasuredMoves) -> Floats:
     """(n,) [s] speed over acceleration of the simulation."""
     return np.asarray(case.base.top() / case.base.accelerate)

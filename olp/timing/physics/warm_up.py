@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from olp.timing.physics._case import Case, Floats
+from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Parameter, Stage
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _FEWEST = 12
 _LONGEST = 2.0  # times the recording: a longer time constant is a straight line
@@ -19,42 +19,42 @@ class WarmUp(MoveTerm):
     confusable = ("clock", "speed-scale")
     stage = Stage.CLOCKS
 
-    def forms(self, case: Case) -> tuple[Form, ...]:
+    def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if len(case) < _FEWEST or not np.isfinite(case.t_start).all() or np.ptp(case.t_start) <= 0:
             return ()
         time = _time(case)
         span = float(np.ptp(time))
-        last = Parameter("tau", "s", span / 40.0, _LONGEST * span, np.inf, True, "time constant")
-        share = Parameter("share", "1", -0.5, 0.5, 0.0, False, "of a duration, cold")
-        fixed = Parameter("time", "s", -1.0, 1.0, 0.0, False, "per move, cold")
+        last = TermParameter("tau", "s", span / 40.0, _LONGEST * span, np.inf, True, "time constant")
+        share = TermParameter("share", "1", -0.5, 0.5, 0.0, False, "of a duration, cold")
+        fixed = TermParameter("time", "s", -1.0, 1.0, 0.0, False, "per move, cold")
         return (
             Form("share", (share, last), r"T = T_0 (1 + A e^{-t/\tau})"),
             Form("seconds", (fixed, last), r"T = T_0 + A e^{-t/\tau}"),
             Form("share, cold as simulated", (share, last), r"T = T_0 (1 + A (1 - e^{-t/\tau}))"),
         )
 
-    def lacks(self, case: Case) -> str:
+    def lacks(self, case: MeasuredMoves) -> str:
         return "" if self.forms(case) else "t_start_s"
 
-    def guesses(self, form: Form, case: Case) -> Floats:
+    def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         span = float(np.ptp(_time(case)))
         size = 0.02 if form.key.startswith("share") else 0.02 * float(np.median(case.measured))
         return np.array([[sign * size, part * span] for sign in (1, -1) for part in (0.08, 0.25, 0.7)])
 
-    def act(self, motion: Motion, form: Form, values: Floats, case: Case) -> Motion:
+    def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         cold = np.exp(-_time(case) / values[1])
         if form.key == "seconds":
             return motion.with_(added=motion.added + values[0] * cold * case.moving)
         cold = 1.0 - cold if form.key != "share" else cold
         return motion.with_(rate=motion.rate * (1.0 + values[0] * cold * case.moving))
 
-    def says(self, form: Form, values: Floats, case: Case) -> str:
+    def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         size = f"{values[0] * 1000:+.1f} ms" if form.key == "seconds" else f"{values[0]:+.2%}"
         when = "in the long run" if form.key.endswith("simulated") else "cold"
         return f"moves take {size} {when}, with a time constant of {values[1]:.0f} s"
 
 
-def _time(case: Case) -> Floats:
+def _time(case: MeasuredMoves) -> Floats:
     """(n,) [s] since the recording began."""
     began = case.began if np.isfinite(case.began) else float(np.min(case.t_start))
     return case.once("running time", lambda: case.t_start - began)

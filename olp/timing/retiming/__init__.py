@@ -2,13 +2,12 @@
 
 from olp.timing.retiming.along import along_path
 from olp.timing.retiming.limits import PathLimits, Singular
-from olp.timing.retiming.path import SampledPath
-from olp.timing.retiming.retime import Further, Kind, Limiter, Retimed, retime
-from olp.timing.retiming.spline import Spline, spline_through
+from olp.timing.retiming.path import SampledPath, Spline, spline_through
+from olp.timing.retiming.retime import Further, Limiter, LimitKind, Retimed, retime
 
 __all__ = [
     "Further",
-    "Kind",
+    "LimitKind",
     "Limiter",
     "PathLimits",
     "Retimed",

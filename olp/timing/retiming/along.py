@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any, Final
+
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core import memory_limit
+from olp.core.diagnostic import Diagnostic, warning
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.robots.kinematics import clearance, within_limits
 from olp.robots.robot import Robot
 from olp.runtime.plan import PATHS, Plan
-from olp.timing.retiming.cache import Known
-from olp.timing.retiming.findings import findings
+from olp.runtime.robots import of_rows
 from olp.timing.retiming.limits import PathLimits, Singular
-from olp.timing.retiming.path import SampledPath
+from olp.timing.retiming.path import SampledPath, spline_through
 from olp.timing.retiming.retime import retime
 from olp.timing.retiming.sampling import MOST, Rows, Samples, coarse, groups, measure, sample
-from olp.timing.retiming.spline import spline_through
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -63,7 +65,7 @@ def along_path(
             if samples == 2:
                 _ends(plan, robot, part, change[np.searchsorted(rows, part)], speeds, result)
                 continue
-            known = Known(plan, robot, samples, part, speeds, pushes)
+            known = RetimingCache(plan, robot, samples, part, speeds, pushes)
             fresh = known.fresh(result)
             if not len(fresh):
                 known.keep(result)
@@ -252,3 +254,135 @@ def _outside(robot: Robot, joints: Floats) -> NDArray[np.int8]:
     anywhere = np.any(beyond, axis=1)
     found: NDArray[np.int8] = np.where(anywhere, np.argmax(beyond, axis=1), -1).astype(np.int8)
     return found
+
+
+# --- Findings ---
+# What limits along a plan's paths have to be told, each with its line.
+
+_MANNERS = ("a straight wrist", "a stretched arm", "a wrist above axis S")
+
+
+def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
+    """One warning per file and kind of trouble, at its first line, counting the others."""
+    moves = plan.moves
+
+    def lost(row: int) -> tuple[str, str]:
+        travels = moves.length[row] > 1e-9
+        whole, unit, name = (moves.length[row], mm, "mm") if travels else (moves.angle[row], deg, "deg")
+        place = f"{limits.lost[row] / unit:.1f} of {whole / unit:.1f} {name}"
+        return (
+            f"{_name(plan, row)}: the way to this point leaves the reach of the arm after {place}",
+            "both ends can be reached, what lies between them cannot: use a joint move or a point between",
+        )
+
+    def outside(row: int) -> tuple[str, str]:
+        axis = _axis(plan, row, int(limits.outside[row]))
+        return (
+            f"{_name(plan, row)}: axis {axis} leaves its soft limits on this move",
+            "the controller will stop here with an alarm",
+        )
+
+    def singular(row: int) -> tuple[str, str]:
+        kind, near = int(limits.singular[row]), limits.nearness[row]
+        shown = f"{near / mm:.1f} mm" if kind == 2 else f"{near / deg:.2f} deg"
+        return (
+            f"{_name(plan, row)}: this move passes within {shown} of a singularity ({_MANNERS[kind]})",
+            "its axes' speeds cannot be told there: the time is that of the programmed speed, the robot may be slower",
+        )
+
+    found = [
+        ("L103", ~np.isnan(limits.lost), lost),
+        ("L104", limits.outside >= 0, outside),
+        ("L105", limits.singular >= 0, singular),
+    ]
+    told: list[Diagnostic] = []
+    for code, where, says in found:
+        rows = np.flatnonzero(where)
+        if len(rows):
+            told += of_rows(plan, rows, warning, code, *says(int(rows[0])))
+    return tuple(told)
+
+
+def _name(plan: Plan, row: int) -> str:
+    return plan.mechanisms[int(plan.moves.mechanism[row])]
+
+
+def _axis(plan: Plan, row: int, axis: int) -> str:
+    robot = plan.robots[int(plan.moves.mechanism[row])]
+    return robot.axis_names[axis] if robot else str(axis + 1)
+
+
+# --- Cache ---
+# Rows that an earlier plan of the same text held too: what was found along them holds still.
+
+_FOUND: Final = (
+    "known", "speed", "axis", "place", "acceleration", "paced", "singular", "nearness", "lost", "outside",
+)  # fmt: skip
+
+
+class RetimingCache:
+    """What is known of `rows` (r,) of a plan that are looked at `samples` times each, if anybody remembers.
+
+    A row is known where all numbers that decide about it are the same bit for bit. Rows come and go between others, so
+    those before the first and behind the last change are compared.
+    """
+
+    def __init__(
+        self, plan: Plan, robot: Robot, samples: int, rows: Rows, speeds: Floats, pushes: Floats
+    ) -> None:
+        self._rows, self._robot = rows, robot
+        self._shelf = memory_limit.shelf("rows along paths")
+        if self._shelf is not None:
+            self._key = (robot.name, samples)
+            self._asked = _bits(_asked(plan, robot, rows, speeds, pushes))
+
+    def fresh(self, result: PathLimits) -> Rows:
+        """The rows of which nothing is known; what is known of the others is put into `result`."""
+        before: Any = None if self._shelf is None else self._shelf.get(self._key)
+        if before is None or before[0] is not self._robot or before[1].dtype != self._asked.dtype:
+            return self._rows
+        _, asked, found = before
+        count = min(len(asked), len(self._asked))
+        head = _same(asked[:count], self._asked[:count])
+        left = count - head
+        tail = _same(asked[len(asked) - left :][::-1], self._asked[len(self._asked) - left :][::-1])
+        for place, name in enumerate(_FOUND):
+            column = getattr(result, name)
+            column[self._rows[:head]] = found[:head, place]
+            if tail:
+                column[self._rows[-tail:]] = found[-tail:, place]
+        return self._rows[head : len(self._rows) - tail]
+
+    def keep(self, result: PathLimits) -> None:
+        """What was found is known from now on."""
+        if self._shelf is not None:
+            found = np.stack([getattr(result, name)[self._rows] for name in _FOUND], axis=1)
+            self._shelf.put(self._key, (self._robot, self._asked, found))
+
+
+def _asked(plan: Plan, robot: Robot, rows: Rows, speeds: Floats, pushes: Floats) -> Floats:
+    """(r, n): every number that what is found along a row depends on."""
+    moves, positions = plan.moves, plan.positions
+    via = moves.via[rows]
+    third = np.where((via >= 0)[:, None], positions.position[via], np.nan)
+    ends = [
+        part[at[rows]]
+        for at in (moves.start, moves.target)
+        for part in (positions.position, positions.quaternion, positions.axes[:, : len(robot.axes)])
+    ]
+    single = (moves.path, moves.before, moves.length, moves.angle, speeds, pushes)
+    columns = np.stack([np.asarray(one[rows], dtype=np.float64) for one in single], axis=1)
+    return np.concatenate((*ends, third, columns), axis=1)
+
+
+def _bits(table: Floats) -> NDArray[np.void]:
+    """Each row of a table as one thing, so that nan is equal to itself."""
+    whole = np.ascontiguousarray(table)
+    bits: NDArray[np.void] = whole.view(np.dtype((np.void, whole.itemsize * whole.shape[1])))[:, 0]
+    return bits
+
+
+def _same(first: NDArray[np.void], second: NDArray[np.void]) -> int:
+    """How many rows are the same from the beginning on."""
+    differ = np.flatnonzero(first != second)
+    return int(differ[0]) if len(differ) else len(first)

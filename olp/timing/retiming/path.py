@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.timing.retiming.spline import spline_through
 
 Floats = NDArray[np.float64]
 
@@ -41,3 +40,71 @@ class SampledPath:
         _, first, second = spline(grid)
         wide = np.broadcast_to(grid, (*q.shape[:-2], len(grid)))
         return cls(wide, np.moveaxis(first, 0, -2), np.moveaxis(second, 0, -2))
+
+
+# --- Spline ---
+# Cubic splines through points: joints between the samples of a path, with their derivatives.
+
+
+@dataclass(frozen=True, slots=True)
+class Spline:
+    """Piecewise cubic in s with two continuous derivatives: `knots` (n,), `values` and `bends` (n, ...)."""
+
+    knots: Floats
+    values: Floats
+    bends: Floats  # second derivatives at the knots
+
+    def __call__(self, s: ArrayLike) -> tuple[Floats, Floats, Floats]:
+        """Value, first and second derivative (m, ...) at `s` (m,); outside, the end pieces go on."""
+        at = np.asarray(s, dtype=np.float64)
+        i = np.clip(np.searchsorted(self.knots, at, side="right") - 1, 0, len(self.knots) - 2)
+        extra = (1,) * (self.values.ndim - 1)
+        h = (self.knots[i + 1] - self.knots[i]).reshape(-1, *extra)
+        right = (at - self.knots[i]).reshape(-1, *extra) / h
+        left = 1.0 - right
+        y0, y1, m0, m1 = self.values[i], self.values[i + 1], self.bends[i], self.bends[i + 1]
+        value = left * y0 + right * y1 + h * h / 6 * ((left**3 - left) * m0 + (right**3 - right) * m1)
+        first = (y1 - y0) / h + h / 6 * ((3 * right**2 - 1) * m1 - (3 * left**2 - 1) * m0)
+        return value, first, left * m0 + right * m1
+
+
+def spline_through(s: ArrayLike, points: ArrayLike) -> Spline:
+    """The spline through `points` (n, ...) at `s` (n,), whose two outer pieces on each side are one cubic.
+
+    (Not-a-knot ends: C. de Boor, "A Practical Guide to Splines", 1978, chapter IV.) Three points give a parabola,
+    two a line. Raises OlpError (L001) when s does not increase or has fewer than two values.
+    """
+    knots, values = np.asarray(s, dtype=np.float64), np.asarray(points, dtype=np.float64)
+    if knots.ndim != 1 or len(knots) < 2 or len(values) != len(knots) or not (np.diff(knots) > 0).all():
+        raise OlpError(error("L001", "a path needs two or more samples at increasing places"))
+    extra = (1,) * (values.ndim - 1)
+    h = np.diff(knots)
+    slopes = np.diff(values, axis=0) / h.reshape(-1, *extra)
+    bends = np.zeros_like(values)
+    if len(knots) == 3:
+        bends[:] = 2.0 * (slopes[1] - slopes[0]) / (h[0] + h[1])
+    elif len(knots) > 3:
+        _solve(h, 6.0 * np.diff(slopes, axis=0), bends)
+    return Spline(knots, values, bends)
+
+
+def _solve(h: Floats, right: Floats, bends: Floats) -> None:
+    """Fills in the second derivatives: elimination in the tridiagonal system of the inner knots."""
+    below, above = h[:-1].copy(), h[1:].copy()
+    main = 2.0 * (h[:-1] + h[1:])
+    main[0] += h[0] + h[0] ** 2 / h[1]
+    above[0] -= h[0] ** 2 / h[1]
+    main[-1] += h[-1] + h[-1] ** 2 / h[-2]
+    below[-1] -= h[-1] ** 2 / h[-2]
+    rows = right.copy()
+    diagonal, lower, upper = main.tolist(), below.tolist(), above.tolist()
+    for i in range(1, len(rows)):
+        share = lower[i] / diagonal[i - 1]
+        diagonal[i] -= share * upper[i - 1]
+        rows[i] -= share * rows[i - 1]
+    rows[-1] /= diagonal[-1]
+    for i in range(len(rows) - 2, -1, -1):
+        rows[i] = (rows[i] - upper[i] * rows[i + 1]) / diagonal[i]
+    bends[1:-1] = rows
+    bends[0] = rows[0] + (rows[0] - rows[1]) * (h[0] / h[1])
+    bends[-1] = rows[-1] + (rows[-1] - rows[-2]) * (h[-1] / h[-2])

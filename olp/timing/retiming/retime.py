@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -11,9 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.core import compiled_loops
 from olp.core.diagnostic import OlpError, error
-from olp.timing.retiming.kernel import sweep_one
 from olp.timing.retiming.path import SampledPath
-from olp.timing.retiming.sweep import Strips, sweep
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +20,7 @@ _SAVING = 2e-6  # [s] per sample that compiled code saves, measured by bench/ret
 _AT_ONCE = 20_000  # samples at a time: their arrays stay in the cache
 
 
-class Kind(StrEnum):
+class LimitKind(StrEnum):
     """What kind of limit rules."""
 
     SPEED = "speed"
@@ -35,7 +34,7 @@ class Limiter(NamedTuple):
     """A limit by name: the number of its axis (or of the further limit), -1 for those of the path."""
 
     axis: int
-    kind: Kind
+    kind: LimitKind
 
 
 class Further(NamedTuple):
@@ -153,18 +152,18 @@ def _limits(
     with np.errstate(divide="ignore"):
         by_axis = v.reshape(shape) / np.abs(first)
     rows = [(first, second, -a.reshape(shape), a.reshape(shape))]
-    names = [Limiter(axis, Kind.ACCELERATION) for axis in axes]
+    names = [Limiter(axis, LimitKind.ACCELERATION) for axis in axes]
     if not np.isinf(push).all():
         bound = push.reshape(*first.shape[:2], 1)
         rows.append((np.ones_like(bound), np.zeros_like(bound), -bound, bound))
-        names.append(Limiter(-1, Kind.PATH_ACCELERATION))
+        names.append(Limiter(-1, LimitKind.PATH_ACCELERATION))
     if further is not None:
         count = further.p.shape[-1]
         rows.append(tuple(np.broadcast_to(f, (*first.shape[:2], count)) for f in further))  # type: ignore[arg-type]
-        names += [Limiter(i, Kind.FURTHER) for i in range(count)]
+        names += [Limiter(i, LimitKind.FURTHER) for i in range(count)]
     p, r, low, high = (np.concatenate(parts, axis=2) for parts in zip(*rows, strict=True))
     speeds = np.concatenate((travel.reshape(*first.shape[:2], 1), by_axis), axis=2)
-    of_speeds = [Limiter(-1, Kind.PATH_SPEED), *(Limiter(axis, Kind.SPEED) for axis in axes)]
+    of_speeds = [Limiter(-1, LimitKind.PATH_SPEED), *(Limiter(axis, LimitKind.SPEED) for axis in axes)]
     # A path along which nothing moves has no speed; any large one will do, for the time is that of other limits.
     return _Limits((*of_speeds, *names), p, r, low, high, v.reshape(shape), np.minimum(speeds, 1e9))
 
@@ -252,3 +251,285 @@ def _joined(parts: list[Retimed], single: bool) -> Retimed:
         if name != "names"
     }
     return Retimed(**{n: c[0] if single else c for n, c in columns.items()}, names=parts[0].names)
+
+
+# --- Kernel ---
+# The sweep of sweep.py as loops over numbers, for the compiled extra. Same names, same answers.
+
+Line = tuple[float, float]  # x = a - b y
+
+
+def _limit(
+    p: Floats, r: Floats, low: Floats, high: Floats, i: int, j: int, half: float
+) -> tuple[float, float, float, float]:
+    """Factors of x and y, low and high of limit j of interval i: at its start, at its end, inside; sweep.intervals."""
+    m = p.shape[1]
+    if j < m:
+        change = p[i, j] * half
+        return r[i, j] - change, change, low[i, j], high[i, j]
+    if j < 2 * m:
+        k = j - m
+        change = p[i + 1, k] * half
+        return -change, change + r[i + 1, k], low[i + 1, k], high[i + 1, k]
+    k = j - 2 * m
+    before, after = r[i, k] / 2, r[i + 1, k] / 2
+    change = (p[i, k] * half + p[i + 1, k] * half) / 2 + (before - after) / 4
+    return after - change, before + change, max(low[i, k], low[i + 1, k]), min(high[i, k], high[i + 1, k])
+
+
+def _solved(
+    p: Floats, r: Floats, low: Floats, high: Floats, i: int, half: float, last: float, lines: Floats
+) -> float:
+    """Fills `lines` (4, ...): a, b, lower a, lower b of interval i; gives the largest y that is possible at all."""
+    for j in range(lines.shape[1]):
+        fx, fy, bottom, top = _limit(p, r, low, high, i, j, half)
+        if fx == 0.0:
+            lines[0, j], lines[1, j], lines[2, j], lines[3, j] = math.inf, 0.0, -math.inf, 0.0
+            if fy != 0.0:
+                last = min(last, max(top / fy, bottom / fy))
+            continue
+        share = 1.0 / fx
+        lines[1, j] = lines[3, j] = fy * share
+        if fx > 0.0:
+            lines[0, j], lines[2, j] = top * share, bottom * share
+        else:
+            lines[0, j], lines[2, j] = bottom * share, top * share
+    return last
+
+
+def _bounds(
+    p: Floats, r: Floats, low: Floats, high: Floats, axes: int, i: int, half: float, cap: float, y: float
+) -> tuple[float, float, bool]:
+    """The largest x of interval i for y, how fast it falls with y, and whether there is an x for y at all."""
+    best, falls, least, possible = cap, 0.0, 0.0, True
+    for j in range(2 * p.shape[1] + axes):
+        fx, fy, bottom, top = _limit(p, r, low, high, i, j, half)
+        if fx == 0.0:
+            possible = possible and bottom <= fy * y <= top
+            continue
+        share = 1.0 / fx
+        above, below = (top - fy * y) * share, (bottom - fy * y) * share
+        if fx < 0.0:
+            above, below = below, above
+        if above < best:
+            best, falls = above, fy * share
+        if below > least:
+            least = below
+    return best, falls, possible and best >= least
+
+
+def _top(lines: Floats, cap: float, y: float) -> Line:
+    """The line that bounds x from above at y."""
+    a, b = cap, 0.0
+    for j in range(lines.shape[1]):
+        if lines[0, j] - lines[1, j] * y < a - b * y:
+            a, b = lines[0, j], lines[1, j]
+    return a, b
+
+
+def _bottom(lines: Floats, y: float) -> Line:
+    """The line that bounds x from below at y."""
+    a, b = 0.0, 0.0
+    for j in range(lines.shape[1]):
+        if lines[2, j] - lines[3, j] * y > a - b * y:
+            a, b = lines[2, j], lines[3, j]
+    return a, b
+
+
+def _peak(lines: Floats, cap: float, y: float) -> float:
+    """The smallest y up to the given one where the largest x is largest: see sweep._peaks."""
+    rise_a, rise_b = _top(lines, cap, 0.0)
+    if rise_b >= 0.0:
+        return 0.0
+    fall_a, fall_b, bounded = 0.0, 0.0, False
+    for _ in range(60):
+        top_a, top_b = _top(lines, cap, y)
+        low_a, low_b = _bottom(lines, y)
+        room = (top_a - top_b * y) - (low_a - low_b * y)
+        following = y
+        if room < -1e-12 * (abs(top_a) + abs(top_b * y)):
+            following = (top_a - low_a) / (top_b - low_b)
+        else:
+            if top_b < 0.0:
+                rise_a, rise_b = top_a, top_b
+            else:
+                fall_a, fall_b, bounded = top_a, top_b, True
+            if bounded:
+                following = (fall_a - rise_a) / (fall_b - rise_b)
+        before, y = y, max(following, 0.0)
+        if abs(y - before) <= 1e-13 * before:
+            break
+    return y
+
+
+@compiled_loops.kernel(_limit, _solved, _bounds, _top, _bottom, _peak)
+def sweep_one(
+    p: Floats, r: Floats, low: Floats, high: Floats, cap: Floats, step: Floats, axes: int, start: float, end: float,
+    x: Floats,
+) -> None:  # fmt: skip
+    """Fills x (n,) of one path; p, r, low, high (n, m), cap (n,), step (n - 1,): see sweep.Strips."""
+    n, m = p.shape
+    lines = np.empty((4, 2 * m + axes))
+    x[n - 1] = min(end, cap[n - 1])
+    for i in range(n - 2, -1, -1):
+        half = 0.5 / step[i]
+        best, falls, possible = _bounds(p, r, low, high, axes, i, half, cap[i], x[i + 1])
+        # Where x does not fall with y, the peak lies at y or further on and is not needed.
+        if falls > 0.0 or not possible:
+            last = _solved(p, r, low, high, i, half, cap[i + 1], lines)
+            y = min(x[i + 1], _peak(lines, cap[i], last))
+            a, b = _top(lines, cap[i], y)
+            best = a - b * y
+        x[i] = max(best, 0.0)
+    x[0] = min(x[0], start)
+    for i in range(n - 1):
+        best = x[i + 1]
+        for j in range(2 * m + axes):
+            fx, fy, bottom, top = _limit(p, r, low, high, i, j, 0.5 / step[i])
+            if fy > 0.0:
+                best = min(best, (top - fx * x[i]) / fy)
+            elif fy < 0.0:
+                best = min(best, (bottom - fx * x[i]) / fy)
+        x[i + 1] = max(best, 0.0)
+
+
+# --- Sweep ---
+# The largest speed along a path under linear limits, by one sweep back and one forward.
+#
+# Reachability analysis (H. Pham and Q.-C. Pham, "A new approach to time-optimal path parameterization based on
+# reachability analysis", IEEE T-RO 34(3), 2018). With x = ds/dt squared and u = d²s/dt², constant between two
+# samples, every limit reads low <= p u + r x <= high. Here it holds at both ends of each interval: with x at its
+# start, y at its end and u = (y - x) / 2d, two limits in x and y. On a cubic spline an axis's acceleration q' u + q'' x
+# is quadratic inside the interval, so it stays between its ends and the middle one of its three Bernstein
+# coefficients, which is linear in x and y too and becomes a third limit: nothing is exceeded between the samples.
+#
+# The largest x for a y is the least of many lines, a concave function; so the largest controllable x is found at
+# y = min(controllable y, where that function peaks).
+
+_MOST_CUTS = 60  # of the search for a peak; two to six are usual
+
+
+class Strips(NamedTuple):
+    """Limits low <= p u + r x <= high at the n samples of b paths, (n, m, b) each; low < 0 < high.
+
+    `cap` (n, b): largest x. `step` (n - 1, b): length of the intervals. The first `axes` of the m limits are those
+    of axes, of which r = dp/ds.
+    """
+
+    p: Floats
+    r: Floats
+    low: Floats
+    high: Floats
+    cap: Floats
+    step: Floats
+    axes: int
+
+
+class IntervalBounds(NamedTuple):
+    """Of every interval: x <= a - b y for all its lines, (n - 1, 2m + axes, b) each; `low_*`: x >= a - b y."""
+
+    a: Floats
+    b: Floats
+    low_a: Floats
+    low_b: Floats
+
+
+def sweep(strips: Strips, start: Floats, end: Floats) -> Floats:
+    """The largest x (n, b) with x <= `start` (b,) at the first and x <= `end` (b,) at the last sample."""
+    x_part, y_part, low, high = intervals(strips)
+    lines = _lines(x_part, y_part, low, high)
+    peak = _peaks(lines, strips.cap, _last_y(x_part, y_part, low, high, strips.cap))
+    x = np.empty_like(strips.cap)
+    x[-1] = np.minimum(end, strips.cap[-1])
+    for i in range(len(x) - 2, -1, -1):
+        y = np.minimum(x[i + 1], peak[i])
+        x[i] = np.minimum(np.min(lines.a[i] - lines.b[i] * y, axis=0), strips.cap[i])
+    np.maximum(x, 0.0, out=x)
+    x[0] = np.minimum(x[0], start)
+    forward = _lines(y_part, x_part, low, high)
+    for i in range(len(x) - 1):
+        y = np.min(forward.a[i] - forward.b[i] * x[i], axis=0)
+        x[i + 1] = np.maximum(np.minimum(y, x[i + 1]), 0.0)
+    return x
+
+
+def intervals(strips: Strips) -> tuple[Floats, Floats, Floats, Floats]:
+    """Factors of x and y, low and high, (n - 1, 2m + axes, b): each limit at the start, at the end and, for axes,
+    inside each interval."""
+    p, r, axes = strips.p, strips.r, slice(strips.axes)
+    half = 0.5 / strips.step[:, None, :]
+    first, last = p[:-1] * half, p[1:] * half
+    before, after = r[:-1, axes] / 2, r[1:, axes] / 2
+    middle = (first[:, axes] + last[:, axes]) / 2 + (before - after) / 4
+    low, high = strips.low, strips.high
+    return (
+        np.concatenate((r[:-1] - first, -last, after - middle), axis=1),
+        np.concatenate((first, last + r[1:], before + middle), axis=1),
+        np.concatenate((low[:-1], low[1:], np.maximum(low[:-1, axes], low[1:, axes])), axis=1),
+        np.concatenate((high[:-1], high[1:], np.minimum(high[:-1, axes], high[1:, axes])), axis=1),
+    )
+
+
+def _lines(x_part: Floats, y_part: Floats, low: Floats, high: Floats) -> IntervalBounds:
+    """Limits solved for x; where x does not occur they say nothing about it."""
+    none = x_part == 0.0
+    factor = 1.0 / np.where(none, 1.0, x_part)
+    b = np.where(none, 0.0, y_part * factor)
+    up, down = high * factor, low * factor
+    falling = factor < 0
+    a = np.where(none, np.inf, np.where(falling, down, up))
+    return IntervalBounds(a, b, np.where(none, -np.inf, np.where(falling, up, down)), b)
+
+
+def _last_y(x_part: Floats, y_part: Floats, low: Floats, high: Floats, cap: Floats) -> Floats:
+    """Largest y (n - 1, b) by its own cap and by the limits in which x does not occur."""
+    alone = (x_part == 0.0) & (y_part != 0.0)
+    last = cap[1:]
+    if alone.any():
+        factor = 1.0 / np.where(alone, y_part, 1.0)
+        bound = np.where(alone, np.maximum(high * factor, low * factor), np.inf)
+        last = np.minimum(last, bound.min(axis=1))
+    return last
+
+
+def _peaks(lines: IntervalBounds, cap: Floats, last: Floats) -> Floats:
+    """The smallest y (n - 1, b) where the largest x is largest, within 0..`last`.
+
+    Kelley's cutting planes: where the rising and the falling line found so far meet is the next place to look;
+    from places no x is possible at, the lines of both bounds lead back to the last one that is (Newton).
+    """
+    shape = last.shape
+    a, b, low_a, low_b = (part.transpose(0, 2, 1).reshape(-1, part.shape[1]) for part in lines)
+    cap, y = cap[:-1].reshape(-1, 1), last.reshape(-1).copy()
+    a, b = np.append(a, cap, axis=1), np.append(b, np.zeros_like(cap), axis=1)
+    low_a, low_b = np.append(low_a, np.zeros_like(cap), axis=1), np.append(low_b, np.zeros_like(cap), axis=1)
+    rising_a, rising_b = _active(a, b, np.zeros(len(y)))
+    falling_a, falling_b = np.zeros(len(y)), np.full(len(y), np.nan)
+    y = np.where(rising_b < 0, y, 0.0)
+    rows = np.flatnonzero(rising_b < 0)
+    for _ in range(_MOST_CUTS):
+        if not len(rows):
+            break
+        at, top, bottom = y[rows], (a[rows], b[rows]), (-low_a[rows], -low_b[rows])
+        (top_a, top_b), (bottom_a, bottom_b) = _active(*top, at), _active(*bottom, at)
+        room = top_a - top_b * at + (bottom_a - bottom_b * at)
+        outside = room < -1e-12 * (np.abs(top_a) + np.abs(top_b * at))
+        rising = ~outside & (top_b < 0)
+        falling = ~outside & ~rising
+        rising_a[rows[rising]], rising_b[rows[rising]] = top_a[rising], top_b[rising]
+        falling_a[rows[falling]], falling_b[rows[falling]] = top_a[falling], top_b[falling]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            back = (top_a + bottom_a) / (top_b + bottom_b)
+            met = (falling_a[rows] - rising_a[rows]) / (falling_b[rows] - rising_b[rows])
+        # No falling line yet: the last place that is possible is the peak.
+        following = np.where(outside, back, np.where(np.isnan(met), at, met))
+        y[rows] = np.maximum(following, 0.0)
+        rows = rows[np.abs(following - at) > 1e-13 * at]
+    return y.reshape(shape)
+
+
+def _active(a: Floats, b: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """The line (a, b) of each row that is lowest at y (n,)."""
+    row = np.arange(len(a))
+    k = np.argmin(a - b * y[:, None], axis=1)
+    return a[row, k], b[row, k]

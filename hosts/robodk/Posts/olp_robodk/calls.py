@@ -15,7 +15,7 @@ import numpy as np
 
 from olp.core.diagnostic import Diagnostic, Span, error, warning
 from olp.core.source import Source
-from olp.ir.expressions import FrameRef, Number, PositionLiteral, Quantity, Signal, State, Text, Unary
+from olp.ir.expressions import FrameRef, Number, PositionLiteral, Quantity, Signal, SignalState, Text, Unary
 from olp.ir.moves import (
     Acceleration,
     AccelerationUnit,
@@ -165,7 +165,7 @@ class Calls:
         """A digital or analog output."""
         line = self.said(call, name, value)
         bus = "out" if call == "setDO" else "analog-out"
-        level = State(is_on(value)) if call == "setDO" else Number(_number(value))
+        level = SignalState(is_on(value)) if call == "setDO" else Number(_number(value))
         self.body.append(SetOutput(line, Signal(bus, _index(name)), level))
 
     def wait(self, name: object, value: object, timeout_ms: float) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import dropwhile, takewhile
 
 from olp.checks.guard.budget import budgets_for, label_name
-from olp.checks.lint.case import Case, routines
+from olp.checks.lint.case import LintCase, routines
 from olp.checks.lint.rule import Rule, Suggestion
 from olp.ir.program import (
     Call,
@@ -30,7 +30,7 @@ from olp.ir.program import (
 from olp.ir.program import (
     Case as CaseMarker,
 )
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 
 # Control arrives at these from elsewhere.
 _ARRIVALS = (Label, Else, ElseIf, EndIf, EndWhile, EndSwitch, CaseMarker, Default, Next, Until, End)
@@ -46,7 +46,7 @@ class UnreachableCode(Rule):
     better = "remove them, or the jump before them"
     suggests = True
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         for routine in routines(case):
             dead = False
             told = False
@@ -61,7 +61,7 @@ class UnreachableCode(Rule):
                 if _leaves(statement):
                     dead = True
 
-    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+    def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         for routine in program.routines:
             dead = [
                 s.line
@@ -95,7 +95,7 @@ class UnusedLabel(Rule):
     better = "remove the label"
     fixable = True
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         marks = _budget_labels(case.path)
         for routine in routines(case):
             if any(isinstance(s, Jump) and not isinstance(s.target, str) for s in routine.body):
@@ -114,7 +114,7 @@ class UnusedLabel(Rule):
                     )
 
 
-def _written(case: Case, label: Label) -> str:
+def _written(case: LintCase, label: Label) -> str:
     """The label with the sign that the language puts in front of it: *NEXT, LBL[7."""
     text = case.text(label.line)
     at = text.find(label.name)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.checks.lint.rule import Rule
 from olp.ir.program import Wait
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 
 
 class EndlessWait(Rule):
@@ -23,7 +23,7 @@ class EndlessWait(Rule):
     example = "WAIT IN#(5)=ON"
     better = "WAIT IN#(5)=ON T=10.00\nJUMP *ALARM IF IN#(5)=OFF"
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         for statement in case.program.statements():
             if isinstance(statement, Wait) and statement.timeout is None:
                 yield self.finding(

@@ -7,11 +7,11 @@ from math import degrees, radians
 
 import numpy as np
 
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.checks.lint.rule import Rule, Suggestion
 from olp.checks.lint.zones import rounded
 from olp.ir.program import Program
-from olp.reports.outcome.model import Finding
+from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.plan import BlendCode, StepKind
 
 _SHARP = radians(75)  # from here on a stop may be meant: the tool turns back or round a corner
@@ -32,7 +32,7 @@ class ExactStop(Rule):
     better = "MOVL C00001 V=300.0 PL=1\nMOVL C00002 V=300.0"
     suggests = True
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         plan, told = case.plan, set()
         for step in case.steps:
             line = int(plan.line[step])
@@ -44,12 +44,12 @@ class ExactStop(Rule):
                 says = f"the robot stops here, and goes on at {degrees(turn):.0f} deg to where it came from"
                 yield self.finding(case, line, says, "give the corner a rounding, if nothing needs the stop")
 
-    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+    def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         text = rounded(program.vendor, program.source.line(found.line))
         if text is not None:
             yield found.line, found.line, text, "round the corner a little"
 
-    def _stops(self, case: Case, step: int) -> bool:
+    def _stops(self, case: LintCase, step: int) -> bool:
         """Whether the step ends in an exact stop and the very next step travels on."""
         plan = case.plan
         if plan.kind[step + 1] != StepKind.MOVE or plan.source[step + 1] != plan.source[step]:
@@ -63,7 +63,7 @@ class ExactStop(Rule):
         return exact and long and quiet and case.on_path(step) and case.on_path(step + 1)
 
     @staticmethod
-    def _acts(case: Case, line: int) -> bool:
+    def _acts(case: LintCase, line: int) -> bool:
         from olp.ir.program import Comment, SetSpeed
 
         return not isinstance(case.statements[line], (Comment, SetSpeed))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from olp.checks.difference.rows import standing_of
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.checks.lint.rule import Rule
-from olp.reports.outcome.model import Finding
+from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.plan import BlendCode
 
 
@@ -23,7 +23,7 @@ class ToolChange(Rule):
     example = "MOVL C00001 V=300.0 PL=3   taught with tool 1\nMOVL C00002 V=300.0        taught with tool 2"
     better = "teach both with the same tool, or stop between them"
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         standing, plan = standing_of(case.program), case.plan
         told = set()
         for before, after in zip(case.steps, case.steps[1:], strict=False):

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.checks.lint.rule import Rule, Suggestion
 from olp.core.units import mm
 from olp.ir.program import Path, Program
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 from olp.runtime.plan import PATHS
 
 _NOTHING = 1e-3 * mm
@@ -31,7 +31,7 @@ class NoMotion(Rule):
     better = "leave the second one out"
     suggests = True
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         plan = case.plan
         moves = plan.moves
         for line, steps in case.lines.items():
@@ -46,11 +46,11 @@ class NoMotion(Rule):
             ):
                 yield self.finding(case, line, "the arm stands at this target already", "leave the move out")
 
-    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+    def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         yield found.line, found.line, "", "leave the move out"
 
     @staticmethod
-    def _still(case: Case, row: int) -> bool:
+    def _still(case: LintCase, row: int) -> bool:
         moves = case.plan.moves
         axes = case.plan.positions.axes
         same = int(moves.start[row]) == int(moves.target[row])
@@ -63,5 +63,5 @@ class NoMotion(Rule):
         return same or bool(still)
 
     @staticmethod
-    def _first(case: Case, steps: list[int]) -> bool:
+    def _first(case: LintCase, steps: list[int]) -> bool:
         return any(step == min(case.steps) for step in steps)

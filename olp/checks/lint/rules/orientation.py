@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.checks.lint.rule import Rule
-from olp.reports.outcome.model import Finding
+from olp.reports.outcome.model import OutcomeFinding
 
 
 class OrientationRules(Rule):
@@ -21,7 +21,7 @@ class OrientationRules(Rule):
     example = "MOVL C00001 V=500.0   40 mm further and 90 deg turned"
     better = "turn on the long approach"
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         for line, steps in case.lines.items():
             step = next((s for s in steps if case.turn_rules(s)), None)
             if step is not None:

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from olp.checks.lint.case import Case, mentioned, routines
+from olp.checks.lint.case import LintCase, mentioned, routines
 from olp.checks.lint.rule import Rule
 from olp.ir.expressions import Named, Store
 from olp.ir.points import PointKind
 from olp.ir.program import Declare, Routine
 from olp.languages.vendor import conventions_of
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 
 _SAME = 1e-6  # [m] and [rad]; pulses are whole numbers
 
@@ -28,7 +28,7 @@ class UnusedPoint(Rule):
     better = "delete the point, or move to it"
     fixable = True
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         for routine in routines(case):
             used = {
                 (p.store, p.number) for s in routine.body for p in mentioned(s) if not isinstance(p, Named)
@@ -42,7 +42,7 @@ class UnusedPoint(Rule):
                         yield self.finding(case, int(block.lines[row]), says, "delete it, or move to it")
             yield from self._named(case, routine)
 
-    def _named(self, case: Case, routine: Routine) -> Iterator[Finding]:
+    def _named(self, case: LintCase, routine: Routine) -> Iterator[OutcomeFinding]:
         """Points of languages that name them, declared in this routine."""
         own = [s for s in routine.body if isinstance(s, Declare) and _is_own(case, s)]
         if not own:
@@ -58,7 +58,7 @@ class UnusedPoint(Rule):
                 yield self.finding(case, s.line, says, "delete it, or move to it", fixes=fixes)
 
 
-def _is_own(case: Case, s: Declare) -> bool:
+def _is_own(case: LintCase, s: Declare) -> bool:
     """Whether a declared point is seen in this file only, or in its routine, whatever it says."""
     return s.type in ("position", "joints") and (
         not s.shared or conventions_of(case.program.vendor).local_declarations
@@ -78,7 +78,7 @@ class DuplicatedPoint(Rule):
     example = "C00003=…  and C00009=… with the same numbers"
     better = "move to C00003 twice"
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         for routine in routines(case):
             block = routine.points.blocks.get((Store.ROBOT, True))
             if block is None or len(block) > 5000:  # a generated path: nobody touches its points up

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from olp.checks.lint.rule import Suggestion, Told
+from olp.checks.lint.rule import RunRule, Suggestion
 from olp.checks.lint.zones import smaller
 from olp.ir.program import Move, Program
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 
 
-class LongZone(Told):
+class LongZone(RunRule):
     """A zone longer than one of its moves."""
 
     code = "W003"
@@ -26,7 +26,7 @@ class LongZone(Told):
     better = "MOVL C00001 V=300.0 PL=1"
     suggests = True
 
-    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+    def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         moves = [s.line for s in program.statements() if isinstance(s, Move) and s.line <= found.line]
         # The corner is told at the line whose zone it is, or at the short move behind it.
         for line in sorted(set(moves), reverse=True)[:2]:
@@ -34,7 +34,7 @@ class LongZone(Told):
                 yield line, line, text, "make the zone smaller"
 
 
-class OutsideLimits(Told):
+class OutsideLimits(RunRule):
     """A point that the arm cannot reach, or only beyond its soft limits."""
 
     code = "W005"
@@ -49,7 +49,7 @@ class OutsideLimits(Told):
     better = "teach C00001 within reach"
 
 
-class Singularity(Told):
+class SingularPath(RunRule):
     """A path that passes a singularity."""
 
     code = "W006"
@@ -63,7 +63,7 @@ class Singularity(Told):
     better = "turn the tool a few degrees, or pass the place with MOVJ"
 
 
-class UndefinedPoint(Told):
+class UndefinedPoint(RunRule):
     """A move to a point that nobody has taught."""
 
     code = "W009"
@@ -79,7 +79,7 @@ class UndefinedPoint(Told):
     better = "teach C00009, or correct its number"
 
 
-class MissingJob(Told):
+class MissingJob(RunRule):
     """A call of a routine that is not there."""
 
     code = "W011"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ceil
 
-from olp.checks.lint.case import Case
+from olp.checks.lint.case import LintCase
 from olp.checks.lint.rule import Rule, Suggestion
 from olp.core.units import mm
 from olp.ir.program import Program
-from olp.reports.outcome.model import Finding, Level
+from olp.reports.outcome.model import Level, OutcomeFinding
 
 _SHARE = 0.5
 _SLOW = 50.0  # [mm/s] below this nobody gains anything
@@ -29,7 +29,7 @@ class UnreachedSpeed(Rule):
     better = "MOVL C00002 V=300.0"
     suggests = True
 
-    def find(self, case: Case) -> Iterator[Finding]:
+    def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         timing = case.timing
         programmed, peak = timing.speed_mm_s, timing.reached_mm_s
         # All steps at once, since most are not slow; a number that is not known compares as false.
@@ -48,7 +48,7 @@ class UnreachedSpeed(Rule):
                     numbers={"speed_mm_s": float(speed[0]), "reached_mm_s": round(float(reached.max()), 3)},
                 )  # fmt: skip
 
-    def suggest(self, program: Program, found: Finding) -> Iterator[Suggestion]:
+    def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         from olp.checks.edit import ChangeSpeed, edited, speed_of
         from olp.core.diagnostic import OlpError
         from olp.ir.moves import SpeedUnit

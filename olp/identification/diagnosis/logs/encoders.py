@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
-from olp.identification.diagnosis.logs.guess import direction
+from olp.identification.diagnosis.logs.following import direction
 from olp.identification.diagnosis.logs.select import (
-    Column,
+    LibraryColumn,
     Products,
     best,
     gain,
@@ -23,15 +23,14 @@ from olp.identification.diagnosis.logs.select import (
     intervals,
     products,
 )
-from olp.identification.diagnosis.logs.series import hermite
-from olp.identification.diagnosis.logs.torque import Motion
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
+from olp.identification.diagnosis.logs.series import autoregression, hermite, kept, order_of, runs, whiten
+from olp.identification.diagnosis.logs.torque import LogMotion
 from olp.identification.recording.log import Log
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 SKEW, TWIST, PLAY = "clock", "joint-compliance", "backlash"
-_COLUMNS = (Column(""), Column(SKEW), Column(TWIST, positive=False), Column(PLAY))
+_COLUMNS = (LibraryColumn(""), LibraryColumn(SKEW), LibraryColumn(TWIST, positive=False), LibraryColumn(PLAY))
 _ALIKE = 0.25  # of their mean: how far the axes' times may be apart and still be one clock
 _LEAST = 0.1
 _NO_TIME = 1e-5  # [s]
@@ -73,7 +72,7 @@ def link_columns(log: Log) -> dict[int, Floats]:
     return found
 
 
-def encoders(log: Log, moved: Motion, usable: Mask) -> Encoders | None:
+def encoders(log: Log, moved: LogMotion, usable: Mask) -> Encoders | None:
     """What the second encoders tell; None without them."""
     links = link_columns(log)
     # A delay is more than speed times time: at high acceleration the rest would pass for a twist.
@@ -97,7 +96,7 @@ def encoders(log: Log, moved: Motion, usable: Mask) -> Encoders | None:
     return Encoders(tuple(found), middle, middle - half, middle + half)
 
 
-def _late(log: Log, moved: Motion, usable: Mask, axis: int, link: Floats) -> float:
+def _late(log: Log, moved: LogMotion, usable: Mask, axis: int, link: Floats) -> float:
     """[s] by speed alone."""
     use = usable & np.isfinite(link)
     difference, speed = (link - log.q[:, axis])[use], moved.speed[use, axis]
@@ -105,7 +104,9 @@ def _late(log: Log, moved: Motion, usable: Mask, axis: int, link: Floats) -> flo
     return -float((difference * speed).sum()) / max(float((speed**2).sum()), 1e-300)
 
 
-def _axis(log: Log, moved: Motion, usable: Mask, axis: int, link: Floats, about: float) -> EncoderAxis | None:
+def _axis(
+    log: Log, moved: LogMotion, usable: Mask, axis: int, link: Floats, about: float
+) -> EncoderAxis | None:
     speed = moved.speed[:, axis]
     if abs(about) > _NO_TIME:
         # The column of a delay of that very size, per second of it.

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.logs.select import Column, Products, products
-from olp.identification.diagnosis.logs.series import Spectrum
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
+from olp.identification.diagnosis.logs.select import LibraryColumn, Products, products
+from olp.identification.diagnosis.logs.series import Spectrum, autoregression, kept, order_of, runs, whiten
 from olp.timing.physics.backlash import play
 from olp.timing.physics.clock import shift
 from olp.timing.physics.joint_compliance import swing
@@ -28,7 +27,7 @@ _ROUNDS = 6
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class FollowingShape:
     """The terms of one axis in numbers; nan: the term is not there."""
 
     lag: float = math.nan  # [s]
@@ -41,7 +40,7 @@ class Shape:
     push: float = math.nan  # [s²] rotor's inertia times `twist`
     give: float = math.nan  # [rad/Nm | m/N] by how much the servo gives way to torques that nobody planned
 
-    def only(self, terms: tuple[str, ...]) -> Shape:
+    def only(self, terms: tuple[str, ...]) -> FollowingShape:
         kept = self
         if LAG not in terms:
             kept = replace(kept, lag=math.nan)
@@ -77,7 +76,7 @@ class Follower:
         """(n,) what a reference that comes `late` [s] adds."""
         return self.seen(self.reference.through(shift(self.reference.omega, late), self.axis))
 
-    def effects(self, shape: Shape, late: float = 0.0) -> Floats:
+    def effects(self, shape: FollowingShape, late: float = 0.0) -> Floats:
         """(n,) what the terms of `shape` add to the reference, on top of a clock that is `late` [s]."""
         omega, axis = self.reference.omega, self.axis
         gain = 1 + shift(omega, late)
@@ -118,7 +117,9 @@ _LOW = (1e-5, 2 * math.pi * 0.5, 2e-3, -20.0, 1e-9, 1e-12, 0.0, -1e-2)
 _HIGH = (0.5, 2 * math.pi * 120, 0.5, 20.0, 0.1, 1e-2, 0.1, 1e-2)  # damped more, nothing oscillates
 
 
-def jacobian(follower: Follower, shape: Shape, late: float) -> tuple[tuple[str, ...], Floats, Floats]:
+def jacobian(
+    follower: Follower, shape: FollowingShape, late: float
+) -> tuple[tuple[str, ...], Floats, Floats]:
     """Names of the numbers of `shape`, effects (n,) and their derivatives (n, p)."""
     here = follower.effects(shape, late)
     names = tuple(n for n in NAMES if not math.isnan(getattr(shape, n)))
@@ -134,8 +135,8 @@ def jacobian(follower: Follower, shape: Shape, late: float) -> tuple[tuple[str, 
 
 
 def refine(
-    follower: Follower, shape: Shape, late: float, noise: Whitened | None, rounds: int = _ROUNDS
-) -> Shape:
+    follower: Follower, shape: FollowingShape, late: float, noise: Whitened | None, rounds: int = _ROUNDS
+) -> FollowingShape:
     """Gauss and Newton with halved steps, over a free constant; without `noise` plain least squares."""
     ones = np.ones((len(follower.time), 1))
 
@@ -188,14 +189,14 @@ def refine(
 
 
 COLUMNS = (
-    Column(""),
-    Column(LAG, positive=True),
-    Column(COMPLIANCE, parameters=3),
-    Column(BACKLASH, positive=True),
+    LibraryColumn(""),
+    LibraryColumn(LAG, positive=True),
+    LibraryColumn(COMPLIANCE, parameters=3),
+    LibraryColumn(BACKLASH, positive=True),
 )
 
 
-def library(follower: Follower, shape: Shape, late: float) -> Floats:
+def library(follower: Follower, shape: FollowingShape, late: float) -> Floats:
     """(n, 4) constant, lag, oscillation and play of `shape`, each as if alone on a clock that is `late` [s]."""
     base = follower.delay(late) if late else 0.0
     parts = [np.ones(len(follower.time))]
@@ -205,7 +206,7 @@ def library(follower: Follower, shape: Shape, late: float) -> Floats:
 
 
 def compared(
-    follower: Follower, shape: Shape, late: float, noise: Whitened, extra: Floats | None = None
+    follower: Follower, shape: FollowingShape, late: float, noise: Whitened, extra: Floats | None = None
 ) -> Products:
     """The terms of one axis as columns, whitened; `extra` (n, m): more that is always in (a clock's two numbers)."""
     base = follower.delay(late) if late else 0.0
@@ -213,5 +214,5 @@ def compared(
     kinds = COLUMNS
     if extra is not None:
         columns = np.column_stack([columns, extra])
-        kinds = COLUMNS + (Column("clock"),) * extra.shape[1]
+        kinds = COLUMNS + (LibraryColumn("clock"),) * extra.shape[1]
     return products(noise.of(columns), noise.of(follower.residual - base), kinds)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs.series import Grid, Spectrum, even
-from olp.identification.recording.clock import Clock, fit_clock
+from olp.identification.recording.from_log import ClockAlignment, fit_clock
 from olp.identification.recording.log import Log
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,7 @@ _SURE = 4.0  # standard errors of a rate
 LEAST_RATE = 5e-6  # quartz clocks differ by more
 
 
-class Dwell(NamedTuple):
+class ExtraDwell(NamedTuple):
     """At `time` [s] of the log it stands still `extra` [s] longer than the simulation (negative: shorter)."""
 
     time: float
@@ -43,8 +43,8 @@ class Pairing:
     `at` (w,) [s] of the log, `off` (w,) [s] by which each window is off that line.
     """
 
-    clock: Clock
-    dwell: tuple[Dwell, ...]
+    clock: ClockAlignment
+    dwell: tuple[ExtraDwell, ...]
     unpaired: tuple[tuple[float, float], ...]  # [s] of the log: the simulation does not go there
     retimed: bool  # the moves themselves take other times: no clock tells them
     at: Floats
@@ -59,7 +59,9 @@ class Pairing:
         middle = float(np.median(self.at)) - self.clock.offset
         rate = self.clock.rate * factor
         offset = self.clock.offset - middle * (factor - 1)
-        clock = Clock(offset, rate, max(self.clock.offset_error, middle * error), error, self.clock.scatter)
+        clock = ClockAlignment(
+            offset, rate, max(self.clock.offset_error, middle * error), error, self.clock.scatter
+        )
         return replace(self, clock=clock)
 
     def late(self, time: Floats) -> Floats:
@@ -91,7 +93,7 @@ def pair(log: Log, sim: Log, values: Floats, reference: Floats) -> Pairing | Non
     windows = _windows(log.time, values, scale)
     if len(windows) < 1:
         return None
-    pairing = Pairing(Clock(*first, 0.0, 0.0, 0.0), (), (), False, np.zeros(0), np.zeros(0))
+    pairing = Pairing(ClockAlignment(*first, 0.0, 0.0, 0.0), (), (), False, np.zeros(0), np.zeros(0))
     for turn in range(3):
         at, shift, good = _shifts(log.time, values, windows, curves, pairing, turn == 0)
         if not good.any():
@@ -229,7 +231,9 @@ def _line(
     when = at[good]
     there = start.simulated(when) - shift[good] / start.clock.rate
     if len(when) < 3:
-        clock = Clock(start.clock.offset + float(np.median(shift[good])), start.clock.rate, 1.0, 1.0, 0.0)
+        clock = ClockAlignment(
+            start.clock.offset + float(np.median(shift[good])), start.clock.rate, 1.0, 1.0, 0.0
+        )
         return Pairing(clock, start.dwell, (), False, at, shift)
     steps = _steps(there, when, max(2.5 * log.period, 0.012))
     times = [_longest_rest(log.time, values, when[i], when[i + 1]) for i in steps.tolist()]
@@ -242,7 +246,7 @@ def _line(
         # A rate that is not sure would shift the log's end by more than a servo's lag.
         level, sizes = _fit(there, when, np.array(times), 1.0)
         clock = level._replace(rate_error=clock.rate_error)
-    dwell = tuple(Dwell(t, float(s)) for t, s in zip(times, sizes, strict=True))
+    dwell = tuple(ExtraDwell(t, float(s)) for t, s in zip(times, sizes, strict=True))
     retimed = len(steps) > max(3, len(when) // 4) or clock.scatter > max(_RETIMED, 2 * log.period)
     return Pairing(clock, dwell, (), retimed, at, shift)
 
@@ -258,7 +262,9 @@ def _steps(there: Floats, when: Floats, least: float) -> NDArray[np.intp]:
     return np.nonzero(np.abs(gained - np.median(gained)) > max(least, 8 * usual))[0]
 
 
-def _fit(there: Floats, when: Floats, times: Floats, known: float | None = None) -> tuple[Clock, Floats]:
+def _fit(
+    there: Floats, when: Floats, times: Floats, known: float | None = None
+) -> tuple[ClockAlignment, Floats]:
     """when = offset + rate * there + steps, robust (Huber); the rate may be `known`."""
     shift = float(when[0])
     steps = (when[:, None] > times[None, :]).astype(float)
@@ -282,10 +288,10 @@ def _fit(there: Floats, when: Floats, times: Floats, known: float | None = None)
     spread = scatter * np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal)), 0))
     if known is not None:
         offset = float(sizes[0]) + shift - known * middle
-        return Clock(offset, known, float(spread[0]), 0.0, scatter), sizes[1:]
+        return ClockAlignment(offset, known, float(spread[0]), 0.0, scatter), sizes[1:]
     offset = float(sizes[0]) + shift - float(sizes[1]) * middle
     error = float(np.hypot(spread[0], spread[1] * middle))
-    return Clock(offset, float(sizes[1]), error, float(spread[1]), scatter), sizes[2:]
+    return ClockAlignment(offset, float(sizes[1]), error, float(spread[1]), scatter), sizes[2:]
 
 
 def _longest_rest(time: Floats, values: Floats, begin: float, end: float) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.logs.follow import Follower, Shape, Whitened, jacobian, refine
+from olp.identification.diagnosis.logs.follow import Follower, FollowingShape, Whitened, jacobian, refine
 from olp.identification.diagnosis.logs.following import (
     BOTH,
     CLOCK,
@@ -20,7 +20,7 @@ from olp.identification.diagnosis.logs.following import (
     stories,
 )
 from olp.identification.diagnosis.logs.select import (
-    Column,
+    LibraryColumn,
     Products,
     criterion,
     gain,
@@ -47,7 +47,7 @@ class AxisResult:
 
     follower: Follower
     noise: Whitened
-    shape: Shape
+    shape: FollowingShape
     terms: tuple[str, ...]
     gains: dict[str, tuple[float, float]]  # term -> gain on held-out blocks, p-value
     delta_bic: dict[str, float]
@@ -140,7 +140,9 @@ def judge(all_axes: list[Follower], unfaulted: float | None) -> PositionResult:
     by_axis = {f.axis: a for f, a in zip(short, story.axes, strict=True)}
     results = []
     for f in all_axes:
-        shape, terms = (by_axis[f.axis].shape, by_axis[f.axis].terms) if f.axis in by_axis else (Shape(), ())
+        shape, terms = (
+            (by_axis[f.axis].shape, by_axis[f.axis].terms) if f.axis in by_axis else (FollowingShape(), ())
+        )
         noise = noise_of(f, shape, story.late)
         results.append(_axis(f, noise, shape, terms, story.late, zero, unfaulted is None))
     late = story.late
@@ -216,7 +218,9 @@ def drift(result: PositionResult) -> tuple[float, float]:
     return product / max(power, 1e-300), 1 / math.sqrt(max(power, 1e-300))
 
 
-def _table(follower: Follower, shape: Shape, terms: tuple[str, ...], late: float, zero: float) -> Floats:
+def _table(
+    follower: Follower, shape: FollowingShape, terms: tuple[str, ...], late: float, zero: float
+) -> Floats:
     """(n, 2 + t) constant, clock and the terms, linear at the fitted shapes."""
     base = follower.delay(late)
     columns = [np.ones(len(base)), base - (follower.delay(zero) if zero else 0.0)]
@@ -230,12 +234,17 @@ def _table(follower: Follower, shape: Shape, terms: tuple[str, ...], late: float
 
 
 def _products(
-    follower: Follower, noise: Whitened | None, shape: Shape, terms: tuple[str, ...], late: float, zero: float
+    follower: Follower,
+    noise: Whitened | None,
+    shape: FollowingShape,
+    terms: tuple[str, ...],
+    late: float,
+    zero: float,
 ) -> Products:
     kinds = (
-        Column(""),
-        Column("clock"),
-        *(Column(t, t != "joint-compliance", 3 if t == "joint-compliance" else 1) for t in terms),
+        LibraryColumn(""),
+        LibraryColumn("clock"),
+        *(LibraryColumn(t, t != "joint-compliance", 3 if t == "joint-compliance" else 1) for t in terms),
     )
     table = _table(follower, shape, terms, late, zero)
     target = follower.residual - (follower.delay(zero) if zero else 0.0)
@@ -249,7 +258,7 @@ def _products(
 def _axis(
     follower: Follower,
     noise: Whitened,
-    shape: Shape,
+    shape: FollowingShape,
     terms: tuple[str, ...],
     late: float,
     zero: float,
@@ -288,7 +297,7 @@ def _axis(
         terms = tuple(t for t in terms if t != worst)
 
 
-def _no_sense(term: str, shape: Shape, follower: Follower, least: float) -> bool:
+def _no_sense(term: str, shape: FollowingShape, follower: Follower, least: float) -> bool:
     """A lag of a fraction of a sample, or an oscillation that ran into its bounds."""
     step = follower.reference.grid.step
     if term == "servo-lag":
@@ -316,7 +325,7 @@ def numbers(result: AxisResult, late: float, has_clock: bool) -> dict[str, tuple
         matrix.append((result.follower.effects(result.shape, late + 1e-5) - effect) / 1e-5)
     whole = result.noise.of(np.column_stack(matrix))
     left = result.noise.of(result.follower.residual - effect)
-    table = products(whole, left, (Column(""),) * whole.shape[1])
+    table = products(whole, left, (LibraryColumn(""),) * whole.shape[1])
     _, _, widths = intervals(table, ())
     return {n: (getattr(result.shape, n), float(w)) for n, w in zip(names, widths, strict=False)}
 

@@ -2,30 +2,40 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.logs.effort import Efforts
-from olp.identification.diagnosis.logs.findings import Named, findings
 from olp.identification.diagnosis.logs.following import BOTH, CLOCK, NONE
-from olp.identification.diagnosis.logs.moves import late_moves
 from olp.identification.diagnosis.logs.pairing import Pairing
 from olp.identification.diagnosis.logs.position import PositionResult
-from olp.identification.diagnosis.logs.residuals import (
-    CLEAR,
-    correlates,
-    goes_with_motion,
-    noise_floor,
-    verdict_of,
+from olp.identification.diagnosis.logs.result import (
+    AxisEvidence,
+    AxisResidual,
+    ClockFit,
+    LogCorrelate,
+    LogDiagnosis,
 )
-from olp.identification.diagnosis.logs.result import AxisResidual, ClockFit, LogCorrelate, LogDiagnosis
-from olp.identification.diagnosis.logs.select import held_out
-from olp.identification.diagnosis.logs.series import dropped, gaps, misread
+from olp.identification.diagnosis.logs.select import LibraryColumn, held_out, products
+from olp.identification.diagnosis.logs.series import (
+    autoregression,
+    dropped,
+    gaps,
+    kept,
+    misread,
+    order_of,
+    rests,
+    runs,
+    whiten,
+)
+from olp.identification.diagnosis.logs.statistics import student_tail
 from olp.identification.diagnosis.logs.torque import MASSES
-from olp.identification.diagnosis.result import Alternative, MoveResidual
+from olp.identification.diagnosis.result import Alternative, Evidence, Finding, FittedParameter, MoveResidual
 from olp.identification.recording.log import Log
 
 Floats = NDArray[np.float64]
@@ -37,7 +47,7 @@ _FAR = 3.0  # times the noise: a rest of that size in motion is no noise, whatev
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class LogReport:
     """What is left after the confirmed terms, and everything said about it."""
 
     log: Log
@@ -47,7 +57,7 @@ class Report:
     position: PositionResult | None  # of every axis only what was confirmed
     effort: Efforts | None
     torque_judged: bool  # whether torques were compared with anything but a fit of their own
-    named: list[Named]
+    named: list[ConfirmedTerm]
     notes: list[str]  # more are added
 
     def diagnosis(self, clocks: tuple[ClockFit, ...]) -> LogDiagnosis:
@@ -215,3 +225,236 @@ def _motion_columns(axis: int, speed: Floats, acceleration: Floats, q: Floats) -
 
 def _others(log: Log) -> dict[str, Floats]:
     return {"t_s": log.time} | dict(log.covariates)
+
+
+# --- Findings ---
+# From what axes told to sentences: one finding per term, its numbers per axis.
+
+_ORDER = (
+    *(
+        "clock",
+        "servo-lag",
+        "joint-compliance",
+        "backlash",
+        "viscous-friction",
+        "coulomb-friction",
+        "payload",
+    ),
+)
+
+
+class ConfirmedTerm(NamedTuple):
+    """One term of one axis (from 1; 0: all), confirmed. `numbers`: name -> parameter."""
+
+    evidence: AxisEvidence
+    numbers: dict[str, FittedParameter]
+    moves: tuple[int, ...] = ()
+
+
+def findings(named: list[ConfirmedTerm], rivals: dict[str, tuple[Alternative, ...]]) -> tuple[Finding, ...]:
+    """One per term, the terms that explain most first within their kind; clocks before physics."""
+    found = []
+    for term in _ORDER:
+        own = [n for n in named if n.evidence.term == term]
+        if own:
+            found.append(_finding(term, own, rivals.get(term, ())))
+    return tuple(found)
+
+
+def _finding(term: str, own: list[ConfirmedTerm], rivals: tuple[Alternative, ...]) -> Finding:
+    numbers: dict[str, FittedParameter] = {}
+    for n in own:
+        axis = n.evidence.axis
+        numbers |= {
+            name if axis == 0 else f"{name} of axis {axis}": value for name, value in n.numbers.items()
+        }
+    moves = tuple(sorted({m for n in own for m in n.moves}))
+    delta = sum(n.evidence.delta_bic for n in own if math.isfinite(n.evidence.delta_bic))
+    evidence = Evidence(delta, min(n.evidence.p_value for n in own), math.nan, math.nan)
+    return Finding(term, says(term, own), equation_of(term), numbers, moves, {}, evidence, rivals)
+
+
+def equation_of(term: str) -> str:
+    """LaTeX, from the term's file."""
+    module = importlib.import_module(f"olp.timing.physics.{term.replace('-', '_')}")
+    classes = [c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__]
+    return next(
+        (str(c.equation) for c in classes if hasattr(c, "equation")), r"\tau = m\,J^{\mathsf T}(\ddot x - g)"
+    )
+
+
+def says(term: str, own: list[ConfirmedTerm]) -> str:
+    """One sentence with the numbers."""
+    parts = []
+    for n in own:
+        axis = n.evidence.axis
+        values = dict(n.numbers)
+        parts.append(_clause(term, axis, values))
+    start = _TWISTED if all("stiffness" in n.numbers for n in own) else _START[term]
+    return start + "; ".join(parts)
+
+
+_TWISTED = "axes give way to their torques: "
+_START = {
+    "clock": "the recorder's clock: ",
+    "servo-lag": "axes follow late by a time constant: ",
+    "joint-compliance": "axes oscillate after acceleration changes: ",
+    "backlash": "a dead band at reversals: ",
+    "viscous-friction": "torque against motion in proportion to speed: ",
+    "coulomb-friction": "torque against motion at any speed: ",
+    "payload": "more mass is carried: ",
+}
+
+
+def _clause(term: str, axis: int, values: dict[str, FittedParameter]) -> str:
+    where = f"axis {axis} " if axis else ""
+    if term == "clock":
+        texts = []
+        for name, p in values.items():
+            if p.unit == "s":
+                texts.append(f"{name} {p.value * 1000:.4g} ms ({p.low * 1000:.4g} to {p.high * 1000:.4g})")
+            else:
+                texts.append(f"{name} {p.value:.6f} ({p.low:.6f} to {p.high:.6f})")
+        return ", ".join(texts)
+    if term == "servo-lag":
+        return where + f"{next(iter(values.values())).value * 1000:.3g} ms"
+    if term == "joint-compliance" and "frequency" in values:
+        return where + f"{values['frequency'].value:.3g} Hz, damping {values['damping'].value:.2g}"
+    if term == "backlash":
+        p = next(iter(values.values()))
+        return where + (f"{math.degrees(p.value):.2g}°" if p.unit == "rad" else f"{p.value * 1000:.3g} mm")
+    p = next(iter(values.values()))
+    return where + f"{p.value:.3g} {p.unit}"
+
+
+# --- Moves ---
+# Where in a program the axes are off: per numbered move, how late, and in which phase most.
+
+_MOVES_STILL = 0.02  # of the move's greatest pace
+_STEADY = 0.05  # of it: change of pace over a phase's sample
+
+
+def late_moves(
+    move: NDArray[np.int64], period: float, residual: Floats, speed: Floats, floor: Floats
+) -> tuple[MoveResidual, ...]:
+    """From residuals (n, k), speeds (n, k) and noise (k,) per axis; nan where not used."""
+    found = []
+    scale = np.maximum(floor, 1e-12)
+    for number in np.unique(move[move >= 0]).tolist():
+        rows = np.nonzero((move == number) & np.isfinite(residual).all(axis=1))[0]
+        if len(rows) < 8:
+            continue
+        off, pace = residual[rows] / scale, speed[rows] / scale
+        power = float((pace**2).sum())
+        late = -float((pace * off).sum()) / max(power, 1e-300)
+        error = 1 / math.sqrt(max(power, 1e-300))
+        clear = abs(late) > max(4 * error, 0.02 * period)
+        found.append(MoveResidual(int(number), None, None, _phase(off, speed[rows]), late, bool(clear)))
+    return tuple(found)
+
+
+def _phase(off: Floats, speed: Floats) -> str:
+    """The phase with the largest share of squares."""
+    pace = np.sqrt((speed**2).sum(axis=1))
+    top = float(pace.max(initial=0.0))
+    change = np.gradient(pace)
+    still = pace < _MOVES_STILL * top
+    steady = np.abs(change) < _STEADY * max(float(np.abs(change).max(initial=0.0)), 1e-300)
+    squares = (off**2).sum(axis=1)
+    parts = {
+        "settle": still,
+        "cruise": ~still & steady,
+        "accelerate": ~still & ~steady & (change > 0),
+        "decelerate": ~still & ~steady & (change < 0),
+    }
+    return max(parts, key=lambda name: float(squares[parts[name]].sum()))
+
+
+# --- Residuals ---
+# Noise of an axis, what its rest goes together with, and the verdict.
+
+CLEAR = 1.5  # times the noise: less is not called a mismatch
+_MOST_CORRELATES = 3
+_CERTAIN = 1e-3
+_WHOLE = 0.9  # of the mismatch's squares: more is explained, not partly
+
+
+def noise_floor(time: Floats, residual: Floats, speed: Floats, use: Mask) -> float:
+    """RMS of what no motion causes: scatter at rests around each rest's mean, or of neighbours, whichever is more."""
+    third = np.diff(residual, 3)
+    good = use[3:] & use[:-3]
+    white = 1.4826 * float(np.median(np.abs(third[good]))) / math.sqrt(20.0) if good.any() else math.nan
+    squares, freedom = 0.0, 0
+    for begin, end in rests(time, speed, 0.15):
+        # The first half of a rest belongs to what still swings.
+        part = residual[(begin + end) // 2 : end + 1]
+        part = part[use[(begin + end) // 2 : end + 1]]
+        if len(part) > 8:
+            squares += float(((part - part.mean()) ** 2).sum())
+            freedom += len(part) - 1
+    still = math.sqrt(squares / freedom) if freedom > 60 else 0.0
+    return max(white, still)
+
+
+def goes_with_motion(time: Floats, residual: Floats, motion: dict[str, Floats], use: Mask) -> float:
+    """p-value that columns of motion help to predict a residual on blocks that no fit saw."""
+    library = np.column_stack([np.ones(len(residual)), *motion.values()])
+    run = runs(time, use)
+    order = order_of(run)
+    a = autoregression(np.where(use, residual, 0.0), run, order)
+    keep = kept(run, order)
+    if keep.sum() < 300:
+        return 1.0
+    columns = (LibraryColumn(""), *(LibraryColumn("motion") for _ in motion))
+    table = products(whiten(library, a, keep), whiten(np.where(use, residual, 0.0), a, keep), columns)
+    ratio = np.log(held_out(table, ()) / held_out(table, ("motion",)))
+    spread = max(float(ratio.std(ddof=1)) / math.sqrt(len(ratio)), 1e-300)
+    return student_tail(float(ratio.mean()) / spread, len(ratio) - 1)
+
+
+def correlates(
+    axis: int, signal: str, residual: Floats, columns: dict[str, Floats], use: Mask
+) -> tuple[LogCorrelate, ...]:
+    """Columns that a rest goes together with, strongest first; neighbours count by how independent they are."""
+    rest = residual[use] - residual[use].mean()
+    found = []
+    for name, values in columns.items():
+        other = values[use]
+        if not np.isfinite(other).all() or other.std() <= 1e-9 * max(float(np.abs(other).max()), 1e-9):
+            continue
+        for kind, left in (("", rest), ("size of the rest with ", np.abs(rest) - np.abs(rest).mean())):
+            if not left.std() > 0:
+                continue
+            r = float(np.corrcoef(left, other)[0, 1])
+            alike = _memory(left) * _memory(other - other.mean())
+            count = max(len(left) * (1 - alike) / (1 + alike), 3.0)
+            t = abs(r) * math.sqrt((count - 2) / max(1 - r * r, 1e-12))
+            p = min(2 * student_tail(t, count - 2), 1.0)
+            if p < _CERTAIN and abs(r) > 0.1:
+                found.append(LogCorrelate(axis, signal, kind + name, r, p))
+    return tuple(sorted(found, key=lambda c: -abs(c.statistic))[:_MOST_CORRELATES])
+
+
+def _memory(values: Floats) -> float:
+    """Correlation of neighbours, from 0 to just below 1."""
+    power = float(values @ values)
+    return float(np.clip(values[1:] @ values[:-1] / max(power, 1e-300), 0.0, 0.99999))
+
+
+def verdict_of(axes: tuple[AxisResidual, ...], named: bool, structured: set[tuple[int, str]]) -> str:
+    """Of what the simulation was judged by. `structured`: (axis, signal) whose rest follows the motion."""
+    if not axes:
+        return "not-judged"
+    before = after = 0.0
+    open_ends = False
+    for a in axes:
+        unit = max(a.floor if math.isfinite(a.floor) else a.after, 1e-9 * a.before, 1e-12)
+        gone = max((a.before**2 - unit**2) / unit**2, 0.0)
+        rest = max((a.after**2 - unit**2) / unit**2, 0.0)
+        before, after = before + gone, after + rest
+        open_ends |= a.after > CLEAR * unit and (a.axis, a.signal) in structured
+    if not named:
+        return "unexplained" if open_ends else "no-mismatch"
+    if not open_ends or after <= (1 - _WHOLE) * before:
+        return "explained"
+    return "partly-explained"

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from olp.identification.diagnosis.logs.pairing import Dwell
+from olp.identification.diagnosis.logs.pairing import ExtraDwell
 from olp.identification.diagnosis.result import Finding, MoveResidual
 
 
@@ -82,7 +82,7 @@ class LogDiagnosis:
     dropped: int = 0
     gaps: tuple[tuple[float, float], ...] = ()
     unpaired: tuple[tuple[float, float], ...] = ()
-    dwell: tuple[Dwell, ...] = ()
+    dwell: tuple[ExtraDwell, ...] = ()
     axes: tuple[AxisResidual, ...] = ()
     evidence: tuple[AxisEvidence, ...] = ()
     moves: tuple[MoveResidual, ...] = ()

@@ -24,7 +24,7 @@ Set = tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class LibraryColumn:
     """One column of the library. `term` "" is always in (offset, inertia, gravity); `parameters` it costs.
 
     `positive`: a negative size has no meaning.
@@ -45,7 +45,7 @@ class Products:
 
     blocks: Floats
     count: Floats
-    columns: tuple[Column, ...]
+    columns: tuple[LibraryColumn, ...]
     prior: Floats
 
     @property
@@ -67,7 +67,7 @@ class Products:
 
 
 def products(
-    library: Floats, residual: Floats, columns: tuple[Column, ...], prior: Floats | None = None
+    library: Floats, residual: Floats, columns: tuple[LibraryColumn, ...], prior: Floats | None = None
 ) -> Products:
     """From a whitened library (n, p) and residual (n,), cut into `BLOCKS` stretches of equally many samples."""
     whole = np.column_stack([library, residual])

@@ -12,9 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.logs.select import Column, Products, products
-from olp.identification.diagnosis.logs.series import Spectrum, even
-from olp.identification.diagnosis.logs.whiten import autoregression, kept, order_of, runs, whiten
+from olp.identification.diagnosis.logs.select import LibraryColumn, Products, products
+from olp.identification.diagnosis.logs.series import (
+    Spectrum,
+    autoregression,
+    even,
+    kept,
+    order_of,
+    runs,
+    whiten,
+)
 from olp.identification.recording.log import Log
 from olp.timing.physics.coulomb_friction import coulomb
 from olp.timing.physics.viscous_friction import viscous
@@ -29,7 +36,7 @@ MASSES = "masses"  # no name of a term: inertia and gravity that the simulation 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class LogMotion:
     """Positions, speeds and accelerations (n, k) of the samples of a log, from its command where there is one."""
 
     time: Floats
@@ -41,14 +48,16 @@ class Motion:
     blur: float  # [s] standard deviation of the Gaussian of `speed`
     curl: Floats  # second derivative of `slower`
 
-    def take(self, rows: NDArray[np.intp]) -> Motion:
+    def take(self, rows: NDArray[np.intp]) -> LogMotion:
         """Some of the samples."""
         parts = (self.time, self.q, self.speed, self.acceleration)
         time, q, speed, acceleration = (part[rows] for part in parts)
-        return Motion(time, q, speed, acceleration, self.noise, self.slower[rows], self.blur, self.curl[rows])
+        return LogMotion(
+            time, q, speed, acceleration, self.noise, self.slower[rows], self.blur, self.curl[rows]
+        )
 
 
-def motion(log: Log, smooth: float | None = None) -> Motion:
+def motion(log: Log, smooth: float | None = None) -> LogMotion:
     """By Gaussians of `smooth` [s] over the measured axes; two and a half samples, 8 ms at least, where None."""
     step = log.period
     width = smooth if smooth is not None else max(2.5 * step, 0.008)
@@ -68,10 +77,10 @@ def motion(log: Log, smooth: float | None = None) -> Motion:
         speed = derived(source, order, width)
     slower = derived(source, order, 2 * width)
     curl = derived(source, order + 2, 2 * width)
-    return Motion(log.time, log.q, speed, derived(spectrum, 2, width), noise, slower, width, curl)
+    return LogMotion(log.time, log.q, speed, derived(spectrum, 2, width), noise, slower, width, curl)
 
 
-def rigid_basis(moved: Motion, axis: int, slides: tuple[bool, ...]) -> Floats:
+def rigid_basis(moved: LogMotion, axis: int, slides: tuple[bool, ...]) -> Floats:
     """(n, p) inertia, coupling, centrifugal and gravity columns of one axis, for a robot whose masses nobody knows.
 
     Smooth in speed and even in it, so that none can stand for friction. Axes that never move bring nothing.
@@ -124,7 +133,7 @@ class AxisTorque:
 
 
 def axis_torque(
-    moved: Motion, residual: Floats, base: Floats, axis: int, extra: tuple[tuple[str, Floats], ...] = ()
+    moved: LogMotion, residual: Floats, base: Floats, axis: int, extra: tuple[tuple[str, Floats], ...] = ()
 ) -> AxisTorque | None:
     """The library of one axis over `base` (n, m); `extra`: more columns by term. None when the axis does not move."""
     speed = moved.speed[:, axis]
@@ -152,8 +161,8 @@ def axis_torque(
     smoother[:, base.shape[1] : base.shape[1] + 2] = np.stack(
         [viscous(slow), coulomb(slow, soft / 4)], axis=1
     )
-    columns = (Column(""),) * base.shape[1] + tuple(
-        Column(term, positive=term.endswith("friction")) for term, _ in named
+    columns = (LibraryColumn(""),) * base.shape[1] + tuple(
+        LibraryColumn(term, positive=term.endswith("friction")) for term, _ in named
     )
     soft_columns = np.array([c.term in ("", MASSES) for c in columns])
     soft_columns[[0, base.shape[1] - 1]] = False

@@ -11,7 +11,7 @@ from olp.identification.signature.domain import points
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     measured_slowness,
 )
@@ -80,11 +80,11 @@ def views_of(moves: MoveSet, robot: Robot) -> Views:
 def parameters_of(views: Views, seen: Observations) -> Parameters:
     """What the file holds: the moves and what was observed of them. `seen.values` [s²/m], or [s] with shares [m/s]."""
     return {
-        "places": Parameter(views.places.tolist(), "m"),
-        "terms": Parameter(views.terms.tolist(), "rad, rad/m, m"),
-        "observations": Parameter(seen.values.tolist(), "s²/m times share"),
-        "observation_of_move": Parameter(seen.owner.tolist(), ""),
-        "share": Parameter(seen.share.tolist(), "1 or m/s"),
+        "places": LearntParameter(views.places.tolist(), "m"),
+        "terms": LearntParameter(views.terms.tolist(), "rad, rad/m, m"),
+        "observations": LearntParameter(seen.values.tolist(), "s²/m times share"),
+        "observation_of_move": LearntParameter(seen.owner.tolist(), ""),
+        "share": LearntParameter(seen.share.tolist(), "1 or m/s"),
     }
 
 

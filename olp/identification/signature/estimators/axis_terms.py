@@ -15,12 +15,12 @@ from olp.identification.signature.axis_paths import axis_paths, has_axes
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     measured_slowness,
 )
 from olp.identification.signature.moveset import MoveSet, direction_labels
-from olp.identification.signature.subsets import Member, all_subsets, answers, fit_member, grouped_errors
+from olp.identification.signature.subsets import SubsetModel, all_subsets, answers, fit_member, grouped_errors
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
@@ -70,12 +70,12 @@ class AxisTerms(Estimator):
             robust_member(scaled, slowness, terms, ridge) for terms, ridge in chosen(scaled, slowness, used)
         ]
         return {
-            "terms": Parameter(list(names), ""),
-            "middle": Parameter(middle.tolist(), "rad, rad/m, m"),
-            "spread": Parameter(np.where(spread > 1e-9, spread, 1.0).tolist(), "rad, rad/m, m"),
-            "low": Parameter(values.min(axis=0).tolist(), "rad, rad/m, m"),
-            "high": Parameter(values.max(axis=0).tolist(), "rad, rad/m, m"),
-            "models": Parameter(
+            "terms": LearntParameter(list(names), ""),
+            "middle": LearntParameter(middle.tolist(), "rad, rad/m, m"),
+            "spread": LearntParameter(np.where(spread > 1e-9, spread, 1.0).tolist(), "rad, rad/m, m"),
+            "low": LearntParameter(values.min(axis=0).tolist(), "rad, rad/m, m"),
+            "high": LearntParameter(values.max(axis=0).tolist(), "rad, rad/m, m"),
+            "models": LearntParameter(
                 [{"terms": [names[t] for t in m.terms], "weights": m.weights.tolist()} for m in members],
                 "s²/m per spread",
             ),
@@ -93,7 +93,7 @@ class AxisTerms(Estimator):
         own = np.where(known[:, None], values[:, order], middle)
         place = {name: i for i, name in enumerate(parameters["terms"].value)}
         members = [
-            Member(tuple(place[t] for t in m["terms"]), np.array(m["weights"], dtype=np.float64))
+            SubsetModel(tuple(place[t] for t in m["terms"]), np.array(m["weights"], dtype=np.float64))
             for m in parameters["models"].value
         ]
         said = answers(members, (own - middle) / spread)
@@ -147,7 +147,7 @@ def chosen(scaled: Floats, slowness: Floats, moves: MoveSet) -> list[tuple[tuple
     return [(terms_, ridge * len(moves) / len(part)) for _, terms_, ridge in pairs[:MEMBERS]]
 
 
-def robust_member(scaled: Floats, slowness: Floats, terms: tuple[int, ...], ridge: float) -> Member:
+def robust_member(scaled: Floats, slowness: Floats, terms: tuple[int, ...], ridge: float) -> SubsetModel:
     """A subset's weights, in which single wrong times count little."""
     weight = np.ones(len(slowness))
     member = fit_member(scaled, slowness, weight, terms, ridge)

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from olp.identification.signature.domain import domain_of, nearest, points
-from olp.identification.signature.estimator import Estimate, Parameter, Parameters, learnt, measured_slowness
+from olp.identification.signature.estimator import (
+    Estimate,
+    LearntParameter,
+    Parameters,
+    learnt,
+    measured_slowness,
+)
 from olp.identification.signature.estimators.axis_terms import AxisTerms
 from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.residual import estimate_residual, fit_residual, learnt_places
@@ -32,8 +38,8 @@ class AxisTermsGp(AxisTerms):
         return {
             **terms,
             **fit_residual(moves.take(good), left[good]),
-            "near": Parameter(domain.near, "m"),
-            "far": Parameter(max(domain.far, domain.near + 1e-3), "m"),
+            "near": LearntParameter(domain.near, "m"),
+            "far": LearntParameter(max(domain.far, domain.near + 1e-3), "m"),
         }
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:

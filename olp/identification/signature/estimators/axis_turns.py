@@ -12,17 +12,17 @@ from olp.identification.signature.domain import points
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     measured_slowness,
 )
-from olp.identification.signature.gp import Belief, Part, Places
+from olp.identification.signature.gp import Belief, KernelPart, Places
 from olp.identification.signature.moveset import MoveSet
-from olp.identification.signature.residual import place_part
-from olp.identification.signature.smooth import (
+from olp.identification.signature.residual import (
     estimate_smooth,
     fit_smooth,
     learnt_columns,
+    place_part,
     size_of,
     spread_of_values,
 )
@@ -56,10 +56,10 @@ class AxisTurns(Estimator):
         middle = float(np.median(values[good]))
         left = values[good] - middle
         size = spread_of_values(left)
-        single = Part(Belief(size, 1.0), (Belief(0.5, 1.0),))
+        single = KernelPart(Belief(size, 1.0), (Belief(0.5, 1.0),))
         parts = (*(single for _ in robot.axes), single, place_part(moves.take(good), size))
         return {
-            "slowness": Parameter(middle, "s²/m"),
+            "slowness": LearntParameter(middle, "s²/m"),
             **fit_smooth(_PREFIX, columns[good], "m, rad", _coordinates, parts, left),
         }
 

@@ -9,7 +9,7 @@ import numpy as np
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     measured_slowness,
 )
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from olp.robots.robot import Robot
 
 
-class ConstantAcceleration(Estimator):
+class MedianSlowness(Estimator):
     """The median of 1/a (6.1): half of the moves may be wrong and it still holds."""
 
     summary = "one acceleration for all moves"
@@ -30,7 +30,7 @@ class ConstantAcceleration(Estimator):
         middle = float(np.median(values))
         # Of a median, in standard deviations of the mean of a normal distribution.
         doubt = 1.2533 * float(np.median(np.abs(values - middle))) * 1.4826 / np.sqrt(len(values))
-        return {"slowness": Parameter(middle, "s²/m", float(doubt))}
+        return {"slowness": LearntParameter(middle, "s²/m", float(doubt))}
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
         count = len(moves)

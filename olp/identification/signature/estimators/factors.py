@@ -19,7 +19,7 @@ from olp.identification.apostolovic import bearing, correction_factor, interpola
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     measured_slowness,
 )
@@ -40,7 +40,7 @@ NOMINAL = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class FactorTable:
     """C over the angle [rad], rising, for one start point, plane and sense of the motion."""
 
     plane: str
@@ -71,8 +71,8 @@ class Factors(Estimator):
         tables = _tables(moves.take(base), ratio[base])
         plain = combine(tables, moves, self.combined)[0]
         parameters = {
-            "nominal": Parameter(nominal / mm, "mm/s²"),
-            "tables": Parameter([_as_json(table) for table in tables], "mm, deg, 1"),
+            "nominal": LearntParameter(nominal / mm, "mm/s²"),
+            "tables": LearntParameter([_as_json(table) for table in tables], "mm, deg, 1"),
         }
         parameters.update(level_factors(levels, moves, ratio / plain, good))
         return parameters
@@ -98,7 +98,7 @@ class Factors(Estimator):
         return np.asarray(np.sqrt(share * horizontal**2 + (1.0 - share) * vertical**2))
 
 
-def combine(tables: list[Table], moves: MoveSet, rule: Any) -> tuple[Floats, NDArray[np.bool_]]:
+def combine(tables: list[FactorTable], moves: MoveSet, rule: Any) -> tuple[Floats, NDArray[np.bool_]]:
     """(n,) factor, and whether it is between measured angles and radii."""
     result, inside = np.full(len(moves), np.nan), np.zeros(len(moves), dtype=bool)
     planes = _planes(moves)
@@ -117,7 +117,7 @@ def combine(tables: list[Table], moves: MoveSet, rule: Any) -> tuple[Floats, NDA
     return np.where(np.isnan(result), np.median(everything), result), inside
 
 
-def plane_factor(tables: list[Table], plane: str, moves: MoveSet) -> tuple[Floats, NDArray[np.bool_]]:
+def plane_factor(tables: list[FactorTable], plane: str, moves: MoveSet) -> tuple[Floats, NDArray[np.bool_]]:
     """(n,) C of one plane for each move's part in it, nan where the plane was never measured."""
     angle, sense = plane_angle(moves, plane)
     radius = np.linalg.norm(moves.start, axis=1)
@@ -148,7 +148,7 @@ def _planes(moves: MoveSet) -> dict[str, NDArray[np.bool_]]:
     return {"horizontal": level, "vertical": ~level & (parts[:, 0] < _LEVEL)}
 
 
-def _tables(moves: MoveSet, ratio: Floats) -> list[Table]:
+def _tables(moves: MoveSet, ratio: Floats) -> list[FactorTable]:
     """One table per start point, plane and sense; moves repeated at one angle are averaged, as in 6.1."""
     tables = []
     planes = _planes(moves)
@@ -164,12 +164,14 @@ def _tables(moves: MoveSet, ratio: Floats) -> list[Table]:
                 slow = np.bincount(index, 1.0 / ratio[rows]) / np.bincount(index)
                 start = moves.start[rows[0]]
                 tables.append(
-                    Table(plane, way, tuple(start), float(np.linalg.norm(start)), angles, 1.0 / slow)
+                    FactorTable(plane, way, tuple(start), float(np.linalg.norm(start)), angles, 1.0 / slow)
                 )
     return tables
 
 
-def _between_radii(tables: list[Table], start: Floats, radius: float, angle: float) -> tuple[float, bool]:
+def _between_radii(
+    tables: list[FactorTable], start: Floats, radius: float, angle: float
+) -> tuple[float, bool]:
     """C at a start point: of its own table, else between the tables of the next radii (nearest outside them)."""
     same = [table for table in tables if np.linalg.norm(np.array(table.start) - start) < 1e-3]
     if same:
@@ -185,7 +187,7 @@ def _between_radii(tables: list[Table], start: Floats, radius: float, angle: flo
     return found[0][0] + share * (found[1][0] - found[0][0]), found[0][1] and found[1][1]
 
 
-def _at(tables: list[Table], angle: float) -> tuple[float, bool]:
+def _at(tables: list[FactorTable], angle: float) -> tuple[float, bool]:
     """Mean of the tables' C at `angle` (6.3); at the nearest measured angle outside a table."""
     values, inside = [], []
     for table in tables:
@@ -199,7 +201,7 @@ def _at(tables: list[Table], angle: float) -> tuple[float, bool]:
     return float(np.mean(good)), any(inside)
 
 
-def _as_json(table: Table) -> dict[str, Any]:
+def _as_json(table: FactorTable) -> dict[str, Any]:
     return {
         "plane": table.plane,
         "sense": table.sense,
@@ -209,9 +211,9 @@ def _as_json(table: Table) -> dict[str, Any]:
     }
 
 
-def _from_json(entry: dict[str, Any]) -> Table:
+def _from_json(entry: dict[str, Any]) -> FactorTable:
     start = tuple(float(v) * mm for v in entry["start_mm"])
     angles = np.array(entry["angle_deg"], dtype=np.float64) * deg
     factors = np.array(entry["factor"], dtype=np.float64)
     radius = float(np.linalg.norm(start))
-    return Table(str(entry["plane"]), int(entry["sense"]), start, radius, angles, factors)
+    return FactorTable(str(entry["plane"]), int(entry["sense"]), start, radius, angles, factors)

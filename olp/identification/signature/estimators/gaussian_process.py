@@ -9,7 +9,7 @@ import numpy as np
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     measured_slowness,
 )
@@ -30,7 +30,7 @@ class GaussianProcess(Estimator):
         good = np.isfinite(values)
         middle = float(np.median(values[good]))
         return {
-            "slowness": Parameter(middle, "s²/m"),
+            "slowness": LearntParameter(middle, "s²/m"),
             **fit_residual(moves.take(good), values[good] - middle),
         }
 

@@ -11,11 +11,11 @@ from olp.identification.signature.axis_paths import axis_paths, has_axes
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    Parameter,
+    LearntParameter,
     Parameters,
     measured_slowness,
 )
-from olp.identification.signature.minimise import minimise
+from olp.identification.signature.gp import minimise
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
@@ -63,13 +63,13 @@ class JointLimits(Estimator):
         doubt = _doubt(found, rates, values, size)
         names = list(robot.axis_names)
         return {
-            "axes": Parameter(names, ""),
-            "constant": Parameter(float(np.exp(found[0])), "s²/m", float(np.exp(found[0]) * doubt[0])),
-            "accelerations": Parameter(
+            "axes": LearntParameter(names, ""),
+            "constant": LearntParameter(float(np.exp(found[0])), "s²/m", float(np.exp(found[0]) * doubt[0])),
+            "accelerations": LearntParameter(
                 np.exp(found[1:]).tolist(), "rad/s²", (np.exp(found[1:]) * doubt[1:]).tolist()
             ),
             # Near one: the moves say nothing of this axis.
-            "log_doubt": Parameter(doubt.tolist(), "1"),
+            "log_doubt": LearntParameter(doubt.tolist(), "1"),
         }
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:

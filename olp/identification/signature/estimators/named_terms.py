@@ -37,8 +37,7 @@ class NamedTerms(Estimator):
         raise OlpError(error("H002", f"method {self.name}: {_WHOLE}"))
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
-        from olp.identification.signature.term_case import case_for, seconds_of
-        from olp.identification.signature.term_model import from_parameters
+        from olp.identification.signature.term_model import case_for, from_parameters, seconds_of
         from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
 
         named = from_parameters(parameters)
@@ -61,7 +60,7 @@ def _slowness(seconds: Floats, moves: MoveSet) -> Floats:
 
 def _recording_of(moves: MoveSet, robot: Robot | None) -> Recording:
     """Each move by itself, from stop to stop."""
-    from olp.identification.signature.term_case import bare_recording
+    from olp.identification.signature.term_model import bare_recording
     from olp.robots.geometry import angles_from_rotation
 
     angles = np.full((len(moves), 3), np.nan)

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from olp.identification.signature.domain import domain_of, nearest, points
-from olp.identification.signature.estimator import Estimate, Parameter, Parameters, learnt, load_estimator
+from olp.identification.signature.estimator import (
+    Estimate,
+    LearntParameter,
+    Parameters,
+    learnt,
+    load_estimator,
+)
 from olp.identification.signature.estimators.averaged_process import MOST
 from olp.identification.signature.estimators.axis_terms import AxisTerms
 from olp.identification.signature.moveset import MoveSet
@@ -37,12 +43,12 @@ class TermsAndPlaces(AxisTerms):
     def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
         domain = domain_of(moves)
         tables = {} if load_estimator(_TABLES).needs(moves, robot) else learnt(_TABLES, moves, robot)
-        found: dict[str, Parameter] = {
+        found: dict[str, LearntParameter] = {
             **tables,
             **learnt(_TERMS, moves, robot),
             **learnt(_PLACES, moves, robot),
-            "near": Parameter(domain.near, "m"),
-            "far": Parameter(max(domain.far, domain.near + 1e-3), "m"),
+            "near": LearntParameter(domain.near, "m"),
+            "far": LearntParameter(max(domain.far, domain.near + 1e-3), "m"),
         }
         for name in _ALWAYS + (_FEW if len(moves) <= MOST else ()):
             if not load_estimator(name).needs(moves, robot):

@@ -68,7 +68,7 @@ from olp.languages.short_reader import (
     zyz_pose,
 )
 
-from .rules import Arc, AsRules, End, NextMove, PercentOfPath
+from .rules import Arc, AsRules, BlockEnd, NextMoveFields, PercentOfPath
 
 _CODES: Final = Codes("P580", "P581", "P582", "P583", "P584", "P585")
 _MARK = re.compile(
@@ -96,10 +96,10 @@ def read_program(source: Source) -> Program:
     findings = Findings(source)
     if not is_readable(findings, _CODES, _MARK, "AS"):
         return unreadable("as", source, findings)
-    return _File(findings).read()
+    return _AsFile(findings).read()
 
 
-class _File:
+class _AsFile:
     def __init__(self, findings: Findings) -> None:
         self.findings, self.kinds = findings, findings.kinds
         self.rules = AsRules()
@@ -209,7 +209,7 @@ class _File:
     def _routine(self, head: re.Match[str], number: int) -> tuple[Routine, int]:
         lines, start = self.findings.source.lines, number
         self.kinds[number - 1] = LineKind.RECORD
-        body = _Body(self.findings, self.parser)
+        body = _AsBody(self.findings, self.parser)
         number += 1
         closed = False
         while number <= len(lines) and not closed:
@@ -275,7 +275,7 @@ class _File:
         return replace(routine, body=(first, *routine.body))
 
 
-class _Body:
+class _AsBody:
     """The instructions of one program, with what the next move takes and which block is open."""
 
     def __init__(self, findings: Findings, parser: LineParser) -> None:
@@ -306,13 +306,13 @@ class _Body:
             self.body[-1] = with_comment(self.body[-1], comment)
 
     def _add(self, one: Any, number: int) -> None:
-        if isinstance(one, NextMove):
+        if isinstance(one, NextMoveFields):
             self.next.update(one.fields)
         elif isinstance(one, PercentOfPath):
             self._tell_percent(number)
         elif isinstance(one, Arc):
             self._arc(one, number)
-        elif isinstance(one, End):
+        elif isinstance(one, BlockEnd):
             self._end(number)
         elif isinstance(one, Move):
             self.body.append(self._taken(one))

@@ -66,11 +66,11 @@ _FUNCTIONS: Final = {
 _HERE: Final = SystemValue("current-pose")
 
 
-class End(NamedTuple):
+class BlockEnd(NamedTuple):
     """END: closes whatever block is open."""
 
 
-class NextMove(NamedTuple):
+class NextMoveFields(NamedTuple):
     """The fields that the next move takes, from SPEED, ACCURACY and ACCEL without ALWAYS."""
 
     fields: tuple[tuple[str, Any], ...]
@@ -235,18 +235,18 @@ class AsRules(BlockRules):
             )
         if always:
             return [SetSpeed(0, speeds, turn=limit), *([PercentOfPath()] if word != "S" else [])]
-        return NextMove((("speeds", speeds), ("turn", limit)))
+        return NextMoveFields((("speeds", speeds), ("turn", limit)))
 
     def accuracy(self, children: list[Any]) -> Any:
         blend = Blend(BlendKind.RADIUS, Quantity(children[0], mm))
-        return SetBlend(0, (blend,)) if children[1] else NextMove((("blend", blend),))
+        return SetBlend(0, (blend,)) if children[1] else NextMoveFields((("blend", blend),))
 
     def rate(self, children: list[Any]) -> Any:
         word, value, _, always = children
         share = Quantity(value, percent)
         if always and str(word).upper() == "ACCEL":
             return SetAcceleration(0, (Acceleration(AccelerationUnit.FRACTION, share),))
-        return NextMove((("acceleration" if str(word).upper() == "ACCEL" else "deceleration", share),))
+        return NextMoveFields((("acceleration" if str(word).upper() == "ACCEL" else "deceleration", share),))
 
     def rates(self, children: list[Any]) -> Any:
         return self.rate([children[0], self.number([children[1]]), None, None])
@@ -318,8 +318,8 @@ class AsRules(BlockRules):
     def any(self, _: list[Any]) -> DefaultOf:
         return DefaultOf(0)
 
-    def end(self, _: list[Any]) -> End:
-        return End()
+    def end(self, _: list[Any]) -> BlockEnd:
+        return BlockEnd()
 
     def printed(self, children: list[Any]) -> Expression:
         return children[0] if len(children) == 1 else Function("joined-text", tuple(children))

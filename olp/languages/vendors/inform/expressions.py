@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from lark import Token, Transformer
@@ -16,7 +17,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
     Taught,
     Text,
     Unary,
@@ -26,7 +27,6 @@ from olp.ir.expressions import (
 from olp.ir.program import Speed
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.inform import values
-from olp.languages.vendors.inform.names import unmangle
 
 _BUSES = {
     "IN": "in",
@@ -46,7 +46,7 @@ _FRAMES = {"BF": "base", "RF": "robot", "TF": "tool", "MTF": "master-tool"}
 _JOINTS = {"ANDIF": "and", "ANDEXP": "and", "ORIF": "or", "OREXP": "or"}
 
 
-class Remark(NamedTuple):
+class InformRemark(NamedTuple):
     """Something to tell about a line that was understood. `text`: the word that it is about."""
 
     code: str
@@ -54,13 +54,13 @@ class Remark(NamedTuple):
     column: int
 
 
-class ExpressionRules(Transformer[Token, Any]):
+class InformExpressionRules(Transformer[Token, Any]):
     """`aliases` holds while a routine is read; `remarks` and `named_any` tell about the last line."""
 
     def __init__(self) -> None:
         super().__init__()
         self.aliases: Mapping[str, Variable] = {}
-        self.remarks: list[Remark] = []
+        self.remarks: list[InformRemark] = []
         self.named_any = False
 
     def number(self, children: list[Token]) -> Number:
@@ -69,8 +69,8 @@ class ExpressionRules(Transformer[Token, Any]):
     def text(self, children: list[Token]) -> Text:
         return Text(children[0][1:-1])
 
-    def state(self, children: list[Token]) -> State:
-        return State(children[0] == "ON")
+    def state(self, children: list[Token]) -> SignalState:
+        return SignalState(children[0] == "ON")
 
     def taught(self, children: list[Token]) -> Taught:
         return values.taught(children[0])
@@ -89,7 +89,7 @@ class ExpressionRules(Transformer[Token, Any]):
         found = self.aliases.get(name)
         if found is not None:
             return found
-        self.remarks.append(Remark("P041", name, children[0].column or 1))
+        self.remarks.append(InformRemark("P041", name, children[0].column or 1))
         return Unknown(name)
 
     def index(self, children: list[Expression]) -> Expression:
@@ -153,3 +153,49 @@ def checked(quantity: Quantity, tag: str, what: str, least: float | None = None)
     shown = written.value if isinstance(written, Number) else ""
     wanted = "one above 0" if least is None else "one of 0 or more"
     raise BrokenLineError(f"{what} of {shown}", word=str(tag), wanted=wanted)
+
+
+# --- Names ---
+# Names of //ALIAS inside an instruction.
+#
+# Such a name may hold blanks or be a word of the language. It is rewritten, character by character, into a range of
+# Unicode that no text uses, so that the grammar sees one name and all columns stay where they are.
+
+_SHIFT = 0xE000
+_LAST_SHIFTED = 0x18FF
+_PLAIN = re.compile(r"[^\W\d]\w*")
+_SHAPED = re.compile(r"L?(?:PX|BP|EX|[BIDRSP])\d+|(?:BC|EC|C|E)\d+|SUB\d+|T\d{5}|ARGF.*")
+
+
+def mangle(name: str) -> str:
+    """The name as private characters, one for one."""
+    return "".join(chr(_SHIFT + ord(c)) if ord(c) <= _LAST_SHIFTED else c for c in name)
+
+
+def unmangle(name: str) -> str:
+    """The name as it was written."""
+    if name.isascii():
+        return name
+    return "".join(chr(ord(c) - _SHIFT) if _SHIFT <= ord(c) <= _SHIFT + _LAST_SHIFTED else c for c in name)
+
+
+def is_plain(name: str) -> bool:
+    """Whether the grammar reads the name as one without help."""
+    return _PLAIN.fullmatch(name) is not None and _SHAPED.fullmatch(name) is None
+
+
+class Mangler:
+    """Rewrites some names wherever they stand alone in a line, the longest first."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        ordered = sorted(names, key=len, reverse=True)
+        alternatives = "|".join(re.escape(name) for name in ordered)
+        # ARGF stands glued to its value; strings and comments are passed over as wholes.
+        self._pattern = re.compile(
+            rf"""("[^"]*"|'.*|//.*)|(?:(?<![\w#*:])|(?<=ARGF))({alternatives})(?!\w)"""
+            if ordered
+            else r"(?!)"
+        )
+
+    def __call__(self, line: str) -> str:
+        return self._pattern.sub(lambda match: match[1] or mangle(match[2]), line)

@@ -1,7 +1,7 @@
 """Plain move lines without the grammar: a CAM job has 100,000 of them.
 
-`MoveLines.read` understands literal MOVJ, MOVL, MOVC and SMOVx lines and gives exactly the statement that the grammar
-gives (a test compares the two); whatever else a line holds, it declines, and the grammar reads it.
+`InformMoveLines.read` understands literal MOVJ, MOVL, MOVC and SMOVx lines and gives exactly the statement
+that the grammar gives (a test compares the two); whatever else a line holds, it declines, and the grammar reads it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 from typing import Final
 
 from olp.core import memory_limit
-from olp.core.memory_limit import Shelf
+from olp.core.memory_limit import CacheShelf
 from olp.ir.expressions import Position, Store, Taught
 from olp.ir.program import Blend, BlendKind, Move, MovePart, Path, Speed
 from olp.languages.vendors.inform import values
@@ -27,7 +27,7 @@ MOVE_LINE: Final = re.compile(
 _PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR}
 
 
-class MoveLines:
+class InformMoveLines:
     """Reads plain move lines of one file; equal words share one object."""
 
     def __init__(self) -> None:
@@ -80,10 +80,10 @@ class MoveLines:
         return self._parts[text]
 
 
-class RememberedLines(MoveLines):
+class RememberedLines(InformMoveLines):
     """The same for a text that was read before: its lines are taken from memory."""
 
-    def __init__(self, shelf: Shelf) -> None:
+    def __init__(self, shelf: CacheShelf) -> None:
         super().__init__()
         self._shelf = shelf
 
@@ -103,10 +103,10 @@ def _on_line(it: Move, number: int) -> Move:
     return Move(number, *same, coordinated=it.coordinated)
 
 
-def move_lines() -> MoveLines:
+def move_lines() -> InformMoveLines:
     """The reader of plain lines for one file."""
     shelf = memory_limit.shelf("inform moves")
-    return MoveLines() if shelf is None else RememberedLines(shelf)
+    return InformMoveLines() if shelf is None else RememberedLines(shelf)
 
 
 def _position(word: str) -> Position:

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 from olp.ir.expressions import Variable
 from olp.ir.program import Statement
 from olp.languages.lark_host import Grammar
-from olp.languages.vendors.inform.expressions import Remark
+from olp.languages.vendors.inform.expressions import InformRemark
 from olp.languages.vendors.inform.flow import SwitchAndCase
-from olp.languages.vendors.inform.statements import InstructionRules
+from olp.languages.vendors.inform.statements import InformInstructionRules
 
 _PLAIN_WORDS = re.compile(r"[A-Z][A-Z0-9$]+")
 
@@ -24,7 +24,7 @@ class InformLine(NamedTuple):
     """
 
     statements: tuple[Statement, ...]
-    remarks: tuple[Remark, ...]
+    remarks: tuple[InformRemark, ...]
     named: bool
 
 
@@ -32,7 +32,7 @@ class InformParser(Grammar):
     """Parses one instruction at a time. `words`: all that can open an instruction."""
 
     def __init__(self) -> None:
-        super().__init__("inform", InstructionRules())
+        super().__init__("inform", InformInstructionRules())
         self.words = self._instruction_words()
 
     def instruction(self, line: str, aliases: Mapping[str, Variable]) -> InformLine:

@@ -7,24 +7,36 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from olp.core.diagnostic import Severity, Span
-from olp.ir.expressions import Variable
+from olp.ir.expressions import Number, Store, Unknown, Variable
 from olp.ir.program import (
     Begin,
+    Case,
     Comment,
+    Default,
+    Else,
+    ElseIf,
     End,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    If,
     LineKind,
+    Next,
     Opaque,
     Statement,
+    Switch,
+    While,
 )
 from olp.languages.findings import Findings
 from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, give_up, values_of
-from olp.languages.vendors.inform.fast import MoveLines
-from olp.languages.vendors.inform.markers import MARKERS
+from olp.languages.vendors.inform.fast import InformMoveLines
 from olp.languages.vendors.inform.positions import ROW
 
 if TYPE_CHECKING:
     from olp.languages.vendors.inform.grammar import InformLine
     from olp.languages.vendors.inform.problems import InformProblem
+
 
 _FIRST_WORD = re.compile(r"\s*([^\s*(=#\"']*)")
 _RECORD = re.compile(r"///|//(?:NAME|POS|INST|ALIAS|ARGINFO)(?![A-Za-z])")
@@ -49,10 +61,10 @@ _PRESET: Final[dict[str, _Template]] = {"NOP": (Begin, ("",)), "END": (End, ("",
 _seen = dict(_PRESET)
 
 
-class Instructions:
+class InformInstructionReader:
     """Reads the instruction lines of one job."""
 
-    def __init__(self, findings: Findings, moves: MoveLines, aliases: Mapping[str, Variable]) -> None:
+    def __init__(self, findings: Findings, moves: InformMoveLines, aliases: Mapping[str, Variable]) -> None:
         self._findings = findings
         self._kinds = findings.kinds
         self._moves = moves
@@ -194,7 +206,7 @@ class Instructions:
         return instruction_parser().instruction(again, self._aliases)
 
     def _mangled(self, text: str, every: bool) -> str:
-        from olp.languages.vendors.inform.names import Mangler, is_plain
+        from olp.languages.vendors.inform.expressions import Mangler, is_plain
 
         if not self._aliases:
             return text
@@ -251,3 +263,28 @@ def _remember(cache: dict[str, _Template], line: str, template: _Template) -> No
     if len(cache) >= _MOST_CACHED:
         cache.clear()
     cache[line] = template
+
+
+# --- Markers ---
+# Stand-ins for broken lines that open, continue or close a block.
+#
+# They pair with the rest of the job's blocks, so that one broken IFTHEN is not told again as an ENDIF without IFTHEN.
+
+_UNKNOWN = Unknown("")
+MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
+    "IFTHEN": lambda line: If(line, _UNKNOWN),
+    "IFTHENEXP": lambda line: If(line, _UNKNOWN),
+    "ELSEIF": lambda line: ElseIf(line, _UNKNOWN),
+    "ELSEIFEXP": lambda line: ElseIf(line, _UNKNOWN),
+    "ELSE": lambda line: Else(line),
+    "ENDIF": lambda line: EndIf(line),
+    "WHILE": lambda line: While(line, _UNKNOWN),
+    "WHILEEXP": lambda line: While(line, _UNKNOWN),
+    "ENDWHILE": lambda line: EndWhile(line),
+    "FOR": lambda line: For(line, Variable(Store.BYTE, Number(0)), _UNKNOWN, _UNKNOWN),
+    "NEXT": lambda line: Next(line, None),
+    "SWITCH": lambda line: Switch(line, _UNKNOWN),
+    "CASE": lambda line: Case(line, ()),
+    "DEFAULT": lambda line: Default(line),
+    "ENDSWITCH": lambda line: EndSwitch(line),
+}

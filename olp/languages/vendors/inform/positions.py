@@ -62,7 +62,7 @@ class _Family:
     lines: list[int] = field(default_factory=list)
 
 
-class Positions:
+class InformPositionReader:
     """Reads the rows of one job. `record` changes the state, `rows` takes lines."""
 
     def __init__(self, findings: Findings) -> None:

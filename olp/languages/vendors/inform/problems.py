@@ -163,6 +163,6 @@ def sentence(terminals: Iterable[str]) -> str:
 
 
 def _shown(word: str) -> str:
-    from olp.languages.vendors.inform.names import unmangle
+    from olp.languages.vendors.inform.expressions import unmangle
 
     return shortened(unmangle(word))

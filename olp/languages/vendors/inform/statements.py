@@ -16,7 +16,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Unknown,
 )
@@ -39,7 +39,7 @@ from olp.ir.program import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.inform import values
-from olp.languages.vendors.inform.expressions import Remark
+from olp.languages.vendors.inform.expressions import InformRemark
 from olp.languages.vendors.inform.flow import FlowRules, SwitchAndCase
 
 FUNCTIONS: Final = {
@@ -76,7 +76,7 @@ _OPERATORS = {
 _POSITION_VALUES = {0: "position-pulse", 1: "position-pose"}
 
 
-class InstructionRules(FlowRules):
+class InformInstructionRules(FlowRules):
     """The whole instruction. Statements come with line 0; the reader stamps the true one on them."""
 
     def instruction(self, children: list[Any]) -> Statement | SwitchAndCase:
@@ -84,11 +84,11 @@ class InstructionRules(FlowRules):
             return children[0] if type(children[0]) is not Token else _comment(children[0])
         first, last = children[0], children[-1]
         if type(first) is Token:
-            self.remarks.append(Remark("P040", str(first), first.column or 1))
+            self.remarks.append(InformRemark("P040", str(first), first.column or 1))
         statement: Statement | SwitchAndCase = children[1] if type(first) is Token else first
         if type(last) is Token and not isinstance(statement, Disabled):
             if last[0] == "'":
-                self.remarks.append(Remark("P033", str(last), last.column or 1))
+                self.remarks.append(InformRemark("P033", str(last), last.column or 1))
             text = _comment(last).text
             if isinstance(statement, SwitchAndCase):
                 return statement._replace(case=replace(statement.case, comment=text))
@@ -200,7 +200,7 @@ class InstructionRules(FlowRules):
 
     def digital_output(self, children: list[Any]) -> SetOutput:
         signal, value = children
-        return SetOutput(0, signal, State(value == "ON") if type(value) is Token else value)
+        return SetOutput(0, signal, SignalState(value == "ON") if type(value) is Token else value)
 
     def analog_output(self, children: list[Any]) -> SetOutput:
         return SetOutput(0, children[0], children[1])

@@ -50,7 +50,7 @@ class InformValues(Generator):
     separator = ", "
     states = ("OFF", "ON")
     no_value = ("a computed value in this place", "compute it into a variable with SET … EXPRESS first")
-    singles = frozenset({ex.Number, ex.Variable, ex.Taught, ex.Text, ex.State, ex.Unknown, ex.FrameRef})
+    singles = frozenset({ex.Number, ex.Variable, ex.Taught, ex.Text, ex.SignalState, ex.Unknown, ex.FrameRef})
     signals: ClassVar = {
         "in": "IN",
         "out": "OT",

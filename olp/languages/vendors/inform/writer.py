@@ -5,19 +5,131 @@ Codes: X002 what INFORM cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar, Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from olp.core.diagnostic import Diagnostic
+from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.languages.generator import CannotSayError, Joined, Lines, as_text
+from olp.languages.vendors.inform import values
 from olp.languages.vendors.inform.statements import FUNCTIONS
-from olp.languages.vendors.inform.write_moves import InformMoves
-from olp.languages.vendors.inform.write_positions import InformPositionWriter
-from olp.languages.vendors.inform.write_values import COUNTED, LETTERS, decimal, is_simple
+from olp.languages.vendors.inform.write_values import COUNTED, LETTERS, InformValues, decimal, is_simple
+
+# --- Write moves ---
+# Writes motion: MOVx, IMOV, SMOVx, REFP and SPEED with their tags and second parts.
+
+_LETTERS: Final = {st.Path.JOINT: "J", st.Path.LINEAR: "L", st.Path.CIRCULAR: "C", st.Path.SPLINE: "S"}
+_TAGS: Final = {st.SpeedUnit.TRAVEL: ("V", 1), st.SpeedUnit.FRACTION: ("VJ", 2), st.SpeedUnit.TURN: ("VR", 1)}
+
+
+class InformMoves(InformValues):
+    """Writes motion."""
+
+    def _speed(self, speed: st.Speed) -> str:
+        """`V=187.0`."""
+        if speed.unit not in _TAGS:
+            raise CannotSayError("a speed of this unit", "INFORM has V= in mm/s, VR= in °/s and VJ= in %")
+        tag, decimals = _TAGS[speed.unit]
+        _, literal, counted = values.SPEEDS[tag]
+        return f"{tag}={self.amount(speed.value, (literal, counted), decimals)}"
+
+    def write_move(self, s: st.Move) -> Lines:
+        words = [self._word(s), *map(self.single, s.targets)]
+        if s.passes:
+            words.append(s.passes)
+        if s.speed is not None:
+            words.append(self.once(s.speed, self._speed))
+        if s.blend is not None:
+            words.append(self._blend(s.blend))
+        if not _is_plain(s):
+            words += self._tags(s)
+        text = " ".join(words)
+        return text + "".join(map(self._part, s.parts)) if s.parts else text
+
+    def _word(self, s: st.Move) -> str:
+        if s.relative is None:
+            return f"{'S' if s.coordinated else ''}MOV{_LETTERS[s.path]}"
+        joint = s.speed is not None and s.speed.unit is st.SpeedUnit.FRACTION
+        if s.coordinated or s.path is not (st.Path.JOINT if joint else st.Path.LINEAR):
+            raise CannotSayError(
+                "a relative move of this shape", "IMOV moves linearly with V=, or by axes with VJ="
+            )
+        return "IMOV"
+
+    def _blend(self, blend: st.Blend) -> str:
+        kind, value = blend.kind, blend.value
+        if kind is st.BlendKind.CONTINUOUS or value is None:
+            return "CONT"
+        if kind is st.BlendKind.LEVEL:
+            return f"PL={self.amount(value, values.LEVEL, 0)}"
+        return f"CR={self.amount(value, (mm, mm), 1)}"
+
+    def _tags(self, s: st.Move) -> list[str]:
+        """The rarer ones, in the order that controllers write them in."""
+        quantity = self.amount
+        found = [f"{tag}={self.single(value)}" for tag, value in s.other]
+        if s.acceleration is not None:
+            found.append(f"ACC={quantity(s.acceleration, values.RATE, 0)}")
+        if s.deceleration is not None:
+            found.append(f"DEC={quantity(s.deceleration, values.RATE, 0)}")
+        if s.end_of_arc:
+            found.append("FPT")
+        if s.relative is not None and s.relative.kind != "own":
+            found.append(self.value(s.relative))
+        if s.search is not None:
+            found.append(self._search(s))
+        if s.no_wait:
+            found.append("NWAIT")
+        if s.until is not None:
+            found.append(f"UNTIL {self.joined(s.until, express=False)}")
+        return found
+
+    def _search(self, s: st.Move) -> str:
+        assert s.search is not None
+        signal, on, time, distance = s.search
+        text = f"SRCH {self.signal(signal)}={'ON' if on else 'OFF'}"
+        if time is not None:
+            text += f" T={self.amount(time, values.TIME, 2)}"
+        if distance is not None:
+            text += f" DIS={self.amount(distance, values.DISTANCE, 1)}"
+        return text
+
+    def _part(self, part: st.MovePart) -> str:
+        word = "REFP" if part.path is None else f"MOV{_LETTERS[part.path]}"
+        speed = "" if part.speed is None else f" {self._speed(part.speed)}"
+        blend = "" if part.blend is None else f" {self._blend(part.blend)}"
+        return f"  +{word} {' '.join(map(self.single, part.targets))}{speed}{blend}"
+
+    def write_reference(self, s: st.Reference) -> Lines:
+        targets = " ".join(map(self.single, s.targets))
+        word = "SREFP" if s.coordinated else "REFP"
+        return f"{word} {self.single(s.number)} {targets}{''.join(map(self._part, s.parts))}"
+
+    def write_set_speed(self, s: st.SetSpeed) -> Lines:
+        return " ".join(["SPEED", *map(self._speed, s.speeds)])
+
+
+def _is_plain(s: st.Move) -> bool:
+    return (
+        s.relative is None
+        and s.search is None
+        and s.until is None
+        and s.acceleration is None
+        and s.deceleration is None
+        and not (s.end_of_arc or s.no_wait or s.other)
+    )
+
+
+# --- Writer ---
 
 _NUMBERED = tuple(store for store in LETTERS if store is not ex.Store.SYSTEM)
 _COMMENT_ROWS = 8
@@ -343,3 +455,151 @@ def _only(function: ex.Function, name: str) -> ex.Expression:
 
 def _is_counter(target: ex.Expression) -> bool:
     return type(target) is ex.Variable and target.store in COUNTED
+
+
+# --- Write positions ---
+# Writes the //POS section: rows by family, and a state record wherever the state changes.
+
+FAMILIES: Final = {
+    "C": (ex.Store.ROBOT, True),
+    "BC": (ex.Store.BASE, True),
+    "EC": (ex.Store.STATION, True),
+    "P": (ex.Store.ROBOT, False),
+    "BP": (ex.Store.BASE, False),
+    "EX": (ex.Store.STATION, False),
+}
+_KIND_RECORDS: Final = {PointKind.PULSE: "PULSE", PointKind.POSE: "RECTAN", PointKind.JOINT: "ANGLE"}
+_POSTYPES: Final = {
+    "pulse": "PULSE",
+    "joint": "ANGLE",
+    "base": "BASE",
+    "robot": "ROBOT",
+    "user": "USER",
+    "tool": "TOOL",
+    "master-tool": "MTOOL",
+}
+_LENGTH_DECIMALS, _ANGLE_DECIMALS, _OLD_ANGLE_DECIMALS = 3, 4, 2
+_MOST_DECIMALS = 9
+_FLAGS = 24  # of ///RCONF, all generations since the NX100
+
+
+class InformPositionWriter:
+    """Writes the positions of one job. `exact`: as many decimals as give the same numbers when read again."""
+
+    def __init__(self, points: PointTable, exact: bool, old: bool) -> None:
+        self.points = points
+        self.exact = exact
+        self.old = old  # ERC: three digits, no position types, four counts, E for stations
+        self._written: dict[str, str] = {}
+
+    def counts(self) -> str:
+        """What ///NPOS says: the number of rows of each family."""
+        sizes = {name: len(self.points.blocks.get(key, ())) for name, key in FAMILIES.items()}
+        names = ("C", "EC", "P", "EX") if self.old else tuple(FAMILIES)
+        left_out = [name for name in FAMILIES if sizes[name] and name not in names]
+        if left_out:
+            raise CannotSayError(f"{left_out[0]} positions in a job of the ERC generation")
+        return ",".join(str(sizes[name]) for name in names)
+
+    def lines(self) -> Iterator[str]:
+        """All rows and state records."""
+        for name, key in FAMILIES.items():
+            block = self.points.blocks.get(key)
+            if block is None or not len(block):
+                continue
+            starts = [0, *(np.nonzero(np.diff(block.state))[0] + 1).tolist(), len(block)]
+            for start, stop in pairwise(starts):
+                state = self.points.states[int(block.state[start])]
+                yield from self._records(state)
+                yield from self._rows(name, block, slice(start, stop), state)
+        if self._written.get("LIMIT") == "ON":
+            yield "///LIMIT OFF"
+        unknown = [
+            key for key, block in self.points.blocks.items() if len(block) and key not in FAMILIES.values()
+        ]
+        if unknown:
+            raise CannotSayError(f"a taught position as a {terminology.STORES[unknown[0][0]]}")
+
+    # --- state ------------------------------------------------------------------------------------------
+
+    def _records(self, state: PointState) -> Iterator[str]:
+        if state.frame not in _POSTYPES:
+            raise CannotSayError(f"positions in {terminology.SYSTEMS.get(state.frame, state.frame)}")
+        wanted = {"USER": str(state.user)} if state.user is not None else {}
+        wanted["TOOL"] = str(state.tool)
+        if not self.old or state.frame not in ("pulse", "joint", "base"):
+            wanted["POSTYPE"] = _POSTYPES[state.frame]
+        wanted["kind"] = _KIND_RECORDS[state.kind]
+        if state.configuration:
+            wanted["RCONF"] = self._configuration(state.configuration)
+        elif state.kind is PointKind.POSE and "RCONF" in self._written:
+            raise CannotSayError("a position without an arm configuration behind one that has it")
+        wanted["LIMIT"] = "ON" if state.outside_limits else "OFF"
+        for word, value in wanted.items():
+            if self._written.get(word, "OFF" if word == "LIMIT" else None) != value:
+                self._written[word] = value
+                yield f"///{value}" if word == "kind" else f"///{word} {value}"
+
+    def _configuration(self, flags: tuple[int, ...]) -> str:
+        filled = flags
+        if not self.exact:  # others count turns with their sign, and those of B behind the rest
+            filled = tuple(min(abs(flag), 1) for flag in flags[:6])
+            filled += flags[6:] if len(flags) == _FLAGS else (0,) * (_FLAGS - len(filled))
+        return ",".join(map(str, filled))
+
+    # --- rows -------------------------------------------------------------------------------------------
+
+    def _rows(self, name: str, block: PointBlock, rows: slice, state: PointState) -> Iterator[str]:
+        letter = "E" if self.old and name == "EC" else name
+        numbers, values = block.numbers[rows].tolist(), block.values[rows]
+        angle_decimals = _OLD_ANGLE_DECIMALS if self.old else _ANGLE_DECIMALS
+        scale, decimals = _units(block.store, state.kind, values.shape[1], angle_decimals)
+        rounded = _rounded(values / scale, decimals) + 0.0  # turns -0 into 0
+        plain = np.asarray(~np.isnan(rounded).any(axis=1))
+        if self.exact or state.kind is PointKind.PULSE:
+            plain &= np.all(rounded * scale == values, axis=1)
+        head = f"{letter}%0{3 if self.old else 5}d="
+        form = head + ",".join(f"%.{count}f" for count in decimals)
+        table = rounded.tolist()
+        for number, row, as_it_is, original in zip(numbers, table, plain.tolist(), values, strict=True):
+            if as_it_is:
+                yield form % (number, *row)
+            else:
+                yield head % number + self._odd_row(original, scale, decimals)
+
+    def _odd_row(self, values: NDArray[np.float64], scale: NDArray[np.float64], decimals: list[int]) -> str:
+        """A row with empty fields or more decimals than usual."""
+        texts = [
+            "" if value != value else _field(value, unit, count)
+            for value, unit, count in zip(values.tolist(), scale.tolist(), decimals, strict=True)
+        ]
+        while len(texts) > 1 and not texts[-1] and not self.old:
+            texts.pop()
+        return ",".join(texts)
+
+
+def _units(
+    store: ex.Store, kind: PointKind, width: int, angle_decimals: int
+) -> tuple[NDArray[np.float64], list[int]]:
+    """SI per written unit, and decimals, of each value of a row."""
+    if kind is PointKind.PULSE:
+        return np.ones(width), [0] * width
+    lengths = (
+        width if store is ex.Store.BASE else 3 if kind is PointKind.POSE and store is ex.Store.ROBOT else 0
+    )
+    scale = np.where(np.arange(width) < lengths, mm, deg)
+    return scale, [_LENGTH_DECIMALS if at < lengths else angle_decimals for at in range(width)]
+
+
+def _rounded(values: NDArray[np.float64], decimals: list[int]) -> NDArray[np.float64]:
+    """Each column to its decimals."""
+    return np.column_stack([np.round(values[:, at], count) for at, count in enumerate(decimals)])
+
+
+def _field(value: float, unit: float, at_least: int) -> str:
+    """The shortest decimal fraction that reads as `value` again, or the usual one when none does."""
+    for count in range(at_least, _MOST_DECIMALS + 1):
+        number = round(value / unit, count)
+        if number * unit == value:
+            return decimal(number, at_least)
+    return decimal(round(value / unit, at_least), at_least)

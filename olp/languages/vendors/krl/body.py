@@ -37,9 +37,9 @@ from olp.ir.program import (
 )
 from olp.languages.findings import Findings
 from olp.languages.lark_host import values_of
-from olp.languages.vendors.krl import lines
+from olp.languages.vendors.krl import parsing
 from olp.languages.vendors.krl.declarations import Head, Tail
-from olp.languages.vendors.krl.fast import ACTUAL, MoveLines
+from olp.languages.vendors.krl.fast import ACTUAL, KrlMoveLines
 from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
 from olp.languages.vendors.krl.parsing import KrlLineReader
 from olp.languages.vendors.krl.scope import Scope
@@ -78,7 +78,7 @@ class BodyReader:
         self._kinds = findings.kinds
         self._reader = reader
         self._scope = scope
-        self._moves = MoveLines(scope)
+        self._moves = KrlMoveLines(scope)
         self._modal = Modal(scope)
         self._seen: dict[str, _Template] = {}
         self._block: SplineBlock | None = None
@@ -121,7 +121,7 @@ class BodyReader:
         self.body.append(Assign(number, Named(self._scope.spell(word)), value))
 
     def _parse(self, code: str, comment: str, number: int) -> Head | Tail | None:
-        kept = lines.kept(code)
+        kept = parsing.kept(code)
         result = self._reader.parse(code, number) if kept is None else kept
         if result is None:
             word = _WORD.match(code)
@@ -138,7 +138,7 @@ class BodyReader:
         if len(self._seen) < _MOST_CACHED:
             plain = not modal and not isinstance(result, (*FORGETS, Opaque, Move))
             self._seen[code] = (type(result), values_of(result), modal, plain)
-        self._add(lines.placed(result, number), comment, number, modal)
+        self._add(parsing.placed(result, number), comment, number, modal)
         return None
 
     def _add(self, it: Statement, comment: str, number: int, modal: bool) -> None:
@@ -158,7 +158,7 @@ class BodyReader:
             self._modal.forget()
             if isinstance(it, ElseIf):
                 self._warn("P418", "KRL has no ELSEIF", number, "write it as ELSE and IF … ENDIF")
-        body.append(lines.commented(it, comment) if comment else it)
+        body.append(parsing.commented(it, comment) if comment else it)
 
     def _add_modal(self, it: Statement, comment: str, number: int) -> None:
         found = self._modal.lower(it)
@@ -166,8 +166,8 @@ class BodyReader:
             self.body.append(Comment(number, comment))
         last = len(found) - 1
         for place, one in enumerate(found):
-            placed = one if one is it else lines.placed(one, number)
-            self.body.append(lines.commented(placed, comment) if comment and place == last else placed)
+            placed = one if one is it else parsing.placed(one, number)
+            self.body.append(parsing.commented(placed, comment) if comment and place == last else placed)
         if self._modal.data.missing or self._modal.odd:
             self._tell(number)
 

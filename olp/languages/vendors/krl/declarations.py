@@ -9,8 +9,8 @@ from lark import Token
 
 from olp.ir.expressions import Expression, RecordLiteral, Signal, Text, Unknown
 from olp.ir.program import Declare, Parameter
-from olp.languages.vendors.krl.moves import MoveRules
-from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Reference
+from olp.languages.vendors.krl.moves import KrlMoveRules
+from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, KrlReference
 from olp.languages.vendors.krl.values import settle
 
 
@@ -36,7 +36,7 @@ class _Declarator(NamedTuple):
     value: Any  # an expression or an aggregate
 
 
-class DeclarationRules(MoveRules):
+class DeclarationRules(KrlMoveRules):
     # --- heads ------------------------------------------------------------------------------------------
 
     def routine(self, children: list[Any]) -> Head:
@@ -140,7 +140,7 @@ class DeclarationRules(MoveRules):
         self.scope.name_signal(name, signal)
         return (Declare(0, spelt, "signal", value, shared="GLOBAL" in modifiers, native="SIGNAL"),)
 
-    def _signal(self, it: Reference) -> Signal:
+    def _signal(self, it: KrlReference) -> Signal:
         found = self.lower(it)
         if type(found) is not Signal:
             # A system signal such as $USER_SAF: a name for a name.

@@ -17,7 +17,7 @@ from olp.ir.expressions import (
     Named,
     Number,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -25,8 +25,8 @@ from olp.ir.expressions import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl import values
-from olp.languages.vendors.krl.scope import AXES, POSES, Reference, Scope
-from olp.languages.vendors.krl.values import Aggregate, Component, settle
+from olp.languages.vendors.krl.scope import AXES, POSES, KrlReference, Scope
+from olp.languages.vendors.krl.values import Component, KrlAggregate, settle
 
 FUNCTIONS: Final = {
     "SQRT": "sqrt",
@@ -65,7 +65,7 @@ _WORDS: Final = {"EXOR": "xor", "B_EXOR": "xor", "B_AND": "and", "B_OR": "or"}
 _NOT_A_CONDITION = frozenset({"INT", "REAL", "CHAR"})
 
 
-class ExpressionRules(Transformer[Token, Any]):
+class KrlExpressionRules(Transformer[Token, Any]):
     """`scope` holds while a file is read; `mixed` tells of the last line that it mixes comparisons with AND or OR."""
 
     def __init__(self) -> None:
@@ -91,8 +91,8 @@ class ExpressionRules(Transformer[Token, Any]):
         # A text that looks like a constant of an enumeration, which is a Text with # in front.
         return Function("joined-text", (Text(word),)) if _looks_like_constant(word) else Text(word)
 
-    def state(self, children: list[Token]) -> State:
-        return State(children[0].upper() == "TRUE")
+    def state(self, children: list[Token]) -> SignalState:
+        return SignalState(children[0].upper() == "TRUE")
 
     def constant(self, children: list[Token]) -> Text:
         return Text("#" + self.scope.spell(children[0][1:].strip()))
@@ -109,30 +109,30 @@ class ExpressionRules(Transformer[Token, Any]):
         brackets = "[]" if dimensions else ""
         return Component(name.upper() + brackets, f"{name}{brackets}", value)
 
-    def aggregate(self, children: list[Any]) -> Aggregate:
+    def aggregate(self, children: list[Any]) -> KrlAggregate:
         tag, *components = children
-        return Aggregate(tag.upper() if tag else "", tuple(components))
+        return KrlAggregate(tag.upper() if tag else "", tuple(components))
 
     # --- names ------------------------------------------------------------------------------------------
 
-    def reference(self, children: list[Token]) -> Reference:
-        return Reference(children[0].upper(), self.scope.spell(children[0]))
+    def reference(self, children: list[Token]) -> KrlReference:
+        return KrlReference(children[0].upper(), self.scope.spell(children[0]))
 
-    def member_of(self, children: list[Any]) -> Reference:
+    def member_of(self, children: list[Any]) -> KrlReference:
         owner, name = children
         return owner._replace(parts=(*owner.parts, (str(name), ())))  # type: ignore[no-any-return]
 
-    def element_of(self, children: list[Any]) -> Reference:
+    def element_of(self, children: list[Any]) -> KrlReference:
         owner, indices = children
         return owner._replace(parts=(*owner.parts, ("", indices)))  # type: ignore[no-any-return]
 
     def dimensions(self, children: list[Any]) -> tuple[Expression | None, ...]:
         return tuple(None if one is None else self.plain(one) for one in children)
 
-    def value(self, children: list[Reference]) -> Expression:
+    def value(self, children: list[KrlReference]) -> Expression:
         return self.lower(children[0])
 
-    def lower(self, it: Reference) -> Expression:
+    def lower(self, it: KrlReference) -> Expression:
         """What a name with its members and indices stands for."""
         scope = self.scope
         signal = scope.signal(it.key)
@@ -148,7 +148,7 @@ class ExpressionRules(Transformer[Token, Any]):
                 base = Item(base, tuple(Unknown("") if one is None else one for one in indices))
         return base
 
-    def _system(self, it: Reference) -> tuple[Expression, tuple[Any, ...]]:
+    def _system(self, it: KrlReference) -> tuple[Expression, tuple[Any, ...]]:
         """The controller's own variables that have a neutral name, and the parts that are left."""
         first = it.parts[0] if it.parts else ("", ())
         index = first[1][0] if len(first[1]) == 1 else None
@@ -176,7 +176,7 @@ class ExpressionRules(Transformer[Token, Any]):
 
     # --- arithmetic and logic ---------------------------------------------------------------------------
 
-    def plain(self, it: Expression | Aggregate) -> Expression:
+    def plain(self, it: Expression | KrlAggregate) -> Expression:
         return settle(it, self.scope)
 
     def binary(self, children: list[Any]) -> Binary:
@@ -257,7 +257,7 @@ def _is_integer(it: Any, types: Any) -> bool:
         return it.operator != "/" and _is_integer(it.left, types) and _is_integer(it.right, types)
     if type(it) is Unary:
         return _is_integer(it.operand, types)
-    return not isinstance(it, Aggregate) and types(it) == "INT"
+    return not isinstance(it, KrlAggregate) and types(it) == "INT"
 
 
 def _looks_like_constant(word: str) -> bool:

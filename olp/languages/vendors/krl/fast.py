@@ -1,6 +1,6 @@
 """Plain lines without the grammar: a generated program has 100,000 of them.
 
-`literal` understands aggregates of numbers, `MoveLines.read` moves to them or to names, and `row` the rows of a data
+`literal` understands aggregates of numbers, `KrlMoveLines.read` moves to them or to names, and `row` the rows of a data
 list; each gives exactly what the grammar gives (a test compares the two). Whatever else a line holds, they decline.
 """
 
@@ -112,7 +112,7 @@ def _external(given: dict[str, float]) -> tuple[float, ...]:
     return tuple(given.get(key, values.NOTHING) for key in values.EXTERNALS[:last])
 
 
-class MoveLines:
+class KrlMoveLines:
     """Reads plain PTP and LIN lines of one routine; equal words share one object."""
 
     def __init__(self, scope: Scope) -> None:

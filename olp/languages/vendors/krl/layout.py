@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from olp.languages.layout import Blocks
+from olp.languages.layout import BlockLayout
 
 
-class KrlLayout(Blocks):
+class KrlLayout(BlockLayout):
     opens = re.compile(
         r"(?:IF\b.*\bTHEN\b|FOR\b|WHILE\b|LOOP\b|REPEAT\b|SWITCH\b|SPLINE\b|PTP_SPLINE\b)", re.IGNORECASE
     )

@@ -11,7 +11,7 @@ from typing import Final
 from olp.ir.expressions import Expression, Item, Member, Named, Number, RecordLiteral, Unknown
 from olp.ir.program import Assign, Declare, LineKind
 from olp.languages.findings import Findings
-from olp.languages.vendors.krl import fast, lines
+from olp.languages.vendors.krl import fast, parsing
 from olp.languages.vendors.krl.declarations import Head, Tail
 from olp.languages.vendors.krl.parsing import KrlLineReader
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
@@ -57,7 +57,7 @@ class ListReader:
             return None
         if self._only is not None and not self._wanted(code):
             return None
-        if lines.kept(code) is not None:
+        if parsing.kept(code) is not None:
             self._findings.kinds[number - 1] = LineKind.OPAQUE
             return None
         result = self._reader.parse(code, number)

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.source import Source
-from olp.languages.loading import Cell, Found, Loading
-from olp.languages.vendors.krl import lines
+from olp.languages.loading import LoadedCell, LoadFindings, Loading
+from olp.languages.vendors.krl import parsing
 from olp.languages.vendors.krl.known_routines import KNOWN_ROUTINES
 from olp.languages.vendors.krl.neighbours import stem
 
@@ -84,7 +84,7 @@ class Name(NamedTuple):
 
 
 @dataclass(slots=True)
-class Routine:
+class KrlRoutine:
     """`most`: parameters. `names`: what its declarations declare; `body`: its other lines, with their numbers."""
 
     name: Name
@@ -100,7 +100,7 @@ class Routine:
 class File:
     """A module or a list: `names` are those of a list, with their types; `types` what STRUC and ENUM declare."""
 
-    routines: list[Routine] = field(default_factory=list)
+    routines: list[KrlRoutine] = field(default_factory=list)
     names: list[tuple[Name, str]] = field(default_factory=list)
     types: set[str] = field(default_factory=set)
     list_name: Name | None = None
@@ -108,9 +108,9 @@ class File:
     constants: set[str] = field(default_factory=set)
 
 
-def check(source: Source, cell: Cell) -> list[Diagnostic]:
+def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     """What a controller refuses in one module, with its list."""
-    found = Found(source)
+    found = LoadFindings(source)
     files = [(one, file_of(one)) for one in cell.sources]
     own = files[0][1]
     if not own.routines or re.search(r"[\\/](?:System|TP)[\\/]", source.path, re.IGNORECASE):
@@ -121,7 +121,7 @@ def check(source: Source, cell: Cell) -> list[Diagnostic]:
     _heads(found, own, mine)
     shared = {n.key for file in (f for _, f in files) for n, _ in file.names}
 
-    routines: dict[str, Routine] = {}
+    routines: dict[str, KrlRoutine] = {}
     for index, (_, file) in enumerate(files):
         for number, routine in enumerate(file.routines):
             if not index or not number or routine.shared:
@@ -144,7 +144,7 @@ def _in_tree(source: Source) -> bool:
 
 
 def _code(line: str) -> str:
-    code, _ = lines.split(line)
+    code, _ = parsing.split(line)
     return code
 
 
@@ -152,7 +152,7 @@ def _code(line: str) -> str:
 def file_of(source: Source) -> File:
     """The declarations of a module or a list, as far as they can be told."""
     file = File()
-    routine: Routine | None = None
+    routine: KrlRoutine | None = None
     begun = in_list = False
     for number, line in enumerate(source.lines, 1):
         code = _code(line)
@@ -192,9 +192,9 @@ def file_of(source: Source) -> File:
     return file
 
 
-def _begun(head: re.Match[str], number: int, line: str) -> Routine:
+def _begun(head: re.Match[str], number: int, line: str) -> KrlRoutine:
     kind, shared = head[1].upper(), head[0].upper().startswith("GLOBAL")
-    routine = Routine(Name(head[3], _span(line, number, head[3])), kind, shared=shared)
+    routine = KrlRoutine(Name(head[3], _span(line, number, head[3])), kind, shared=shared)
     for part in filter(None, (one.split(":")[0].strip() for one in head[4].split(","))):
         text = re.sub(r"\[.*", "", part).strip()
         routine.parameters.append(Name(text, _span(line, number, text)))
@@ -248,7 +248,7 @@ def _parts(text: str) -> list[str]:
     return [*found, text[start:]]
 
 
-def _characters(found: Found) -> None:
+def _characters(found: LoadFindings) -> None:
     for number, line in enumerate(found.source.lines, 1):
         code = _code(line)
         if code.isascii() or code.startswith("&"):
@@ -264,7 +264,7 @@ def _characters(found: Found) -> None:
             )
 
 
-def _heads(found: Found, own: File, mine: str) -> None:
+def _heads(found: LoadFindings, own: File, mine: str) -> None:
     names = [r.name for r in own.routines] + [n for r in own.routines for n, _ in r.names]
     for name in names:
         if len(name.text) > _LONGEST:
@@ -287,7 +287,7 @@ def _heads(found: Found, own: File, mine: str) -> None:
         )
 
 
-def _twice(found: Found, names: list[Name], where: str) -> None:
+def _twice(found: LoadFindings, names: list[Name], where: str) -> None:
     seen: dict[str, Name] = {}
     for name in names:
         if name.key in seen and seen[name.key].span.line != name.span.line:
@@ -297,10 +297,10 @@ def _twice(found: Found, names: list[Name], where: str) -> None:
 
 
 def _routine(
-    found: Found,
-    routine: Routine,
+    found: LoadFindings,
+    routine: KrlRoutine,
     shared: set[str],
-    routines: dict[str, Routine],
+    routines: dict[str, KrlRoutine],
     types: set[str],
     lists: dict[str, tuple[Name, str]],
 ) -> None:
@@ -322,12 +322,12 @@ def _routine(
 
 
 def _line(
-    found: Found,
+    found: LoadFindings,
     number: int,
     code: str,
     local: set[str],
     shared: set[str],
-    routines: dict[str, Routine],
+    routines: dict[str, KrlRoutine],
     kinds: dict[str, str],
 ) -> None:
     line = found.source.line(number)
@@ -379,7 +379,7 @@ _NUMBERS: Final = ("int", "real")
 
 
 def _literal(
-    found: Found, number: int, tokens: list[tuple[str | None, str, int]], kinds: dict[str, str]
+    found: LoadFindings, number: int, tokens: list[tuple[str | None, str, int]], kinds: dict[str, str]
 ) -> None:
     """`NAME = literal`: whether the literal is of the name's type."""
     if len(tokens) != 3 or tokens[1][1] != "=" or tokens[0][0] != "word":
@@ -392,11 +392,11 @@ def _literal(
 
 
 def _call(
-    found: Found,
+    found: LoadFindings,
     number: int,
     tokens: list[tuple[str | None, str, int]],
     at: int,
-    routines: dict[str, Routine],
+    routines: dict[str, KrlRoutine],
     local: set[str],
     shared: set[str],
 ) -> None:

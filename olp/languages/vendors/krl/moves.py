@@ -22,9 +22,9 @@ from olp.ir.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move,
 from olp.ir.program import Process
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl import values
-from olp.languages.vendors.krl.expressions import ExpressionRules
+from olp.languages.vendors.krl.expressions import KrlExpressionRules
 from olp.languages.vendors.krl.motion_data import MotionData
-from olp.languages.vendors.krl.scope import Reference
+from olp.languages.vendors.krl.scope import KrlReference
 
 PATHS: Final = {"P": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR}
 BLENDS: Final = {
@@ -48,7 +48,7 @@ _MOST_BLENDS = 2
 class Setting(NamedTuple):
     """One `$NAME=value` of a WITH list."""
 
-    target: Reference
+    target: KrlReference
     value: Expression
 
 
@@ -75,7 +75,7 @@ class _Words(NamedTuple):
     words: tuple[str, ...]
 
 
-class MoveRules(ExpressionRules):
+class KrlMoveRules(KrlExpressionRules):
     def blend(self, children: list[Token]) -> _Words:
         return _Words((str(children[0].upper()),))
 
@@ -197,7 +197,7 @@ def _whole(it: Expression) -> Expression:
     return PositionLiteral(it.kind, numbers, it.external, it.configuration, it.native, it.sectors)
 
 
-def reference_text(it: Reference) -> str:
+def reference_text(it: KrlReference) -> str:
     """The name as it stands in a text; indices are plain numbers there."""
     text = it.key
     for name, indices in it.parts:
@@ -206,7 +206,7 @@ def reference_text(it: Reference) -> str:
     return text
 
 
-def _setting(data: MotionData, target: Reference, value: Expression) -> dict[str, Any] | None:
+def _setting(data: MotionData, target: KrlReference, value: Expression) -> dict[str, Any] | None:
     key, member = target.key, target.parts[0][0].upper() if target.parts else ""
     call = value if isinstance(value, CallValue) else CallValue("")
     routine, arguments = call.routine.upper(), call.arguments

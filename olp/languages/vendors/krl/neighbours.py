@@ -13,7 +13,7 @@ from olp.core.source import Source
 from olp.ir.expressions import Number, RecordLiteral, Text
 from olp.ir.program import Declare
 from olp.languages.findings import Findings
-from olp.languages.vendors.krl import checks, companions, lines
+from olp.languages.vendors.krl import checks, companions, parsing
 from olp.languages.vendors.krl.lists import ListReader
 from olp.languages.vendors.krl.parsing import KrlLineReader
 from olp.languages.vendors.krl.scope import Scope
@@ -87,7 +87,7 @@ def _used(source: Source, beside: Source | None, asked: Set[str] | None) -> froz
         if asked is not None and not any(name in text for name in asked):
             continue
         if ";" in text:
-            text = "\n".join([lines.split(line)[0] for line in text.split("\n")])
+            text = "\n".join([parsing.split(line)[0] for line in text.split("\n")])
         used.update(NAME.findall(text))
     return frozenset(used | {"TOOL_DATA", "BASE_DATA"} if used & _BY_NUMBER else used)
 
@@ -129,7 +129,7 @@ def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[D
 def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
     reader = ListReader(findings, scope, KrlLineReader(findings, scope), only, placed=False)
     for number, line in enumerate(findings.source.lines, 1):
-        code, comment = lines.split(line)
+        code, comment = parsing.split(line)
         plain = code.startswith("DECL ")
         if plain or (code and code[0] != "&" and not HEAD.match(code) and not TAIL.fullmatch(code)):
             reader.row(code, number, comment or "")
@@ -144,13 +144,13 @@ def _details(source: Source) -> dict[str, str]:
     for line in source.lines:
         if line.startswith("DECL "):
             continue
-        code, comment = lines.split(line)
+        code, comment = parsing.split(line)
         if code.startswith("DECL "):
             continue
         if HEAD.match(code):
             head = code
         elif (not code and comment is not None) or (
-            code and (code[0] == "&" or lines.kept(code) is not None)
+            code and (code[0] == "&" or parsing.kept(code) is not None)
         ):
             (rows if head else above).append(code or f";{comment}")
     found = {"data above": "\n".join(above), "data head": head, "data rows": "\n".join(rows)}

@@ -10,7 +10,7 @@ from olp.core.source import Source
 from olp.ir.points import PointTable
 from olp.ir.program import Declare, LineKind, Parameter, Program, Routine, Statement
 from olp.languages.findings import Findings
-from olp.languages.vendors.krl import checks, lines
+from olp.languages.vendors.krl import checks, parsing
 from olp.languages.vendors.krl.body import BodyReader
 from olp.languages.vendors.krl.declarations import Head
 from olp.languages.vendors.krl.lists import ListReader
@@ -81,11 +81,11 @@ class _FileReader:
     def read(self) -> list[Routine]:
         for number, line in enumerate(self._findings.source.lines, 1):
             if ";" in line:
-                code, comment = lines.split(line)
+                code, comment = parsing.split(line)
                 if comment is not None:
                     self._fold(comment, number)
             else:
-                code, comment = line.strip(lines.BLANKS), None
+                code, comment = line.strip(parsing.BLANKS), None
             if not code:
                 self._without_code(comment, number)
             elif code[0] in _OF_HEADS:
@@ -98,7 +98,7 @@ class _FileReader:
         return self._routines
 
     def _fold(self, comment: str, number: int) -> None:
-        match = lines.FOLD.match(comment)
+        match = parsing.FOLD.match(comment)
         if match is None:
             return
         if match[1] is None:

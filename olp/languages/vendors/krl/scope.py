@@ -61,7 +61,7 @@ _STRUCTURES: Final = {
 }
 
 
-class Reference(NamedTuple):
+class KrlReference(NamedTuple):
     """A name with what stands behind it. `parts`: (member in capitals, ()) or ("", indices; None: left empty)."""
 
     key: str  # in capitals

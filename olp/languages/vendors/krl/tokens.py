@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from olp.languages.tokens import Kind, Pattern, Words, listed
+from olp.languages.tokens import Pattern, TokenKind, Words, listed
 
 _KINDS = {
-    **dict.fromkeys(("POS", "E6POS", "AXIS", "E6AXIS"), Kind.POINT),
-    "FRAME": Kind.FRAME,
-    "SIGNAL": Kind.SIGNAL,
+    **dict.fromkeys(("POS", "E6POS", "AXIS", "E6AXIS"), TokenKind.POINT),
+    "FRAME": TokenKind.FRAME,
+    "SIGNAL": TokenKind.SIGNAL,
 }
 _LINE = re.compile(
     r"\s*(?:(?:DECL|GLOBAL|CONST|SIGNAL(?=\s+\w+\s+\$))\s+)*([A-Z_]\w*)\s+([A-Z_]\w*)\s*(?:[=,\[]|$|;)",
@@ -33,28 +33,28 @@ class KrlTokens(Words):
     keywords = _OPENERS | listed("TO STEP THEN DO IN OUT SEC AND OR NOT EXOR B_AND B_OR TRUE FALSE PUBLIC")
     patterns = (
         Pattern(
-            Kind.ROUTINE,
+            TokenKind.ROUTINE,
             r"^\s*(?:GLOBAL\s+)?DEF(?:FCT\s+\w+(?:\[[^\]]*\])?)?\s+([A-Z_]\w*)(?=\s*\()",
             defines=True,
         ),
-        Pattern(Kind.LABEL, r"^\s*([A-Z_]\w*)(?=\s*:\s*(?:;|$))", defines=True, local=True),
-        Pattern(Kind.LABEL, r"\bGOTO\s+([A-Z_]\w*)", local=True),
-        Pattern(Kind.SIGNAL, r"(\$(?:IN|OUT|ANIN|ANOUT)\[\d+\])"),
-        Pattern(Kind.FRAME, r"\b(BASE_DATA\[\d+\])(?=\s*=)", defines=True),
-        Pattern(Kind.TOOL, r"\b(TOOL_DATA\[\d+\])(?=\s*=)", defines=True),
-        Pattern(Kind.FRAME, r"\b(BASE_DATA\[\d+\])"),
-        Pattern(Kind.TOOL, r"\b(TOOL_DATA\[\d+\])"),
+        Pattern(TokenKind.LABEL, r"^\s*([A-Z_]\w*)(?=\s*:\s*(?:;|$))", defines=True, local=True),
+        Pattern(TokenKind.LABEL, r"\bGOTO\s+([A-Z_]\w*)", local=True),
+        Pattern(TokenKind.SIGNAL, r"(\$(?:IN|OUT|ANIN|ANOUT)\[\d+\])"),
+        Pattern(TokenKind.FRAME, r"\b(BASE_DATA\[\d+\])(?=\s*=)", defines=True),
+        Pattern(TokenKind.TOOL, r"\b(TOOL_DATA\[\d+\])(?=\s*=)", defines=True),
+        Pattern(TokenKind.FRAME, r"\b(BASE_DATA\[\d+\])"),
+        Pattern(TokenKind.TOOL, r"\b(TOOL_DATA\[\d+\])"),
     )
 
-    def declared(self, line: str) -> Iterator[tuple[int, Kind]]:
+    def declared(self, line: str) -> Iterator[tuple[int, TokenKind]]:
         signal = _SIGNAL.match(line)
         if signal is not None:
-            yield signal.start(1), Kind.SIGNAL
+            yield signal.start(1), TokenKind.SIGNAL
             return
         match = _LINE.match(line)
         if match is None or match[1].upper() in _OPENERS:
             return
-        kind = _KINDS.get(match[1].upper(), Kind.VARIABLE)
+        kind = _KINDS.get(match[1].upper(), TokenKind.VARIABLE)
         yield match.start(2), kind
         place = match.end(2)
         while True:

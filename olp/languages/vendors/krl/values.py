@@ -31,10 +31,10 @@ class Component(NamedTuple):
 
     key: str
     name: str
-    value: Expression | Aggregate
+    value: Expression | KrlAggregate
 
 
-class Aggregate(NamedTuple):
+class KrlAggregate(NamedTuple):
     """`{X 1, Y 2}` before it is known of what; `tag`: the type where it is written inside."""
 
     tag: str
@@ -54,9 +54,9 @@ def bits(text: str) -> Number:
     return Number(int(word[1:], base) if base and len(word) > 1 else int(word, 16))
 
 
-def settle(it: Expression | Aggregate, scope: Scope, type: str = "") -> Expression:
+def settle(it: Expression | KrlAggregate, scope: Scope, type: str = "") -> Expression:
     """An aggregate as a value of `type` (in capitals), or of that which its components are of."""
-    if not isinstance(it, Aggregate):
+    if not isinstance(it, KrlAggregate):
         return it
     kind = it.tag or type
     keys = {component.key for component in it.components}
@@ -67,7 +67,7 @@ def settle(it: Expression | Aggregate, scope: Scope, type: str = "") -> Expressi
     return _record(it, scope, kind)
 
 
-def _record(it: Aggregate, scope: Scope, kind: str) -> RecordLiteral:
+def _record(it: KrlAggregate, scope: Scope, kind: str) -> RecordLiteral:
     types = scope.structures.get(kind, {})
     members = tuple(
         (scope.spell(one.name), settle(one.value, scope, types.get(one.key.partition("[")[0], "")))
@@ -76,7 +76,7 @@ def _record(it: Aggregate, scope: Scope, kind: str) -> RecordLiteral:
     return RecordLiteral(scope.spell(kind) if kind else "", members)
 
 
-def _pose(it: Aggregate, scope: Scope, kind: str) -> Expression:
+def _pose(it: KrlAggregate, scope: Scope, kind: str) -> Expression:
     given = {component.key: component.value for component in it.components}
     if not given.keys() <= COMPONENTS.keys():
         return _record(it, scope, kind)
@@ -96,7 +96,7 @@ def _pose(it: Aggregate, scope: Scope, kind: str) -> Expression:
     return PositionLiteral("pose", values, _external(numbers), configuration, native, sectors)
 
 
-def _axes(it: Aggregate, scope: Scope, kind: str) -> Expression:
+def _axes(it: KrlAggregate, scope: Scope, kind: str) -> Expression:
     given = {component.key: component.value for component in it.components}
     if not given.keys() <= AXIS_NUMBERS.keys() | set(EXTERNALS):
         return _record(it, scope, kind)

@@ -24,7 +24,7 @@ _MEMBERS: Final = {name: word for word, name in COMPONENTS.items()}
 POSE: Final = tuple(zip(("X", "Y", "Z", "A", "B", "C"), (0, 1, 2, 5, 4, 3), strict=True))
 AXIS_WORDS: Final = ("A1", "A2", "A3", "A4", "A5", "A6")
 _BITS: Final = {"and": ("B_AND", 7), "xor": ("B_EXOR", 6), "or": ("B_OR", 5)}
-_CONDITIONS: Final = (ex.Logic, ex.Compare, ex.State)
+_CONDITIONS: Final = (ex.Logic, ex.Compare, ex.SignalState)
 _UNARY, _PRODUCT, _ATOM = 12, 13, 14
 _DIGITS = 12
 _DECIMALS = 9

@@ -13,7 +13,7 @@ from olp.ir.points import PointKind
 from olp.ir.program import Path, Program
 from olp.ir.statements import Assign, Comment
 from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
-from olp.languages.vendors.krl.lines import split
+from olp.languages.vendors.krl.parsing import split
 from olp.languages.vendors.krl.reader import read_program
 
 _DECLARED = re.compile(

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity
 from olp.core.source import Source
-from olp.ir.expressions import Expression, Number, State, Text
+from olp.ir.expressions import Expression, Number, SignalState, Text
 from olp.ir.points import PointTable
 from olp.ir.program import (
     Comment,
@@ -76,7 +76,7 @@ _UNMODELLED = re.compile(
 )
 
 
-class Line(NamedTuple):
+class Pdl2Line(NamedTuple):
     """An instruction. `taken`: source lines that it takes."""
 
     number: int
@@ -103,10 +103,10 @@ def read_program(source: Source) -> Program:
     findings = Findings(source)
     if not is_readable(findings, _CODES, _MARK, "PDL2"):
         return unreadable("pdl2", source, findings)
-    return _File(findings).read()
+    return _Pdl2File(findings).read()
 
 
-class _File:
+class _Pdl2File:
     def __init__(self, findings: Findings) -> None:
         self.findings, self.kinds = findings, findings.kinds
         self.rules = Pdl2Rules(any("$FLY_DIST" in line.upper() for line in findings.source.lines))
@@ -144,7 +144,7 @@ class _File:
 
     # --- lines ------------------------------------------------------------------------------------------
 
-    def _lines(self) -> Iterator[Line]:
+    def _lines(self) -> Iterator[Pdl2Line]:
         """Instructions, a MOVE with its WITH lines as one."""
         lines, number = self.findings.source.lines, 1
         while number <= len(lines):
@@ -163,10 +163,10 @@ class _File:
                     break
                 text = f"{text.removesuffix('&').rstrip()} {more}"
                 count += 1
-            yield Line(number, text, comment, count)
+            yield Pdl2Line(number, text, comment, count)
             number += count
 
-    def _line(self, line: Line) -> None:
+    def _line(self, line: Pdl2Line) -> None:
         text, number = line.text, line.number
         word = text.split(None, 1)[0].upper()
         if self.handler or word.startswith("CONDITION["):
@@ -185,7 +185,7 @@ class _File:
         else:
             self._instruction(text, number)
 
-    def _handler(self, line: Line, word: str) -> None:
+    def _handler(self, line: Pdl2Line, word: str) -> None:
         """A condition handler runs beside the program: kept, told once."""
         part = self.part or self.program
         self.handler = word != "ENDCONDITION"
@@ -213,7 +213,7 @@ class _File:
         if word == "IMPORT":
             self.kinds[number - 1], self.section = LineKind.RECORD, "VAR"
         elif part is not None and (word == "CYCLE" or (word == "BEGIN" and rest.upper() == "CYCLE")):
-            part.body.append(While(number, State(True)))
+            part.body.append(While(number, SignalState(True)))
             part.cycle = number
         elif rest:
             self._declaration(rest, number)
@@ -342,7 +342,7 @@ def _parted(text: str) -> tuple[str, str | None]:
 
 def _literal(text: str) -> Expression | None:
     if text.upper() in ("TRUE", "ON", "FALSE", "OFF"):
-        return State(text.upper() in ("TRUE", "ON"))
+        return SignalState(text.upper() in ("TRUE", "ON"))
     if len(text) > 1 and text[0] == text[-1] == "'":
         return Text(text[1:-1])
     if _NUMBER.fullmatch(text) and len(text) < 40:

@@ -22,7 +22,7 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -252,7 +252,7 @@ class Pdl2Rules(BlockRules):
     def assign(self, children: list[Any]) -> Any:
         target, value = children
         if isinstance(target, Signal):
-            return SetOutput(0, target, Number(int(value.on)) if isinstance(value, State) else value)
+            return SetOutput(0, target, Number(int(value.on)) if isinstance(value, SignalState) else value)
         if isinstance(target, Binary):  # a timer, in ms
             return Assign(0, target.left, Binary("/", value, Number(1000)))
         if isinstance(target, Named) and target.name[0] == "$":

@@ -52,7 +52,7 @@ class Clause(NamedTuple):
     complete: bool = True
 
 
-class Remark(NamedTuple):
+class RapidRemark(NamedTuple):
     """A comment on a line of its own, or between the parts of a clause."""
 
     line: int
@@ -65,7 +65,7 @@ class Cutter:
     def __init__(self, lines: Sequence[str]) -> None:
         self._lines = lines
         self._parts: list[str] = []
-        self._done: list[Clause | Remark] = []
+        self._done: list[Clause | RapidRemark] = []
         self._reset()
 
     def _reset(self) -> None:
@@ -74,7 +74,7 @@ class Cutter:
         self._line = self._column = self._depth = self._tokens = 0
         self._open = self._named = False
 
-    def cut(self) -> Iterator[Clause | Remark]:
+    def cut(self) -> Iterator[Clause | RapidRemark]:
         """All clauses and comments in the order of the text."""
         plain = _PLAIN.fullmatch
         new = tuple.__new__  # as the constructor does, in half the time
@@ -215,13 +215,13 @@ class Cutter:
         text = line[start + 1 :]
         if self._open:
             self._parts.append(line[begin:start])
-            self._done.append(Remark(number, text))
+            self._done.append(RapidRemark(number, text))
             return
         last = self._done[-1] if self._done else None
         if isinstance(last, Clause) and last.last == number and last.comment is None:
             self._done[-1] = last._replace(comment=text)
         else:
-            self._done.append(Remark(number, text))
+            self._done.append(RapidRemark(number, text))
 
     def _finish(self, number: int, complete: bool = True) -> None:
         text = "\n".join(self._parts).rstrip()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from lark import Token, Transformer
@@ -12,6 +13,7 @@ from olp.ir.expressions import (
     CallValue,
     Compare,
     Expression,
+    FrameRef,
     Function,
     Item,
     Logic,
@@ -20,29 +22,28 @@ from olp.ir.expressions import (
     NamedArgument,
     Number,
     Signal,
-    State,
+    SignalState,
+    SystemValue,
     Text,
     Unary,
     Unknown,
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
-from olp.languages.vendors.rapid.functions import SPECIAL
-from olp.languages.vendors.rapid.literals import Aggregate, ShapeError, coerced
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.literals import RapidAggregate, ShapeError, coerced, unquoted
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, SIGNAL_USERS
-from olp.languages.vendors.rapid.syntax import Given, Option
-from olp.languages.vendors.rapid.texts import unquoted
+from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
 _CONSTANTS: Final = {"pi": Number(math.pi), "high": Number(1), "low": Number(0)}
 
 
-class ExpressionRules(Transformer[Token, Any]):
+class RapidExpressionRules(Transformer[Token, Any]):
     """`names` holds while a file is read."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.names = Names()
+        self.names = RapidNames()
 
     # --- literals ---------------------------------------------------------------------------------------------
 
@@ -57,11 +58,11 @@ class ExpressionRules(Transformer[Token, Any]):
     def text(self, children: list[Token]) -> Text:
         return Text(unquoted(children[0]))
 
-    def boolean(self, children: list[Token]) -> State:
-        return State(children[0].upper() == "TRUE")
+    def boolean(self, children: list[Token]) -> SignalState:
+        return SignalState(children[0].upper() == "TRUE")
 
-    def aggregate(self, children: list[Any]) -> Aggregate:
-        return Aggregate(tuple(child for child in children if child is not None))
+    def aggregate(self, children: list[Any]) -> RapidAggregate:
+        return RapidAggregate(tuple(child for child in children if child is not None))
 
     def here(self, children: list[Token]) -> Unknown:
         return Unknown("*")
@@ -110,10 +111,10 @@ class ExpressionRules(Transformer[Token, Any]):
     def positive(self, children: list[Any]) -> Expression:
         return self._plain(children[1])
 
-    def _plain(self, value: Expression | Aggregate) -> Expression:
+    def _plain(self, value: Expression | RapidAggregate) -> Expression:
         return self.coerce(value, "")
 
-    def coerce(self, value: Expression | Aggregate, kind: str, sizes: int = 0) -> Expression:
+    def coerce(self, value: Expression | RapidAggregate, kind: str, sizes: int = 0) -> Expression:
         """Raises BrokenLineError where an aggregate does not fit."""
         try:
             return coerced(value, kind, self.names, sizes)
@@ -188,23 +189,23 @@ class ExpressionRules(Transformer[Token, Any]):
 
     # --- calls ------------------------------------------------------------------------------------------------
 
-    def option(self, children: list[Any]) -> Option:
-        return Option(str(children[1]), children[2])
+    def option(self, children: list[Any]) -> RapidOption:
+        return RapidOption(str(children[1]), children[2])
 
-    def passed_on(self, children: list[Any]) -> Option:
+    def passed_on(self, children: list[Any]) -> RapidOption:
         """`\\Name?parameter`: given when the caller gave it."""
-        return Option(str(children[1]) + "?", Named(self.names.spelled(str(children[2]))))
+        return RapidOption(str(children[1]) + "?", Named(self.names.spelled(str(children[2]))))
 
-    def argument(self, children: list[Any]) -> Given:
-        if isinstance(children[0], Option):
-            return Given(None, tuple(children))
-        return Given(children[0], tuple(children[1:]))
+    def argument(self, children: list[Any]) -> RapidArgument:
+        if isinstance(children[0], RapidOption):
+            return RapidArgument(None, tuple(children))
+        return RapidArgument(children[0], tuple(children[1:]))
 
-    def value(self, children: list[Any]) -> Expression | Aggregate:
-        found: Expression | Aggregate = children[0]
+    def value(self, children: list[Any]) -> Expression | RapidAggregate:
+        found: Expression | RapidAggregate = children[0]
         return found
 
-    def arguments(self, children: list[Given]) -> list[Given]:
+    def arguments(self, children: list[RapidArgument]) -> list[RapidArgument]:
         return children
 
     def call(self, children: list[Any]) -> Expression:
@@ -212,7 +213,7 @@ class ExpressionRules(Transformer[Token, Any]):
         found = self._function(name, given)
         return self.parts(found, children[2:]) if len(children) > 2 else found
 
-    def _function(self, name: str, given: list[Given]) -> Expression:
+    def _function(self, name: str, given: list[RapidArgument]) -> Expression:
         key = name.lower()
         if key in self.names.routines:
             return CallValue(self.names.spelled(name), self.passed(name, given))
@@ -229,7 +230,9 @@ class ExpressionRules(Transformer[Token, Any]):
             return self._signal_value(key, given)
         return CallValue(self.names.spelled(name), self.passed(name, given))
 
-    def plain_arguments(self, given: list[Given], kinds: tuple[str, ...] = ()) -> tuple[Expression, ...]:
+    def plain_arguments(
+        self, given: list[RapidArgument], kinds: tuple[str, ...] = ()
+    ) -> tuple[Expression, ...]:
         """Positional values first, then those of options: `Round(x\\Dec:=2)` has two."""
         values = [one.value for one in given if one.value is not None]
         options = [option.value for one in given for option in one.options if option.value is not None]
@@ -237,7 +240,7 @@ class ExpressionRules(Transformer[Token, Any]):
         positional = tuple(self.coerce(value, kind) for value, kind in zip(values, padded, strict=False))
         return (*positional, *map(self._plain, options))
 
-    def passed(self, name: str, given: list[Given]) -> tuple[Expression, ...]:
+    def passed(self, name: str, given: list[RapidArgument]) -> tuple[Expression, ...]:
         """The arguments of a call, options by their names."""
         head = self.names.routines.get(name.lower())
         required = [kind for _, kind, optional in head.parameters if not optional] if head else []
@@ -256,17 +259,17 @@ class ExpressionRules(Transformer[Token, Any]):
                 found.append(NamedArgument(option.name, value))
         return tuple(found)
 
-    def _signal_value(self, key: str, given: list[Given]) -> Expression:
+    def _signal_value(self, key: str, given: list[RapidArgument]) -> Expression:
         signal = self.signal(given[0].value if given else None, SIGNAL_USERS[key])
-        return Compare("=", signal, State(True)) if key == "testdi" else signal
+        return Compare("=", signal, SignalState(True)) if key == "testdi" else signal
 
-    def signal(self, value: Expression | Aggregate | None, bus: str) -> Signal:
+    def signal(self, value: Expression | RapidAggregate | None, bus: str) -> Signal:
         """A signal of an instruction: its name, or what an element of an array of signals names."""
         if isinstance(value, Signal):
             return Signal(bus, value.index)
         if isinstance(value, Named):
             return Signal(bus, Text(value.name))
-        if value is None or isinstance(value, Aggregate):
+        if value is None or isinstance(value, RapidAggregate):
             raise BrokenLineError("a signal is missing", word="", wanted="the name of a signal")
         return Signal(bus, value)
 
@@ -274,7 +277,11 @@ class ExpressionRules(Transformer[Token, Any]):
 def as_state(signal: Signal, value: Expression) -> Expression:
     """1 and 0 beside a digital signal mean on and off."""
     digital = signal.bus in ("in", "out")
-    return State(value.value == 1) if digital and type(value) is Number and value.value in (0, 1) else value
+    return (
+        SignalState(value.value == 1)
+        if digital and type(value) is Number and value.value in (0, 1)
+        else value
+    )
 
 
 def _logic(operator: str, left: Expression, right: Expression) -> Logic:
@@ -294,3 +301,134 @@ def _component(base: Expression, group: str, name: str) -> Expression:
     if group == "extax" and name[:4] == "eax_" and name[4:] in "abcdef" and name[4:]:
         return Member(base, f"e{'abcdef'.index(name[4:]) + 1}")
     return Member(base, name)
+
+
+# --- Functions ---
+# Functions of RAPID with options, or whose neutral form is another: positions, texts, clocks.
+
+_USUAL: Final[Mapping[tuple[str, str], Expression]] = {
+    ("tool", "tool0"): FrameRef("tool", Number(0)),
+    ("wobj", "wobj0"): FrameRef("base"),
+}
+_EULER: Final = ("x", "y", "z")
+_ZEROS: Final = (Number(0), Number(0), Number(0))
+
+
+def _value(rules: RapidExpressionRules, given: list[RapidArgument], place: int, kind: str = "") -> Expression:
+    values = [one.value for one in given if one.value is not None]
+    if place >= len(values) or values[place] is None:
+        raise BrokenLineError(f"argument {place + 1} of a function is missing", word="(")
+    return rules.coerce(values[place], kind)
+
+
+def _options(rules: RapidExpressionRules, given: list[RapidArgument]) -> dict[str, Expression]:
+    found = {}
+    for one in given:
+        for option in one.options:
+            found[option.name.lower()] = (
+                SignalState(True) if option.value is None else rules.coerce(option.value, "")
+            )
+    return found
+
+
+def _rel_tool(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    options = _options(rules, given)
+    angles = tuple(options.get(name, Number(0)) for name in ("rx", "ry", "rz"))
+    return Function(
+        "pose-relative-tool",
+        (
+            _value(rules, given, 0, "robtarget"),
+            *(_value(rules, given, n) for n in (1, 2, 3)),
+            *angles,
+        ),
+    )
+
+
+def _euler(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    letter = next((name for name in _options(rules, given) if name in _EULER), None)
+    if letter is None:
+        return None
+    return literals.turn_parts(_value(rules, given, 0, "orient"))["xyz".index(letter)]
+
+
+def _orient(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    z, y, x = (_value(rules, given, n) for n in range(3))
+    return Function("pose-angles", (*_ZEROS, x, y, z))
+
+
+def _distance(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    return Function("pose-distance", (_value(rules, given, 0, "pos"), _value(rules, given, 1, "pos")))
+
+
+def _place_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    """CRobT and its like; in which frame and with which tool is kept where it is written."""
+    options = _options(rules, given)
+    if not options:
+        return SystemValue("current-pose")
+    return Function("current-pose", tuple(NamedArgument(name, value) for name, value in _kept(rules, given)))
+
+
+def _joints_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    options = tuple(NamedArgument(name, value) for name, value in _kept(rules, given))
+    return Function("current-joints", options) if options else SystemValue("current-joints")
+
+
+def _kept(rules: RapidExpressionRules, given: list[RapidArgument]) -> list[tuple[str, Expression | None]]:
+    return [
+        (option.name, None if option.value is None else _system(rules, option.name, option.value))
+        for one in given
+        for option in one.options
+    ]
+
+
+def _system(
+    rules: RapidExpressionRules, name: str, value: Expression | literals.RapidAggregate
+) -> Expression:
+    """tool0 and wobj0 are the flange and the base."""
+    key = (name.lower(), value.name.lower()) if isinstance(value, Named) else ("", "")
+    return _USUAL.get(key) or rules.coerce(value, "")
+
+
+def _solved(name: str, kind: str) -> Callable[[RapidExpressionRules, list[RapidArgument]], Expression]:
+    """CalcRobT, CalcJointT: the tool and the work object behind the position."""
+
+    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+        values = rules.plain_arguments(given, (kind,))
+        return Function(name, values)
+
+    return lowered
+
+
+def _text(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    return Function("text-of-value", rules.plain_arguments(given))
+
+
+def _timer(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    value = given[0].value if given else None
+    number = rules.names.clocks.get(value.name.lower()) if isinstance(value, Named) else None
+    return None if number is None else SystemValue("timer", number)
+
+
+def _present(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    return Function("given", (_value(rules, given, 0),))
+
+
+Special = Callable[["RapidExpressionRules", list[RapidArgument]], Expression | None]
+# None: the function is called as it is written.
+SPECIAL: Final[Mapping[str, Special]] = {
+    "reltool": _rel_tool,
+    "eulerzyx": _euler,
+    "orientzyx": _orient,
+    "distance": _distance,
+    "crobt": _place_now,
+    "cjointt": _joints_now,
+    "cpos": lambda rules, given: (
+        None if _options(rules, given) else literals.place_of(SystemValue("current-pose"))
+    ),
+    "calcrobt": _solved("forward", "jointtarget"),
+    "calcjointt": _solved("inverse", "robtarget"),
+    "numtostr": _text,
+    "valtostr": _text,
+    "clkread": _timer,
+    "present": _present,
+}

@@ -19,7 +19,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     RecordLiteral,
-    State,
+    SignalState,
 )
 from olp.ir.points import Sector
 from olp.ir.program import Blend, Declare, Move, Path, Speed
@@ -32,7 +32,7 @@ from olp.languages.vendors.rapid.literals import (
 )
 from olp.languages.vendors.rapid.literals import arm as arm_of
 from olp.languages.vendors.rapid.moves import frame_of, named_blend, named_speed, tool_of
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import NOT_CONNECTED, RECORDS, TYPES
 
 # Only words may stand in any letters: lists are matched in half the time where no letter of theirs is changed.
@@ -62,10 +62,10 @@ _How = tuple[Speed | None, Blend | None, Quantity | None, Expression | None, Exp
 _Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...], tuple[float, ...]]
 
 
-def _value(text: str) -> State | Number:
+def _value(text: str) -> SignalState | Number:
     word = text.lower()
     if word in ("true", "false"):
-        return State(word == "true")
+        return SignalState(word == "true")
     return Number(float(text) if "." in text else int(text))
 
 
@@ -80,7 +80,7 @@ def _moved(
 class PlainClauses:
     """Reads plain clauses of one file; equal words share one object."""
 
-    def __init__(self, names: Names) -> None:
+    def __init__(self, names: RapidNames) -> None:
         self._names = names
         self._shelf = memory_limit.shelf("rapid robtargets")
         self._moves = memory_limit.shelf("rapid moves")
@@ -175,7 +175,7 @@ class PlainClauses:
             return None
         values = [_value(one.strip()) for one in listed.split(",")]
         members = RECORDS[key]
-        words = ["bool" if type(one) is State else "num" for one in values]
+        words = ["bool" if type(one) is SignalState else "num" for one in values]
         if words != [word for _, word in members]:
             return None
         named = zip((member for member, _ in members), values, strict=True)

@@ -14,7 +14,7 @@ from olp.ir.expressions import (
     Member,
     Number,
     Quantity,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -38,25 +38,27 @@ from olp.ir.program import (
     Wait,
 )
 from olp.languages.lark_host import BrokenLineError
-from olp.languages.vendors.rapid.expressions import ExpressionRules, as_state
+from olp.languages.vendors.rapid.expressions import RapidExpressionRules, as_state
 from olp.languages.vendors.rapid.predefined_data import FASTEST, SIGNAL_USERS
-from olp.languages.vendors.rapid.syntax import Given
+from olp.languages.vendors.rapid.syntax import RapidArgument
 
 Lowered = list[Statement]
-Rule = Callable[[ExpressionRules, str, list[Given]], Lowered | None]  # None: kept as a process instruction
+Rule = Callable[
+    [RapidExpressionRules, str, list[RapidArgument]], Lowered | None
+]  # None: kept as a process instruction
 
 
-def options_of(rules: ExpressionRules, given: list[Given]) -> dict[str, Expression]:
+def options_of(rules: RapidExpressionRules, given: list[RapidArgument]) -> dict[str, Expression]:
     """All options by name, lower case; a switch is TRUE."""
     return {
-        option.name.lower(): State(True) if option.value is None else rules.coerce(option.value, "")
+        option.name.lower(): SignalState(True) if option.value is None else rules.coerce(option.value, "")
         for one in given
         for option in one.options
     }
 
 
 def values_of(
-    rules: ExpressionRules, name: str, given: list[Given], count: int, kind: str = ""
+    rules: RapidExpressionRules, name: str, given: list[RapidArgument], count: int, kind: str = ""
 ) -> list[Expression]:
     """The positional arguments, at least `count`. Raises BrokenLineError."""
     found = [rules.coerce(one.value, kind) for one in given if one.value is not None]
@@ -67,7 +69,7 @@ def values_of(
     return found
 
 
-def _output(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+def _output(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     """SetDO, SetGO, SetAO; with a delay they are kept as written."""
     if options_of(rules, given):
         return None
@@ -76,17 +78,17 @@ def _output(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | 
     return [SetOutput(0, signal, as_state(signal, value))]
 
 
-def _switch(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _switch(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
-    return [SetOutput(0, signal, State(name.lower() == "set"))]
+    return [SetOutput(0, signal, SignalState(name.lower() == "set"))]
 
 
-def _invert(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _invert(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
     return [SetOutput(0, signal, Unary("not", signal))]
 
 
-def _pulse(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _pulse(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     options = options_of(rules, given)
     signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
     length = options.get("plength")
@@ -94,7 +96,7 @@ def _pulse(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
     return [PulseOutput(0, signal, duration, spelling="High" if "high" in options else "")]
 
 
-def _dwell(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _dwell(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     dwell = Dwell(0, Quantity(values_of(rules, name, given, 1)[0], 1.0))
     if "inpos" in options_of(rules, given):
         return [Process(0, "WaitRob", (("", Text("\\InPos")),)), dwell]
@@ -104,7 +106,7 @@ def _dwell(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
 _COMPARED: Final = {"lt": "<", "gt": ">", "noteq": "<>"}
 
 
-def _wait_signal(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _wait_signal(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     options = options_of(rules, given)
     place, value = values_of(rules, name, given, 2)[:2]
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
@@ -112,7 +114,7 @@ def _wait_signal(rules: ExpressionRules, name: str, given: list[Given]) -> Lower
     return _wait(Compare(operator, signal, as_state(signal, value)), options, name)
 
 
-def _wait_until(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _wait_until(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     options = options_of(rules, given)
     found = _wait(values_of(rules, name, given, 1)[0], options, name)
     return [Process(0, "WaitRob", (("", Text("\\InPos")),)), *found] if "inpos" in options else found
@@ -126,22 +128,22 @@ def _wait(condition: Expression, options: dict[str, Expression], word: str) -> L
 
 
 def _step(operator: str) -> Rule:
-    def lowered(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+    def lowered(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
         return [Update(0, operator, values_of(rules, name, given, 1)[0], Number(1))]
 
     return lowered
 
 
-def _add(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _add(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     target, value = values_of(rules, name, given, 2)[:2]
     return [Update(0, "+", target, value)]
 
 
-def _clear(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _clear(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     return [Assign(0, values_of(rules, name, given, 1)[0], Number(0))]
 
 
-def _message(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+def _message(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     text = values_of(rules, name, given, 1)[0]
     shown = [value for option, value in options_of(rules, given).items() if option in ("num", "bool", "dnum")]
     if not shown:
@@ -149,11 +151,11 @@ def _message(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered |
     return [Message(0, Function("joined-text", (text, Function("text-of-value", (shown[0],)))))]
 
 
-def _pause(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _pause(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     return [Pause(0, spelling="Break" if name.lower() == "break" else "")]
 
 
-def _acceleration(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+def _acceleration(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     """AccSet; a ramp below 100 % is kept beside it as written."""
     values = values_of(rules, name, given, 2)
     rate = Acceleration(AccelerationUnit.FRACTION, Quantity(values[0], percent))
@@ -161,7 +163,7 @@ def _acceleration(rules: ExpressionRules, name: str, given: list[Given]) -> Lowe
     return [SetAcceleration(0, (rate,)), *_beside(plain)]
 
 
-def _override(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered | None:
+def _override(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     """VelSet; a bound of the speed other than the usual one is kept beside it as written."""
     values = values_of(rules, name, given, 2)
     plain = values[1] == Number(int(FASTEST))
@@ -175,11 +177,11 @@ def _beside(plain: bool) -> Lowered:
     return [] if plain else [Process(0, BESIDE)]
 
 
-def _shift_set(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _shift_set(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     return [ShiftOn(0, values_of(rules, name, given, 1, "pose")[0])]
 
 
-def _shift_on(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _shift_on(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     """PDispOn: from where a point was programmed to where it is now, or to \\ExeP."""
     options = options_of(rules, given)
     point = values_of(rules, name, given, 2, "robtarget")[0]
@@ -192,7 +194,7 @@ def _shift_on(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
     return [ShiftOn(0, offset), Process(0, BESIDE)]
 
 
-def _shift_off(rules: ExpressionRules, name: str, given: list[Given]) -> Lowered:
+def _shift_off(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     return [ShiftOff(0)]
 
 

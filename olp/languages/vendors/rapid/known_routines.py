@@ -5,7 +5,116 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from olp.languages.vendors.rapid.standard_names import FUNCTIONS, INSTRUCTIONS
+# --- Standard names ---
+# Names that every RAPID controller knows, whatever is loaded: what a program may call and name without declaring it.
+#
+# From the tables of contents of ABB's "Technical reference manual: RAPID Instructions, Functions and Data types"
+# (3HAC050917, RobotWare 6) and the list of reserved words in "RAPID kernel" (3HAC050946). Options add further names:
+# a name that is not here need not be wrong.
+
+_RESERVED: Final = """
+    alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc
+    endrecord endtest endtrap endwhile error exit false for from func goto if inout local mod module nostepin
+    not noview or pers proc raise readonly record retry return step sysmodule test then to trap true trynext
+    undo var viewonly while with xor
+"""
+RESERVED: Final = frozenset(_RESERVED.split())
+
+_INSTRUCTIONS: Final = """
+    accset actunit add alias aliasio aliasioreset arcc arccend arccstart arcl arclend arclstart bitclear bitset
+    bookerrno break callbyvar camflush camgetparameter camgetresult camloadjob camreqimage camsetexposure
+    camsetparameter camsetprogrammode camsetrunmode camstartloadjob camwaitloadjob cancelload capaptrsetup capc
+    caplset caprefresh checkprogref cirpathmode clear cleariobuff clearpath clearrawbytes clkreset clkstart
+    clkstop close closedir confj confl contactl copyfile copyrawbytes corrclear corrcon corrdiscon corrwrite
+    deactunit decr dispc displ dropsensor dropwobj egmactjoint egmactmove egmactpose egmgetid egmmovec egmmovel
+    egmreset egmrunjoint egmrunpose egmsetupai egmsetupao egmsetupgi egmsetupltapp egmsetupuc egmstop
+    egmstreamstart egmstreamstop egmwaitcond eoffsoff eoffson eoffsset erasemodule erraise erriodisable errlog
+    errrestart errwrite exit exitcycle fcact fccalib fccondforce fccondorient fccondpos fccondreorispeed
+    fccondtcpspeed fccondtorque fccondwaitwhile fcdeact fcpress1lstart fcpressc fcpressend fcpressl fcrefcircle
+    fcrefforce fcrefline fcrefmoveframe fcrefrot fcrefspiral fcrefsprngforward fcrefstart fcrefstop
+    fcresetdampingtune fcresetlpfiltertune fcsetdampingtune fcsetlpfiltertune fcsetlptune fcspdchgact
+    fcspdchgdeact fcspdchgtunreset fcspdchgtunset fcsupvforce fcsupvorient fcsupvpos fcsupvreorispeed
+    fcsupvtcpspeed fcsupvtorque fricidevaluate fricidinit fricidsetfriclevels g_blowoff1 g_blowoff2 g_blowon1
+    g_blowon2 g_calibrate g_gripin g_gripout g_init g_jogin g_jogout g_moveto g_setforce g_setmaxspd g_stop
+    g_vacuumoff1 g_vacuumoff2 g_vacuumon1 g_vacuumon2 getdataval getsysdata gettrapdata goto gripload
+    hand_calibrate hand_gripinward hand_gripoutward hand_initialize hand_joginward hand_jogoutward hand_moveto
+    hand_setholdforce hand_setmaxspeed hand_stop hand_turnoffblow1 hand_turnoffblow2 hand_turnoffvacuum1
+    hand_turnoffvacuum2 hand_turnonblow1 hand_turnonblow2 hand_turnonvacuum1 hand_turnonvacuum2
+    hand_waitmovingcompleted hollowwristreset idelete idisable ienable ierror incr indamove indcmove inddmove
+    indreset indrmove invertdo iobusstart iobusstate iodisable ioenable ipers irmqmessage isignalai isignalao
+    isignaldi isignaldo isignalgi isignalgo isleep itimer ivarvalue iwatch load loadid makedir mandatoryload
+    manloadidproc mechunitload motionprocessmodeset motionsup moveabsj movec movecao movecdo movecgo movecsync
+    moveextj movej movejao movejdo movejgo movejsync movel movelao moveldo movelgo movelsync mtoolrotcalib
+    mtooltcpcalib open opendir packdnheader packrawbytes paintc paintl pathacclim pathrecmovebwd pathrecmovefwd
+    pathrecstart pathrecstop pathresol pdispoff pdispon pdispset procerrrecovery prxactivandstorerecord
+    prxactivrecord prxdbgstorerecord prxdeactrecord prxresetpos prxresetrecords prxsetposoffset
+    prxsetrecordsampletime prxsetsyncalarm prxstartrecord prxstoprecord prxstorerecord prxusefilerecord pulsedo
+    raise raisetouser readanybin readblock readcfgdata readerrdata readrawbytes readvararr removeallcyclicbool
+    removecyclicbool removedir removefile renamefile reset resetaxisdistance resetaxismovetime resetppmoved
+    resetretrycount resettorquemargin restopath retry return rewind rmqemptyqueue rmqfindslot rmqgetmessage
+    rmqgetmsgdata rmqgetmsgheader rmqreadwait rmqsendmessage rmqsendwait safetycontrollersyncrequest save
+    savecfgdata searchc searchextj searchl sensdevice set setalldataval setao setdatasearch setdataval setdo
+    setgo setleadthrough setsysdata setupcyclicbool sifm singarea skipwarn socketaccept socketbind socketclose
+    socketconnect socketcreate socketlisten socketreceive socketreceivefrom socketsend socketsendto softact
+    softdeact speedlimaxis speedlimcheckpoint speedrefresh spotj spotl spotmj spotml spystart spystop startload
+    startmove startmoveretry stcalib stclose stindgun stindgunreset stop stopen stopmove stopmovereset storepath
+    sttune sttunereset supsyncsensoroff supsyncsensoron syncmoveoff syncmoveon syncmoveresume syncmovesuspend
+    syncmoveundo synctosensor systemstopaction testsigndefine testsignreset texttabinstall tperase tpreaddnum
+    tpreadfk tpreadnum tpshow tpwrite triggabsj triggc triggcheckio triggequip triggint triggio triggj triggjios
+    triggl trigglios triggrampao triggspeed triggstopproc trynext tunereset tuneservo uimsgbox uimsgwrite
+    uimsgwriteabort uishow unload unpackrawbytes velset waitai waitao waitdi waitdo waitgi waitgo waitload
+    waitrob waitsensor waitsynctask waittestandset waittime waituntil waitwobj warmstart worldacclim write
+    writeanybin writebin writeblock writecfgdata writerawbytes writestrbin writevar writevararr wzboxdef
+    wzcyldef wzdisable wzdoset wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef
+"""
+INSTRUCTIONS: Final = frozenset(_INSTRUCTIONS.split())
+
+_FUNCTIONS: Final = """
+    abs absdnum acos acosdnum ainput aoutput argname asin asindnum atan atan2 atan2dnum atandnum bitand
+    bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum bitor bitordnum bitrsh bitrshdnum
+    bitxor bitxordnum bytetostr calcjointt calcrobt calcrotaxframez calcrotaxisframe caljointt camgetexposure
+    camgetloadedjob camgetname camnumberofresults cdate cjointt clkread corrread cos cosdnum cpos crobt
+    cspeedoverride ctask ctime ctool cwobj dectohex defaccframe defdframe defframe dim dinput distance dnumtonum
+    dnumtostr dotprod doutput egmgetstate euler eulerzyx eventtype exechandler execlevel exp fcgetforce
+    fcgetprocessdata fcisforcemode fcloadid filesize filetime filetimednum fssize g_getpos g_iscalibrated
+    getaxisdistance getaxismovetime getmaxnumberofcyclicbool getmecunitname getmodalpayloadmode getmotortorque
+    getnextcyclicbool getnextmechunit getnextsym getnumberofcyclicbool getserviceinfo getsignalorigin getsysinfo
+    gettaskname gettime ginput ginputdnum goutput goutputdnum hand_getactualpos hand_getvacuumpressure1
+    hand_iscalibrated hand_isgrippermoving hextodec indinpos indspeed iounitstate isbrakecheckactive
+    iscyclicbool isfile isleadthrough ismechunitactive ispers isstopmoveact isstopstateevent issyncmoveon isvar
+    maxextlinearspeed maxextreorispeed maxrobreorispeed maxrobspeed mirpos moddnum modexist modtime modtimednum
+    motionplannerno nonmotionmode norient numtodnum numtostr offs opmode orientzyx orobt paridposvalid
+    paridrobvalid pathlengthget pathlevel pathrecvalidbwd pathrecvalidfwd pfrestart poseinv posemult posevect
+    pow powdnum ppmovedinmanmode present quad quaddnum rawbyteslen readbin readdir readmotor readnum readstr
+    readstrbin readvar reltool remainingretries rmqgetslotname robname robos round rounddnum runmode sin sindnum
+    socketgetstatus socketpeek sqrt sqrtdnum stcalcforce stcalctorque stiscalib stisclosed stisindgun stisopen
+    strdigcalc strdigcmp strfind strformat
+    strlen strmap strmatch strmemb strorder strpart strtobyte strtoval tan tandnum
+    taskisactive taskisexecuting taskruninsyncedmode taskrunmec taskrunrob tasksinsync testandset testdi
+    testsignread textget texttabfreetouse texttabget triggdatavalid trunc truncdnum type uialphaentry
+    uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio valtostr vectmagn
+"""
+FUNCTIONS: Final = frozenset(_FUNCTIONS.split())
+
+_TYPES: Final = """
+    aiotrigg arcdata beaddata bool btnres busstate buttondata byte cameradev cameraextdata camerasortdata
+    cameratarget capdata caplatrackdata capspeeddata capweavedata cfgdomain clock confdata corrdescr datapos
+    dionum dir dnum egm_minmax egmfilter egmframetype egmident egmmeasuremode egmstate egmstopmode equipdata
+    errdomain errnum errstr errtype event_type exec_level extjoint fcboxvol fccondstatus fccylindervol fcdamping
+    fcforcevector fcframe fclindir fcplane fcprocessdata fcrotdir fcspeedvector fcspherevol fcxyznum
+    flystartdata gundata handler_type icondata identno intnum iodev iounit_state jointtarget listitem loaddata
+    loadidnum loadsession mecunit motionprocessmode motsetdata num o_extjoint o_jointtarget o_robjoint
+    o_robtarget opcalc opnum orient paridnum paridvalidnum pathrecid pos pose processtimes progdisp rawbytes
+    restartdata rmqheader rmqmessage rmqslot robjoint robtarget seamdata sensor sensorstate shapedata signalai
+    signalao signaldi signaldo signalgi signalgo signalorigin simdata socketdev socketstatus speeddata spotdata
+    stoppoint stoppointdata string stringdig supervtimeouts supervtype switch symnum syncident taskid tasks
+    testsignal tooldata tpnum trackdata tracktdata trapdata triggdata triggios triggiosdnum triggstrgo
+    tsp_status tunetype uishownum weavedata welddata wobjdata wzstationary wztemporary zonedata
+"""
+TYPES: Final = frozenset(_TYPES.split())
+
+
+# --- Known routines ---
 
 KNOWN_ROUTINES: Final[Mapping[str, str]] = {
     **dict.fromkeys(INSTRUCTIONS, "an instruction of RAPID"),

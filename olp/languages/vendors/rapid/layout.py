@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 
-from olp.languages.layout import Blocks
+from olp.languages.layout import BlockLayout
 
 _CODE = re.compile(r'(?:[^!"]|"(?:[^"]|"")*"?)*')
 
 
-class RapidLayout(Blocks):
+class RapidLayout(BlockLayout):
     opens = re.compile(
         r"(?:MODULE\b|(?:LOCAL\s+)?(?:PROC|FUNC|TRAP|RECORD)\b|IF\b.*\bTHEN\s*(?:!.*)?$|FOR\b|WHILE\b|TEST\b)",
         re.IGNORECASE,

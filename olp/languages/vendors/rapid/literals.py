@@ -6,6 +6,7 @@ A rotation is written as a quaternion, the scalar first. It is brought to unit l
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from math import isfinite, pi
@@ -23,14 +24,13 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     RecordLiteral,
-    State,
+    SignalState,
     SystemValue,
     Text,
 )
 from olp.ir.points import Sector
-from olp.languages.vendors.rapid.names import Names
-from olp.languages.vendors.rapid.predefined import PREDEFINED
-from olp.languages.vendors.rapid.predefined_data import NOT_CONNECTED
+from olp.languages.vendors.rapid.names import RapidNames
+from olp.languages.vendors.rapid.predefined_data import NOT_CONNECTED, PREDEFINED
 
 _POSES: Final = (
     "pose-angles",
@@ -50,16 +50,16 @@ _MOST_QUARTERS = 12  # of a turn, more than any axis reaches
 _MOST_CFX = 7
 _FREE: Final = math.nan
 _DEEPEST: Final = 8  # structures in one another
-_PLAIN_ZEROS: Final[dict[str, Expression]] = {"string": Text(""), "bool": State(False)}
+_PLAIN_ZEROS: Final[dict[str, Expression]] = {"string": Text(""), "bool": SignalState(False)}
 _TEXTS: Final = frozenset({"text-of-value", "joined-text", "part-of-text"})
 UNIT_TOLERANCE: Final = 1e-3  # beyond it a quaternion is told to be none of unit length
 
 
 @dataclass(frozen=True, slots=True)
-class Aggregate:
+class RapidAggregate:
     """`[a, b, …]` before its type is known."""
 
-    items: tuple[Expression | Aggregate, ...]
+    items: tuple[Expression | RapidAggregate, ...]
 
 
 class ShapeError(Exception):
@@ -86,7 +86,7 @@ def quaternion_angles(w: float, x: float, y: float, z: float) -> tuple[float, fl
 
 def numbers(value: object, count: int) -> tuple[float, ...] | None:
     """The values of an aggregate of that many plain numbers, else None."""
-    if not isinstance(value, Aggregate) or len(value.items) != count:
+    if not isinstance(value, RapidAggregate) or len(value.items) != count:
         return None
     found = tuple(float(item.value) for item in value.items if isinstance(item, Number))
     return found if len(found) == count and all(map(math.isfinite, found)) else None
@@ -99,7 +99,7 @@ def number_text(value: float) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
-def coerced(value: Expression | Aggregate, kind: str, names: Names, sizes: int = 0) -> Expression:
+def coerced(value: Expression | RapidAggregate, kind: str, names: RapidNames, sizes: int = 0) -> Expression:
     """The value as one of type `kind` (lower case, "" unknown), `sizes` dimensions. Raises ShapeError.
 
     Data that every controller has, such as z10 and tool0, become their values.
@@ -107,7 +107,7 @@ def coerced(value: Expression | Aggregate, kind: str, names: Names, sizes: int =
     if isinstance(value, Named):
         predefined = PREDEFINED.get(value.name.lower())
         return value if predefined is None or names.knows(value.name) else predefined
-    if not isinstance(value, Aggregate):
+    if not isinstance(value, RapidAggregate):
         return value
     if sizes > 0:
         return RecordLiteral("", tuple(("", coerced(item, kind, names, sizes - 1)) for item in value.items))
@@ -126,7 +126,7 @@ def coerced(value: Expression | Aggregate, kind: str, names: Names, sizes: int =
     return _record(value, kind, names)
 
 
-def _record(value: Aggregate, kind: str, names: Names) -> Expression:
+def _record(value: RapidAggregate, kind: str, names: RapidNames) -> Expression:
     members = names.members(kind)
     if members is None:
         return RecordLiteral("", tuple(("", coerced(item, "", names)) for item in value.items))
@@ -136,19 +136,19 @@ def _record(value: Aggregate, kind: str, names: Names) -> Expression:
     return RecordLiteral(kind, tuple((name, coerced(item, of, names)) for (name, of), item in pairs))
 
 
-def _guessed(value: Aggregate) -> str:
+def _guessed(value: RapidAggregate) -> str:
     """The type by the shape alone: where an argument's type is not known."""
-    lengths = tuple(len(item.items) if isinstance(item, Aggregate) else 0 for item in value.items)
+    lengths = tuple(len(item.items) if isinstance(item, RapidAggregate) else 0 for item in value.items)
     known = {(3, 4, 4, 6): "robtarget", (3, 4): "pose", (6, 6): "jointtarget"}
     return known.get(lengths, "")
 
 
-def _expect(value: Aggregate, count: int, what: str) -> None:
+def _expect(value: RapidAggregate, count: int, what: str) -> None:
     if len(value.items) != count:
         raise ShapeError(f"{len(value.items)} values, where {what} has {count}")
 
 
-def _robtarget(value: Aggregate, names: Names) -> Expression:
+def _robtarget(value: RapidAggregate, names: RapidNames) -> Expression:
     _expect(value, 4, "a robtarget")
     place, turn, arm, axes = value.items
     literal = _literal_pose(place, turn, names)
@@ -166,7 +166,7 @@ def _robtarget(value: Aggregate, names: Names) -> Expression:
     return Function(pose.name, (*pose.arguments, *rest))
 
 
-def _named(name: str, value: Expression | Aggregate, kind: str, names: Names) -> NamedArgument:
+def _named(name: str, value: Expression | RapidAggregate, kind: str, names: RapidNames) -> NamedArgument:
     return NamedArgument(name, coerced(value, kind, names))
 
 
@@ -221,13 +221,13 @@ def connected(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(_FREE if v >= NOT_CONNECTED else v for v in values)
 
 
-def _pose(value: Aggregate, names: Names) -> Expression:
+def _pose(value: RapidAggregate, names: RapidNames) -> Expression:
     _expect(value, 2, "a pose")
     place, turn = value.items
     return _literal_pose(place, turn, names) or _computed(place, turn)
 
 
-def _pos(value: Aggregate) -> Expression:
+def _pos(value: RapidAggregate) -> Expression:
     _expect(value, 3, "a pos")
     found = numbers(value, 3)
     if found is not None:
@@ -235,7 +235,7 @@ def _pos(value: Aggregate) -> Expression:
     return Function("pose-angles", (*plain_items(value), *_NO_ANGLES))
 
 
-def _orient(value: Aggregate) -> Expression:
+def _orient(value: RapidAggregate) -> Expression:
     _expect(value, 4, "an orient")
     found = numbers(value, 4)
     if found is not None:
@@ -243,9 +243,9 @@ def _orient(value: Aggregate) -> Expression:
     return Function("pose-quaternion", (*_NO_ANGLES, *plain_items(value)))
 
 
-def plain_items(value: Aggregate) -> tuple[Expression, ...]:
+def plain_items(value: RapidAggregate) -> tuple[Expression, ...]:
     """The items of an aggregate of numbers. Raises ShapeError for one that holds another."""
-    found = tuple(item for item in value.items if not isinstance(item, Aggregate))
+    found = tuple(item for item in value.items if not isinstance(item, RapidAggregate))
     if len(found) != len(value.items):
         raise ShapeError("brackets where a number is expected")
     return found
@@ -258,7 +258,7 @@ def pose_literal(place: tuple[float, ...], turn: tuple[float, ...]) -> PositionL
     return PositionLiteral("pose", values, (), (), (("orient", ",".join(map(number_text, turn))),))
 
 
-def _literal_pose(place: object, turn: object, names: Names) -> PositionLiteral | None:
+def _literal_pose(place: object, turn: object, names: RapidNames) -> PositionLiteral | None:
     xyz, quaternion = numbers(place, 3), numbers(turn, 4)
     if xyz is None or quaternion is None:
         return None
@@ -272,18 +272,18 @@ def is_unit(quaternion: tuple[float, ...]) -> bool:
     return abs(w * w + x * x + y * y + z * z - 1.0) < UNIT_TOLERANCE
 
 
-def _computed(place: Expression | Aggregate, turn: Expression | Aggregate) -> Function:
+def _computed(place: Expression | RapidAggregate, turn: Expression | RapidAggregate) -> Function:
     """A pose some of whose numbers are computed."""
     xyz = place_parts(place)
-    if isinstance(turn, Aggregate):
+    if isinstance(turn, RapidAggregate):
         _expect(turn, 4, "an orient")
         return Function("pose-quaternion", (*xyz, *plain_items(turn)))
     return Function("pose-angles", (*xyz, *turn_parts(turn)))
 
 
-def place_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
+def place_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
     """x, y, z [mm] of a pos."""
-    if isinstance(value, Aggregate):
+    if isinstance(value, RapidAggregate):
         _expect(value, 3, "a pos")
         return plain_items(value)
     if isinstance(value, Function) and value.name == "pose-angles" and value.arguments[3:] == _NO_ANGLES:
@@ -293,9 +293,9 @@ def place_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
     return tuple(Member(value, name) for name in _XYZ)
 
 
-def turn_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
+def turn_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
     """rx, ry, rz [deg] of an orient."""
-    if isinstance(value, Aggregate):
+    if isinstance(value, RapidAggregate):
         value = _orient(value)
     if isinstance(value, Function) and value.name == "pose-angles" and value.arguments[:3] == _NO_ANGLES:
         return value.arguments[3:6]
@@ -325,9 +325,9 @@ def axes_of(base: Expression, group: str) -> RecordLiteral:
     )
 
 
-def joint_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
+def joint_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
     """The six values of a robjoint [deg]. Raises ShapeError."""
-    if isinstance(value, Aggregate):
+    if isinstance(value, RapidAggregate):
         _expect(value, _RAX, "a robjoint")
         return plain_items(value)
     if isinstance(value, RecordLiteral):
@@ -335,7 +335,7 @@ def joint_parts(value: Expression | Aggregate) -> tuple[Expression, ...]:
     return tuple(Member(value, f"rax_{n}") for n in range(1, _RAX + 1))
 
 
-def _jointtarget(value: Aggregate, names: Names) -> Expression:
+def _jointtarget(value: RapidAggregate, names: RapidNames) -> Expression:
     _expect(value, 2, "a jointtarget")
     axes, external = numbers(value.items[0], _RAX), numbers(value.items[1], _RAX)
     if axes is not None and external is not None:
@@ -358,7 +358,9 @@ def joint_literal(axes: tuple[float, ...], external: tuple[float, ...]) -> Posit
 _MOST_ZEROS: Final = 2000  # elements of an array whose zeros are written out
 
 
-def zero(kind: str, names: Names, sizes: tuple[Expression, ...] = (), depth: int = 0) -> Expression | None:
+def zero(
+    kind: str, names: RapidNames, sizes: tuple[Expression, ...] = (), depth: int = 0
+) -> Expression | None:
     """What a variable without a value holds at first, for structures; None where the type says enough."""
     kind = names.resolved(kind)
     if sizes:
@@ -383,7 +385,7 @@ def zero(kind: str, names: Names, sizes: tuple[Expression, ...] = (), depth: int
     return RecordLiteral(kind, tuple(values))
 
 
-def is_text(value: Expression | Aggregate, names: Names) -> bool:
+def is_text(value: Expression | RapidAggregate, names: RapidNames) -> bool:
     """Whether a value is a text, as far as the file tells."""
     match value:
         case Text():
@@ -396,7 +398,7 @@ def is_text(value: Expression | Aggregate, names: Names) -> bool:
     return isinstance(value, (Named, Item, Member)) and type_of(value, names) == "string"
 
 
-def type_of(value: Expression | Aggregate, names: Names) -> str:
+def type_of(value: Expression | RapidAggregate, names: RapidNames) -> str:
     """RAPID's type of an expression, "" where the file does not tell."""
     match value:
         case Named(name):
@@ -420,3 +422,25 @@ def type_of(value: Expression | Aggregate, names: Names) -> str:
             head = names.routines.get(routine.lower())
             return names.resolved(head.returns) if head is not None else ""
     return ""
+
+
+# --- Texts ---
+# RAPID's string literals: quotes and backslashes are doubled, other characters may be two hexadecimal digits.
+
+_ESCAPE: Final = re.compile(r'""|\\\\|\\([0-9A-Fa-f]{2})')
+_SPECIAL: Final = re.compile(r'["\\\x00-\x1f]')
+
+
+def unquoted(literal: str) -> str:
+    """The text of a literal with its quotes."""
+    return _ESCAPE.sub(lambda m: chr(int(m[1], 16)) if m[1] else m[0][0], literal[1:-1])
+
+
+def quoted(text: str) -> str:
+    """The literal of a text."""
+
+    def escaped(match: re.Match[str]) -> str:
+        character = match[0]
+        return character * 2 if character in '"\\' else f"\\{ord(character):02X}"
+
+    return f'"{_SPECIAL.sub(escaped, text)}"'

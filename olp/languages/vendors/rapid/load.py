@@ -10,9 +10,9 @@ from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
-from olp.languages.loading import Cell, Found, Loading
+from olp.languages.loading import LoadedCell, LoadFindings, Loading
+from olp.languages.vendors.rapid.known_routines import FUNCTIONS, INSTRUCTIONS, RESERVED, TYPES
 from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
-from olp.languages.vendors.rapid.standard_names import FUNCTIONS, INSTRUCTIONS, RESERVED, TYPES
 
 _TOKEN: Final = re.compile(
     r"(?P<text>\"(?:[^\"]|\"\")*\"?)|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+)|(?P<word>[^\W\d]\w*)"
@@ -74,7 +74,7 @@ _PREFIXES: Final = (
 )  # fmt: skip
 
 
-class Token(NamedTuple):
+class RapidToken(NamedTuple):
     kind: str
     text: str
     line: int
@@ -93,7 +93,7 @@ class Token(NamedTuple):
 class Data:
     """A declaration. `kind`: var, pers, const, or parameter and loop."""
 
-    name: Token
+    name: RapidToken
     type: str
     kind: str
     local: bool = False
@@ -101,10 +101,10 @@ class Data:
 
 
 @dataclass(slots=True)
-class Routine:
+class RapidRoutine:
     """`least` to `most` arguments besides `options`; `type` of what a function returns."""
 
-    name: Token
+    name: RapidToken
     kind: str
     type: str
     local: bool
@@ -113,30 +113,30 @@ class Routine:
     most: int = 0
     options: set[str] = field(default_factory=set)
     data: list[Data] = field(default_factory=list)
-    body: list[Token] = field(default_factory=list)
-    late: list[Token] = field(default_factory=list)  # declarations behind the first statement
+    body: list[RapidToken] = field(default_factory=list)
+    late: list[RapidToken] = field(default_factory=list)  # declarations behind the first statement
 
 
 @dataclass(slots=True)
 class Module:
     name: str = ""
-    tokens: list[Token] = field(default_factory=list)
+    tokens: list[RapidToken] = field(default_factory=list)
     data: list[Data] = field(default_factory=list)
-    routines: list[Routine] = field(default_factory=list)
-    types: dict[str, Token] = field(default_factory=dict)
-    values: list[tuple[Data, list[Token]]] = field(default_factory=list)  # what declarations begin with
+    routines: list[RapidRoutine] = field(default_factory=list)
+    types: dict[str, RapidToken] = field(default_factory=dict)
+    values: list[tuple[Data, list[RapidToken]]] = field(default_factory=list)  # what declarations begin with
 
 
-def check(source: Source, cell: Cell) -> list[Diagnostic]:
+def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     """What a controller refuses in one module of a cell."""
-    found = Found(source)
+    found = LoadFindings(source)
     modules = [module_of(one) for one in cell.sources]
     own = modules[0]
     if not own.tokens:
         return []
     _texts(found, own, _NAME_LENGTH.get(cell.controller, 32))
     _duplicates(found, own, modules[1:] if _is_task(source) else [])
-    shared = _Shared.of(modules)
+    shared = _SharedNames.of(modules)
     for data, value in own.values:
         _value(found, shared, data, value)
     for routine in own.routines:
@@ -154,7 +154,7 @@ def _is_task(source: Source) -> bool:
     return bool(re.search(r"[\\/](?:PROGMOD|SYSMOD)[\\/][^\\/]+$", source.path, re.IGNORECASE))
 
 
-def _is_whole(cell: Cell) -> bool:
+def _is_whole(cell: LoadedCell) -> bool:
     """Whether the cell lists its modules, and all are there: a program's .pgf."""
     stems = {re.split(r"[\\/]", one.path)[-1].casefold() for one in cell.sources}
     for one in cell.sources:
@@ -168,13 +168,13 @@ def _has_system(stems: set[str]) -> bool:
     return any(name.endswith((".sys", ".sysx")) for name in stems)
 
 
-def tokens_of(source: Source) -> Iterator[Token]:
+def tokens_of(source: Source) -> Iterator[RapidToken]:
     """The tokens without comments; RAPID's texts end with their line."""
     for number, line in enumerate(source.lines, 1):
         for match in _TOKEN.finditer(line):
             if match[0] == "!":
                 break
-            yield Token(match.lastgroup or "", match[0], number, match.start() + 1)
+            yield RapidToken(match.lastgroup or "", match[0], number, match.start() + 1)
 
 
 @lru_cache(maxsize=512)
@@ -195,7 +195,7 @@ class _Reader:
         at = self.at + ahead
         return self.tokens[at].key if at < len(self.tokens) else ""
 
-    def until(self, sign: str) -> list[Token]:
+    def until(self, sign: str) -> list[RapidToken]:
         """The tokens up to `sign`, which is passed."""
         start = self.at
         while self.at < len(self.tokens) and self.tokens[self.at].text != sign:
@@ -235,7 +235,9 @@ class _Reader:
             self.at += 1
         self.at += 1
 
-    def declaration(self, local: bool, values: list[tuple[Data, list[Token]]]) -> list[tuple[Data, Token]]:
+    def declaration(
+        self, local: bool, values: list[tuple[Data, list[RapidToken]]]
+    ) -> list[tuple[Data, RapidToken]]:
         first = self.tokens[self.at]
         row = self.until(";")
         if len(row) < 3 or row[1].kind != "word" or row[2].kind != "word":
@@ -246,13 +248,13 @@ class _Reader:
         values.append((data, row[begins + 1 :]))
         return [(data, first)]
 
-    def routine(self, local: bool) -> Routine:
+    def routine(self, local: bool) -> RapidRoutine:
         kind = self.key()
         type_ = self.key(1) if kind == "func" else ""
         self.at += 2 if kind == "func" else 1
         name = self.tokens[self.at] if self.at < len(self.tokens) else self.tokens[-1]
         self.at += 1
-        routine = Routine(name, kind, type_, local)
+        routine = RapidRoutine(name, kind, type_, local)
         if self.key() == "(":
             self.at += 1
             self.parameters(routine)
@@ -271,10 +273,10 @@ class _Reader:
         self.at += 1
         return routine
 
-    def parameters(self, routine: Routine) -> None:
+    def parameters(self, routine: RapidRoutine) -> None:
         depth = 1
-        part: list[Token] = []
-        parts: list[tuple[list[Token], str]] = []
+        part: list[RapidToken] = []
+        parts: list[tuple[list[RapidToken], str]] = []
         while self.at < len(self.tokens) and depth:
             token = self.tokens[self.at]
             self.at += 1
@@ -305,7 +307,7 @@ class _Reader:
             before = sign
 
 
-def _texts(found: Found, module: Module, longest: int) -> None:
+def _texts(found: LoadFindings, module: Module, longest: int) -> None:
     for token in module.tokens:
         if token.kind == "odd":
             found.tell(
@@ -336,7 +338,7 @@ def _texts(found: Found, module: Module, longest: int) -> None:
             found.tell("K104", f"{name.text} is a word of RAPID and no name", name.span, "call it otherwise")
 
 
-def _duplicates(found: Found, own: Module, others: list[Module]) -> None:
+def _duplicates(found: LoadFindings, own: Module, others: list[Module]) -> None:
     everything = [*(d.name for d in own.data), *(r.name for r in own.routines), *own.types.values()]
     _twice(found, everything, "in this module")
     for routine in own.routines:
@@ -356,7 +358,7 @@ def _duplicates(found: Found, own: Module, others: list[Module]) -> None:
             )
 
 
-def _shared_names(module: Module) -> list[Token]:
+def _shared_names(module: Module) -> list[RapidToken]:
     """The names that other modules see."""
     return [
         *(data.name for data in module.data if not data.local),
@@ -364,8 +366,8 @@ def _shared_names(module: Module) -> list[Token]:
     ]
 
 
-def _twice(found: Found, names: list[Token], where: str) -> None:
-    seen: dict[str, Token] = {}
+def _twice(found: LoadFindings, names: list[RapidToken], where: str) -> None:
+    seen: dict[str, RapidToken] = {}
     for name in names:
         if name.key in seen:
             says = f"{name.text} is declared in line {seen[name.key].line} already"
@@ -374,17 +376,17 @@ def _twice(found: Found, names: list[Token], where: str) -> None:
 
 
 @dataclass(slots=True)
-class _Shared:
+class _SharedNames:
     """What every module of the cell sees, and what the checked one has for itself."""
 
     data: dict[str, Data]
-    routines: dict[str, Routine]
+    routines: dict[str, RapidRoutine]
     types: set[str]
 
     @classmethod
-    def of(cls, modules: list[Module]) -> _Shared:
+    def of(cls, modules: list[Module]) -> _SharedNames:
         data: dict[str, Data] = {}
-        routines: dict[str, Routine] = {}
+        routines: dict[str, RapidRoutine] = {}
         for own, module in enumerate(modules):
             for one in module.data:
                 if not own or not one.local:
@@ -403,7 +405,7 @@ _SIMPLE: Final = frozenset(
 _NUMBERS: Final = frozenset(("num", "dnum", "byte", "intnum", "errnum"))
 
 
-def _value(found: Found, shared: _Shared, data: Data, value: list[Token]) -> None:
+def _value(found: LoadFindings, shared: _SharedNames, data: Data, value: list[RapidToken]) -> None:
     """A declaration's type and the value that it begins with."""
     if data.type not in shared.types:
         found.unknown.append((data.type, data.name.span, "the type"))
@@ -418,7 +420,7 @@ def _value(found: Found, shared: _Shared, data: Data, value: list[Token]) -> Non
         )
 
 
-def _type_of(tokens: list[Token], shared: _Shared, local: Mapping[str, Data]) -> str:
+def _type_of(tokens: list[RapidToken], shared: _SharedNames, local: Mapping[str, Data]) -> str:
     """The type of an expression that is a literal or one name, else ""."""
     if len(tokens) == 1:
         token = tokens[0]
@@ -441,7 +443,7 @@ def _type_of(tokens: list[Token], shared: _Shared, local: Mapping[str, Data]) ->
     return ""
 
 
-def _closes(tokens: list[Token], start: int) -> int:
+def _closes(tokens: list[RapidToken], start: int) -> int:
     depth = 0
     for i in range(start, len(tokens)):
         depth += (tokens[i].text in "([{") - (tokens[i].text in ")]}")
@@ -450,7 +452,7 @@ def _closes(tokens: list[Token], start: int) -> int:
     return -1
 
 
-def _match(found: Found, wanted: str, given: str, span: Span, what: str) -> None:
+def _match(found: LoadFindings, wanted: str, given: str, span: Span, what: str) -> None:
     """Types that the kernel converts are alike: numbers, and signals with their values."""
     if not given or given == wanted or (wanted in _NUMBERS and given in _NUMBERS):
         return
@@ -462,7 +464,7 @@ def _match(found: Found, wanted: str, given: str, span: Span, what: str) -> None
         found.tell("K108", f"{what}, and this is {given}", span)
 
 
-def _routine(found: Found, shared: _Shared, routine: Routine) -> None:
+def _routine(found: LoadFindings, shared: _SharedNames, routine: RapidRoutine) -> None:
     for token in routine.late:
         help = "data of a routine are declared before its first statement"
         found.tell("K106", "a declaration behind a statement", token.span, help)
@@ -480,7 +482,7 @@ def _routine(found: Found, shared: _Shared, routine: Routine) -> None:
 class _Scope:
     local: Mapping[str, Data]
     loops: set[str]
-    routine: Routine
+    routine: RapidRoutine
 
 
 _ENDS: Final = frozenset(
@@ -489,9 +491,9 @@ _ENDS: Final = frozenset(
 _BEGINS: Final = frozenset(("if", "elseif", "while", "for", "test", "case", *_ENDS))
 
 
-def _statements(body: list[Token]) -> Iterator[list[Token]]:
+def _statements(body: list[RapidToken]) -> Iterator[list[RapidToken]]:
     """Pieces that end with a semicolon, a colon, or a word that closes a head; the sign stays out but a label's."""
-    piece: list[Token] = []
+    piece: list[RapidToken] = []
     depth = 0
     for token in body:
         depth += (token.text in "([{") - (token.text in ")]}")
@@ -516,7 +518,7 @@ def _statements(body: list[Token]) -> Iterator[list[Token]]:
         yield piece
 
 
-def _statement(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> None:
+def _statement(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken]) -> None:
     head = s[0].key
     if len(s) == 2 and s[1].text == ":":
         return
@@ -542,16 +544,16 @@ def _statement(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> 
     _names(found, shared, scope, s)
 
 
-def _is_one_word(s: list[Token]) -> bool:
+def _is_one_word(s: list[RapidToken]) -> bool:
     """Whether the condition of a head is one word; behind it an IF on one line has its statement."""
     return len(s) == 2 or (len(s) > 2 and s[2].kind == "word" and s[2].key not in _OPERATORS)
 
 
-def _depth(s: list[Token], at: int) -> int:
+def _depth(s: list[RapidToken], at: int) -> int:
     return sum((t.text in "([{") - (t.text in ")]}") for t in s[:at])
 
 
-def _return(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> None:
+def _return(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken]) -> None:
     if scope.routine.kind == "func" and len(s) == 1:
         found.tell(
             "K108", f"{scope.routine.name.text} returns {scope.routine.type}, and here nothing", s[0].span
@@ -568,7 +570,9 @@ def _return(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> Non
         )
 
 
-def _assignment(found: Found, shared: _Shared, scope: _Scope, left: list[Token], right: list[Token]) -> None:
+def _assignment(
+    found: LoadFindings, shared: _SharedNames, scope: _Scope, left: list[RapidToken], right: list[RapidToken]
+) -> None:
     target = left[0]
     one = scope.local.get(target.key) or shared.data.get(target.key)
     if one is not None and one.kind == "const":
@@ -587,7 +591,9 @@ def _assignment(found: Found, shared: _Shared, scope: _Scope, left: list[Token],
             _match(found, one.type, given, right[0].span, f"{target.text} is {one.type}")
 
 
-def _call(found: Found, shared: _Shared, scope: _Scope, name: Token, rest: list[Token]) -> None:
+def _call(
+    found: LoadFindings, shared: _SharedNames, scope: _Scope, name: RapidToken, rest: list[RapidToken]
+) -> None:
     routine = shared.routines.get(name.key)
     if routine is None and name.key in INSTRUCTIONS:
         _count(found, name, rest, _ARGUMENTS.get(name.key))
@@ -608,7 +614,7 @@ def _call(found: Found, shared: _Shared, scope: _Scope, name: Token, rest: list[
     _given(found, name, rest, routine)
 
 
-def _given(found: Found, name: Token, rest: list[Token], routine: Routine) -> None:
+def _given(found: LoadFindings, name: RapidToken, rest: list[RapidToken], routine: RapidRoutine) -> None:
     _count(found, name, rest, (routine.least, routine.most))
     for i, token in enumerate(rest[:-1]):
         option = rest[i + 1]
@@ -616,7 +622,9 @@ def _given(found: Found, name: Token, rest: list[Token], routine: Routine) -> No
             found.tell("K112", f"{name.text} has no optional argument {option.text}", option.span)
 
 
-def _count(found: Found, name: Token, rest: list[Token], wanted: tuple[int, int] | None) -> None:
+def _count(
+    found: LoadFindings, name: RapidToken, rest: list[RapidToken], wanted: tuple[int, int] | None
+) -> None:
     if wanted is None:
         return
     count = _positional(rest)
@@ -625,7 +633,7 @@ def _count(found: Found, name: Token, rest: list[Token], wanted: tuple[int, int]
         found.tell("K112", says, name.span)
 
 
-def _positional(tokens: list[Token]) -> int:
+def _positional(tokens: list[RapidToken]) -> int:
     """How many arguments stand here besides the optional ones."""
     count, depth, filled, optional = 0, 0, False, False
     for token in tokens:
@@ -643,7 +651,7 @@ def _positional(tokens: list[Token]) -> int:
     return count + filled
 
 
-def _names(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> None:
+def _names(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken]) -> None:
     """The names that a statement uses: told where nothing declares them, unless the configuration may."""
     head = s[0].key
     for i, token in enumerate(s):
@@ -675,7 +683,9 @@ def _names(found: Found, shared: _Shared, scope: _Scope, s: list[Token]) -> None
             found.unknown.append((token.text, token.span, what))
 
 
-def _function(found: Found, shared: _Shared, token: Token, s: list[Token], at: int) -> None:
+def _function(
+    found: LoadFindings, shared: _SharedNames, token: RapidToken, s: list[RapidToken], at: int
+) -> None:
     end = _closes(s, at + 1)
     inner = s[at + 2 : end] if end > 0 else []
     routine = shared.routines.get(token.key)
@@ -692,7 +702,7 @@ def _function(found: Found, shared: _Shared, token: Token, s: list[Token], at: i
         found.unknown.append((token.text, token.span, "the function"))
 
 
-def _called(s: list[Token], at: int) -> str:
+def _called(s: list[RapidToken], at: int) -> str:
     """The function whose arguments hold the token."""
     depth = 0
     for i in range(at - 1, 0, -1):

@@ -3,21 +3,41 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from olp.core.diagnostic import Severity
+from olp.core.diagnostic import Severity, Span
 from olp.ir.points import PointTable
-from olp.ir.program import Comment, Declare, Disabled, LineKind, Opaque, Process, Routine, Statement
+from olp.ir.program import (
+    Case,
+    Comment,
+    Declare,
+    Default,
+    Disabled,
+    Else,
+    ElseIf,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    If,
+    LineKind,
+    Next,
+    Opaque,
+    Process,
+    Routine,
+    Statement,
+    Switch,
+    While,
+)
 from olp.languages.findings import Findings
-from olp.languages.vendors.rapid.blocks import Blocks
-from olp.languages.vendors.rapid.clauses import Clause, Remark
+from olp.languages.vendors.rapid.clauses import Clause, RapidRemark
 from olp.languages.vendors.rapid.fast import PlainClauses
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.parsing import Parsing, mark, span_of
 from olp.languages.vendors.rapid.predefined_data import TYPES
-from olp.languages.vendors.rapid.statements import Frame, at_line
+from olp.languages.vendors.rapid.statements import FramingClause, at_line
 
 _HANDLER: Final = re.compile(r"\b(?:ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
 _ENDS: Final = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
@@ -28,7 +48,7 @@ _POSITIONS: Final = frozenset({"position", "joints"})
 class ModuleReader:
     """`routines` and `data` grow while reading. `names` was gathered from the same clauses."""
 
-    def __init__(self, findings: Findings, names: Names) -> None:
+    def __init__(self, findings: Findings, names: RapidNames) -> None:
         self._findings = findings
         self._names = names
         self._plain = PlainClauses(names)
@@ -37,20 +57,20 @@ class ModuleReader:
         self._record = False
         self._before: list[str] = []  # what stands between routines, for RAPID's own writer
         self._lead: list[Comment] = []  # comments just above a routine
-        self._head: Frame | None = None  # of the open routine
+        self._head: FramingClause | None = None  # of the open routine
         self._line = 0
         self._comment = ""
         self._handler = 0  # its first line
         self._body: list[Statement] = []
-        self._blocks = Blocks(findings)
+        self._blocks = OpenBlocks(findings)
         self.routines: list[Routine] = []
         self.data: list[Declare] = []
 
-    def read(self, clauses: Sequence[Clause | Remark]) -> None:
+    def read(self, clauses: Sequence[Clause | RapidRemark]) -> None:
         """Reads all clauses of the file."""
         move, point, kinds = self._plain.move, self._plain.point, self._findings.kinds
         for clause in clauses:
-            if type(clause) is Remark:
+            if type(clause) is RapidRemark:
                 self._remark(clause)
                 continue
             assert type(clause) is Clause
@@ -77,7 +97,7 @@ class ModuleReader:
 
     # --- comments ---------------------------------------------------------------------------------------------
 
-    def _remark(self, remark: Remark) -> None:
+    def _remark(self, remark: RapidRemark) -> None:
         if not self._findings.kinds[remark.line - 1]:
             self._findings.kinds[remark.line - 1] = LineKind.COMMENT
         text = remark.text.rstrip()
@@ -109,14 +129,14 @@ class ModuleReader:
         if declared is None and self._parsing.too_much(clause):
             return
         if declared is not None:
-            found: Frame | list[Statement] | None = [declared]
+            found: FramingClause | list[Statement] | None = [declared]
         else:
             found, rest = self._parsing.read(clause, self._head)
         if self._names.uneven:
             self._tell_uneven(clause)
         if found is None:
             self._stand_in(clause)
-        elif isinstance(found, Frame):
+        elif isinstance(found, FramingClause):
             self._kind(clause, LineKind.RECORD)
             self._frame(found, clause)
         else:
@@ -131,10 +151,10 @@ class ModuleReader:
         """A broken clause that opens or closes something: what follows is read as if it were right."""
         if clause.word in _ENDS:
             words = re.findall(r"\w+", clause.text.partition("(")[0])
-            self._frame(Frame(clause.word, words[-1] if len(words) > 1 else "?"), clause)
+            self._frame(FramingClause(clause.word, words[-1] if len(words) > 1 else "?"), clause)
         elif clause.word == "MODULE":
             words = re.findall(r"\w+", clause.text)
-            self._frame(Frame("MODULE", words[1] if len(words) > 1 else "?"), clause)
+            self._frame(FramingClause("MODULE", words[1] if len(words) > 1 else "?"), clause)
         else:
             self._blocks.stand_in(clause)
 
@@ -173,7 +193,7 @@ class ModuleReader:
 
     # --- frames -----------------------------------------------------------------------------------------------
 
-    def _frame(self, frame: Frame, clause: Clause) -> None:
+    def _frame(self, frame: FramingClause, clause: Clause) -> None:
         match frame.word:
             case "MODULE":
                 if self._head is not None:
@@ -210,7 +230,7 @@ class ModuleReader:
     def _trailing(self, clause: Clause) -> list[str]:
         return [] if clause.comment is None else [f"! {clause.comment.rstrip()}"]
 
-    def _open_routine(self, frame: Frame, clause: Clause) -> None:
+    def _open_routine(self, frame: FramingClause, clause: Clause) -> None:
         if self._head is not None:
             self._cut(clause.line - 1, f"{frame.word} {frame.name} begins before its end")
         if not self._module:
@@ -224,7 +244,7 @@ class ModuleReader:
         self._body = list(self._lead)
         self._lead.clear()
         self._handler = 0
-        self._blocks = Blocks(self._findings)
+        self._blocks = OpenBlocks(self._findings)
         self._names.local = self._names.inside.get(clause.line, {})
         self._plain.forget()
         self._parsing.forget()
@@ -241,7 +261,7 @@ class ModuleReader:
         message = "a handler is kept and not modelled: in a plan nothing fails"
         self._findings.once(Severity.INFO, "P461", "", message, span_of(clause))
 
-    def _end_routine(self, frame: Frame, clause: Clause) -> None:
+    def _end_routine(self, frame: FramingClause, clause: Clause) -> None:
         if self._head is None:
             self._findings.error(
                 "P454", f"{frame.word} without {frame.word[3:]}", span_of(clause), "remove it"
@@ -333,3 +353,75 @@ def _commented(statement: Statement, comment: str) -> Statement:
     if isinstance(statement, (Comment, Disabled, Opaque)):
         return replace(statement, text=f"{statement.text} !{comment}")
     return replace(statement, comment=comment)
+
+
+# --- Blocks ---
+# Pairs IF, WHILE, FOR and TEST of one routine in RAPID's words.
+
+_OPENERS: Final = {If: "IF", While: "WHILE", For: "FOR", Switch: "TEST"}
+_CLOSERS: Final = {EndIf: "IF", EndWhile: "WHILE", Next: "FOR", EndSwitch: "TEST"}
+_BRANCHES: Final = {ElseIf: "IF", Else: "IF", Case: "TEST", Default: "TEST"}
+_BRANCH_WORDS: Final = {ElseIf: "ELSEIF", Else: "ELSE", Case: "CASE", Default: "DEFAULT"}
+_MARKERS: Final = {
+    **{word: ("open", word) for word in ("IF", "WHILE", "FOR", "TEST")},
+    **{f"END{word}": ("close", word) for word in ("IF", "WHILE", "FOR", "TEST")},
+}
+
+
+class OpenBlocks:
+    """The open blocks of a routine: words and lines."""
+
+    def __init__(self, findings: Findings) -> None:
+        self._findings = findings
+        self._open: list[tuple[str, int]] = []
+
+    def note(self, statements: Iterable[Statement]) -> None:
+        """Statements of one clause; what does not pair is told."""
+        for one in statements:
+            kind = type(one)
+            if kind in _OPENERS:
+                self._open.append((_OPENERS[kind], one.line))
+            elif kind in _CLOSERS:
+                self._close(_CLOSERS[kind], one.line, f"END{_CLOSERS[kind]}")
+            elif kind in _BRANCHES and not any(word == _BRANCHES[kind] for word, _ in self._open[-1:]):
+                self._branch(_BRANCHES[kind], _BRANCH_WORDS[kind], one.line)
+
+    def stand_in(self, clause: Clause) -> None:
+        """A broken clause that opens or closes a block does so all the same."""
+        does, word = _MARKERS.get(clause.word, ("", ""))
+        if does == "open" and (word != "IF" or clause.text.rstrip()[-4:].upper() == "THEN"):
+            self._open.append((word, clause.line))
+        elif does == "close":
+            self._close(word, clause.line, f"END{word}")
+
+    def _close(self, word: str, line: int, closer: str) -> None:
+        depth = next((d for d in range(len(self._open) - 1, -1, -1) if self._open[d][0] == word), None)
+        if depth is None:
+            message = f"{closer} without {word}"
+            self._findings.error(
+                "P454", message, self._findings.whole_line(line), "remove it, or open the block"
+            )
+            return
+        for inner, at in self._open[depth + 1 :]:
+            self._never(inner, at)
+        del self._open[depth:]
+
+    def _branch(self, word: str, branch: str, line: int) -> None:
+        if any(opened == word for opened, _ in self._open):
+            while self._open[-1][0] != word:
+                self._never(*self._open.pop())
+            return
+        message = f"{branch} without {word}"
+        self._findings.error("P454", message, self._findings.whole_line(line), "remove it, or open the block")
+
+    def close(self) -> None:
+        """The routine, or what stands before its handlers, ends."""
+        for word, line in self._open:
+            self._never(word, line)
+        self._open.clear()
+
+    def _never(self, word: str, line: int) -> None:
+        span = self._findings.whole_line(line) if line else Span(0)
+        self._findings.error(
+            "P453", f"{word} is never closed", span, f"add END{word} behind its last instruction"
+        )

@@ -14,20 +14,20 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
-    State,
+    SignalState,
 )
 from olp.ir.program import Blend, BlendKind, Move, Path, Search, Speed, SpeedUnit
 from olp.languages.lark_host import BrokenLineError
-from olp.languages.vendors.rapid.expressions import ExpressionRules
-from olp.languages.vendors.rapid.literals import Aggregate, number_text, numbers
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.expressions import RapidExpressionRules
+from olp.languages.vendors.rapid.literals import RapidAggregate, number_text, numbers
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
-from olp.languages.vendors.rapid.syntax import Given, Option
+from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
 OWN: Final = "\\"  # marks an option in `Move.other`: the letter of its argument, this, its name
 
 
-class Layout(NamedTuple):
+class ArgumentLayout(NamedTuple):
     """Roles of the first and the last arguments: t target, j axes, v via, s speed, z zone, o tool, x of the process."""
 
     path: Path
@@ -36,28 +36,28 @@ class Layout(NamedTuple):
 
 
 _J, _L, _C = Path.JOINT, Path.LINEAR, Path.CIRCULAR
-LAYOUTS: Final[dict[str, Layout]] = {
-    "movej": Layout(_J, "tszo"),
-    "movel": Layout(_L, "tszo"),
-    "movec": Layout(_C, "vtszo"),
-    "moveabsj": Layout(_J, "jszo"),
-    **{f"move{c}{s}": Layout(p, h) for c, p, h in (("j", _J, "tszo"), ("l", _L, "tszo"), ("c", _C, "vtszo"))
+LAYOUTS: Final[dict[str, ArgumentLayout]] = {
+    "movej": ArgumentLayout(_J, "tszo"),
+    "movel": ArgumentLayout(_L, "tszo"),
+    "movec": ArgumentLayout(_C, "vtszo"),
+    "moveabsj": ArgumentLayout(_J, "jszo"),
+    **{f"move{c}{s}": ArgumentLayout(p, h) for c, p, h in (("j", _J, "tszo"), ("l", _L, "tszo"), ("c", _C, "vtszo"))
        for s in ("do", "ao", "go", "sync")},
-    **{f"{w}j{s}": Layout(_J, "ts", "zo") for w, s in (("trigg", ""), ("paint", ""), ("arc", ""))},
-    "triggabsj": Layout(_J, "js", "zo"),
-    "triggjios": Layout(_J, "tszo"),
-    "trigglios": Layout(_L, "tszo"),
-    **{w: Layout(_L, "ts", "zo") for w in (
+    **{f"{w}j{s}": ArgumentLayout(_J, "ts", "zo") for w, s in (("trigg", ""), ("paint", ""), ("arc", ""))},
+    "triggabsj": ArgumentLayout(_J, "js", "zo"),
+    "triggjios": ArgumentLayout(_J, "tszo"),
+    "trigglios": ArgumentLayout(_L, "tszo"),
+    **{w: ArgumentLayout(_L, "ts", "zo") for w in (
         "triggl", "paintl", "arcl", "arcl1", "arcl2", "arclstart", "arclend", "arcl1start", "arcl1end",
         "arcl2start", "arcl2end", "arclistart", "displ", "laserl", "cutl", "capl", "glul", "dispensel",
         "arcmovel", "arcrefill", "fricwavel")},
-    **{w: Layout(_C, "vts", "zo") for w in (
+    **{w: ArgumentLayout(_C, "vts", "zo") for w in (
         "triggc", "paintc", "arcc", "arcc1", "arcc2", "arccstart", "arccend", "arcc1start", "arcc1end",
         "arcc2start", "arcc2end", "dispc", "laserc", "cutc", "capc", "arcmovec")},
-    **{w: Layout(_J, "ts", "zo") for w in ("arcmovej", "arcmoveabsj", "arcjstart")},
-    "searchl": Layout(_L, "xxts", "o"),
-    "searchc": Layout(_C, "xxvts", "o"),
-    **{w: Layout(p, "ts", "o") for w, p in (
+    **{w: ArgumentLayout(_J, "ts", "zo") for w in ("arcmovej", "arcmoveabsj", "arcjstart")},
+    "searchl": ArgumentLayout(_L, "xxts", "o"),
+    "searchc": ArgumentLayout(_C, "xxvts", "o"),
+    **{w: ArgumentLayout(p, "ts", "o") for w, p in (
         ("spotl", _L), ("spotj", _J), ("spotml", _L), ("spotmj", _J), ("swingl", _L), ("nutl", _L), ("nutj", _J),
         ("calibl", _L), ("calibj", _J))},
 }  # fmt: skip
@@ -66,7 +66,7 @@ _KINDS: Final = {"t": "robtarget", "v": "robtarget", "j": "jointtarget", "o": "t
 _ROLE_WORDS: Final = {"t": "target", "v": "via point", "j": "target", "s": "speed", "z": "zone", "o": "tool"}
 
 
-def lower_move(rules: ExpressionRules, name: str, given: list[Given]) -> Move:
+def lower_move(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Move:
     """A move, its line 0. Raises BrokenLineError where arguments are missing or too many."""
     layout = LAYOUTS[name.lower()]
     leading = [option for one in given if one.value is None for option in one.options]
@@ -98,7 +98,7 @@ def lower_move(rules: ExpressionRules, name: str, given: list[Given]) -> Move:
     )
 
 
-def _roles(name: str, layout: Layout, positional: list[Given]) -> str:
+def _roles(name: str, layout: ArgumentLayout, positional: list[RapidArgument]) -> str:
     head, tail = layout.head, layout.tail
     extra = len(positional) - len(head) - len(tail)
     if extra < 0:
@@ -117,12 +117,12 @@ def _roles(name: str, layout: Layout, positional: list[Given]) -> str:
 
 
 def _process(
-    rules: ExpressionRules, name: str, roles: str, positional: list[Given]
+    rules: RapidExpressionRules, name: str, roles: str, positional: list[RapidArgument]
 ) -> list[tuple[str, Expression]]:
     """The instruction's own word and arguments, where it is more than a move."""
     if name.lower() in PLAIN:
         return []
-    found: list[tuple[str, Expression]] = [(name, State(True))]
+    found: list[tuple[str, Expression]] = [(name, SignalState(True))]
     for role, one in zip(roles, positional, strict=True):
         if role == "x" and one.value is not None:
             found.append(("", rules.coerce(one.value, "")))
@@ -130,13 +130,13 @@ def _process(
     return found
 
 
-def _switch(rules: ExpressionRules, option: Option) -> Expression:
+def _switch(rules: RapidExpressionRules, option: RapidOption) -> Expression:
     if option.value is None:
         return NamedArgument(option.name)
     return rules.coerce(option.value, "")
 
 
-def _search(rules: ExpressionRules, positional: list[Given]) -> Search | None:
+def _search(rules: RapidExpressionRules, positional: list[RapidArgument]) -> Search | None:
     value = positional[0].value
     signal = rules.signal(value, "in") if isinstance(value, (Named, Signal)) else None
     options = {option.name.lower() for one in positional[:2] for option in one.options}
@@ -146,7 +146,7 @@ def _search(rules: ExpressionRules, positional: list[Given]) -> Search | None:
 class _Arguments:
     """The arguments of one move by their roles."""
 
-    def __init__(self, rules: ExpressionRules, found: dict[str, Given]) -> None:
+    def __init__(self, rules: RapidExpressionRules, found: dict[str, RapidArgument]) -> None:
         self.rules = rules
         self.found = found
 
@@ -155,11 +155,11 @@ class _Arguments:
         assert value is not None
         return self._named_or(value, _KINDS[role])
 
-    def _named_or(self, value: Expression | Aggregate, kind: str) -> Expression:
+    def _named_or(self, value: Expression | RapidAggregate, kind: str) -> Expression:
         """A name stays one, also that of data which every controller has."""
         return value if isinstance(value, Named) else self.rules.coerce(value, kind)
 
-    def _options(self, role: str) -> dict[str, Expression | Aggregate | None]:
+    def _options(self, role: str) -> dict[str, Expression | RapidAggregate | None]:
         one = self.found.get(role)
         return {} if one is None else {option.name.lower(): option.value for option in one.options}
 
@@ -220,7 +220,7 @@ def frame_of(value: Expression) -> Expression:
     return value
 
 
-def speed_of(value: Expression | Aggregate, names: Names) -> tuple[Speed, Quantity | None]:
+def speed_of(value: Expression | RapidAggregate, names: RapidNames) -> tuple[Speed, Quantity | None]:
     """Travel speed and bound of the turn rate of a speeddata."""
     if isinstance(value, Named):
         found = named_speed(value.name, names)
@@ -229,14 +229,14 @@ def speed_of(value: Expression | Aggregate, names: Names) -> tuple[Speed, Quanti
     written = numbers(value, 4)
     if written is not None:
         return _speed(written, f"[{','.join(map(number_text, written))}]")
-    if isinstance(value, Aggregate):
+    if isinstance(value, RapidAggregate):
         raise BrokenLineError("this is no speed", word="[", wanted="[v_tcp, v_ori, v_leax, v_reax]")
     native = value.name if isinstance(value, Named) else ""
     turn = Quantity(Member(value, "v_ori"), deg)
     return Speed(SpeedUnit.TRAVEL, Quantity(Member(value, "v_tcp"), mm), native), turn
 
 
-def named_speed(name: str, names: Names) -> tuple[Speed, Quantity | None] | None:
+def named_speed(name: str, names: RapidNames) -> tuple[Speed, Quantity | None] | None:
     """A predefined speed, or a user's that nobody assigns; None for all others."""
     key = name.lower()
     if not names.knows(key):
@@ -253,15 +253,15 @@ def _speed(values: tuple[float, ...], native: str) -> tuple[Speed, Quantity]:
     return Speed(SpeedUnit.TRAVEL, travel, native), turn
 
 
-def blend_of(value: Expression | Aggregate, names: Names) -> Blend:
+def blend_of(value: Expression | RapidAggregate, names: RapidNames) -> Blend:
     """The radius of a zonedata; 0 for a stop point."""
     if isinstance(value, Named):
         found = named_blend(value.name, names)
         if found is not None:
             return found
-    if isinstance(value, Aggregate):
-        flag, rest = value.items[:1], numbers(Aggregate(value.items[1:]), 6)
-        if rest is None or not flag or not isinstance(flag[0], State):
+    if isinstance(value, RapidAggregate):
+        flag, rest = value.items[:1], numbers(RapidAggregate(value.items[1:]), 6)
+        if rest is None or not flag or not isinstance(flag[0], SignalState):
             raise BrokenLineError(
                 "this is no zone", word="[", wanted="[finep, pzone_tcp, pzone_ori, pzone_eax, zone_ori, …]"
             )
@@ -271,7 +271,7 @@ def blend_of(value: Expression | Aggregate, names: Names) -> Blend:
     return Blend(BlendKind.RADIUS, Quantity(Member(value, "pzone_tcp"), mm), native)
 
 
-def named_blend(name: str, names: Names) -> Blend | None:
+def named_blend(name: str, names: RapidNames) -> Blend | None:
     """A predefined zone, or a user's that nobody assigns; None for all others."""
     key = name.lower()
     if not names.knows(key):

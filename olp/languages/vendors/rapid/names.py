@@ -51,7 +51,7 @@ class RoutineHead:
 
 
 @dataclass(slots=True)
-class Names:
+class RapidNames:
     """Keys are lower case. `types`: of data outside routines; `inside`: of each routine's own, by its line."""
 
     spelling: dict[str, str] = field(default_factory=dict)
@@ -117,9 +117,9 @@ def signal_like(name: str) -> str | None:
     return _BUSES[like[0].lower()] if like else None
 
 
-def gather(clauses: Sequence[object]) -> Names:
+def gather(clauses: Sequence[object]) -> RapidNames:
     """The names of a file, from its clauses in order."""
-    names = Names()
+    names = RapidNames()
     inside: dict[str, str] | None = None
     record: tuple[str, list[tuple[str, str]]] | None = None
     for clause in clauses:
@@ -149,7 +149,7 @@ def gather(clauses: Sequence[object]) -> Names:
     return names
 
 
-def _other(names: Names, text: str, inside: dict[str, str] | None) -> None:
+def _other(names: RapidNames, text: str, inside: dict[str, str] | None) -> None:
     if text[0] in "cCpPvVlLtT":
         match = _DATA.match(text)
         if match is not None:
@@ -166,13 +166,13 @@ def _other(names: Names, text: str, inside: dict[str, str] | None) -> None:
         names.signals.setdefault(name.lower(), SIGNAL_USERS[user.lower()])
 
 
-def _declared(names: Names, kind: str, name: str, inside: dict[str, str] | None) -> None:
+def _declared(names: RapidNames, kind: str, name: str, inside: dict[str, str] | None) -> None:
     key = name.lower()
     names.spelling.setdefault(key, name)
     (names.types if inside is None else inside).setdefault(key, kind.lower())
 
 
-def _data(names: Names, match: re.Match[str], inside: dict[str, str] | None) -> None:
+def _data(names: RapidNames, match: re.Match[str], inside: dict[str, str] | None) -> None:
     _, kind, name, sizes, value = match.groups()
     key, kind = name.lower(), kind.lower()
     _declared(names, kind, name, inside)
@@ -189,7 +189,7 @@ def _data(names: Names, match: re.Match[str], inside: dict[str, str] | None) -> 
             names.constants.setdefault(key, (kind, (value.lower(),)))
 
 
-def _head(names: Names, text: str, inside: dict[str, str]) -> None:
+def _head(names: RapidNames, text: str, inside: dict[str, str]) -> None:
     match = _HEAD.match(text)
     if match is None:
         return
@@ -206,14 +206,14 @@ def _head(names: Names, text: str, inside: dict[str, str]) -> None:
     names.routines.setdefault(name.lower(), head)
 
 
-def _alias(names: Names, text: str) -> None:
+def _alias(names: RapidNames, text: str) -> None:
     parts = text.rstrip("; \t\n").split()
     if len(parts) == 3:
         names.aliases[parts[2].lower()] = parts[1].lower()
 
 
 def _component(
-    names: Names, record: tuple[str, list[tuple[str, str]]], clause: Clause
+    names: RapidNames, record: tuple[str, list[tuple[str, str]]], clause: Clause
 ) -> tuple[str, list[tuple[str, str]]] | None:
     if clause.word in ("ENDRECORD", "ENDMODULE", "PROC", "FUNC"):
         names.records[record[0].lower()] = tuple(record[1])

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import Final
+
+from lark import Token
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
 
 from olp.core.diagnostic import Span
 from olp.core.memory_limit import remembered
 from olp.ir.program import LineKind, Statement
 from olp.languages.findings import Findings
-from olp.languages.lark_host import MOST_BROKEN, give_up
+from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, give_up
 from olp.languages.vendors.rapid.clauses import Clause
-from olp.languages.vendors.rapid.grammar import RefusedError, clause_parser
-from olp.languages.vendors.rapid.names import Names
-from olp.languages.vendors.rapid.statements import Frame
+from olp.languages.vendors.rapid.names import RapidNames
+from olp.languages.vendors.rapid.statements import ClauseRules, FramingClause
 
 _MOST_CHARACTERS: Final = 1_000_000
 _MOST_OPERATORS: Final = 300  # more could only exhaust the stack of an interpreter
@@ -24,13 +27,13 @@ _NUMBER: Final = re.compile(r"(?<![\w.])[-+]?(?:\d[\d.]*|\.\d+)(?:E[-+]?\d+)?", 
 _OPERATOR: Final = re.compile(r"[-+*/.\\]|\b(?:AND|OR|XOR|NOT|DIV|MOD)\b", re.IGNORECASE)
 _MEMORY: Final = 50_000
 
-Found = Frame | list[Statement]
+Found = FramingClause | list[Statement]
 
 
 class Parsing:
     """The parser of one file."""
 
-    def __init__(self, findings: Findings, names: Names) -> None:
+    def __init__(self, findings: Findings, names: RapidNames) -> None:
         self._findings = findings
         self._names = names
         self._seen: dict[str, Found] = {}
@@ -41,7 +44,7 @@ class Parsing:
         self._seen.clear()
 
     def read(
-        self, clause: Clause, head: Frame | None = None, component: bool = False
+        self, clause: Clause, head: FramingClause | None = None, component: bool = False
     ) -> tuple[Found | None, Clause | None]:
         """What a clause means, None when it was refused, which is told; and a second one that was found in it.
 
@@ -69,7 +72,7 @@ class Parsing:
             self._seen[text] = found
         return found, None
 
-    def _parse(self, text: str, head: Frame | None, component: bool = False) -> Found:
+    def _parse(self, text: str, head: FramingClause | None, component: bool = False) -> Found:
         main = head is not None and head.name.lower() == "main"
         returns = "" if head is None else head.returns
         return remembered(
@@ -82,7 +85,7 @@ class Parsing:
         )
 
     def _mended(
-        self, clause: Clause, refused: RefusedError, head: Frame | None
+        self, clause: Clause, refused: RefusedError, head: FramingClause | None
     ) -> tuple[Found, Clause] | None:
         """Where a line begins with what is refused, the semicolon before it is missing: both parts are read."""
         lines = clause.text.split("\n")
@@ -163,3 +166,137 @@ def span_of(clause: Clause) -> Span:
     """The clause's first line."""
     first = clause.text.partition("\n")[0]
     return Span(clause.line, clause.column, clause.column + max(len(first), 1))
+
+
+# --- Grammar ---
+# The RAPID parser: built once per process from grammars/rapid.lark, shared by all reads.
+
+_WORDS: Final = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "STRING": "a text",
+    "COMPARE": "a comparison",
+    "SEMICOLON": ";",
+    "COMMA": ",",
+    "COLON": ":",
+    "LPAR": "(",
+    "RPAR": ")",
+    "LSQB": "[",
+    "RSQB": "]",
+    "LBRACE": "{",
+    "RBRACE": "}",
+    "BACKSLASH": "\\",
+    "PERCENT": "%",
+    "DOT": ".",
+    "PLUS": "+",
+    "MINUS": "-",
+    "STAR": "*",
+    "DIVIDE": "/",
+    "BOOLEAN": "TRUE, FALSE",
+    "__ANON_0": ":=",
+    "STORAGE": "CONST, PERS, VAR",
+    "SCOPE": "LOCAL",
+    "PASSING": "INOUT, PERS, VAR",
+    "ENDROUTINE": "ENDPROC",
+}
+_EXPRESSION: Final = {"NAME", "NUMBER", "STRING", "LPAR", "LSQB"}
+_MOST_WANTED: Final = 6
+
+
+class RefusedError(Exception):
+    """A clause that the grammar refuses, or that makes no sense: where (1-based, in the clause) and what would do."""
+
+    def __init__(self, message: str, line: int, column: int, length: int, wanted: str) -> None:
+        super().__init__(message)
+        self.message = message
+        self.line = line
+        self.column = column
+        self.length = max(length, 1)
+        self.wanted = wanted
+
+
+class ClauseParser(Grammar):
+    """Parses one clause at a time."""
+
+    def __init__(self) -> None:
+        super().__init__("rapid", ClauseRules(), ("clause", "component"))
+
+    def clause(
+        self, text: str, names: RapidNames, *, main: bool = False, returns: str = "", component: bool = False
+    ) -> FramingClause | list[Statement]:
+        """What a clause means, with line 0. Raises RefusedError."""
+        start = "component" if component else "clause"
+        try:
+            found: FramingClause | list[Statement] = self.parse(
+                text, start, names=names, raw=text, main=main, returns=returns
+            )
+        except UnexpectedInput as refused:
+            raise _refused(refused, text) from None
+        except VisitError as wrong:
+            if isinstance(wrong.orig_exc, BrokenLineError):
+                raise _broken(wrong.orig_exc, text) from None
+            raise
+        except BrokenLineError as wrong:
+            raise _broken(wrong, text) from None
+        return found
+
+
+def _refused(refused: UnexpectedInput, text: str) -> RefusedError:
+    line, column = max(refused.line, 1), max(refused.column, 1)
+    if isinstance(refused, UnexpectedToken):
+        token: Token = refused.token
+        if token.type == "$END":
+            lines = text.split("\n")
+            line, column = len(lines), len(lines[-1]) + 1
+            return RefusedError("the instruction is not complete", line, column, 1, _wanted(refused.accepts))
+        return RefusedError(f"unexpected {_shown(token)}", line, column, len(token), _wanted(refused.accepts))
+    if isinstance(refused, UnexpectedCharacters):
+        rest = text.split("\n")[line - 1][column - 1 :] if line <= text.count("\n") + 1 else ""
+        message = "a text that is not closed" if rest[:1] == '"' else f"unexpected {rest[:1]!r}"
+        return RefusedError(message, line, column, 1, _wanted(refused.allowed))
+    return RefusedError("this is not understood", 1, 1, len(text), "")
+
+
+def _broken(wrong: BrokenLineError, text: str) -> RefusedError:
+    place = max(text.find(wrong.word), 0) if wrong.word else 0
+    line = text.count("\n", 0, place) + 1
+    column = place - (text.rfind("\n", 0, place) + 1) + 1
+    return RefusedError(wrong.message, line, column, len(wrong.word), wrong.wanted)
+
+
+def _shown(token: Token) -> str:
+    text = str(token)
+    return f"'{text[:40]}'" if "'" not in text else text[:40]
+
+
+def _wanted(names: object) -> str:
+    """The terminals that would have done, in words; nothing when they are many."""
+    if not isinstance(names, (set, frozenset, list, tuple)):
+        return ""
+    found = {str(name) for name in names} - {"$END", "BLANK"}
+    if len(found & _EXPRESSION) >= 4:
+        found = (found - _EXPRESSION - {"MINUS", "PLUS", "BOOLEAN", "NOT"}) | {"an expression"}
+    operators = {
+        "AND",
+        "OR",
+        "XOR",
+        "COMPARE",
+        "PLUS",
+        "MINUS",
+        "STAR",
+        "DIVIDE",
+        "DIV",
+        "MOD",
+        "DOT",
+        "LBRACE",
+    }
+    if found - operators:
+        found -= operators
+    words = sorted(_WORDS.get(name, name.lstrip("_")) for name in found)
+    return ", ".join(words) if len(words) <= _MOST_WANTED else ""
+
+
+@cache
+def clause_parser() -> ClauseParser:
+    """The one parser of this process."""
+    return ClauseParser()

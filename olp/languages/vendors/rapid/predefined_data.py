@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
+from olp.ir.expressions import Expression, Number, PositionLiteral, RecordLiteral, SignalState, Text
+
 NOT_CONNECTED: Final = 9e9  # an external axis that does not exist
 
 # [v_tcp mm/s, v_ori deg/s, v_leax mm/s, v_reax deg/s] (technical reference manual, speeddata).
@@ -21,29 +23,29 @@ SPEEDS: Final[Mapping[str, tuple[float, float, float, float]]] = {
 }
 
 
-class Zone(NamedTuple):
+class ZoneData(NamedTuple):
     """Zonedata: pzone_tcp, pzone_ori, pzone_eax [mm], zone_ori [deg], zone_leax [mm], zone_reax [deg]."""
 
     fine: bool
     values: tuple[float, float, float, float, float, float]
 
 
-ZONES: Final[Mapping[str, Zone]] = {
-    "fine": Zone(True, (0, 0, 0, 0, 0, 0)),
-    "z0": Zone(False, (0.3, 0.3, 0.3, 0.03, 0.3, 0.03)),
-    "z1": Zone(False, (1, 1, 1, 0.1, 1, 0.1)),
-    "z5": Zone(False, (5, 8, 8, 0.8, 8, 0.8)),
-    "z10": Zone(False, (10, 15, 15, 1.5, 15, 1.5)),
-    "z15": Zone(False, (15, 23, 23, 2.3, 23, 2.3)),
-    "z20": Zone(False, (20, 30, 30, 3, 30, 3)),
-    "z30": Zone(False, (30, 45, 45, 4.5, 45, 4.5)),
-    "z40": Zone(False, (40, 60, 60, 6, 60, 6)),
-    "z50": Zone(False, (50, 75, 75, 7.5, 75, 7.5)),
-    "z60": Zone(False, (60, 90, 90, 9, 90, 9)),
-    "z80": Zone(False, (80, 120, 120, 12, 120, 12)),
-    "z100": Zone(False, (100, 150, 150, 15, 150, 15)),
-    "z150": Zone(False, (150, 225, 225, 23, 225, 23)),
-    "z200": Zone(False, (200, 300, 300, 30, 300, 30)),
+ZONES: Final[Mapping[str, ZoneData]] = {
+    "fine": ZoneData(True, (0, 0, 0, 0, 0, 0)),
+    "z0": ZoneData(False, (0.3, 0.3, 0.3, 0.03, 0.3, 0.03)),
+    "z1": ZoneData(False, (1, 1, 1, 0.1, 1, 0.1)),
+    "z5": ZoneData(False, (5, 8, 8, 0.8, 8, 0.8)),
+    "z10": ZoneData(False, (10, 15, 15, 1.5, 15, 1.5)),
+    "z15": ZoneData(False, (15, 23, 23, 2.3, 23, 2.3)),
+    "z20": ZoneData(False, (20, 30, 30, 3, 30, 3)),
+    "z30": ZoneData(False, (30, 45, 45, 4.5, 45, 4.5)),
+    "z40": ZoneData(False, (40, 60, 60, 6, 60, 6)),
+    "z50": ZoneData(False, (50, 75, 75, 7.5, 75, 7.5)),
+    "z60": ZoneData(False, (60, 90, 90, 9, 90, 9)),
+    "z80": ZoneData(False, (80, 120, 120, 12, 120, 12)),
+    "z100": ZoneData(False, (100, 150, 150, 15, 150, 15)),
+    "z150": ZoneData(False, (150, 225, 225, 23, 225, 23)),
+    "z200": ZoneData(False, (200, 300, 300, 30, 300, 30)),
 }
 
 # Neutral type of a declaration by RAPID's word; all others keep their word.
@@ -161,3 +163,35 @@ _INTERRUPTS: Final = """
     isignaldi isignaldo isignalgi isignalgo isignalai isignalao itimer ipers ierror ivarvalue ipathpos irmqmessage
     ivarvalue icap idelete idisable ienable isleep iwatch isyncsignal"""
 INTERRUPTS: Final = frozenset(_INTERRUPTS.split())
+
+
+# --- Predefined ---
+# Speeds, zones, tool0 and wobj0 as values: where they are passed on instead of named by a move.
+
+_HERE: Final = PositionLiteral("pose", (0.0,) * 6)
+
+
+def _number(value: float) -> Number:
+    return Number(int(value) if value == int(value) else value)
+
+
+def _record(kind: str, values: tuple[Expression, ...]) -> RecordLiteral:
+    names = (name for name, _ in RECORDS[kind])
+    return RecordLiteral(kind, tuple(zip(names, values, strict=True)))
+
+
+_COG: Final = PositionLiteral("pose", (0.0, 0.0, 1e-6, 0.0, 0.0, 0.0))
+_LOAD: Final = _record("loaddata", (_number(0.001), _COG, _HERE, _number(0), _number(0), _number(0)))
+PREDEFINED: Final[Mapping[str, RecordLiteral]] = {
+    **{name: _record("speeddata", tuple(map(_number, values))) for name, values in SPEEDS.items()},
+    **{
+        name: _record("zonedata", (SignalState(zone.fine), *map(_number, zone.values)))
+        for name, zone in ZONES.items()
+    },
+    "tool0": _record("tooldata", (SignalState(True), _HERE, _LOAD)),
+    "wobj0": _record("wobjdata", (SignalState(False), SignalState(True), Text(""), _HERE, _HERE)),
+    "load0": _LOAD,
+}
+PREDEFINED_NAMES: Final[Mapping[tuple[str, tuple[tuple[str, Expression], ...]], str]] = {
+    (value.type, value.members): name for name, value in PREDEFINED.items() if name not in ("vmax", "load0")
+}

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
 
+from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.garbage_collection import no_garbage_collection
-from olp.core.source import Source
-from olp.ir.program import Declare, Program, Routine
+from olp.core.source import Source, load
+from olp.ir.expressions import (
+    Expression,
+    Item,
+    Member,
+    Named,
+    PositionLiteral,
+    RecordLiteral,
+    SignalState,
+    Text,
+    Unknown,
+)
+from olp.ir.program import Declare, Jump, Label, LineKind, Move, Program, Routine, Speed, Statement
 from olp.languages.findings import Findings
-from olp.languages.vendors.rapid import checks
 from olp.languages.vendors.rapid.clauses import Cutter
 from olp.languages.vendors.rapid.modules import ModuleReader
-from olp.languages.vendors.rapid.names import gather
+from olp.languages.vendors.rapid.names import RapidNames, gather
+from olp.languages.vendors.rapid.predefined_data import FASTEST
 
 _LISTING = re.compile(r"\s*(?:<\?xml\b|<Program\b)")
 
@@ -19,8 +35,6 @@ _LISTING = re.compile(r"\s*(?:<\?xml\b|<Program\b)")
 def read_program(source: Source) -> Program:
     """The program in a file of modules, or in a .pgf that lists them. Never raises on bad text."""
     if any(_LISTING.match(line) for line in source.lines[:3]):
-        from olp.languages.vendors.rapid.listing import read_listing
-
         return read_listing(source)
     return read_modules(source)
 
@@ -30,14 +44,14 @@ def read_modules(source: Source) -> Program:
     findings = Findings(source)
     routines: tuple[Routine, ...] = ()
     data: tuple[Declare, ...] = ()
-    if checks.is_readable(findings):
+    if is_readable(findings):
         with no_garbage_collection():
             clauses = list(Cutter(source.lines).cut())
             names = gather(clauses)
             reader = ModuleReader(findings, names)
             reader.read(clauses)
             routines, data = tuple(reader.routines), tuple(reader.data)
-            checks.check_program(findings, routines, data, names)
+            check_program(findings, routines, data, names)
     return Program(
         "rapid", source, routines, findings.result(), bytes(findings.kinds), data, main_of(routines)
     )
@@ -50,3 +64,213 @@ def main_of(routines: tuple[Routine, ...]) -> str:
     if main is None:
         main = next((one for one in called if all(p.optional for p in one.parameters)), None)
     return "" if main is None else main.name
+
+
+# --- Listing ---
+# A .pgf: the list of a program's modules, which are read from the same folder.
+
+_MODULE: Final = re.compile(r"<Module>\s*([^<]*?)\s*</Module>", re.IGNORECASE)
+_LARGEST: Final = 64 * 1024 * 1024  # bytes of all modules
+_MOST: Final = 200  # modules
+
+
+def read_listing(source: Source) -> Program:
+    """All modules as one program. Lines count on behind those of the list; diagnostics name the modules' own files."""
+
+    findings = Findings(source)
+    modules: list[Program] = []
+    for number, line in enumerate(source.lines, 1):
+        findings.kinds[number - 1] = LineKind.RECORD if line.strip() else LineKind.BLANK
+        for match in _MODULE.finditer(line):
+            found = _module(findings, source, match[1], Span(number, match.start(1) + 1, match.end(1) + 1))
+            if found is not None and len(modules) < _MOST:
+                modules.append(read_modules(found))
+    routines: list[Routine] = []
+    data: list[Declare] = []
+    lines, kinds = list(source.lines), bytearray(findings.kinds)
+    told: list[Diagnostic] = list(findings.result())
+    for module in modules:
+        routines += [_moved(routine, len(lines)) for routine in module.routines]
+        data += [replace(one, line=one.line + len(lines)) for one in module.data]
+        told += module.diagnostics
+        lines += module.source.lines
+        kinds += module.line_kinds
+    whole = replace(source, lines=tuple(lines))
+    return Program(
+        "rapid",
+        whole,
+        tuple(routines),
+        tuple(told),
+        bytes(kinds),
+        tuple(data),
+        main_of(tuple(routines)),
+        tuple(module.source for module in modules),
+    )
+
+
+def _module(findings: Findings, source: Source, name: str, span: Span) -> Source | None:
+    """The module's text; what cannot be read is told."""
+    folder = os.path.dirname(source.path)
+    if not name or name in (".", "..") or set(name) & set("/\\:\0"):
+        findings.error(
+            "P470", f"{name[:60]!r} is no file of this folder", span, "modules stand beside the list"
+        )
+        return None
+    wanted = name.lower()
+    try:
+        entries = [
+            one.name for one in os.scandir(folder or ".") if one.name.lower() == wanted and one.is_file()
+        ]
+        path = os.path.join(folder, name if name in entries or not entries else entries[0])
+        if os.path.islink(path) or os.path.getsize(path) > _LARGEST:
+            raise OSError(0, "it is a link, or too large")
+        return load(path)
+    except (OSError, ValueError) as problem:
+        why = getattr(problem, "strerror", None) or str(problem)
+        findings.error(
+            "P470", f"the module {name[:60]} cannot be read: {why}", span, "put it beside the list"
+        )
+        return None
+
+
+def _moved(routine: Routine, by: int) -> Routine:
+    body: tuple[Statement, ...] = tuple(replace(one, line=one.line + by) for one in routine.body)
+    return replace(routine, line=routine.line + by, last_line=routine.last_line + by, body=body)
+
+
+# --- Checks ---
+# What can be wrong with a file whose clauses are all fine: labels, names that stand twice, points nobody wrote.
+
+_NAME_LENGTH = 32
+_OWN = frozenset({"tool0", "wobj0", "load0"})
+
+
+def is_readable(findings: Findings) -> bool:
+    """Whether the file is text with at least one module; if not, one error says so."""
+    source = findings.source
+    if source.encoding.startswith("utf-16") or b"\0" in source.raw:
+        return _refuse(findings, "this is no module but binary or UTF-16", "save it as plain text")
+    if not source.raw.strip():
+        return _refuse(findings, "the file is empty", "a module begins with MODULE and its name")
+    if not any("MODULE" in line.upper() or "PROC" in line.upper() for line in source.lines):
+        return _refuse(findings, "this is no module: no line has the word MODULE", "MODULE name … ENDMODULE")
+    return True
+
+
+def _refuse(findings: Findings, message: str, help: str) -> bool:
+    findings.error("P450", message, Span(0), help=help)
+    for number, line in enumerate(findings.source.lines):
+        findings.kinds[number] = LineKind.ERROR if line.strip() else LineKind.BLANK
+    return False
+
+
+def check_program(
+    findings: Findings, routines: Sequence[Routine], data: Sequence[Declare], names: RapidNames
+) -> None:
+    """Everything that holds for the whole file."""
+    _check_names(findings, routines, data)
+    _check_frames(findings, data)
+    for routine in routines:
+        _check_labels(findings, routine)
+        _check_moves(findings, routine, names)
+
+
+def _check_names(findings: Findings, routines: Sequence[Routine], data: Sequence[Declare]) -> None:
+    first: dict[str, int] = {}
+    named = [(one.line, one.name) for one in routines]
+    named += [(one.line, one.name) for one in data]
+    for line, name in sorted(named):
+        key = name.lower()
+        if first.setdefault(key, line) != line:
+            message = f"{name[:40]} stands twice"
+            help = f"the first one is in line {first[key]}; that one is used"
+            findings.warning("P459", message, findings.whole_line(line), help)
+        if len(name) > _NAME_LENGTH:
+            message = f"a name of more than {_NAME_LENGTH} characters"
+            span = findings.whole_line(line)
+            findings.once(Severity.INFO, "P460", "", message, span, "the controller refuses it")
+
+
+def _check_frames(findings: Findings, data: Sequence[Declare]) -> None:
+    """Work objects that a mechanical unit carries."""
+    for one in data:
+        if one.type != "frame" or not isinstance(one.value, RecordLiteral):
+            continue
+        members = dict(one.value.members)
+        unit = members.get("ufmec")
+        if (isinstance(unit, Text) and unit.value) or members.get("ufprog") == SignalState(False):
+            message = f"{one.name[:40]} moves with a mechanical unit: it is planned as if it stood still"
+            findings.warning(
+                "P473", message, findings.whole_line(one.line), "give it a user frame of its own"
+            )
+
+
+def _check_labels(findings: Findings, routine: Routine) -> None:
+    jumps = [one for one in routine.body if type(one) is Jump]
+    labels: dict[str, int] = {}
+    for one in routine.body:
+        if type(one) is Label and labels.setdefault(one.name, one.line) != one.line:
+            message = f"label {one.name} stands twice"
+            help = f"jumps go to the first one, in line {labels[one.name]}"
+            findings.warning("P458", message, findings.whole_line(one.line), help)
+    for jump in jumps:
+        if jump.target not in labels:
+            known = ", ".join(list(labels)[:8]) or "none"
+            message = f"label {jump.target} does not exist"
+            findings.error(
+                "P458", message, findings.whole_line(jump.line), f"labels of this routine: {known}"
+            )
+
+
+def _check_moves(findings: Findings, routine: Routine, names: RapidNames) -> None:
+    inside = names.inside.get(routine.line, {})
+    told: set[str] = set(_OWN)
+    fastest: set[int] = set()
+    for one in routine.body:
+        if type(one) is not Move:
+            continue
+        for value in (*one.targets, one.via, one.tool, one.frame):
+            if (
+                value is None
+                or type(value) is PositionLiteral
+                or (type(value) is Named and value.name in told)
+            ):
+                continue
+            base = _base(value)
+            if isinstance(base, Unknown):
+                message = "the position of * stands in the controller's memory only"
+                if base.text != "*":
+                    message = f"nobody has filled in {base.text}"
+                findings.once(
+                    Severity.WARNING,
+                    "P462",
+                    base.text,
+                    message,
+                    findings.whole_line(one.line),
+                    "give the point a name",
+                )
+            elif base is not None and base.name not in told:
+                told.add(base.name)
+                key = base.name.lower()
+                if key not in inside and key not in names.types and key not in _OWN:
+                    message = f"{base.name[:40]} is declared in another file"
+                    span = findings.whole_line(one.line)
+                    help = "put that module into the folder of this one, or under SYSMOD beside it"
+                    findings.once(Severity.INFO, "P472", key, message, span, help)
+        if id(one.speed) not in fastest:
+            fastest.add(id(one.speed))
+            _check_speed(findings, one.speed, one.line)
+
+
+def _check_speed(findings: Findings, speed: Speed | None, line: int) -> None:
+    if speed is not None and speed.native == "vmax":
+        message = f"vmax is read as {FASTEST:g} mm/s: the robot decides"
+        findings.once(
+            Severity.INFO, "P464", "", message, findings.whole_line(line), "write a speed of your own"
+        )
+
+
+def _base(value: Expression | None) -> Named | Unknown | None:
+    while isinstance(value, (Item, Member)):
+        value = value.base
+    return value if isinstance(value, (Named, Unknown)) else None

@@ -39,14 +39,14 @@ from olp.ir.program import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
-from olp.languages.vendors.rapid.expressions import ExpressionRules
+from olp.languages.vendors.rapid.expressions import RapidExpressionRules
 from olp.languages.vendors.rapid.instructions import BESIDE, RULES
-from olp.languages.vendors.rapid.literals import Aggregate
+from olp.languages.vendors.rapid.literals import RapidAggregate
 from olp.languages.vendors.rapid.moves import LAYOUTS, lower_move
 from olp.languages.vendors.rapid.predefined_data import INTERRUPTS, PROCESS, TYPES
 
 
-class Frame(NamedTuple):
+class FramingClause(NamedTuple):
     """A clause that frames others: module, routine, record, handler and their ends. `word`: MODULE, ENDPROC …"""
 
     word: str
@@ -65,7 +65,7 @@ COMPACT: Final = "compact"  # spelling of `IF c instruction;`
 _CONDITIONAL: Final = (Jump, Call, Return, Pause)
 
 
-class ClauseRules(ExpressionRules):
+class ClauseRules(RapidExpressionRules):
     """`raw` is the clause that is read; `main`: whether it stands in the PROC main; `starred`: a `*` was a target."""
 
     def __init__(self) -> None:
@@ -73,20 +73,22 @@ class ClauseRules(ExpressionRules):
         self.raw = ""
         self.main = False
 
-    def clause(self, children: list[Any]) -> Frame | list[Statement]:
-        found: Frame | list[Statement] | Statement = children[0]
-        return found if isinstance(found, (Frame, list)) else [found]
+    def clause(self, children: list[Any]) -> FramingClause | list[Statement]:
+        found: FramingClause | list[Statement] | Statement = children[0]
+        return found if isinstance(found, (FramingClause, list)) else [found]
 
     # --- frames -----------------------------------------------------------------------------------------------
 
-    def module(self, children: list[Any]) -> Frame:
-        return Frame("MODULE", str(children[1]), tuple(str(one) for one in children[2:] if one is not None))
+    def module(self, children: list[Any]) -> FramingClause:
+        return FramingClause(
+            "MODULE", str(children[1]), tuple(str(one) for one in children[2:] if one is not None)
+        )
 
     def attribute(self, children: list[Token]) -> str:
         return children[0].upper()
 
-    def end_module(self, children: list[Any]) -> Frame:
-        return Frame("ENDMODULE")
+    def end_module(self, children: list[Any]) -> FramingClause:
+        return FramingClause("ENDMODULE")
 
     def data(self, children: list[Any]) -> Declare:
         scope = children[0].upper() if children[0].type == "SCOPE" else ""
@@ -109,33 +111,33 @@ class ClauseRules(ExpressionRules):
             f"{'TASK ' if scope == 'TASK' else ''}{kind}",
         )
 
-    def alias(self, children: list[Token]) -> Frame:
-        return Frame("ALIAS", str(children[-1]))
+    def alias(self, children: list[Token]) -> FramingClause:
+        return FramingClause("ALIAS", str(children[-1]))
 
-    def record(self, children: list[Token]) -> Frame:
-        return Frame("RECORD", str(children[-1]))
+    def record(self, children: list[Token]) -> FramingClause:
+        return FramingClause("RECORD", str(children[-1]))
 
-    def end_record(self, children: list[Any]) -> Frame:
-        return Frame("ENDRECORD")
+    def end_record(self, children: list[Any]) -> FramingClause:
+        return FramingClause("ENDRECORD")
 
-    def component(self, children: list[Token]) -> Frame:
-        return Frame("COMPONENT", str(children[1]))
+    def component(self, children: list[Token]) -> FramingClause:
+        return FramingClause("COMPONENT", str(children[1]))
 
-    def proc(self, children: list[Any]) -> Frame:
+    def proc(self, children: list[Any]) -> FramingClause:
         return self._routine("PROC", children)
 
-    def func(self, children: list[Any]) -> Frame:
+    def func(self, children: list[Any]) -> FramingClause:
         return self._routine("FUNC", children)
 
-    def trap(self, children: list[Any]) -> Frame:
+    def trap(self, children: list[Any]) -> FramingClause:
         return self._routine("TRAP", [*children, None])
 
-    def _routine(self, word: str, children: list[Any]) -> Frame:
+    def _routine(self, word: str, children: list[Any]) -> FramingClause:
         local = children[0].type == "SCOPE"
         *names, parameters = children[1:] if local else children
         returns = str(names[0]).lower() if len(names) > 1 else ""
         name = self.names.spelled(str(names[-1]))
-        return Frame(word, name, (), local, returns, tuple(parameters or ()))
+        return FramingClause(word, name, (), local, returns, tuple(parameters or ()))
 
     def parameters(self, children: list[Any]) -> list[Parameter]:
         """What stands behind | takes the place of the one before, so it is optional as well."""
@@ -165,11 +167,11 @@ class ClauseRules(ExpressionRules):
             native,
         )
 
-    def end_routine(self, children: list[Token]) -> Frame:
-        return Frame(children[0].upper())
+    def end_routine(self, children: list[Token]) -> FramingClause:
+        return FramingClause(children[0].upper())
 
-    def handler(self, children: list[Any]) -> Frame:
-        return Frame("HANDLER", self.raw.split("(")[0].strip().upper())
+    def handler(self, children: list[Any]) -> FramingClause:
+        return FramingClause("HANDLER", self.raw.split("(")[0].strip().upper())
 
     def placeholder(self, children: list[Token]) -> Opaque:
         return Opaque(0, str(children[0]))
@@ -252,19 +254,19 @@ class ClauseRules(ExpressionRules):
         sizes = self.names.arrays.get(name.lower(), 0) if isinstance(target, Named) else 0
         return Assign(0, target, self.coerce(value, kind, sizes))
 
-    def _axes(self, value: Expression | Aggregate) -> Function:
+    def _axes(self, value: Expression | RapidAggregate) -> Function:
         """`j.robax := …` as whole new joint values."""
         try:
             return Function("joints", literals.joint_parts(value))
         except literals.ShapeError as wrong:
             raise BrokenLineError(str(wrong), word="[") from None
 
-    def _partly(self, place: Expression, part: str, value: Expression | Aggregate) -> Function:
+    def _partly(self, place: Expression, part: str, value: Expression | RapidAggregate) -> Function:
         """`p.trans := …` and `p.rot := …` as a whole new pose; the other part stays."""
         try:
             if part == "trans":
                 return Function("pose-angles", (*literals.place_parts(value), *literals.turn_parts(place)))
-            if isinstance(value, Aggregate) and literals.numbers(value, 4) is None:
+            if isinstance(value, RapidAggregate) and literals.numbers(value, 4) is None:
                 found = (*literals.place_parts(place), *literals.plain_items(value))
                 return Function("pose-quaternion", found)
             return Function("pose-angles", (*literals.place_parts(place), *literals.turn_parts(value)))

@@ -5,18 +5,18 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from olp.ir.expressions import Expression
-from olp.languages.vendors.rapid.literals import Aggregate
+from olp.languages.vendors.rapid.literals import RapidAggregate
 
 
-class Option(NamedTuple):
+class RapidOption(NamedTuple):
     """`\\Name:=value`; a switch has no value."""
 
     name: str
-    value: Expression | Aggregate | None
+    value: Expression | RapidAggregate | None
 
 
-class Given(NamedTuple):
+class RapidArgument(NamedTuple):
     """One argument. `value` None: options alone, in front of the others."""
 
-    value: Expression | Aggregate | None
-    options: tuple[Option, ...]
+    value: Expression | RapidAggregate | None
+    options: tuple[RapidOption, ...]

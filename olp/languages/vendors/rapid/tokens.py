@@ -5,16 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from olp.languages.tokens import Kind, Pattern, Words, listed
+from olp.languages.tokens import Pattern, TokenKind, Words, listed
 from olp.languages.vendors.rapid.instructions import RULES
 from olp.languages.vendors.rapid.moves import LAYOUTS
 from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, RECORDS, SPEEDS, TYPES, ZONES
 
 _KINDS = {
-    **dict.fromkeys(("ROBTARGET", "JOINTTARGET", "POSE", "POS"), Kind.POINT),
-    "WOBJDATA": Kind.FRAME,
-    "TOOLDATA": Kind.TOOL,
-    **dict.fromkeys(("SIGNALDI", "SIGNALDO", "SIGNALGI", "SIGNALGO", "SIGNALAI", "SIGNALAO"), Kind.SIGNAL),
+    **dict.fromkeys(("ROBTARGET", "JOINTTARGET", "POSE", "POS"), TokenKind.POINT),
+    "WOBJDATA": TokenKind.FRAME,
+    "TOOLDATA": TokenKind.TOOL,
+    **dict.fromkeys(
+        ("SIGNALDI", "SIGNALDO", "SIGNALGI", "SIGNALGO", "SIGNALAI", "SIGNALAO"), TokenKind.SIGNAL
+    ),
 }
 _TYPES = frozenset(name.upper() for name in (*TYPES, *RECORDS))
 _DATA = re.compile(r"\s*(?:(?:LOCAL|TASK)\s+)?(?:CONST|PERS|VAR)\s+(\w+)\s+(\w+)", re.IGNORECASE)
@@ -32,25 +34,28 @@ class RapidTokens(Words):
         "RAISE RETRY TRYNEXT CONNECT WITH ERROR UNDO BACKWARD AND OR XOR NOT DIV MOD TRUE FALSE INOUT"
     )
     patterns = (
-        Pattern(Kind.ROUTINE, r"^\s*(?:LOCAL\s+)?(?:PROC|TRAP|FUNC\s+\w+)\s+([A-Z_]\w*)", defines=True),
+        Pattern(TokenKind.ROUTINE, r"^\s*(?:LOCAL\s+)?(?:PROC|TRAP|FUNC\s+\w+)\s+([A-Z_]\w*)", defines=True),
         Pattern(
-            Kind.LABEL, r"^\s*(?!DEFAULT\b|ERROR\b)([A-Z_]\w*)(?=\s*:\s*(?:!|$))", defines=True, local=True
+            TokenKind.LABEL,
+            r"^\s*(?!DEFAULT\b|ERROR\b)([A-Z_]\w*)(?=\s*:\s*(?:!|$))",
+            defines=True,
+            local=True,
         ),
-        Pattern(Kind.LABEL, r"\bGOTO\s+([A-Z_]\w*)", local=True),
+        Pattern(TokenKind.LABEL, r"\bGOTO\s+([A-Z_]\w*)", local=True),
     )
 
-    def declared(self, line: str) -> Iterator[tuple[int, Kind]]:
+    def declared(self, line: str) -> Iterator[tuple[int, TokenKind]]:
         data = _DATA.match(line)
         if data is not None:
-            yield data.start(2), _KINDS.get(data[1].upper(), Kind.VARIABLE)
+            yield data.start(2), _KINDS.get(data[1].upper(), TokenKind.VARIABLE)
             return
         counted = _FOR.match(line)
         if counted is not None:
-            yield counted.start(1), Kind.VARIABLE
+            yield counted.start(1), TokenKind.VARIABLE
         head = _HEAD.match(line)
         if head is not None:
             for parameter in _PARAMETER.finditer(line, head.end() - 1):
-                yield parameter.start(2), _KINDS.get(parameter[1].upper(), Kind.VARIABLE)
+                yield parameter.start(2), _KINDS.get(parameter[1].upper(), TokenKind.VARIABLE)
 
     def vocabulary(self) -> frozenset[str]:
         names = {_SPELT.get(name, name) for name in (*RULES, *LAYOUTS, *FUNCTIONS)}

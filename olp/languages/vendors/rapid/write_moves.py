@@ -12,10 +12,9 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.languages.generator import CannotSayError
 from olp.languages.vendors.rapid.moves import LAYOUTS, OWN
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
-from olp.languages.vendors.rapid.write_positions import decimal, literal
-from olp.languages.vendors.rapid.write_values import RapidValues
+from olp.languages.vendors.rapid.write_values import RapidValues, decimal, literal
 
 _WORDS: Final = {st.Path.LINEAR: "MoveL", st.Path.CIRCULAR: "MoveC", st.Path.JOINT: "MoveJ"}
 # What few moves have, and what they have then.
@@ -32,7 +31,7 @@ class RapidMoves(RapidValues):
     """Writes moves, whose speeds and blends they share. `declared`: new data, by name."""
 
     def __init__(
-        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: Names
+        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: RapidNames
     ) -> None:
         super().__init__(program, types, clocks, names)
         self.declared: dict[str, str] = {}
@@ -176,7 +175,7 @@ class RapidMoves(RapidValues):
         if not self.own:
             names = ", ".join(name or "a value" for name, _ in s.other)
             raise CannotSayError(f"{names} of another language")
-        word = s.other[0][0] if s.other[0][1] == ex.State(True) and OWN not in s.other[0][0] else ""
+        word = s.other[0][0] if s.other[0][1] == ex.SignalState(True) and OWN not in s.other[0][0] else ""
         if not word:
             word = self._word(s, s.targets[0])
         layout = LAYOUTS[word.lower()]
@@ -199,7 +198,7 @@ class RapidMoves(RapidValues):
         behind_extra = False
         for name, value in other:
             role, mark, option = name.partition(OWN)
-            if name == word and value == ex.State(True):
+            if name == word and value == ex.SignalState(True):
                 continue
             if not mark:
                 extras.append(self.value(value))

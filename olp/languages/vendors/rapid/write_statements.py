@@ -11,10 +11,9 @@ from olp.core.units import percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines
-from olp.languages.vendors.rapid.literals import zero
-from olp.languages.vendors.rapid.names import Names
+from olp.languages.vendors.rapid.literals import quoted, zero
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.statements import COMPACT
-from olp.languages.vendors.rapid.texts import quoted
 from olp.languages.vendors.rapid.write_moves import RapidMoves
 from olp.languages.vendors.rapid.write_values import TIMED_OUT
 
@@ -89,7 +88,7 @@ class RapidStatements(RapidMoves):
     joins = frozenset({st.If, st.Wait, st.SetAcceleration, st.SetOverride, st.ObeyFlags, st.ShiftOn})
 
     def __init__(
-        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: Names
+        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: RapidNames
     ) -> None:
         super().__init__(program, types, clocks, names)
         self.returns = ""
@@ -119,7 +118,7 @@ class RapidStatements(RapidMoves):
         return f"{scope}{storage} {word} {s.name}{sizes}{value};"
 
     def _initial(self, value: ex.Expression, kind: str) -> str:
-        if kind in ("num", "string") and isinstance(value, ex.State):
+        if kind in ("num", "string") and isinstance(value, ex.SignalState):
             return "1" if value.on else "0"
         return self.typed(value, kind)
 
@@ -191,7 +190,7 @@ class RapidStatements(RapidMoves):
             word = "SetAO" if s.signal.bus.startswith("analog") else "SetGO"
             return f"{word} {signal},{self.value(s.value)};"
         match s.value:
-            case ex.State(on):
+            case ex.SignalState(on):
                 return f"SetDO {signal},{int(on)};"
             case ex.Unary("not", operand) if operand == s.signal:
                 return f"InvertDO {signal};"
@@ -229,7 +228,7 @@ class RapidStatements(RapidMoves):
             case ex.Compare(operator, ex.Signal(bus, _) as signal, value) if self._waits_for(
                 bus, operator, s.spelling
             ):
-                wanted = str(int(value.on)) if isinstance(value, ex.State) else self.value(value)
+                wanted = str(int(value.on)) if isinstance(value, ex.SignalState) else self.value(value)
                 name = self.signal(signal)
                 return f"{_SIGNAL_WORDS[bus]} {name},{_COMPARED[operator]}{wanted}{limit};"
             case ex.Signal(bus, _) as signal if bus in ("in", "out"):

@@ -15,9 +15,10 @@ from typing import Final
 from olp.core.diagnostic import Diagnostic
 from olp.ir import expressions as ex
 from olp.ir import program as st
+from olp.ir.expressions import Expression, Named
+from olp.ir.program import Assign, Declare, Move, Program
 from olp.languages.generator import CannotSayError, as_text
-from olp.languages.vendors.rapid.names import Names
-from olp.languages.vendors.rapid.uses import uses
+from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.write_statements import RapidStatements, native_type
 from olp.languages.vendors.rapid.write_values import TIMED_OUT
 
@@ -235,9 +236,9 @@ class RapidWriter(RapidStatements):
         return self._type(st.Declare(0, one.name, one.type, native=native[-1] if native else ""))
 
 
-def _structures(program: st.Program) -> Names:
+def _structures(program: st.Program) -> RapidNames:
     """The structures that the program's own text declares."""
-    names = Names()
+    names = RapidNames()
     fields: list[tuple[str, str]] = []
     kind = ""
     for routine in program.routines:
@@ -257,3 +258,36 @@ def _structures(program: st.Program) -> Names:
 def _is_joints(move: st.Move) -> bool:
     target = move.targets[0] if move.targets else None
     return isinstance(target, ex.PositionLiteral) and target.kind == "joint"
+
+
+# --- Uses ---
+# Which names of another language's program are tools and work objects: by what moves do with them.
+
+
+def uses(program: Program) -> dict[str, str]:
+    """Lower-case name -> tooldata or wobjdata; also of names that hand their value on to one of them."""
+    found: dict[str, str] = {}
+    given: list[tuple[str, str]] = []
+    for one in (*program.data, *program.statements()):
+        if isinstance(one, Move):
+            _note(found, one.tool, "tooldata")
+            _note(found, one.frame, "wobjdata")
+        elif isinstance(one, Assign) and isinstance(one.target, Named) and isinstance(one.value, Named):
+            given.append((one.target.name.lower(), one.value.name.lower()))
+        elif isinstance(one, Declare) and isinstance(one.value, Named):
+            given.append((one.name.lower(), one.value.name.lower()))
+    for _ in range(len(given)):
+        before = len(found)
+        for target, value in given:
+            if target in found or value in found:
+                kind = found.get(target) or found[value]
+                found.setdefault(target, kind)
+                found.setdefault(value, kind)
+        if len(found) == before:
+            break
+    return found
+
+
+def _note(found: dict[str, str], value: Expression | None, kind: str) -> None:
+    if isinstance(value, Named):
+        found.setdefault(value.name.lower(), kind)

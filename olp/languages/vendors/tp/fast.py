@@ -1,6 +1,6 @@
 """Plain move lines without the grammar: a CAM program has 100,000 of them.
 
-`MoveLines.read` understands J, L and A moves with literal numbers and gives exactly the statement that the grammar
+`TpMoveLines.read` understands J, L and A moves with literal numbers and gives exactly the statement that the grammar
 gives (a test compares the two); whatever else a line holds, it declines, and the grammar reads it.
 """
 
@@ -26,7 +26,7 @@ MOVE_LINE: Final = re.compile(
 _SPEED: Final = re.compile(r"([\d.]+)(.*)")
 
 
-class MoveLines:
+class TpMoveLines:
     """Reads plain move lines of one file; equal words share one object."""
 
     def __init__(self) -> None:

@@ -2,37 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity, Span
+from olp.ir.expressions import Number, Store, Variable
 from olp.ir.program import (
+    Call,
     Case,
     Comment,
     Default,
     Disabled,
     EndSwitch,
+    For,
+    If,
     Jump,
     Label,
     LineKind,
     Move,
+    Opaque,
     Process,
     Statement,
     Switch,
 )
 from olp.languages.findings import Findings
-from olp.languages.vendors.tp.fast import MoveLines
-from olp.languages.vendors.tp.lines import Line
-from olp.languages.vendors.tp.parsing import TpLineParser
+from olp.languages.lark_host import (
+    MOST_BROKEN,
+    BrokenLineError,
+    column_of,
+    either,
+    expected,
+    give_up,
+    in_words,
+    shortened,
+    values_of,
+    word_at,
+)
+from olp.languages.vendors.tp.fast import TpMoveLines
+from olp.languages.vendors.tp.lines import NUMBERED, TpLine, in_english
+
+if TYPE_CHECKING:
+    from lark.exceptions import UnexpectedInput
+
 
 BLOCK: Final = "P-SPS"  # the instructions that a controller runs beside a move
 
 
-class Instructions:
+class TpInstructionReader:
     """Reads the instructions of one program. `german`: its keywords are German."""
 
-    def __init__(self, findings: Findings, moves: MoveLines, german: bool) -> None:
+    def __init__(self, findings: Findings, moves: TpMoveLines, german: bool) -> None:
         self._findings = findings
         self._kinds = findings.kinds
         self._moves = moves
@@ -46,7 +67,7 @@ class Instructions:
         """Stand for broken lines that open a block."""
         return self._parser.markers
 
-    def read(self, lines: Iterable[Line]) -> list[Statement]:
+    def read(self, lines: Iterable[TpLine]) -> list[Statement]:
         """All statements, in order."""
         move, body, kinds = self._moves.read, self._body, self._kinds
         for line in lines:
@@ -70,7 +91,7 @@ class Instructions:
 
     # --- one line ---------------------------------------------------------------------------------------
 
-    def _line(self, line: Line) -> None:
+    def _line(self, line: TpLine) -> None:
         text, number = line.text, line.number
         if text[0] == "!":
             self._kinds[number - 1] = LineKind.COMMENT
@@ -146,7 +167,7 @@ class Instructions:
                 "P528", "a case without SELECT", self._span(number), "add SELECT R[1]=1,JMP LBL[1] above"
             )
 
-    def _unclosed(self, line: Line) -> None:
+    def _unclosed(self, line: TpLine) -> None:
         message = "no semicolon ends this instruction"
         self._findings.once(
             Severity.WARNING, "P504", "", message, self._span(line.number), "add ; at its end"
@@ -154,3 +175,200 @@ class Instructions:
 
     def _span(self, number: int) -> Span:
         return self._findings.whole_line(number)
+
+
+# --- Parsing ---
+# One instruction's text as statements: lines seen before, then the grammar, then macros; and what is wrong with it.
+
+_MACRO = re.compile(r"([A-Za-z_][A-Za-z0-9_ .\-]*?)\s*(\(.*\))?")
+_FIRST_WORD = re.compile(r"[A-Za-z_$]*")
+# Words that the grammar knows: a line that begins with one of them and does not parse is wrong.
+_KNOWN: Final = frozenset(
+    re.findall(
+        r"\w+",
+        "IF THEN ELSE ENDIF SELECT FOR ENDFOR LBL JMP CALL RUN WAIT END PAUSE ABORT MESSAGE OVERRIDE TIMER "
+        "UFRAME UTOOL UFRAME_NUM UTOOL_NUM R PR SR AR P DI DO RI RO GI GO AI AO SI SO UI UO WI WO F M ",
+    )
+)
+_ODD_CALL = re.compile(r"CALL\s+[A-Za-z_]\w*\s*\(.*\)")
+_EDGE = re.compile(r"\b(?:ON\+|OFF-)")
+_MOTION = re.compile(r"[JLCAS]\s+P")
+_OPERATORS = "+-*/("
+_MOST_OPERATORS = 200
+_MOST_CHARACTERS = 4096
+_MOST_CACHED = 50_000
+_LONG_NUMBER = re.compile(r"\d{19,}")
+
+_MOST_EXPECTED = 6
+# The grammar's terminals in words, the likely ones first.
+_WORDS: Final = {
+    "MOTION": "a move such as L P[1] 100mm/sec FINE",
+    "POINT_OPEN": "a position such as P[1]",
+    "POSITION_OPEN": "a position register such as PR[1]",
+    "UNIT": "a unit such as mm/sec or %",
+    "FINE": "FINE",
+    "CORNER": "CNT0 .. CNT100",
+    "REGISTER_OPEN": "a register such as R[1]",
+    "SIGNAL_OPEN": "a signal such as DI[1]",
+    "NUMBER": "a number",
+    "STATE": "ON or OFF",
+    "LABEL_OPEN": "a label such as LBL[1]",
+    "PROGRAM": "the name of a program",
+    "COMPARE": "a comparison",
+    "EQUAL": "'='",
+    "RSQB": "']'",
+    "NAMED_CLOSE": "']'",
+    "LPAR": "'('",
+    "RPAR": "')'",
+    "COMMA": "','",
+    "THEN": "THEN",
+    "AND": "AND",
+    "OR": "OR",
+    "TIMEOUT": "TIMEOUT,LBL[1]",
+    "ACC": "an option such as ACC80 or Offset,PR[1]",
+}
+
+# The classes of a line's statements and all their values but the line.
+_Template = tuple[tuple[Callable[..., Statement], tuple[Any, ...]], ...]
+_seen: dict[str, _Template] = {}
+
+
+class TpLineParser:
+    """Understands single instructions of one program. `markers`: stand for broken lines that open a block."""
+
+    def __init__(self, findings: Findings, german: bool) -> None:
+        self._findings = findings
+        self._kinds = findings.kinds
+        self._german = german
+        self._broken = 0
+        self.markers: list[Statement] = []
+
+    def statements(self, text: str, number: int) -> list[Statement]:
+        """The statements of the instruction in line `number`; none where it is broken."""
+        template = None if self._german else _seen.get(text)
+        if template is None:
+            template = self._template(text, number)
+        return [kind(number, *rest) for kind, rest in template]
+
+    def _template(self, text: str, number: int) -> _Template:
+        from lark.exceptions import UnexpectedInput
+
+        from olp.languages.vendors.tp.grammar import instruction_parser
+
+        if self._too_much(text, number):
+            return ()
+        english = in_english(text) if self._german else text
+        if self._german and english in _seen:
+            return _seen[english]
+        try:
+            statements = instruction_parser().statements(english)
+        except UnexpectedInput as refused:
+            return self._refused(english, number, _explain(refused, english))
+        except BrokenLineError as broken:
+            problem = _TpProblem(broken.message, 1, len(english) + 1, broken.wanted)
+            self._report(problem, number, english)
+            return ()
+        template = tuple((type(one), values_of(one)) for one in statements)
+        _remember(english, template)
+        return template
+
+    def _refused(self, text: str, number: int, problem: _TpProblem) -> _Template:
+        """A macro, an instruction that nobody models, or a mistake."""
+        match = _FIRST_WORD.match(text)
+        word = match[0] if match else ""
+        if _EDGE.search(text):
+            return self._opaque(text, number, "waiting for an edge of a signal")
+        if _ODD_CALL.fullmatch(text):
+            return self._opaque(text, number, "a call with other arguments than values")
+        if word in _KNOWN or _MOTION.match(text):
+            self._report(problem, number, text)
+            return ()
+        macro = _MACRO.fullmatch(text)
+        if macro is None:
+            return self._opaque(text, number, word or text[:20])
+        return self._macro(macro, number, text)
+
+    def _macro(self, match: re.Match[str], number: int, text: str) -> _Template:
+        from lark.exceptions import UnexpectedInput
+
+        from olp.languages.vendors.tp.grammar import instruction_parser
+
+        name = " ".join(match[1].split())
+        try:
+            (call,) = instruction_parser().statements(f"CALL M{match[2] or ''}")
+        except (UnexpectedInput, BrokenLineError):
+            return self._opaque(text, number, name)
+        assert isinstance(call, Call)
+        self._kinds[number - 1] = LineKind.STATEMENT
+        message = f"{name[:40]} is taken for a macro"
+        help = "its effect on the time is that of the program that the macro stands for"
+        self._findings.once(Severity.INFO, "P522", name, message, self._span(number), help)
+        return ((Call, values_of(replace(call, routine=name, spelling="macro"))),)
+
+    def _opaque(self, text: str, number: int, what: str) -> _Template:
+        self._kinds[number - 1] = LineKind.OPAQUE
+        message = f"{what[:40]} is kept but not modelled"
+        help = "its effect on the time is unknown"
+        self._findings.once(Severity.INFO, "P521", what, message, self._span(number), help)
+        return ((Opaque, (text,)),)
+
+    # --- what is wrong ----------------------------------------------------------------------------------
+
+    def _too_much(self, text: str, number: int) -> bool:
+        """Whether a line is beyond what any controller takes, which is told: it could only exhaust olp."""
+        operators = sum(map(text.count, _OPERATORS)) if len(text) > _MOST_OPERATORS else 0
+        if self._broken >= MOST_BROKEN:
+            give_up(self._findings, "P524", self._span(number), "lines new to olp")
+            return True
+        if len(text) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS and not _LONG_NUMBER.search(text):
+            return False
+        self._broken += 1
+        help = f"at most {_MOST_CHARACTERS} characters, {_MOST_OPERATORS} operators and 18 digits are read"
+        self._findings.error("P523", "this is longer than any controller takes", self._span(number), help)
+        return True
+
+    def _report(self, problem: _TpProblem, number: int, text: str) -> None:
+        self._broken += 1
+        if text.startswith("IF") and text.endswith("THEN"):
+            self.markers.append(If(number, Number(0)))
+        elif text.startswith("FOR"):
+            self.markers.append(For(number, Variable(Store.REAL, Number(0)), Number(0), Number(0)))
+        line = self._findings.source.line(number)
+        head = NUMBERED.match(line)
+        start = head.end() if head else 0
+        start += len(line[start:]) - len(line[start:].lstrip())
+        inside = line[start:].startswith(text[: max(problem.column - 1, 1)])
+        span = (
+            Span(number, start + problem.column, start + problem.end_column) if inside else self._span(number)
+        )
+        help = f"expected {problem.wanted}" if problem.wanted else ""
+        self._findings.error("P520", problem.message, span, help)
+
+    def _span(self, number: int) -> Span:
+        return self._findings.whole_line(number)
+
+
+def _remember(text: str, template: _Template) -> None:
+    if len(_seen) >= _MOST_CACHED:
+        _seen.clear()
+    _seen[text] = template
+
+
+class _TpProblem(NamedTuple):
+    """`column` (from 1) of the instruction's text and `end_column`, exclusive; `wanted` in words, may be empty."""
+
+    message: str
+    column: int
+    end_column: int
+    wanted: str
+
+
+def _explain(problem: UnexpectedInput, text: str) -> _TpProblem:
+    """The first thing that the grammar did not take, and what it would have taken."""
+    column, words = column_of(problem, text), in_words(expected(problem), _WORDS)
+    many = len(words) > _MOST_EXPECTED
+    wanted = ", ".join([*words[:_MOST_EXPECTED], "…"]) if many else either(words)
+    if column > len(text):
+        return _TpProblem("the line ends too early", column, column + 1, wanted)
+    word = word_at(text, column)
+    return _TpProblem(f"'{shortened(word)}' is not expected here", column, column + len(word), wanted)

@@ -56,7 +56,7 @@ class _Group:
     lines: list[int] = field(default_factory=list)
 
 
-class Positions:
+class TpPositionReader:
     """Reads the positions of one program. `names`: number -> its name; `units`: `GP1 E1` -> mm, where it is not deg."""
 
     def __init__(self, findings: Findings) -> None:

@@ -111,7 +111,7 @@ class TpWriter(TpMoves):
             return self._computed(target, value)
         text = self.single(target)
         if isinstance(target, ex.Variable) and target.store is ex.Store.REAL:
-            if isinstance(value, ex.State):
+            if isinstance(value, ex.SignalState):
                 return f"{text}={int(value.on)}"
             if isinstance(value, _BOOLEAN) and not (isinstance(value, ex.Unary) and value.operator == "-"):
                 return [
@@ -179,7 +179,7 @@ class TpWriter(TpMoves):
         text, value = self.signal(s.signal), s.value
         if s.signal.bus in ("flag", "marker"):
             return f"{text}=({self.value(value)})"
-        if isinstance(value, (ex.State, ex.Number, ex.Variable)):
+        if isinstance(value, (ex.SignalState, ex.Number, ex.Variable)):
             return f"{text}={self.single(value)}"
         return f"{text}=({self.value(value)})"
 
@@ -205,7 +205,7 @@ class TpWriter(TpMoves):
         return [call, "END"] if s.jump else call
 
     def _call_argument(self, it: ex.Expression) -> str:
-        if isinstance(it, ex.State):
+        if isinstance(it, ex.SignalState):
             return str(int(it.on))
         return self.single(it)
 

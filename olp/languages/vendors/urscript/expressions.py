@@ -27,29 +27,29 @@ from olp.ir.expressions import (
     PositionLiteral,
     RecordLiteral,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
 )
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.folding import constants, fold, numbers, pose_literal, scaled
-from olp.languages.vendors.urscript.outline import Part
-from olp.languages.vendors.urscript.scopes import Names
+from olp.languages.vendors.urscript.outline import UrscriptPart
+from olp.languages.vendors.urscript.scopes import UrscriptNames
 from olp.languages.vendors.urscript.syntax import (
-    Dot,
-    Given,
     Invocation,
     ListOf,
     Literal,
-    Name,
     Node,
-    Pair,
     PlainPose,
     PoseOf,
     Running,
     Sign,
     Subscript,
+    UrscriptArgument,
+    UrscriptDot,
+    UrscriptName,
+    UrscriptPair,
 )
 
 _COMPARE: Final = {"==": "=", "!=": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
@@ -61,7 +61,9 @@ _AXES = 6
 class Expressions:
     """Lowers the expressions of one part. `tell`: takes (code, message, help) of what is wrong."""
 
-    def __init__(self, names: Names, part: Part, tell: Callable[[str, str, str], None]) -> None:
+    def __init__(
+        self, names: UrscriptNames, part: UrscriptPart, tell: Callable[[str, str, str], None]
+    ) -> None:
         self.names = names
         self.part = part
         self.tell = tell
@@ -84,10 +86,10 @@ class Expressions:
     def _literal(self, node: Literal, _: bool) -> Expression:
         value = node.value
         if type(value) is bool:
-            return State(value)
+            return SignalState(value)
         return Text(value) if type(value) is str else Number(value)  # type: ignore[arg-type]
 
-    def _name(self, node: Name, _: bool) -> Expression:
+    def _name(self, node: UrscriptName, _: bool) -> Expression:
         return Named(node.text)
 
     def _list(self, node: ListOf, joints: bool) -> Expression:
@@ -147,7 +149,7 @@ class Expressions:
             return lowered.left
         return Binary("+", lowered, Number(1))
 
-    def _dot(self, node: Dot, _: bool) -> Expression:
+    def _dot(self, node: UrscriptDot, _: bool) -> Expression:
         return Member(self.lower(node.base), node.name)
 
     # --- arithmetic -------------------------------------------------------------------------------------
@@ -158,7 +160,7 @@ class Expressions:
             return Unary("not", operand)
         return Number(-operand.value) if type(operand) is Number else Unary("-", operand)
 
-    def _pair(self, node: Pair, _: bool) -> Expression:
+    def _pair(self, node: UrscriptPair, _: bool) -> Expression:
         left, right = self.lower(node.left), self.lower(node.right)
         if node.operator == "<=" and left == Named(helpers.COUNTER) and right == Number(0):
             return SystemValue("timed-out")
@@ -176,7 +178,7 @@ class Expressions:
         return Function("run", (self.lower(node.call),))
 
     def _call(self, node: Invocation, _: bool) -> Expression:
-        if type(node.function) is not Name:
+        if type(node.function) is not UrscriptName:
             return Function(method_name(node.function), self.arguments(node.arguments))
         name = node.function.text
         called = self.part.find(name)
@@ -191,11 +193,11 @@ class Expressions:
             return Function(name, self.arguments(node.arguments))
         return CallValue(name, self.arguments(node.arguments))
 
-    def arguments(self, given: tuple[Given, ...]) -> tuple[Expression, ...]:
+    def arguments(self, given: tuple[UrscriptArgument, ...]) -> tuple[Expression, ...]:
         """Arguments of a call whose parameters are not known."""
         return tuple(self._given(one, self.lower(one.value)) for one in given)
 
-    def passed(self, called: Part, given: tuple[Given, ...]) -> tuple[Expression, ...]:
+    def passed(self, called: UrscriptPart, given: tuple[UrscriptArgument, ...]) -> tuple[Expression, ...]:
         """Arguments of a function of the file: lists that it takes for positions of the axes are such."""
         target = self.names.of(called)
         places = [name for name, _ in called.parameters]
@@ -205,7 +207,7 @@ class Expressions:
             found.append(self._given(one, self.lower(one.value, name in target.joints)))
         return tuple(found)
 
-    def _given(self, given: Given, value: Expression) -> Expression:
+    def _given(self, given: UrscriptArgument, value: Expression) -> Expression:
         return NamedArgument(given.name, value) if given.name else value
 
 
@@ -217,44 +219,44 @@ def _pose_of(values: tuple[float, ...]) -> Expression:
 
 _LOWER: Final[Mapping[type, Callable[..., Expression]]] = {
     Literal: Expressions._literal,
-    Name: Expressions._name,
+    UrscriptName: Expressions._name,
     ListOf: Expressions._list,
     PoseOf: Expressions._pose,
     PlainPose: Expressions.plain_pose,
     Subscript: Expressions._subscript,
-    Dot: Expressions._dot,
+    UrscriptDot: Expressions._dot,
     Sign: Expressions._sign,
-    Pair: Expressions._pair,
+    UrscriptPair: Expressions._pair,
     Running: Expressions._run,
     Invocation: Expressions._call,
 }
 
-Meaning = Callable[[Expressions, list[Node], tuple[Given, ...]], Expression | None]
+Meaning = Callable[[Expressions, list[Node], tuple[UrscriptArgument, ...]], Expression | None]
 
 
 def _plain(neutral: str) -> Meaning:
-    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
         return Function(neutral, tuple(e.lower(value) for value in values)) if values else None
 
     return lower
 
 
 def _from_angle(neutral: str) -> Meaning:
-    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
         return Function(neutral, (scaled(e.lower(values[0]), 1.0 / deg),)) if len(values) == 1 else None
 
     return lower
 
 
 def _to_angle(neutral: str) -> Meaning:
-    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
         return scaled(Function(neutral, tuple(e.lower(value) for value in values)), deg) if values else None
 
     return lower
 
 
 def _times(factor: float) -> Meaning:
-    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
         if len(values) != 1:
             return None
         operand = e.lower(values[0])
@@ -266,7 +268,7 @@ def _times(factor: float) -> Meaning:
 
 
 def _signal(bus: str) -> Meaning:
-    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
         return Signal(bus, e.lower(values[0])) if len(values) == 1 else None
 
     return lower
@@ -276,7 +278,7 @@ def _system(name: str) -> Meaning:
     return lambda e, values, _: None if values else SystemValue(name)
 
 
-def _inverse(e: Expressions, values: list[Node], given: tuple[Given, ...]) -> Expression | None:
+def _inverse(e: Expressions, values: list[Node], given: tuple[UrscriptArgument, ...]) -> Expression | None:
     """get_inverse_kin(x, qnear, maxPositionError, maxOrientationError, tcp)."""
     if not given or given[0].name not in ("", "x"):
         return None
@@ -288,24 +290,24 @@ def _inverse(e: Expressions, values: list[Node], given: tuple[Given, ...]) -> Ex
     return Function("inverse", tuple(found))
 
 
-def _forward(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _forward(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     if not values:
         return SystemValue("current-pose")
     return Function("forward", (e.lower(values[0], joints=True),)) if len(values) == 1 else None
 
 
-def _distance(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _distance(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     if len(values) != 2:
         return None
     return scaled(Function("pose-distance", tuple(e.lower(value) for value in values)), mm)
 
 
-def _norm(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _norm(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     scalar = len(values) == 1 and e.type_of(values[0]) in ("integer", "real")
     return Function("abs", (e.lower(values[0]),)) if scalar else None
 
 
-def _logarithm(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _logarithm(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     """log(base, x)."""
     if len(values) != 2:
         return None
@@ -315,7 +317,7 @@ def _logarithm(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expr
     return Binary("/", top, Function("log", (e.lower(values[0]),)))
 
 
-def _part_of_text(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _part_of_text(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     if len(values) not in (2, 3):
         return None
     return Function(
@@ -323,31 +325,31 @@ def _part_of_text(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> E
     )
 
 
-def _character(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _character(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     if len(values) != 2:
         return None
     return Function("part-of-text", (e.lower(values[0]), e._index(values[1]), Number(1)))
 
 
-def _find(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _find(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     if len(values) != 2:
         return None
     return Binary("-", Function("position-in-text", tuple(map(e.lower, values))), Number(1))
 
 
-def _length(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+def _length(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     text = len(values) == 1 and e.type_of(values[0]) == "string"
     return Function("length-of-text", (e.lower(values[0]),)) if text else None
 
 
-def _structure(e: Expressions, values: list[Node], given: tuple[Given, ...]) -> Expression | None:
+def _structure(e: Expressions, values: list[Node], given: tuple[UrscriptArgument, ...]) -> Expression | None:
     if not given or not all(one.name for one in given):
         return None
     return RecordLiteral("struct", tuple((one.name, e.lower(one.value)) for one in given))
 
 
 def _helper(name: str) -> Meaning:
-    def lower(e: Expressions, values: list[Node], _: tuple[Given, ...]) -> Expression | None:
+    def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
         return helpers.meaning(name, tuple(e.lower(value) for value in values)) if values else None
 
     return lower
@@ -380,9 +382,9 @@ _CALLS: Final[Mapping[str, Meaning]] = {
 def method_name(node: Node) -> str:
     """`a.b` of a call of something else than a function: a method of a remote object."""
     match node:
-        case Name(text):
+        case UrscriptName(text):
             return text
-        case Dot(base, name):
+        case UrscriptDot(base, name):
             return f"{method_name(base)}.{name}"
         case _:
             return "call"

@@ -13,14 +13,14 @@ from olp.languages.vendors.urscript.syntax import (
     POSE_NUMBERS,
     Assignment,
     Evaluation,
-    Given,
     Instruction,
     Invocation,
     ListOf,
     Literal,
-    Name,
     Node,
     PlainPose,
+    UrscriptArgument,
+    UrscriptName,
     pose_of,
 )
 
@@ -43,10 +43,10 @@ _WORDS: Final = frozenset((
 _LONGEST = 26  # characters of a number; longer ones are examined by the reader of lines
 # The nodes as their constructors make them, in half the time.
 _new: Final = tuple.__new__
-_TRANS: Final = Name("pose_trans")
-_KIN: Final = Name("get_inverse_kin")
-_MOVES: Final = {word: Name(word) for word in ("movej", "movel", "movep")}
-_arguments: dict[str | None, tuple[Given, ...]] = {None: ()}
+_TRANS: Final = UrscriptName("pose_trans")
+_KIN: Final = UrscriptName("get_inverse_kin")
+_MOVES: Final = {word: UrscriptName(word) for word in ("movej", "movel", "movep")}
+_arguments: dict[str | None, tuple[UrscriptArgument, ...]] = {None: ()}
 _MOST_CACHED = 20_000
 
 
@@ -60,7 +60,7 @@ def quick(text: str) -> Instruction | None:
         if found is not None and found[2] not in _WORDS:
             value = _place(found[3])
             if value is not None:
-                return _new(Assignment, (found[1] or "", _new(Name, (found[2],)), "=", value))
+                return _new(Assignment, (found[1] or "", _new(UrscriptName, (found[2],)), "=", value))
     return None
 
 
@@ -79,20 +79,20 @@ def _move(found: re.Match[str]) -> Instruction | None:
         first, second = _place(frame), _place(inner)
         if first is None or second is None:
             return None
-        given = (_new(Given, ("", first)), _new(Given, ("", second)))
+        given = (_new(UrscriptArgument, ("", first)), _new(UrscriptArgument, ("", second)))
         target = _new(Invocation, (_TRANS, given))
     else:
         first, second = _place(pose), _place(near)
         if first is None or second is None:
             return None
-        target = Invocation(_KIN, (Given("", first), Given("qnear", second)))
-    all_given = (_new(Given, ("", target)), *arguments)
+        target = Invocation(_KIN, (UrscriptArgument("", first), UrscriptArgument("qnear", second)))
+    all_given = (_new(UrscriptArgument, ("", target)), *arguments)
     return _new(Evaluation, (_new(Invocation, (_MOVES[word], all_given)),))
 
 
 def _place(text: str) -> Node | None:
     if text[-1] != "]":
-        return None if text in _WORDS else _new(Name, (text,))
+        return None if text in _WORDS else _new(UrscriptName, (text,))
     pose = text[0] == "p"
     numbers = text[2 if pose else 1 : -1].split(",")
     if max(map(len, numbers)) > _LONGEST:
@@ -111,8 +111,8 @@ def _place(text: str) -> Node | None:
     return ListOf(items)
 
 
-def _read_arguments(tail: str) -> tuple[Given, ...] | None:
-    found: list[Given] = []
+def _read_arguments(tail: str) -> tuple[UrscriptArgument, ...] | None:
+    found: list[UrscriptArgument] = []
     for part in tail.split(",")[1:]:
         match = _ARGUMENT.fullmatch(part.strip(" "))
         given = None if match is None else _given(match)
@@ -128,11 +128,13 @@ def _read_arguments(tail: str) -> tuple[Given, ...] | None:
     return None
 
 
-def _given(match: re.Match[str]) -> Given | None:
+def _given(match: re.Match[str]) -> UrscriptArgument | None:
     name, number, value = match.groups()
     if name in _WORDS or value in _WORDS or len(number or "") > _LONGEST:
         return None
-    return Given(name or "", Literal(_number(number)) if number is not None else Name(value))
+    return UrscriptArgument(
+        name or "", Literal(_number(number)) if number is not None else UrscriptName(value)
+    )
 
 
 def _number(text: str) -> int | float:

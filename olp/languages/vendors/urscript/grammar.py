@@ -12,21 +12,21 @@ from olp.languages.vendors.urscript.syntax import (
     Assignment,
     Closing,
     Definition,
-    Dot,
     Evaluation,
-    Given,
     Instruction,
     Invocation,
     ListOf,
     Literal,
-    Name,
     Node,
     Opening,
-    Pair,
     Running,
     Sign,
     Subscript,
-    Word,
+    UrscriptArgument,
+    UrscriptDot,
+    UrscriptKeyword,
+    UrscriptName,
+    UrscriptPair,
     pose_of,
 )
 
@@ -72,20 +72,20 @@ class Rules(Transformer[Token, Any]):
 
     # --- statements -------------------------------------------------------------------------------------
 
-    def return_(self, children: list[Any]) -> Word:
-        return Word("return", children[0])
+    def return_(self, children: list[Any]) -> UrscriptKeyword:
+        return UrscriptKeyword("return", children[0])
 
-    def break_(self, _: list[Any]) -> Word:
-        return Word("break", None)
+    def break_(self, _: list[Any]) -> UrscriptKeyword:
+        return UrscriptKeyword("break", None)
 
-    def continue_(self, _: list[Any]) -> Word:
-        return Word("continue", None)
+    def continue_(self, _: list[Any]) -> UrscriptKeyword:
+        return UrscriptKeyword("continue", None)
 
-    def join(self, children: list[Any]) -> Word:
-        return Word("join", children[0])
+    def join(self, children: list[Any]) -> UrscriptKeyword:
+        return UrscriptKeyword("join", children[0])
 
-    def kill(self, children: list[Any]) -> Word:
-        return Word("kill", children[0])
+    def kill(self, children: list[Any]) -> UrscriptKeyword:
+        return UrscriptKeyword("kill", children[0])
 
     def assign(self, children: list[Any]) -> Assignment:
         scope, target, value = children
@@ -135,11 +135,11 @@ class Rules(Transformer[Token, Any]):
     def call(self, children: list[Any]) -> Node:
         return Invocation(children[0], tuple(children[1] or ()))
 
-    def arguments(self, children: list[Any]) -> list[Given]:
-        return [one if type(one) is Given else Given("", one) for one in children]
+    def arguments(self, children: list[Any]) -> list[UrscriptArgument]:
+        return [one if type(one) is UrscriptArgument else UrscriptArgument("", one) for one in children]
 
-    def named(self, children: list[Any]) -> Given:
-        return Given(str(children[0]), children[1])
+    def named(self, children: list[Any]) -> UrscriptArgument:
+        return UrscriptArgument(str(children[0]), children[1])
 
     def expressions(self, children: list[Node]) -> tuple[Node, ...]:
         return tuple(children)
@@ -147,15 +147,15 @@ class Rules(Transformer[Token, Any]):
     def subscript(self, children: list[Any]) -> Node:
         base, indices = children
         # A variable may be called p: one index, or two of a matrix, are no pose.
-        if base == Name("p") and len(indices) > 2:
+        if base == UrscriptName("p") and len(indices) > 2:
             return pose_of(indices)
         return Subscript(base, indices)
 
     def member(self, children: list[Any]) -> Node:
-        return Dot(children[0], str(children[1]))
+        return UrscriptDot(children[0], str(children[1]))
 
     def name(self, children: list[Token]) -> Node:
-        return Name(str(children[0]))
+        return UrscriptName(str(children[0]))
 
     def number(self, children: list[Token]) -> Node:
         text = str(children[0])
@@ -179,7 +179,7 @@ class Rules(Transformer[Token, Any]):
 def _chain(operator: str, operands: list[Node]) -> Node:
     result = operands[0]
     for operand in operands[1:]:
-        result = Pair(operator, result, operand)
+        result = UrscriptPair(operator, result, operand)
     return result
 
 
@@ -187,7 +187,7 @@ def _left(children: list[Any]) -> Node:
     """`a op b op c` as ((a op b) op c)."""
     result: Node = children[0]
     for operator, operand in zip(children[1::2], children[2::2], strict=True):
-        result = Pair(str(operator), result, operand)
+        result = UrscriptPair(str(operator), result, operand)
     return result
 
 

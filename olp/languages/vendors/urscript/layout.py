@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from olp.languages.layout import Blocks
+from olp.languages.layout import BlockLayout
 
 
-class UrscriptLayout(Blocks):
+class UrscriptLayout(BlockLayout):
     opens = re.compile(r"(?:def|thread|sec|if|while)\b.*:\s*(?:#.*)?$")
     closes = re.compile(r"end\b")
     between = re.compile(r"(?:elif|else)\b")

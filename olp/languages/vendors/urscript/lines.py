@@ -11,12 +11,13 @@ from olp.core import memory_limit
 from olp.core.diagnostic import Severity, Span
 from olp.ir.program import LineKind
 from olp.languages.findings import Findings
-from olp.languages.lark_host import MOST_BROKEN, give_up
+from olp.languages.lark_host import MOST_BROKEN, expected, give_up
 from olp.languages.vendors.urscript.fast import quick
 from olp.languages.vendors.urscript.syntax import Instruction
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput
+
 
 _CODE: Final = re.compile(r'(?:[^"#]+|"[^"]*"|")*')
 _STRINGS: Final = re.compile(r'"[^"]*"')
@@ -52,7 +53,7 @@ class Broken(NamedTuple):
     head: str
 
 
-class Line(NamedTuple):
+class UrscriptLine(NamedTuple):
     """One instruction. `last`: the last physical line of it."""
 
     number: int
@@ -72,7 +73,7 @@ class UrscriptLineReader:
         self._unclosed = 0
         self._shelf = memory_limit.shelf("urscript lines")
 
-    def read(self) -> Iterator[Line]:
+    def read(self) -> Iterator[UrscriptLine]:
         """All instructions in order; every physical line gets its kind."""
         number, count, lines, kinds = 0, len(self._lines), self._lines, self._kinds
         new = tuple.__new__  # as the constructor does, in half the time
@@ -83,7 +84,7 @@ class UrscriptLineReader:
             instruction = read(text)
             if instruction is not None:
                 kinds[number - 1] = LineKind.STATEMENT
-                yield new(Line, (number, number, instruction, ""))
+                yield new(UrscriptLine, (number, number, instruction, ""))
                 continue
             if not text:
                 continue
@@ -103,18 +104,18 @@ class UrscriptLineReader:
         found: Instruction | None = known[0]
         return found
 
-    def _mark(self, text: str, number: int) -> Line | None:
+    def _mark(self, text: str, number: int) -> UrscriptLine | None:
         if text[0] == "#":
             self._kinds[number - 1] = LineKind.COMMENT
-            return Line(number, number, Mark(text[1:]))
+            return UrscriptLine(number, number, Mark(text[1:]))
         if text[0] == "$":
             self._kinds[number - 1] = LineKind.COMMENT
-            return Line(number, number, Mark(text))
+            return UrscriptLine(number, number, Mark(text))
         if "{" in text and _PLACEHOLDER.search(_STRINGS.sub('""', text)):
             return self._placeholder(text, number)
         return None
 
-    def _placeholder(self, text: str, number: int) -> Line:
+    def _placeholder(self, text: str, number: int) -> UrscriptLine:
         self._kinds[number - 1] = LineKind.OPAQUE
         self._findings.once(
             Severity.WARNING,
@@ -126,10 +127,10 @@ class UrscriptLineReader:
         )
         head = _HEAD.match(text)
         if head is not None:
-            return Line(number, number, Broken(text, head[1]))
-        return Line(number, number, Mark(text, opaque=True))
+            return UrscriptLine(number, number, Broken(text, head[1]))
+        return UrscriptLine(number, number, Mark(text, opaque=True))
 
-    def _statements(self, text: str, number: int) -> list[Line]:
+    def _statements(self, text: str, number: int) -> list[UrscriptLine]:
         """The instruction that begins here; those of a whole `if` in one line, which is parted at elif and else."""
         code, comment = split_comment(text)
         last = number
@@ -143,7 +144,7 @@ class UrscriptLineReader:
             for begin, one in parts
         ]
         comments = [""] * (len(parts) - 1) + [comment]
-        return [Line(number, last, one, said) for one, said in zip(found, comments, strict=True)]
+        return [UrscriptLine(number, last, one, said) for one, said in zip(found, comments, strict=True)]
 
     def _joined(self, code: str, comment: str, number: int) -> tuple[str, str, int]:
         """The instruction with the lines that close its brackets; alone where nothing closes them."""
@@ -206,7 +207,6 @@ class UrscriptLineReader:
         return True
 
     def _report(self, refused: UnexpectedInput, code: str, number: int, last: int, begin: int) -> None:
-        from olp.languages.vendors.urscript.problems import explain
 
         self._broken += 1
         problem = explain(refused, code)
@@ -251,3 +251,94 @@ def _open_brackets(code: str) -> int:
 def _most_operators(plain: str) -> int:
     """The most operators between two commas: a bound on how deep an expression nests to the left."""
     return max(len(_DEEP.findall(part)) for part in plain.split(","))
+
+
+# --- Problems ---
+# What is wrong with an instruction that the grammar refuses, in words.
+
+WORDS: Final = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "TEXT": 'a text such as "part ready"',
+    "LPAR": "'('",
+    "RPAR": "')'",
+    "LSQB": "'['",
+    "RSQB": "']'",
+    "COMMA": "','",
+    "COLON": "':'",
+    "EQUAL": "'='",
+    "DOT": "'.'",
+    "COMPARE": "an operator",
+    "SUM": "an operator",
+    "PRODUCT": "an operator",
+    "AND": "an operator",
+    "OR": "an operator",
+    "XOR": "an operator",
+    "END": "end",
+    "DEFINE": "def or thread",
+    "$END": "the end of the line",
+}
+_VALUE: Final = frozenset({"NAME", "NUMBER", "TEXT", "LPAR", "LSQB"})
+_FOREIGN: Final = {
+    "for": "URScript has no for: count with while",
+    "&&": "write and",
+    "||": "write or",
+    "try": "URScript has no try",
+    "import": "URScript has no import",
+    "++": "write x = x + 1",
+}
+_WORD = re.compile(r"\w+|\S")
+_MOST = 6
+
+
+class UrscriptProblem(NamedTuple):
+    """`offset`, `length`: in the text of the instruction, from 0."""
+
+    message: str
+    offset: int
+    length: int
+    help: str
+
+
+def explain(refused: UnexpectedInput, text: str) -> UrscriptProblem:
+    """The refused instruction in words: what stands there, and what could stand there."""
+    offset = refused.pos_in_stream if isinstance(refused.pos_in_stream, int) else len(text)
+    token = getattr(refused, "token", None)
+    if token is not None and token.type == "$END":
+        offset = len(text)
+    help = _foreign(text, offset) or _sentence(expected(refused))
+    if not 0 <= offset < len(text):
+        return UrscriptProblem("the line ends too early", len(text), 1, help)
+    if text[offset] == '"':
+        return UrscriptProblem(
+            "a text that is not closed", offset, len(text) - offset, 'close it with " on the same line'
+        )
+    word = _WORD.match(text, offset)
+    found = word[0] if word else text[offset]
+    return UrscriptProblem(f"'{found[:40]}' does not fit here", offset, len(found), help)
+
+
+def _foreign(text: str, offset: int) -> str:
+    """What a word of another language is called here, or nothing."""
+    if text[offset : offset + 1] == "=" and text.startswith(("if", "elif", "while")):
+        return "compare with =="
+    first = _WORD.match(text)
+    for word, help in _FOREIGN.items():
+        if (word.isalpha() and first is not None and first[0] == word) or (
+            not word.isalpha() and word in text
+        ):
+            return help
+    return ""
+
+
+def _sentence(names: set[str]) -> str:
+    if "SUM" in names and "COMPARE" in names:
+        names = names - {"LPAR", "LSQB", "DOT"}  # what goes on behind any value helps nobody
+    words = {WORDS.get(name, "") for name in names - _VALUE} - {""}
+    if names >= {"NAME", "NUMBER"}:
+        words.add("a value")
+    elif names & _VALUE:
+        words |= {WORDS[name] for name in names & _VALUE}
+    if not words or len(words) > _MOST:
+        return ""
+    return f"expected {', '.join(sorted(words))}"

@@ -10,12 +10,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from olp.ir.expressions import Expression, FrameRef, Named, Number, Quantity, State
+from olp.ir.expressions import Expression, FrameRef, Named, Number, Quantity, SignalState
 from olp.ir.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.languages.vendors.urscript import builtins
 from olp.languages.vendors.urscript.expressions import Expressions
 from olp.languages.vendors.urscript.folding import fold
-from olp.languages.vendors.urscript.syntax import Given, Invocation, Name, Node, PlainPose, PoseOf
+from olp.languages.vendors.urscript.syntax import (
+    Invocation,
+    Node,
+    PlainPose,
+    PoseOf,
+    UrscriptArgument,
+    UrscriptName,
+)
 
 _PATHS: Final = {
     "movej": Path.JOINT,
@@ -27,7 +34,7 @@ _PATHS: Final = {
 }
 _FASTEST = 20.0  # [m/s]; no arm is a tenth as fast
 BASE: Final = FrameRef("base")
-_TRANS: Final = Name("pose_trans")
+_TRANS: Final = UrscriptName("pose_trans")
 _STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), 1.0))
 
 
@@ -49,17 +56,17 @@ class Arguments:
     rest: tuple[tuple[str, Node], ...]
 
 
-class MoveRules:
+class UrscriptMoveRules:
     """Lowers the moves of one part."""
 
     def __init__(self, expressions: Expressions, tell: Callable[[str, str, str], None]) -> None:
         self._expressions = expressions
         self._tell = tell
-        self._manners: dict[tuple[str, tuple[Given, ...]], Manner] = {}
+        self._manners: dict[tuple[str, tuple[UrscriptArgument, ...]], Manner] = {}
         self._frames: dict[Node, Expression] = {}
         self._turns: dict[Node, bool] = {}
 
-    def move(self, word: str, given: tuple[Given, ...], line: int, comment: str) -> Move | None:
+    def move(self, word: str, given: tuple[UrscriptArgument, ...], line: int, comment: str) -> Move | None:
         """The move, None when it has no target (which is told)."""
         count = 2 if word == "movec" else 1
         if count == 1 and given and not given[0].name:
@@ -78,7 +85,7 @@ class MoveRules:
         frame, places = self._placed(targets)
         lower = self._expressions.lower
         goal = places[-1]
-        target = Named(goal.text) if type(goal) is Name else lower(goal, True)
+        target = Named(goal.text) if type(goal) is UrscriptName else lower(goal, True)
         via = lower(places[0], True) if count == 2 else None
         speed, rate, acceleration, blend, other = manner
         return Move(
@@ -97,8 +104,8 @@ class MoveRules:
         )
 
     def _sorted(
-        self, word: str, given: tuple[Given, ...], count: int
-    ) -> tuple[list[Node], tuple[Given, ...]] | None:
+        self, word: str, given: tuple[UrscriptArgument, ...], count: int
+    ) -> tuple[list[Node], tuple[UrscriptArgument, ...]] | None:
         """Targets that are given by name or out of order."""
         places = builtins.MOVES[word]
         targets: dict[str, Node] = {}
@@ -110,7 +117,7 @@ class MoveRules:
             if name in places[:count]:
                 targets[name] = one.value
             else:
-                rest.append(Given(one.name or name, one.value))
+                rest.append(UrscriptArgument(one.name or name, one.value))
         if len(targets) < count:
             needs = " and ".join(places[:count])
             self._tell("P558", f"{word} has no target", f"it needs {needs}")
@@ -119,7 +126,7 @@ class MoveRules:
 
     # --- how --------------------------------------------------------------------------------------------
 
-    def _manner(self, word: str, rest: tuple[Given, ...], count: int) -> Manner:
+    def _manner(self, word: str, rest: tuple[UrscriptArgument, ...], count: int) -> Manner:
         arguments = self._named(word, rest, count)
         if word.startswith("optimove"):
             return self._optimal(arguments)
@@ -131,7 +138,7 @@ class MoveRules:
             word, arguments, SpeedUnit.AXIS if joint else SpeedUnit.TRAVEL, defaults[1]
         )
         if word == "movep":
-            other += (("process", State(True)),)
+            other += (("process", SignalState(True)),)
         if "mode" in arguments and self._expressions.number(arguments["mode"]) != 0:
             other += (("mode", self._expressions.lower(arguments["mode"])),)
         return Manner(speed, rate, None, self._blend(arguments), other)
@@ -146,7 +153,7 @@ class MoveRules:
             (),
         )
 
-    def _named(self, word: str, rest: tuple[Given, ...], count: int) -> dict[str, Node]:
+    def _named(self, word: str, rest: tuple[UrscriptArgument, ...], count: int) -> dict[str, Node]:
         places = builtins.MOVES[word][count:]
         found: dict[str, Node] = {}
         for index, one in enumerate(rest):
@@ -172,7 +179,7 @@ class MoveRules:
             return travel, ()
         value = self._expressions.number(time)
         written = fold(self._expressions.lower(time))
-        if value is None and type(time) is Name:
+        if value is None and type(time) is UrscriptName:
             value = self._expressions.names.constant(self._expressions.part, time.text)
             if value is not None and value <= 0:
                 return travel, (("t", written),)
@@ -211,7 +218,7 @@ class MoveRules:
 
     def _frame(self, node: Node) -> Expression:
         """Few names of frames: all moves in one share it."""
-        if type(node) is not Name:
+        if type(node) is not UrscriptName:
             return self._expressions.lower(node)
         found = self._frames.get(node)
         if found is None:
@@ -222,16 +229,16 @@ class MoveRules:
         if type(target) is not Invocation or target.function != _TRANS or len(target.arguments) != 2:
             return None, target
         (_, frame), (_, place) = target.arguments
-        turns = self._turns.get(frame) if type(frame) is Name else None
+        turns = self._turns.get(frame) if type(frame) is UrscriptName else None
         if turns is None:
             turns = self._turn_points(frame)
-            if type(frame) is Name:
+            if type(frame) is UrscriptName:
                 self._turns[frame] = turns
         return (frame, place) if turns else (None, target)
 
     def _turn_points(self, frame: Node) -> bool:
         """Whether `pose_trans` with this first argument says in which frame the second one stands."""
-        if type(frame) is Name:
+        if type(frame) is UrscriptName:
             waypoint = frame.text.endswith("_p") or frame.text in self._expressions.names.waypoints
         else:
             waypoint = type(frame) not in (PlainPose, PoseOf)

@@ -9,14 +9,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from olp.languages.findings import Findings
-from olp.languages.vendors.urscript.lines import Broken, Line, Mark
+from olp.languages.vendors.urscript.lines import Broken, Mark, UrscriptLine
 from olp.languages.vendors.urscript.syntax import Assignment, Closing, Definition, Evaluation, Node, Opening
 
 _MOST_NESTED = 100  # definitions in one another that are searched for a name
 
 
 @dataclass(slots=True, eq=False)
-class Part:
+class UrscriptPart:
     """A function, thread or secondary program, or the file itself (kind "file").
 
     `name` as written, `unique` as no other part of the file is called. `lines`: its own instructions with the number
@@ -27,16 +27,16 @@ class Part:
     name: str
     unique: str
     line: int
-    parent: Part | None = None
+    parent: UrscriptPart | None = None
     parameters: tuple[tuple[str, Node | None], ...] = ()
     comment: str = ""
-    lines: list[tuple[Line, int]] = field(default_factory=list)
-    parts: dict[str, Part] = field(default_factory=dict)
+    lines: list[tuple[UrscriptLine, int]] = field(default_factory=list)
+    parts: dict[str, UrscriptPart] = field(default_factory=dict)
     last_line: int = 0
 
-    def find(self, name: str) -> Part | None:
+    def find(self, name: str) -> UrscriptPart | None:
         """The part that `name` means here: an own one, else one of those around."""
-        part: Part | None = self
+        part: UrscriptPart | None = self
         for _ in range(_MOST_NESTED):
             if part is None:
                 break
@@ -46,7 +46,7 @@ class Part:
             part = part.parent
         return None
 
-    def all(self) -> Iterator[Part]:
+    def all(self) -> Iterator[UrscriptPart]:
         """This part and all in it, in order of writing."""
         pending = [self]
         while pending:
@@ -60,15 +60,15 @@ class Outliner:
 
     def __init__(self, findings: Findings) -> None:
         self._findings = findings
-        self._root = Part("file", "", "", 1)
+        self._root = UrscriptPart("file", "", "", 1)
         self._here = self._root
         self._open: list[tuple[str, int]] = []  # word and line of each open block, definitions among them
         self._taken: set[str] = set()
         self._numbers: dict[str, int] = {}
         self._depth = 0  # blocks that are open in the current part
-        self._waiting: list[Line] = []  # comments, which belong to the definition that may follow
+        self._waiting: list[UrscriptLine] = []  # comments, which belong to the definition that may follow
 
-    def read(self, lines: Iterable[Line]) -> Part:
+    def read(self, lines: Iterable[UrscriptLine]) -> UrscriptPart:
         """The file with all that is defined in it."""
         last = 0
         for line in lines:
@@ -92,7 +92,7 @@ class Outliner:
             part.last_line = part.last_line or last
         return self._root
 
-    def _remark(self, line: Line) -> None:
+    def _remark(self, line: UrscriptLine) -> None:
         assert isinstance(line.content, Mark)
         if self._waiting and self._waiting[-1].last + 1 < line.number:
             self._flush()
@@ -107,10 +107,10 @@ class Outliner:
             self._add(line)
         self._waiting.clear()
 
-    def _add(self, line: Line, depth: int | None = None) -> None:
+    def _add(self, line: UrscriptLine, depth: int | None = None) -> None:
         self._here.lines.append((line, self._depth if depth is None else depth))
 
-    def _place(self, line: Line) -> None:
+    def _place(self, line: UrscriptLine) -> None:
         content = line.content
         if type(content) is Definition:
             self._define(line, content)
@@ -123,9 +123,9 @@ class Outliner:
         else:
             self._add(line)
 
-    def _define(self, line: Line, content: Definition) -> None:
+    def _define(self, line: UrscriptLine, content: Definition) -> None:
         unique = self._unique(content.name)
-        part = Part(
+        part = UrscriptPart(
             content.kind, content.name, unique, line.number, self._here, content.parameters, line.comment
         )
         if content.name in self._here.parts:
@@ -151,7 +151,7 @@ class Outliner:
         self._taken.add(unique)
         return unique
 
-    def _close(self, line: Line) -> None:
+    def _close(self, line: UrscriptLine) -> None:
         if not self._open:
             span = self._findings.whole_line(line.number)
             self._findings.error("P552", "an end without its block", span, "remove it, or is a def missing?")
@@ -177,7 +177,7 @@ class Outliner:
             depth += 1
         return depth
 
-    def _block(self, line: Line, content: Opening) -> None:
+    def _block(self, line: UrscriptLine, content: Opening) -> None:
         if content.word in ("if", "while"):
             self._add(line)
             if not content.closed:
@@ -192,11 +192,11 @@ class Outliner:
             self._open.pop()
             self._depth -= 1
 
-    def _stray(self, line: Line, word: str) -> None:
+    def _stray(self, line: UrscriptLine, word: str) -> None:
         span = self._findings.whole_line(line.number)
         self._findings.error("P552", f"{word} without its if", span, "is an end too many above?")
 
-    def _broken(self, line: Line, content: Broken) -> None:
+    def _broken(self, line: UrscriptLine, content: Broken) -> None:
         """A line that was told already, and still opens or ends what its first word says."""
         if content.head in ("def", "thread", "sec"):
             name = content.text.split("(")[0].split()[-1]

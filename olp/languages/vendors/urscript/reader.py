@@ -3,20 +3,78 @@
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Iterator
 from pathlib import PurePath
+from typing import Final
+from xml.etree import ElementTree
 
-from olp.core.diagnostic import Span
+from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.garbage_collection import no_garbage_collection
 from olp.core.source import Source
-from olp.ir.program import Declare, LineKind, Program, Routine
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Expression,
+    Function,
+    Named,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    SignalState,
+    Text,
+    Unknown,
+)
+from olp.ir.points import PointTable
+from olp.ir.program import (
+    Assign,
+    Break,
+    Call,
+    Comment,
+    Continue,
+    Declare,
+    Else,
+    ElseIf,
+    EndIf,
+    EndWhile,
+    If,
+    LineKind,
+    Opaque,
+    Parameter,
+    Process,
+    Program,
+    Return,
+    Routine,
+    SetOutput,
+    SetTool,
+    StartTask,
+    Statement,
+    WaitTask,
+    While,
+)
 from olp.languages.findings import Findings
-from olp.languages.vendors.urscript import helpers
-from olp.languages.vendors.urscript.bodies import Bodies
-from olp.languages.vendors.urscript.lines import Line, Mark, UrscriptLineReader
-from olp.languages.vendors.urscript.outline import Outliner, Part
-from olp.languages.vendors.urscript.scopes import Names
-from olp.languages.vendors.urscript.syntax import Evaluation, Invocation, Name
+from olp.languages.vendors.urscript import builtins, helpers
+from olp.languages.vendors.urscript.calls import CallRules, Waits
+from olp.languages.vendors.urscript.expressions import Expressions
+from olp.languages.vendors.urscript.folding import fold, scaled
+from olp.languages.vendors.urscript.lines import Broken, Mark, UrscriptLine, UrscriptLineReader
+from olp.languages.vendors.urscript.moves import UrscriptMoveRules
+from olp.languages.vendors.urscript.outline import Outliner, UrscriptPart
+from olp.languages.vendors.urscript.scopes import UrscriptNames
+from olp.languages.vendors.urscript.syntax import (
+    Assignment,
+    Closing,
+    Evaluation,
+    Invocation,
+    ListOf,
+    Node,
+    Opening,
+    PlainPose,
+    Running,
+    Simple,
+    UrscriptKeyword,
+    UrscriptName,
+)
 
 _GZIP = b"\x1f\x8b"
 
@@ -24,8 +82,6 @@ _GZIP = b"\x1f\x8b"
 def read_program(source: Source) -> Program:
     """The program in a text. Never raises on bad text."""
     if source.raw.startswith((_GZIP, b"<URProgram")):
-        from olp.languages.vendors.urscript.polyscope import read_polyscope
-
         return read_polyscope(source)
     return read_lines(source)
 
@@ -39,7 +95,7 @@ def read_lines(source: Source) -> Program:
         root = Outliner(findings).read(UrscriptLineReader(findings).read())
         _forget_helpers(root)
         main = _main(root, source)
-        names = Names(root, main)
+        names = UrscriptNames(root, main)
         bodies = Bodies(findings, names)
         # The main program says which data holds before anything runs.
         routines = [bodies.routine(main, main.unique)]
@@ -59,7 +115,7 @@ def read_lines(source: Source) -> Program:
     )
 
 
-def _forget_helpers(root: Part) -> None:
+def _forget_helpers(root: UrscriptPart) -> None:
     """Functions that olp wrote into the script stand for what they compute."""
     for part in list(root.all()):
         for name in helpers.TEXTS.keys() & part.parts.keys():
@@ -93,7 +149,7 @@ def _refused(findings: Findings) -> bool:
     return False
 
 
-def _main(root: Part, source: Source) -> Part:
+def _main(root: UrscriptPart, source: Source) -> UrscriptPart:
     """The part that runs: the file's own instructions, else the function they call, else the one that nobody calls."""
     own = [line for line, _ in root.lines if type(line.content) is not Mark]
     called = _called(own, root)
@@ -108,18 +164,18 @@ def _main(root: Part, source: Source) -> Part:
     return main
 
 
-def _called(own: list[Line], root: Part) -> Part | None:
+def _called(own: list[UrscriptLine], root: UrscriptPart) -> UrscriptPart | None:
     """The function that the file's only instruction calls."""
     if len(own) != 1 or type(own[0].content) is not Evaluation:
         return None
     call = own[0].content.value
-    if type(call) is not Invocation or type(call.function) is not Name or call.arguments:
+    if type(call) is not Invocation or type(call.function) is not UrscriptName or call.arguments:
         return None
     part = root.parts.get(call.function.text)
     return part if part is not None and part.kind == "def" and not part.parameters else None
 
 
-def _uncalled(root: Part) -> Part | None:
+def _uncalled(root: UrscriptPart) -> UrscriptPart | None:
     """The only function, else the first one that needs no arguments and that no other one calls."""
     parts = [part for part in root.parts.values() if part.kind == "def"]
     if len(parts) < 2:
@@ -129,13 +185,13 @@ def _uncalled(root: Part) -> Part | None:
         for part in root.all()
         for line, _ in part.lines
         for node in _calls_in(line)
-        if type(node.function) is Name
+        if type(node.function) is UrscriptName
     }
     free = [part for part in parts if all(default is not None for _, default in part.parameters)]
     return next((part for part in free if part.name not in called), free[0] if free else parts[0])
 
 
-def _calls_in(line: Line) -> Iterator[Invocation]:
+def _calls_in(line: UrscriptLine) -> Iterator[Invocation]:
     from olp.languages.vendors.urscript.syntax import expressions, walk
 
     content = line.content
@@ -155,3 +211,418 @@ def _identifier(stem: str, taken: set[str]) -> str:
     while name in taken:
         name += "_main"
     return name
+
+
+# --- Polyscope ---
+# PolyScope's own files (.urp): compressed XML of program nodes, told as the script that those nodes mean.
+#
+# The lines of the source are that script; its bytes stay those of the file. Waypoints are joint positions, as taught.
+#
+# Codes: P562 a file that cannot be read, P563 a node that is kept by its name only.
+
+_LARGEST = 50_000_000  # bytes that are unpacked; the largest programs have a tenth
+
+
+def read_polyscope(source: Source) -> Program:
+    """The program in a .urp file. Never raises."""
+    from dataclasses import replace
+
+    from olp.languages.vendors.urscript.polyscope_nodes import Script
+
+    try:
+        root = ElementTree.fromstring(_unpacked(source.raw))
+    except (ElementTree.ParseError, zlib.error, ValueError) as problem:
+        return _polyscope_refused(source, f"this PolyScope program cannot be read: {problem}")
+    if root.tag != "URProgram":
+        return _polyscope_refused(source, f"this is no PolyScope program: its first node is {root.tag[:40]}")
+    script = Script(root, PurePath(source.path).stem)
+    view = replace(source, encoding="utf-8", lines=tuple(script.lines))
+    program = read_lines(view)
+    unknown = [
+        Diagnostic(
+            "P563",
+            f"the node {name} is kept by its name only ({count} of them)",
+            Severity.WARNING,
+            source.path,
+            help="export the program as .script, which holds what the node does",
+        )
+        for name, count in sorted(script.unknown.items())
+    ]
+    return replace(program, diagnostics=(*unknown, *program.diagnostics))
+
+
+def _unpacked(raw: bytes) -> bytes:
+    """The XML. Raises zlib.error, and ValueError for what no controller wrote."""
+    unpacker = zlib.decompressobj(31)
+    plain = raw.lstrip().startswith(b"<")
+    data = raw if plain else unpacker.decompress(raw, _LARGEST)
+    if unpacker.unconsumed_tail:
+        raise ValueError(f"it is larger than {_LARGEST} bytes")
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        raise ValueError("it defines entities")
+    return data
+
+
+def _polyscope_refused(source: Source, message: str) -> Program:
+    findings = Findings(source)
+    findings.error("P562", message, Span(0), "save it again on the controller, or export it as .script")
+    findings.kinds[:] = bytes([LineKind.ERROR]) * len(findings.kinds)
+    return Program("urscript", source, (), findings.result(), bytes(findings.kinds))
+
+
+# --- Bodies ---
+# Lowers the parts of a file into routines: blocks, assignments, threads, and data that holds before anything runs.
+
+_SEVERITIES: Final = {
+    "P555": Severity.INFO,
+    "P560": Severity.INFO,
+    "P558": Severity.ERROR,
+    "P559": Severity.ERROR,
+}
+# What may stand before data that holds from the beginning on: it neither moves nor asks for a value.
+_BEFORE_DATA: Final = (Comment, Process, SetTool, SetOutput, StartTask, Declare)
+
+
+class Bodies:
+    """Lowers all parts of one file; `data` grows with what they share."""
+
+    def __init__(self, findings: Findings, names: UrscriptNames) -> None:
+        self._findings = findings
+        self._names = names
+        self.data: dict[str, Declare] = {}
+
+    def routine(self, part: UrscriptPart, name: str) -> Routine:
+        body = _UrscriptBody(self._findings, self._names, part, self.data)
+        statements = body.lower()
+        details = {} if part.kind in ("def", "file") else {"kind": part.kind}
+        return Routine(
+            name,
+            part.line,
+            tuple(statements),
+            PointTable(),
+            comment=part.comment,
+            details=details,
+            last_line=part.last_line,
+            parameters=body.parameters(),
+            returns=_plain(self._names.of(part).result),
+        )
+
+    def late_data(self) -> list[Declare]:
+        """Shared names that get their value while the program runs."""
+        found = []
+        for facts in self._names.facts.values():
+            for name, index in facts.first.items():
+                if name not in self.data and self._names.is_shared(facts.part, name):
+                    line = facts.part.lines[index][0].number
+                    self.data[name] = Declare(
+                        line, name, _plain(self._names.types.get(name, "")), shared=True
+                    )
+                    found.append(self.data[name])
+        return found
+
+
+class _UrscriptBody:
+    """`_loops`: words of the open blocks."""
+
+    def __init__(
+        self, findings: Findings, names: UrscriptNames, part: UrscriptPart, data: dict[str, Declare]
+    ) -> None:
+        self._findings = findings
+        self._names = names
+        self._facts = names.of(part)
+        self._part = part
+        self._data = data
+        self._is_main = part is names.main
+        self._preamble = self._is_main
+        self._expressions = Expressions(names, part, self._tell)
+        self._moves = UrscriptMoveRules(self._expressions, self._tell)
+        self._calls = CallRules(self._expressions, self._tell)
+        self._waits = Waits(part, self._expressions)
+        self._open: list[str] = []
+        self._number = 0
+        self._comment = ""
+        self._index = 0
+        self._depth = 0
+
+    def _tell(self, code: str, message: str, help: str) -> None:
+        severity = _SEVERITIES.get(code, Severity.WARNING)
+        span = self._findings.whole_line(self._number)
+        if severity is Severity.ERROR:
+            self._findings.error(code, message, span, help)
+        else:
+            self._findings.once(severity, code, message, message, span, help)
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        found = []
+        for name, default in self._part.parameters:
+            type_ = _plain(self._names.type_of(self._part, name))
+            value = None if default is None else self._expressions.lower(default, name in self._facts.joints)
+            found.append(Parameter(name, type_, optional=default is not None, default=value))
+        return tuple(found)
+
+    def lower(self) -> list[Statement]:
+        body: list[Statement] = []
+        lines, index, count = self._part.lines, 0, len(self._part.lines)
+        shadowed = {word for word in builtins.MOVES if self._part.find(word) is not None}
+        while index < count:
+            line, self._depth = lines[index]
+            content = line.content
+            self._number, self._comment, self._index = line.number, line.comment, index
+            if type(content) is Evaluation and type(content.value) is Invocation:
+                function = content.value.function
+                if (
+                    type(function) is UrscriptName
+                    and function.text in builtins.MOVES
+                    and function.text not in shadowed
+                ):
+                    move = self._moves.move(function.text, content.value.arguments, line.number, line.comment)
+                    if move is not None:
+                        body.append(move)
+                        self._preamble = False
+                    index += 1
+                    continue
+            if (
+                type(content) is Assignment
+                and type(content.value) is PlainPose
+                and type(content.target) is UrscriptName
+                and content.target.text != helpers.COUNTER
+            ):
+                assigned = self._point(content.target.text, content, content.value)
+                body.append(assigned)
+                self._preamble = self._preamble and isinstance(assigned, _BEFORE_DATA)
+                index += 1
+                continue
+            waited = self._waits.at(index, line)
+            if waited is not None:
+                body.append(waited[0])
+                self._preamble = False
+                index += waited[1]
+                continue
+            found = self._lowered(line)
+            self._preamble = self._preamble and all(isinstance(one, _BEFORE_DATA) for one in found)
+            body.extend(found)
+            index += 1
+        return self._own_names() + body
+
+    def _own_names(self) -> list[Statement]:
+        """Names of this part that first get a value inside a block, which no declaration stands for."""
+        found: list[Statement] = []
+        parameters = {name for name, _ in self._part.parameters}
+        for name, index in self._facts.first.items():
+            if name == helpers.COUNTER:
+                continue
+            inside = self._part.lines[index][1] > 0 or type(self._part.lines[index][0].content) is Opening
+            if inside and name not in parameters and not self._names.is_shared(self._part, name):
+                type_ = _plain(self._names.type_of(self._part, name))
+                found.append(Declare(self._part.line, name, type_))
+        return found
+
+    # --- lines ------------------------------------------------------------------------------------------
+
+    def _lowered(self, line: UrscriptLine) -> list[Statement]:
+        content = line.content
+        if type(content) is Mark:
+            if content.opaque:
+                return [Opaque(line.number, content.text)]
+            return [Comment(line.number, content.text)]
+        if type(content) is Broken:
+            return [Opaque(line.number, content.text)]
+        if type(content) is Opening:
+            return self._opening(content)
+        if type(content) is Closing:
+            word = self._open.pop() if self._open else "if"
+            return [EndIf(line.number, line.comment) if word == "if" else EndWhile(line.number, line.comment)]
+        assert isinstance(content, (UrscriptKeyword, Assignment, Evaluation))
+        return self._simple(content)
+
+    def _opening(self, content: Opening) -> list[Statement]:
+        number, comment, word = self._number, self._comment, content.word
+        condition: Expression = Unknown(word)
+        if content.condition is not None:
+            condition = self._expressions.lower(content.condition)
+        found: list[Statement] = []
+        match word:
+            case "if":
+                found.append(If(number, condition, comment))
+            case "elif":
+                found.append(ElseIf(number, condition, comment))
+            case "else":
+                found.append(Else(number, comment))
+            case _:
+                found.append(While(number, condition, comment))
+        if word in ("if", "while"):
+            self._open.append(word)
+        if content.rest is not None:
+            self._comment = ""
+            self._depth += 1
+            found += self._simple(content.rest)
+            self._depth -= 1
+        if content.closed:
+            opened = self._open.pop() if self._open else "if"
+            found.append(EndWhile(number) if opened == "while" else EndIf(number))
+        return found
+
+    def _simple(self, content: Simple) -> list[Statement]:
+        if type(content) is Assignment:
+            return [self._assignment(content)]
+        if type(content) is UrscriptKeyword:
+            return [self._word(content)]
+        assert type(content) is Evaluation
+        value = content.value
+        if type(value) is Invocation:
+            if type(value.function) is UrscriptName and value.function.text in builtins.MOVES:
+                word = value.function.text
+                if self._part.find(word) is None:
+                    move = self._moves.move(word, value.arguments, self._number, self._comment)
+                    return [] if move is None else [move]
+            return self._calls.statements(value, self._number, self._comment)
+        if type(value) is Running:
+            return [self._start(value, "")]
+        if type(value) is UrscriptName:
+            return [self._bare(value.text)]
+        return [self._no_statement()]
+
+    def _bare(self, name: str) -> Statement:
+        """A word without brackets: halt, enter_critical, exit_critical."""
+        if name == "halt" and self._is_main:
+            return Return(self._number, comment=self._comment, spelling="halt")
+        if name in ("halt", "enter_critical", "exit_critical"):
+            return Process(self._number, name, (), self._comment)
+        return self._no_statement()
+
+    def _no_statement(self) -> Statement:
+        self._tell("P566", "a value that nothing is done with: the line is kept", "is () or = missing?")
+        return Opaque(self._number, self._findings.source.line(self._number).strip())
+
+    def _word(self, content: UrscriptKeyword) -> Statement:
+        number, comment, value = self._number, self._comment, content.value
+        match content.word:
+            case "return":
+                result = None if value is None else self._expressions.lower(value)
+                return Return(number, result, comment=comment)
+            case "join":
+                assert value is not None
+                return WaitTask(number, self._text_of(value), comment)
+            case "kill":
+                assert value is not None
+                return Process(number, "kill", (("", self._expressions.lower(value)),), comment)
+        if "while" not in self._open:
+            self._findings.error(
+                "P565",
+                f"{content.word} outside of a loop",
+                self._findings.whole_line(number),
+                "remove it, or is an end too many above?",
+            )
+        return Break(number, comment) if content.word == "break" else Continue(number, comment)
+
+    # --- assignments ------------------------------------------------------------------------------------
+
+    def _assignment(self, content: Assignment) -> Statement:
+        target, value = content.target, content.value
+        if type(value) is Running and content.operator == "=":
+            return self._start(value, self._text_of(target))
+        if type(target) is UrscriptName:
+            return self._named(target.text, content)
+        lowered, place = self._expressions.lower(value), self._expressions.lower(target)
+        if type(place) is Binary and type(place.right) is Number:
+            lowered, place = scaled(lowered, 1.0 / place.right.value), place.left
+        elif type(place) in (CallValue, Number, Text, SignalState):
+            self._tell("P558", "this cannot be assigned to", "a name stands left of =")
+        if content.operator != "=":
+            lowered = Binary(content.operator[0], place, lowered)
+        return self._stored(place, lowered)
+
+    def _point(self, name: str, content: Assignment, pose: PlainPose) -> Statement:
+        """A pose that gets a name, of which a path has thousands; as `_named`, which takes the rarer ones."""
+        value = self._expressions.plain_pose(pose)
+        names = self._names
+        if (
+            type(value) is PositionLiteral
+            and content.operator == "="
+            and self._is_main
+            and self._depth == 0
+            and self._facts.first.get(name) == self._index
+            and names.is_shared(self._part, name)
+            and (self._preamble or names.is_set_once(name))
+            and name not in self._data
+        ):
+            type_ = _plain(names.types.get(name, ""))
+            declared = Declare(self._number, name, type_, value, (), "variable", True, "", self._comment)
+            self._data[name] = declared
+            return declared
+        return self._named(name, content, value)
+
+    def _named(self, name: str, content: Assignment, value: Expression | None = None) -> Statement:
+        """`value`: what is assigned, where that is a pose."""
+        names, part = self._names, self._part
+        pose = value is not None
+        if value is None:
+            wanted = names.holds_joints(part, name) or names.holds_joint_lists(part, name)
+            value = self._expressions.lower(content.value, wanted)
+        if content.operator != "=":
+            value = Binary(content.operator[0], Named(name), value)
+            return Assign(self._number, Named(name), value, self._comment)
+        first = self._facts.first.get(name) == self._index and self._depth == 0
+        sizes = () if pose else _sizes(content.value)
+        type_ = _plain(names.type_of(part, name), bool(sizes))
+        if sizes and type_ in ("joints", "list", "") and not names.holds_joint_lists(part, name):
+            sizes = ()
+        if names.is_shared(part, name):
+            value_ = fold(value)
+            # What is set once cannot be read before: it holds from the beginning on.
+            early = self._is_main and first and (self._preamble or names.is_set_once(name))
+            if early and name not in self._data and _is_constant(value_):
+                declared = Declare(
+                    self._number, name, type_, value_, sizes, shared=True, comment=self._comment
+                )
+                self._data[name] = declared
+                return declared
+        elif first and not any(name == parameter for parameter, _ in part.parameters):
+            return Declare(
+                self._number, name, type_, value, sizes, native=content.scope, comment=self._comment
+            )
+        return self._stored(Named(name), value)
+
+    def _stored(self, target: Expression, value: Expression) -> Statement:
+        if type(value) is CallValue:
+            return Call(self._number, value.routine, value.arguments, comment=self._comment, result=target)
+        return Assign(self._number, target, value, self._comment)
+
+    def _start(self, value: Running, task: str) -> Statement:
+        call = value.call
+        if type(call) is not Invocation or type(call.function) is not UrscriptName or call.arguments:
+            return Process(self._number, "run", (("", self._expressions.lower(call)),), self._comment)
+        called = self._part.find(call.function.text)
+        name = call.function.text if called is None else called.unique
+        return StartTask(self._number, name, task, comment=self._comment)
+
+    def _text_of(self, node: Node) -> str:
+        """A thread's handle as it is written."""
+        if type(node) is UrscriptName:
+            return node.text
+        text = self._findings.source.line(self._number).strip().removeprefix("join ")
+        return text.split("= run")[0].split("=run")[0].strip()
+
+
+def _is_constant(e: Expression) -> bool:
+    if type(e) is PositionLiteral:
+        return True
+    if type(e) is RecordLiteral:
+        return all(_is_constant(value) for _, value in e.members)
+    if type(e) is Function and e.name in ("joints", "pose-vector"):
+        return all(map(_is_constant, e.arguments))
+    return type(e) in (Number, Text, SignalState)
+
+
+def _plain(type_: str, sized: bool = False) -> str:
+    """A type as `Declare` says it: that of the elements of a list of known length, where they have one."""
+    if type_.startswith("list:"):
+        element = type_[5:]
+        return element if sized and not element.startswith("list") else "list"
+    return type_
+
+
+def _sizes(value: Node) -> tuple[Expression, ...]:
+    if type(value) is ListOf and value.items:
+        return (Number(len(value.items)),)
+    return ()

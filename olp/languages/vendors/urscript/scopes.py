@@ -12,23 +12,23 @@ from dataclasses import dataclass, field
 
 from olp.languages.vendors.urscript.builtins import JOINT_ARGUMENTS, RESULTS
 from olp.languages.vendors.urscript.lines import Broken, Mark
-from olp.languages.vendors.urscript.outline import Part
+from olp.languages.vendors.urscript.outline import UrscriptPart
 from olp.languages.vendors.urscript.syntax import (
     Assignment,
     Evaluation,
-    Given,
     Invocation,
     ListOf,
     Literal,
-    Name,
     Node,
-    Pair,
     PlainPose,
     PoseOf,
     Running,
     Sign,
     Subscript,
-    Word,
+    UrscriptArgument,
+    UrscriptKeyword,
+    UrscriptName,
+    UrscriptPair,
     expressions,
     simple_of,
     walk,
@@ -43,13 +43,13 @@ _COMPARISONS = frozenset({"==", "!=", "<", ">", "<=", ">=", "and", "or", "xor"})
 class Facts:
     """What one part says about names. `given`: (name, value) of each assignment; `first`: name -> its first one."""
 
-    part: Part
+    part: UrscriptPart
     used: set[str] = field(default_factory=set)
     given: list[tuple[str, Node]] = field(default_factory=list)
     first: dict[str, int] = field(default_factory=dict)  # name -> index in the part's lines
     local: set[str] = field(default_factory=set)
     shared: set[str] = field(default_factory=set)
-    calls: list[tuple[Part, tuple[Given, ...]]] = field(default_factory=list)
+    calls: list[tuple[UrscriptPart, tuple[UrscriptArgument, ...]]] = field(default_factory=list)
     results: list[Node] = field(default_factory=list)
     plain: set[str] = field(default_factory=set)  # functions that say nothing about their arguments
     outside: set[str] = field(default_factory=set)  # functions of which no part of the file is one
@@ -60,10 +60,10 @@ class Facts:
     result: str = ""
 
 
-class Names:
+class UrscriptNames:
     """All names of a file. `facts`: one for each part."""
 
-    def __init__(self, root: Part, main: Part) -> None:
+    def __init__(self, root: UrscriptPart, main: UrscriptPart) -> None:
         self.main = main
         parts = [part for part in root.all() if part is not root or root is main]
         self.facts = {id(part): _gather(part) for part in parts}
@@ -88,14 +88,14 @@ class Names:
             if not self._infer():
                 break
 
-    def of(self, part: Part) -> Facts:
+    def of(self, part: UrscriptPart) -> Facts:
         return self.facts[id(part)]
 
-    def is_shared(self, part: Part, name: str) -> bool:
+    def is_shared(self, part: UrscriptPart, name: str) -> bool:
         """Whether the name means the variable that all parts see."""
         return name in self._seen[id(part)]
 
-    def type_of(self, part: Part, name: str) -> str:
+    def type_of(self, part: UrscriptPart, name: str) -> str:
         """The type as in `Declare.type`, "list" or "list:" and that of the elements; empty: not known."""
         if self.is_shared(part, name):
             return self.types.get(name, "")
@@ -105,7 +105,7 @@ class Names:
         """Whether a shared name gets its value in one place of the file only."""
         return self._times[name] == 1
 
-    def constant(self, part: Part, name: str) -> int | float | None:
+    def constant(self, part: UrscriptPart, name: str) -> int | float | None:
         """The number that a name holds all the time, None where it may change or is not known."""
         if _is_parameter(part, name):
             return None
@@ -115,14 +115,14 @@ class Names:
             return None
         return values[0].value  # type: ignore[return-value]
 
-    def holds_joints(self, part: Part, name: str) -> bool:
+    def holds_joints(self, part: UrscriptPart, name: str) -> bool:
         """Whether a list of six numbers under this name is a position of the axes."""
         return name.endswith("_q") or self._is_among(part, name, "joints")
 
-    def holds_joint_lists(self, part: Part, name: str) -> bool:
+    def holds_joint_lists(self, part: UrscriptPart, name: str) -> bool:
         return self._is_among(part, name, "tables")
 
-    def _is_among(self, part: Part, name: str, which: str) -> bool:
+    def _is_among(self, part: UrscriptPart, name: str, which: str) -> bool:
         if name in getattr(self.of(part), which):
             return True
         return name in self._every[which] and self.is_shared(part, name)
@@ -152,9 +152,9 @@ class Names:
                 for name, value in _bound(called, arguments):
                     if name not in target.joints:
                         continue
-                    if type(value) is Name:
+                    if type(value) is UrscriptName:
                         facts.joints.add(value.text)
-                    elif type(value) is Subscript and type(value.base) is Name:
+                    elif type(value) is Subscript and type(value.base) is UrscriptName:
                         facts.tables.add(value.base.text)
 
     def _infer(self) -> bool:
@@ -184,7 +184,7 @@ class Names:
                     changed |= _widen(target.types, name, self.infer(part, value, name in target.joints))
         return changed
 
-    def infer(self, part: Part, node: Node, joints: bool = False, tables: bool = False) -> str:
+    def infer(self, part: UrscriptPart, node: Node, joints: bool = False, tables: bool = False) -> str:
         """The type of a value; `joints`, `tables`: of a name that holds positions of the axes, or lists of them."""
         match node:
             case Literal(value):
@@ -193,15 +193,15 @@ class Names:
                 return "position"
             case ListOf(items):
                 return self._list(part, items, joints, tables)
-            case Name(text):
+            case UrscriptName(text):
                 return self.type_of(part, text)
             case Subscript(base, indices):
                 return _element(self.infer(part, base), len(indices))
-            case Pair(operator, left, right):
+            case UrscriptPair(operator, left, right):
                 return self._pair(part, operator, left, right)
             case Sign(operator, operand):
                 return "boolean" if operator == "not" else self.infer(part, operand)
-            case Invocation(Name(text), _):
+            case Invocation(UrscriptName(text), _):
                 called = part.find(text)
                 return self.of(called).result if called is not None else RESULTS.get(text, "")
             case Running():
@@ -209,7 +209,7 @@ class Names:
             case _:
                 return ""
 
-    def _list(self, part: Part, items: tuple[Node, ...], joints: bool, tables: bool) -> str:
+    def _list(self, part: UrscriptPart, items: tuple[Node, ...], joints: bool, tables: bool) -> str:
         if joints and len(items) == 6 and not any(map(_is_structure, items)):
             return "joints"
         if tables and items and all(type(one) is ListOf for one in items):
@@ -219,7 +219,7 @@ class Names:
             kinds = {"real"}
         return f"list:{kinds.pop()}" if len(kinds) == 1 and "" not in kinds else "list"
 
-    def _pair(self, part: Part, operator: str, left: Node, right: Node) -> str:
+    def _pair(self, part: UrscriptPart, operator: str, left: Node, right: Node) -> str:
         if operator in _COMPARISONS:
             return "boolean"
         kinds = (self.infer(part, left), self.infer(part, right))
@@ -231,7 +231,7 @@ class Names:
         return "real"
 
 
-def _bound(called: Part, arguments: tuple[Given, ...]) -> Iterator[tuple[str, Node]]:
+def _bound(called: UrscriptPart, arguments: tuple[UrscriptArgument, ...]) -> Iterator[tuple[str, Node]]:
     """(parameter, value) of each argument of a call."""
     places = iter(called.parameters)
     for argument in arguments:
@@ -249,7 +249,7 @@ def _is_structure(node: Node) -> bool:
     )
 
 
-def _is_parameter(part: Part, name: str) -> bool:
+def _is_parameter(part: UrscriptPart, name: str) -> bool:
     return any(name == parameter for parameter, _ in part.parameters)
 
 
@@ -281,7 +281,7 @@ def _widen(types: dict[str, str], name: str, type_: str) -> bool:
     return True
 
 
-def _gather(part: Part) -> Facts:
+def _gather(part: UrscriptPart) -> Facts:
     facts = Facts(part)
     for index, (line, _) in enumerate(part.lines):
         content = line.content
@@ -290,14 +290,18 @@ def _gather(part: Part) -> Facts:
             continue
         if type(content) is Mark or type(content) is Broken:
             continue
-        if type(content) is Assignment and type(content.value) is PlainPose and type(content.target) is Name:
+        if (
+            type(content) is Assignment
+            and type(content.value) is PlainPose
+            and type(content.target) is UrscriptName
+        ):
             _assigned(facts, content, index)
             facts.used.add(content.target.text)
             continue
         simple = simple_of(content)  # type: ignore[arg-type]
         if type(simple) is Assignment:
             _assigned(facts, simple, index)
-        elif type(simple) is Word and simple.word == "return" and simple.value is not None:
+        elif type(simple) is UrscriptKeyword and simple.word == "return" and simple.value is not None:
             facts.results.append(simple.value)
         for node in expressions(content):  # type: ignore[arg-type]
             _use(facts, node)
@@ -305,7 +309,7 @@ def _gather(part: Part) -> Facts:
 
 
 def _assigned(facts: Facts, simple: Assignment, index: int) -> None:
-    if type(simple.target) is not Name:
+    if type(simple.target) is not UrscriptName:
         return
     name = simple.target.text
     facts.given.append((name, simple.value))
@@ -318,10 +322,10 @@ def _assigned(facts: Facts, simple: Assignment, index: int) -> None:
 
 def _use(facts: Facts, expression: Node) -> None:
     kind = type(expression)
-    if kind is Name:
+    if kind is UrscriptName:
         facts.used.add(expression.text)  # type: ignore[union-attr]
         return
-    if kind is Invocation and type(expression.function) is Name:  # type: ignore[union-attr]
+    if kind is Invocation and type(expression.function) is UrscriptName:  # type: ignore[union-attr]
         # As `walk` goes, the last argument first, without its generator: every move is a call.
         name = expression.function.text  # type: ignore[union-attr]
         facts.used.add(name)
@@ -329,28 +333,28 @@ def _use(facts: Facts, expression: Node) -> None:
         if name not in facts.plain:
             _called(facts, name, arguments)
         for _, value in reversed(arguments):
-            if type(value) is Name:
+            if type(value) is UrscriptName:
                 facts.used.add(value.text)
             elif type(value) not in _NAMELESS:
                 _use(facts, value)
         return
     for node in walk(expression):
-        if type(node) is Name:
+        if type(node) is UrscriptName:
             facts.used.add(node.text)
-        elif type(node) is Invocation and type(node.function) is Name:
+        elif type(node) is Invocation and type(node.function) is UrscriptName:
             name = node.function.text
             if name not in facts.plain:
                 _called(facts, name, node.arguments)
 
 
-def _called(facts: Facts, name: str, arguments: tuple[Given, ...]) -> None:
+def _called(facts: Facts, name: str, arguments: tuple[UrscriptArgument, ...]) -> None:
     if name not in facts.outside:
         called = facts.part.find(name)
         if called is not None:
             facts.calls.append((called, arguments))
             return
         facts.outside.add(name)
-    if name == "get_inverse_kin" and arguments and type(arguments[0].value) is Name:
+    if name == "get_inverse_kin" and arguments and type(arguments[0].value) is UrscriptName:
         facts.points.add(arguments[0].value.text)
     place = JOINT_ARGUMENTS.get(name)
     if place is None:
@@ -358,7 +362,7 @@ def _called(facts: Facts, name: str, arguments: tuple[Given, ...]) -> None:
         return
     for index, argument in enumerate(arguments):
         if argument.name == place[1] or (not argument.name and index == place[0]):
-            if type(argument.value) is Name:
+            if type(argument.value) is UrscriptName:
                 facts.joints.add(argument.value.text)
-            elif type(argument.value) is Subscript and type(argument.value.base) is Name:
+            elif type(argument.value) is Subscript and type(argument.value.base) is UrscriptName:
                 facts.tables.add(argument.value.base.text)

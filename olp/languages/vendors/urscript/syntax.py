@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 POSE_NUMBERS: Final = 6
 
 
-class Name(NamedTuple):
+class UrscriptName(NamedTuple):
     text: str
 
 
@@ -39,12 +39,12 @@ class Subscript(NamedTuple):
     indices: tuple[Node, ...]
 
 
-class Dot(NamedTuple):
+class UrscriptDot(NamedTuple):
     base: Node
     name: str
 
 
-class Given(NamedTuple):
+class UrscriptArgument(NamedTuple):
     """An argument; `name` empty: by its place."""
 
     name: str
@@ -53,7 +53,7 @@ class Given(NamedTuple):
 
 class Invocation(NamedTuple):
     function: Node
-    arguments: tuple[Given, ...]
+    arguments: tuple[UrscriptArgument, ...]
 
 
 class Running(NamedTuple):
@@ -69,7 +69,7 @@ class Sign(NamedTuple):
     operand: Node
 
 
-class Pair(NamedTuple):
+class UrscriptPair(NamedTuple):
     """Two operands; `operator` as URScript writes it."""
 
     operator: str
@@ -77,7 +77,19 @@ class Pair(NamedTuple):
     right: Node
 
 
-Node = Name | Literal | ListOf | PoseOf | PlainPose | Subscript | Dot | Invocation | Running | Sign | Pair
+Node = (
+    UrscriptName
+    | Literal
+    | ListOf
+    | PoseOf
+    | PlainPose
+    | Subscript
+    | UrscriptDot
+    | Invocation
+    | Running
+    | Sign
+    | UrscriptPair
+)
 
 
 class Definition(NamedTuple):
@@ -101,7 +113,7 @@ class Closing(NamedTuple):
     """`end`."""
 
 
-class Word(NamedTuple):
+class UrscriptKeyword(NamedTuple):
     """return, break, continue, join or kill, and what follows."""
 
     word: str
@@ -123,7 +135,7 @@ class Evaluation(NamedTuple):
     value: Node
 
 
-Simple = Word | Assignment | Evaluation
+Simple = UrscriptKeyword | Assignment | Evaluation
 Instruction = Definition | Opening | Closing | Simple
 
 
@@ -152,13 +164,13 @@ def walk(node: Node) -> Iterator[Node]:
 
 
 _CHILDREN: Mapping[type, Callable[[Any], Iterable[Node]]] = {
-    Name: lambda node: (),
+    UrscriptName: lambda node: (),
     Subscript: lambda node: (node.base, *node.indices),
-    Dot: lambda node: (node.base,),
+    UrscriptDot: lambda node: (node.base,),
     Invocation: lambda node: (node.function, *(given.value for given in node.arguments)),
     Running: lambda node: (node.call,),
     Sign: lambda node: (node.operand,),
-    Pair: lambda node: (node.left, node.right),
+    UrscriptPair: lambda node: (node.left, node.right),
 }
 
 
@@ -172,7 +184,7 @@ def expressions(instruction: Instruction) -> Iterator[Node]:
                 yield condition
             if rest is not None:
                 yield from expressions(rest)
-        case Word(_, value):
+        case UrscriptKeyword(_, value):
             if value is not None:
                 yield value
         case Assignment(_, target, _, value):

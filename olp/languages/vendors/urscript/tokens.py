@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from olp.languages.tokens import Kind, Pattern, Words, listed
+from olp.languages.tokens import Pattern, TokenKind, Words, listed
 from olp.languages.vendors.urscript.builtins import KNOWN
 
 _ASSIGNED = re.compile(r"\s*(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*(p?\[)?")
@@ -24,16 +24,16 @@ class UrscriptTokens(Words):
         "def thread sec end if elif else while return break continue join kill run and or xor not True False global "
         "local p"
     )
-    patterns = (Pattern(Kind.ROUTINE, r"^\s*(?:def|thread|sec)\s+([A-Za-z_]\w*)", defines=True),)
+    patterns = (Pattern(TokenKind.ROUTINE, r"^\s*(?:def|thread|sec)\s+([A-Za-z_]\w*)", defines=True),)
 
-    def declared(self, line: str) -> Iterator[tuple[int, Kind]]:
+    def declared(self, line: str) -> Iterator[tuple[int, TokenKind]]:
         assigned = _ASSIGNED.match(line)
         if assigned is not None:
-            yield assigned.start(1), Kind.POINT if assigned[2] else Kind.VARIABLE
+            yield assigned.start(1), TokenKind.POINT if assigned[2] else TokenKind.VARIABLE
         head = _HEAD.match(line)
         if head is not None:
             for parameter in _PARAMETER.finditer(line, head.end() - 1):
-                yield parameter.start(1), Kind.VARIABLE
+                yield parameter.start(1), TokenKind.VARIABLE
 
     def vocabulary(self) -> frozenset[str]:
         return super().vocabulary() | KNOWN

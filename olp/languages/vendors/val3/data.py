@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from olp.core.source import Source, load
-from olp.ir.expressions import Expression, Function, Item, Named, Number, RecordLiteral, State, Text
+from olp.ir.expressions import Expression, Function, Item, Named, Number, RecordLiteral, SignalState, Text
 from olp.ir.program import Declare
 from olp.languages.short_reader import array, joints, xyz_pose
 
@@ -34,7 +34,7 @@ _MOST_ROOM: Final = 500_000  # elements of all data together
 _MOST_FILES, _MOST_BYTES = 8, 4_000_000
 
 
-class Tag(NamedTuple):
+class XmlTag(NamedTuple):
     """`closes`: </name>. `line` counts from 1."""
 
     name: str
@@ -44,7 +44,7 @@ class Tag(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class Val3Declarations:
     """What a program must know of data: `types` of names, `arrays` with more than one element, `fathers`: the frame
     of a point or of one element of it."""
 
@@ -53,14 +53,14 @@ class Known:
     fathers: dict[str, str] = field(default_factory=dict)
 
 
-def tags(source: Source) -> Iterator[Tag]:
+def tags(source: Source) -> Iterator[XmlTag]:
     """All tags that stand on one line, in order."""
     for number, line in enumerate(source.lines, 1):
         if "<" not in line:
             continue
         for match in _TAG.finditer(line):
             attributes = {name: unescape(value) for name, value in _ATTRIBUTE.findall(match[3])}
-            yield Tag(match[2], attributes, bool(match[1]), number)
+            yield XmlTag(match[2], attributes, bool(match[1]), number)
 
 
 @dataclass(slots=True)
@@ -185,11 +185,11 @@ def _value(type_: str, attributes: Mapping[str, str]) -> Expression:
         return RecordLiteral("mdesc", tuple((name, Number(value)) for name, value in values))
     text = attributes.get("value", "")
     if type_ == "bool":
-        return State(text.lower() == "true")
+        return SignalState(text.lower() == "true")
     return Text(text) if type_ == "string" else Number(number("value"))
 
 
-def know(known: Known, data: list[Datum]) -> None:
+def know(known: Val3Declarations, data: list[Datum]) -> None:
     for one in data:
         known.types.setdefault(one.name, one.type)
         if one.size > 1:
@@ -200,9 +200,9 @@ def know(known: Known, data: list[Datum]) -> None:
                 known.fathers.setdefault(f"{one.name}[{key}]", _frame(attributes))
 
 
-def beside(path: str) -> Known:
+def beside(path: str) -> Val3Declarations:
     """What the .dtx files in a program's folder say; nothing where there is no folder."""
-    known = Known()
+    known = Val3Declarations()
     if not path:
         return known
     try:

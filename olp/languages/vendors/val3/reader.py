@@ -41,7 +41,16 @@ from olp.languages.short_reader import (
     words,
     xyz_pose,
 )
-from olp.languages.vendors.val3.data import JOINTS, POSES, Known, Tag, beside, declarations, read_data, tags
+from olp.languages.vendors.val3.data import (
+    JOINTS,
+    POSES,
+    Val3Declarations,
+    XmlTag,
+    beside,
+    declarations,
+    read_data,
+    tags,
+)
 from olp.languages.vendors.val3.rules import Leave, Val3Rules
 
 _CODES: Final = Codes("P570", "P571", "P572", "P573", "P574", "P575")
@@ -71,22 +80,22 @@ def read_program(source: Source) -> Program:
         return Program(
             "val3", source, (), findings.result(), bytes(findings.kinds), tuple(declarations(data))
         )
-    routines = _File(findings).read()
+    routines = _Val3File(findings).read()
     return Program("val3", source, tuple(routines), findings.result(), bytes(findings.kinds))
 
 
-class _File:
+class _Val3File:
     def __init__(self, findings: Findings) -> None:
         self.findings, self.kinds = findings, findings.kinds
         self.known = beside(findings.source.path)
-        self.tags: dict[int, list[Tag]] = {}
+        self.tags: dict[int, list[XmlTag]] = {}
         for tag in tags(findings.source):
             self.tags.setdefault(tag.line, []).append(tag)
 
     def read(self) -> list[Routine]:
         routines: list[Routine] = []
         lines, number = self.findings.source.lines, 1
-        head: list[Tag] = []
+        head: list[XmlTag] = []
         while number <= len(lines):
             line = lines[number - 1]
             opened = _OPEN.search(line)
@@ -94,7 +103,7 @@ class _File:
             if opened is None:
                 number += 1
                 continue
-            body = _Body(self.findings, self._names(head))
+            body = _Val3Body(self.findings, self._names(head))
             stop = self._code(body, opened, number)
             routines.append(self._routine(head, body, stop))
             head, number = [], stop + 1
@@ -103,9 +112,9 @@ class _File:
             self._tell_unclosed(programs[0].line, "a program without <Code>")
         return routines
 
-    def _names(self, head: list[Tag]) -> Known:
+    def _names(self, head: list[XmlTag]) -> Val3Declarations:
         """What holds in one program: its parameters and local variables hide the data of the same name."""
-        known = Known(dict(self.known.types), set(self.known.arrays), dict(self.known.fathers))
+        known = Val3Declarations(dict(self.known.types), set(self.known.arrays), dict(self.known.fathers))
         for tag in _variables(head):
             name = tag.attributes["name"]
             known.types[name] = tag.attributes.get("type", "")
@@ -117,7 +126,7 @@ class _File:
                 known.arrays.add(name)
         return known
 
-    def _code(self, body: _Body, opened: re.Match[str], number: int) -> int:
+    def _code(self, body: _Val3Body, opened: re.Match[str], number: int) -> int:
         """Reads the lines of the code; the number of the last one."""
         lines, start = self.findings.source.lines, number
         plain = opened[1] is not None
@@ -141,7 +150,7 @@ class _File:
         span = self.findings.whole_line(number)
         self.findings.error("P573", message, span, "<Code><![CDATA[begin … end]]></Code>")
 
-    def _routine(self, head: list[Tag], body: _Body, last: int) -> Routine:
+    def _routine(self, head: list[XmlTag], body: _Val3Body, last: int) -> Routine:
         program = next((tag for tag in reversed(head) if tag.name.lower() == "program"), None)
         name = program.attributes.get("name", "") if program else ""
         statements = body.finish()
@@ -165,10 +174,10 @@ class _File:
         )
 
 
-class _Body:
+class _Val3Body:
     """The instructions of one program."""
 
-    def __init__(self, findings: Findings, known: Known) -> None:
+    def __init__(self, findings: Findings, known: Val3Declarations) -> None:
         self.findings, self.kinds = findings, findings.kinds
         self.rules = Val3Rules(known)
         self.parser = LineParser(findings, "val3", self.rules, _CODES, _KNOWN, _MOVES)
@@ -227,18 +236,18 @@ class _Body:
         return kept
 
 
-def _variables(head: list[Tag]) -> Iterator[Tag]:
+def _variables(head: list[XmlTag]) -> Iterator[XmlTag]:
     for tag in head:
         if tag.name.lower() in ("parameter", "local") and tag.attributes.get("name"):
             yield tag
 
 
-def _size(tag: Tag) -> int:
+def _size(tag: XmlTag) -> int:
     text = tag.attributes.get("size", "1")
     return min(int(text), 5000) if text.isdigit() and len(text) < 7 else 1
 
 
-def _declared(tag: Tag) -> Declare:
+def _declared(tag: XmlTag) -> Declare:
     """A local variable: numbers are 0, poses and joints are all zeros."""
     kind = tag.attributes.get("type", "")
     value: Expression | None = None

@@ -19,7 +19,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
-    State,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -49,7 +49,7 @@ from olp.ir.program import (
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.short_reader import NotModelledError, constants, from_zero, joints, xyz_pose
 from olp.languages.statement_rules import BlockRules
-from olp.languages.vendors.val3.data import JOINTS, MIXED, POSES, SIGNALS, WORLD, Known, named
+from olp.languages.vendors.val3.data import JOINTS, MIXED, POSES, SIGNALS, WORLD, Val3Declarations, named
 
 _PATHS: Final = {"movej": Path.JOINT, "movel": Path.LINEAR, "movec": Path.CIRCULAR}
 _FUNCTIONS: Final = {
@@ -71,7 +71,7 @@ class Leave(NamedTuple):
 class Val3Rules(BlockRules):
     """All of VAL3. `known`: what is known of names; indices count from 0 there, from 1 here."""
 
-    def __init__(self, known: Known) -> None:
+    def __init__(self, known: Val3Declarations) -> None:
         super().__init__(fold=False)
         self.known = known
         self.frameless = False  # a move went to a point of which nobody says the frame
@@ -239,7 +239,9 @@ class Val3Rules(BlockRules):
         if isinstance(target, Signal):
             bus = target.bus.replace("in", "out")
             return SetOutput(
-                0, Signal(bus, target.index), Number(int(value.on)) if isinstance(value, State) else value
+                0,
+                Signal(bus, target.index),
+                Number(int(value.on)) if isinstance(value, SignalState) else value,
             )
         if not isinstance(target, (Named, Item, Member)):
             raise BrokenLineError("nothing can be stored here", wanted="a variable")
@@ -317,7 +319,7 @@ def _wanted(value: Expression) -> tuple[Expression, bool]:
     """x of `x`, `x==true`, `!x` and `x==false`, and whether it is wanted true."""
     if isinstance(value, Unary) and value.operator == "not":
         return value.operand, False
-    if isinstance(value, Compare) and value.operator == "=" and isinstance(value.right, State):
+    if isinstance(value, Compare) and value.operator == "=" and isinstance(value.right, SignalState):
         return value.left, value.right.on
     return value, True
 

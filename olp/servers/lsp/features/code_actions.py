@@ -5,14 +5,13 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.servers.language.actions import actions
-from olp.servers.language.edits import Action, TextEdit
-from olp.servers.language.service import Service
+from olp.servers.language.document import Action, TextEdit
+from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import Json
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     options = types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix])
 
     @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, options)

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from olp.languages.tokens import Kind
+from olp.languages.tokens import TokenKind
 from olp.servers.language.completion import Proposal, completion
-from olp.servers.language.service import Service
+from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import Json, path_of
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 _KINDS = {
     None: types.CompletionItemKind.Keyword,
-    Kind.ROUTINE: types.CompletionItemKind.Function,
-    Kind.LABEL: types.CompletionItemKind.Reference,
-    Kind.POINT: types.CompletionItemKind.Constant,
-    Kind.VARIABLE: types.CompletionItemKind.Variable,
-    Kind.FRAME: types.CompletionItemKind.Struct,
-    Kind.TOOL: types.CompletionItemKind.Struct,
-    Kind.SIGNAL: types.CompletionItemKind.Event,
+    TokenKind.ROUTINE: types.CompletionItemKind.Function,
+    TokenKind.LABEL: types.CompletionItemKind.Reference,
+    TokenKind.POINT: types.CompletionItemKind.Constant,
+    TokenKind.VARIABLE: types.CompletionItemKind.Variable,
+    TokenKind.FRAME: types.CompletionItemKind.Struct,
+    TokenKind.TOOL: types.CompletionItemKind.Struct,
+    TokenKind.SIGNAL: types.CompletionItemKind.Event,
 }
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     options = types.CompletionOptions(trigger_characters=[":", "*", "$", "[", "#"])
 
     @server.feature(types.TEXT_DOCUMENT_COMPLETION, options)

@@ -6,15 +6,14 @@ from lsprotocol import types
 
 from olp.servers.language.analysis import Analysis
 from olp.servers.language.formatting import formatting
-from olp.servers.language.service import Service
+from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import Json
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 _MOST = 16  # columns of one step
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     def edits(analysis: Analysis, options: types.FormattingOptions, first: int, last: int) -> list[Json]:
         width = min(max(options.tab_size, 1), _MOST)
         line = analysis.source.line

@@ -5,11 +5,11 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.servers.language.hover import hover
-from olp.servers.language.service import Service
-from olp.servers.lsp.server import Server
+from olp.servers.language.service import ProgramService
+from olp.servers.lsp.server import OlpLanguageServer
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     @server.feature(types.TEXT_DOCUMENT_HOVER)
     async def on_hover(params: types.HoverParams) -> types.Hover | None:
         analysis = await server.work.current(params.text_document.uri)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from olp.servers.language.hints import hints
-from olp.servers.language.service import Service
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.language.lens import hints
+from olp.servers.language.service import ProgramService
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
     async def inlay_hints(params: types.InlayHintParams) -> Raw:
         analysis = await server.work.current(params.text_document.uri)

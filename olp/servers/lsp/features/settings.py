@@ -5,13 +5,13 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.languages.vendor import vendor_suffixes
-from olp.servers.language.service import Service
+from olp.servers.language.service import ProgramService
 from olp.servers.language.settings import settings_of
 from olp.servers.lsp.places import Places
-from olp.servers.lsp.server import Server
+from olp.servers.lsp.server import OlpLanguageServer
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     @server.feature(types.INITIALIZE)
     def initialize(params: types.InitializeParams) -> None:
         server.places = Places(str(server.workspace.position_encoding))

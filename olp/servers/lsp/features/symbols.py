@@ -5,27 +5,25 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.core.source import load
-from olp.languages.tokens import Kind
-from olp.servers.language.names import Name
-from olp.servers.language.service import Service
-from olp.servers.language.symbols import Symbol, definitions, outline, references
+from olp.languages.tokens import TokenKind
+from olp.servers.language.service import ProgramService
+from olp.servers.language.symbols import OutlineSymbol, PlacedName, definitions, outline, references
 from olp.servers.lsp.places import Json, Line, uri_of
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 _KINDS = {
-    Kind.ROUTINE: types.SymbolKind.Function,
-    Kind.LABEL: types.SymbolKind.Key,
-    Kind.POINT: types.SymbolKind.Constant,
-    Kind.VARIABLE: types.SymbolKind.Variable,
-    Kind.FRAME: types.SymbolKind.Object,
-    Kind.TOOL: types.SymbolKind.Object,
-    Kind.SIGNAL: types.SymbolKind.Event,
+    TokenKind.ROUTINE: types.SymbolKind.Function,
+    TokenKind.LABEL: types.SymbolKind.Key,
+    TokenKind.POINT: types.SymbolKind.Constant,
+    TokenKind.VARIABLE: types.SymbolKind.Variable,
+    TokenKind.FRAME: types.SymbolKind.Object,
+    TokenKind.TOOL: types.SymbolKind.Object,
+    TokenKind.SIGNAL: types.SymbolKind.Event,
 }
 
 
-def register(server: Server, service: Service) -> None:
-    def location(name: Name) -> Json:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
+    def location(name: PlacedName) -> Json:
         line = _lines(service, name.file)
         where = server.places.range(line, name.line, name.column, name.end_column)
         return {"uri": server.texts.uris.get(name.file) or uri_of(name.file), "range": where}
@@ -54,7 +52,7 @@ def register(server: Server, service: Service) -> None:
             return Raw([])
         line = analysis.source.line
 
-        def entry(symbol: Symbol) -> Json:
+        def entry(symbol: OutlineSymbol) -> Json:
             places = server.places
             return {
                 "name": symbol.name,
@@ -70,7 +68,7 @@ def register(server: Server, service: Service) -> None:
         return Raw([entry(symbol) for symbol in outline(analysis)])
 
 
-def _lines(service: Service, file: str) -> Line:
+def _lines(service: ProgramService, file: str) -> Line:
     document = service.documents.get(file)
     if document is not None:
         return document.line

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from olp.servers.language.service import Service
+from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import path_of
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     @server.feature("olp/timing")
     async def timing(params: Any) -> Raw:
         from olp.reports.formats import Options

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from olp.servers.language.service import Service
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.language.service import ProgramService
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     @server.feature("olp/total")
     async def total(params: Any) -> Raw:
         from olp.reports.formats import Options

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.service import Service
+from olp.servers.language.service import ProgramService
 from olp.servers.lsp.places import uri_of
-from olp.servers.lsp.protocol import Raw
-from olp.servers.lsp.server import Server
+from olp.servers.lsp.server import OlpLanguageServer, Raw
 
 
-def register(server: Server, service: Service) -> None:
+def register(server: OlpLanguageServer, service: ProgramService) -> None:
     @server.feature("olp/view")
     async def view(params: Any) -> Raw:
         """{uri, page?} -> {title, files, data, html?} or null; `files`: the URI of each number in data.file."""
@@ -30,7 +29,7 @@ def register(server: Server, service: Service) -> None:
         return Raw(answer)
 
 
-def _files(server: Server, analysis: Analysis) -> list[str]:
+def _files(server: OlpLanguageServer, analysis: Analysis) -> list[str]:
     """Those that run by their numbers, then those that only say something about them, such as lists of data."""
     run = [analysis.path] if analysis.timing is None else [s.path for s in analysis.timing.plan.sources]
     paths = [*run, *(path for path in analysis.needs if path not in run)]
@@ -44,7 +43,7 @@ def _data(analysis: Analysis) -> dict[str, Any] | None:
 
 
 def _page(analysis: Analysis) -> str:
-    from olp.reports.page.page import Entry, report_page
+    from olp.reports.page.page import PageEntry, report_page
 
-    entry = Entry(Path(analysis.path).name, analysis.timing, analysis.diagnostics)
+    entry = PageEntry(Path(analysis.path).name, analysis.timing, analysis.diagnostics)
     return report_page([entry], hosted=True)

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.tool import Answer, Call, Timed, Tool
+from olp.servers.mcp.tool import AssistantTool, Timed, ToolAnswer, ToolCall
 
 
 class AnnotateGiven(Timed):
@@ -18,13 +18,13 @@ class AnnotateGiven(Timed):
     remove: bool = Field(False, description="take the annotations out again instead")
 
 
-class AnnotateAnswer(Answer):
+class AnnotateAnswer(ToolAnswer):
     """What was written."""
 
     file: str
 
 
-class Annotate(Tool[AnnotateGiven]):
+class Annotate(AssistantTool[AnnotateGiven]):
     """Writes."""
 
     title: ClassVar[str] = "Write predicted times into a program"
@@ -36,7 +36,7 @@ class Annotate(Tool[AnnotateGiven]):
     given = AnnotateGiven
     answer = AnnotateAnswer
 
-    def ask(self, given: AnnotateGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: AnnotateGiven, call: ToolCall) -> dict[str, Any]:
         from olp.languages.vendor import vendor_suffixes
 
         (job,) = call.folder.programs([given.job], vendor_suffixes())

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import Judged, Row
-from olp.servers.mcp.tool import Call, Listed, Tool
+from olp.servers.mcp.rows import AnswerRow, JudgedAnswer
+from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ToolCall
 
 
-class CheckGiven(Listed):
+class CheckGiven(ListedPrograms):
     """Programs, and the budgets that hold for them."""
 
     budgets: str | None = Field(
@@ -21,7 +21,7 @@ class CheckGiven(Listed):
     )
 
 
-class Total(Row):
+class Total(AnswerRow):
     """One program."""
 
     file: str
@@ -32,13 +32,13 @@ class Total(Row):
     high_s: float | None = Field(description="upper end of the interval, null without a signature")
 
 
-class CheckAnswer(Judged):
+class CheckAnswer(JudgedAnswer):
     """One item per budget."""
 
     programs: list[Total]
 
 
-class Check(Tool[CheckGiven]):
+class Check(AssistantTool[CheckGiven]):
     """Without its cache: nothing is written."""
 
     title: ClassVar[str] = "Are the cycle-time budgets held?"
@@ -50,7 +50,7 @@ class Check(Tool[CheckGiven]):
     given = CheckGiven
     answer = CheckAnswer
 
-    def ask(self, given: CheckGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: CheckGiven, call: ToolCall) -> dict[str, Any]:
         words = list(given.words(call.folder))
         if given.budgets is not None:
             words.append(f"--budgets={call.folder.inside(given.budgets)}")

@@ -9,15 +9,15 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from olp.core.diagnostic import OlpError, error
-from olp.servers.mcp.rows import Row
-from olp.servers.mcp.tool import Answer, Call, Given, Tool, robot_word
+from olp.servers.mcp.rows import AnswerRow
+from olp.servers.mcp.tool import AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
 from olp.transpile.export import writable
 
 *_FIRST, _LAST = writable()
 _LANGUAGES = f"{', '.join(_FIRST)} or {_LAST}"
 
 
-class ConvertGiven(Given):
+class ConvertGiven(ToolArguments):
     """One program, and where it goes."""
 
     job: str = Field(max_length=1024, description="the program, a path below the server's folder")
@@ -45,23 +45,23 @@ class ConvertGiven(Given):
     force: bool = Field(False, description="write over files of that folder")
 
 
-class Text(Row):
+class ConvertedText(AnswerRow):
     """One file of the new program; text null where it was written into the folder `output`."""
 
     name: str
     text: str | None
 
 
-class ConvertAnswer(Answer):
+class ConvertAnswer(ToolAnswer):
     """The new program's files, and what was kept, changed and left out."""
 
-    files: list[Text]
+    files: list[ConvertedText]
     receipt: dict[str, Any] = Field(
         description="totals and losses per statement with reasons, differences of both plans in mm, deg, %, and s"
     )
 
 
-class Convert(Tool[ConvertGiven]):
+class Convert(AssistantTool[ConvertGiven]):
     """Without --write nothing is left behind."""
 
     title: ClassVar[str] = "A robot program in another robot's language"
@@ -74,7 +74,7 @@ class Convert(Tool[ConvertGiven]):
     given = ConvertGiven
     answer = ConvertAnswer
 
-    def ask(self, given: ConvertGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: ConvertGiven, call: ToolCall) -> dict[str, Any]:
         from olp.languages.vendor import vendor_suffixes
 
         (job,) = call.folder.programs([given.job], vendor_suffixes())
@@ -95,7 +95,7 @@ class Convert(Tool[ConvertGiven]):
         return {"exit_status": ran.status, "told": ran.told, "files": files, "receipt": document}
 
 
-def _target(given: ConvertGiven, call: Call) -> str | None:
+def _target(given: ConvertGiven, call: ToolCall) -> str | None:
     """The folder to write to. Raises OlpError (Z007)."""
     if given.output is None:
         return None
@@ -110,7 +110,7 @@ def _target(given: ConvertGiven, call: Call) -> str | None:
     return call.folder.new(given.output)
 
 
-def _words(given: ConvertGiven, call: Call, kept: bool) -> list[str]:
+def _words(given: ConvertGiven, call: ToolCall, kept: bool) -> list[str]:
     words = [f"--to={given.to}", f"--on-loss={given.on_loss}"]
     words += [
         f"--{option}={robot_word(robot, call.folder)}"

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import Row
-from olp.servers.mcp.tool import Answer, Call, Given, Tool, robot_word
+from olp.servers.mcp.rows import AnswerRow
+from olp.servers.mcp.tool import AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
 
 
-class DiagnoseGiven(Given):
+class DiagnoseGiven(ToolArguments):
     """A recording."""
 
     recording: str = Field(
@@ -24,7 +24,7 @@ class DiagnoseGiven(Given):
     robot: str | None = Field(None, max_length=200, description="the robot, instead of the recording's")
 
 
-class Term(Row):
+class OmittedEffect(AnswerRow):
     """One thing that the simulation left out."""
 
     term: str = Field(description="a name of the physics, such as jerk or settling")
@@ -33,17 +33,17 @@ class Term(Row):
     evidence: dict[str, Any] = Field(description="errors in s on moves that were held out, before and after")
 
 
-class DiagnoseAnswer(Answer):
+class DiagnoseAnswer(ToolAnswer):
     """Schema olp.diagnosis/1."""
 
     verdict: str = Field(description="explained, partly explained, nothing to explain, or cannot tell")
     data: dict[str, Any]
     mismatch: dict[str, Any] = Field(description="of simulated against recorded times [s]")
-    findings: list[Term]
+    findings: list[OmittedEffect]
     notes: list[str]
 
 
-class Diagnose(Tool[DiagnoseGiven]):
+class Diagnose(AssistantTool[DiagnoseGiven]):
     """`olp diagnose RECORDING --json -`."""
 
     title: ClassVar[str] = "What does a simulation leave out?"
@@ -55,7 +55,7 @@ class Diagnose(Tool[DiagnoseGiven]):
     given = DiagnoseGiven
     answer = DiagnoseAnswer
 
-    def ask(self, given: DiagnoseGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: DiagnoseGiven, call: ToolCall) -> dict[str, Any]:
         words = [f"--job={call.folder.inside(given.job)}"] if given.job is not None else []
         if given.robot is not None:
             words.append(f"--robot={robot_word(given.robot, call.folder)}")

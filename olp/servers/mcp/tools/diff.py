@@ -11,8 +11,8 @@ from pydantic import Field
 
 from olp.core.diagnostic import OlpError, error
 from olp.servers.mcp.folder import Folder
-from olp.servers.mcp.rows import Judged, Row
-from olp.servers.mcp.tool import Call, Timed, Tool
+from olp.servers.mcp.rows import AnswerRow, JudgedAnswer
+from olp.servers.mcp.tool import AssistantTool, Timed, ToolCall
 
 _REVISION = re.compile(r"[A-Za-z0-9@][\w./@{}^~-]*")
 _PATH = "a program or a folder below the server's folder, or a git revision such as HEAD~1"
@@ -29,7 +29,7 @@ class DiffGiven(Timed):
     )
 
 
-class Change(Row):
+class ChangedLine(AnswerRow):
     """A line that takes another time."""
 
     file: str
@@ -42,23 +42,23 @@ class Change(Row):
     cause: str
 
 
-class Compared(Row):
+class Compared(AnswerRow):
     """One program in both versions; null where it is missing."""
 
     file: str
     old_s: float | None
     new_s: float | None
     change_s: float | None
-    changes: list[Change]
+    changes: list[ChangedLine]
 
 
-class DiffAnswer(Judged):
+class DiffAnswer(JudgedAnswer):
     """One object per program that changed."""
 
     programs: list[Compared]
 
 
-class Diff(Tool[DiffGiven]):
+class Diff(AssistantTool[DiffGiven]):
     """Revisions are those of a git repository in the folder itself."""
 
     title: ClassVar[str] = "What a new version of a program costs"
@@ -70,7 +70,7 @@ class Diff(Tool[DiffGiven]):
     given = DiffGiven
     answer = DiffAnswer
 
-    def ask(self, given: DiffGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: DiffGiven, call: ToolCall) -> dict[str, Any]:
         words = list(given.words(call.folder))
         if given.allow_s is not None:
             words.append(f"--allow={given.allow_s!r}")

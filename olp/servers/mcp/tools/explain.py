@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.tool import Answer, Call, Timed, Tool
+from olp.servers.mcp.tool import AssistantTool, Timed, ToolAnswer, ToolCall
 
 
 class ExplainGiven(Timed):
@@ -19,7 +19,7 @@ class ExplainGiven(Timed):
     )
 
 
-class ExplainAnswer(Answer):
+class ExplainAnswer(ToolAnswer):
     """Words."""
 
     text: str = Field(
@@ -27,7 +27,7 @@ class ExplainAnswer(Answer):
     )
 
 
-class Explain(Tool[ExplainGiven]):
+class Explain(AssistantTool[ExplainGiven]):
     """The words that a person gets."""
 
     title: ClassVar[str] = "Why one line takes its time"
@@ -39,7 +39,7 @@ class Explain(Tool[ExplainGiven]):
     given = ExplainGiven
     answer = ExplainAnswer
 
-    def ask(self, given: ExplainGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: ExplainGiven, call: ToolCall) -> dict[str, Any]:
         from olp.languages.vendor import vendor_suffixes
 
         line = f"{given.called}:{given.line}" if given.called else str(given.line)

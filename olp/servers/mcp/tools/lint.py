@@ -7,18 +7,18 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import Judged
-from olp.servers.mcp.tool import Call, Listed, Tool
+from olp.servers.mcp.rows import JudgedAnswer
+from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ToolCall
 
 
-class LintGiven(Listed):
+class LintGiven(ListedPrograms):
     """Programs, and which rules count."""
 
     select: list[str] = Field([], max_length=50, description="only these rules, such as W001; default: all")
     ignore: list[str] = Field([], max_length=50, description="not these rules")
 
 
-class Lint(Tool[LintGiven]):
+class Lint(AssistantTool[LintGiven]):
     """Finds; it changes nothing."""
 
     title: ClassVar[str] = "Motion mistakes in robot programs"
@@ -28,9 +28,9 @@ class Lint(Tool[LintGiven]):
         "and what would help."
     )
     given = LintGiven
-    answer = Judged
+    answer = JudgedAnswer
 
-    def ask(self, given: LintGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: LintGiven, call: ToolCall) -> dict[str, Any]:
         codes = [f"--select={','.join(given.select)}", f"--ignore={','.join(given.ignore)}"]
         jobs = given.programs(call.folder)
         ran = call.run("lint", "--format=json", "--workers=1", *codes, *given.words(call.folder), "--", *jobs)

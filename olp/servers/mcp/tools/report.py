@@ -6,10 +6,10 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.tool import Answer, Call, Listed, Tool
+from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ToolAnswer, ToolCall
 
 
-class ReportGiven(Listed):
+class ReportGiven(ListedPrograms):
     """Programs, and the page."""
 
     output: str = Field(max_length=1024, description="the file to write, such as report.html")
@@ -17,13 +17,13 @@ class ReportGiven(Listed):
     title: str = Field("", max_length=200, description="stands on top")
 
 
-class ReportAnswer(Answer):
+class ReportAnswer(ToolAnswer):
     """What was written."""
 
     file: str
 
 
-class Report(Tool[ReportGiven]):
+class ReportTool(AssistantTool[ReportGiven]):
     """Writes."""
 
     title: ClassVar[str] = "A page with Gantt, speed and path"
@@ -35,7 +35,7 @@ class Report(Tool[ReportGiven]):
     given = ReportGiven
     answer = ReportAnswer
 
-    def ask(self, given: ReportGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: ReportGiven, call: ToolCall) -> dict[str, Any]:
         target = call.folder.new(given.output, (".html", ".htm"), force=given.force)
         jobs = given.programs(call.folder)
         words = list(given.words(call.folder))

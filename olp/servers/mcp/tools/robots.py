@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import Row
-from olp.servers.mcp.tool import Answer, Call, Given, Tool, robot_word
+from olp.servers.mcp.rows import AnswerRow
+from olp.servers.mcp.tool import AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
 
 
-class RobotsGiven(Given):
+class RobotsGiven(ToolArguments):
     """Which robots."""
 
     robots: list[str] = Field(
@@ -19,7 +19,7 @@ class RobotsGiven(Given):
     )
 
 
-class RobotRow(Row):
+class RobotRow(AnswerRow):
     """One robot; null is not known."""
 
     robot: str
@@ -35,13 +35,13 @@ class RobotRow(Row):
     )
 
 
-class RobotsAnswer(Answer):
+class RobotsAnswer(ToolAnswer):
     """One object per robot."""
 
     robots: list[RobotRow]
 
 
-class Robots(Tool[RobotsGiven]):
+class Robots(AssistantTool[RobotsGiven]):
     """`olp robots --format json`."""
 
     title: ClassVar[str] = "Known robots"
@@ -52,7 +52,7 @@ class Robots(Tool[RobotsGiven]):
     given = RobotsGiven
     answer = RobotsAnswer
 
-    def ask(self, given: RobotsGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: RobotsGiven, call: ToolCall) -> dict[str, Any]:
         names = [robot_word(robot, call.folder) for robot in given.robots]
         ran = call.run("robots", "--format=json", "--", *names)
         return {"exit_status": ran.status, "told": ran.told, "robots": json.loads(ran.printed)}

@@ -7,23 +7,23 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import Program
-from olp.servers.mcp.tool import Answer, Call, Listed, Tool
+from olp.servers.mcp.rows import ProgramRow
+from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ToolAnswer, ToolCall
 
 
-class TimeGiven(Listed):
+class TimeGiven(ListedPrograms):
     """Programs, and how they are timed."""
 
     summary: bool = Field(False, description="only the totals, no segments")
 
 
-class TimeAnswer(Answer):
+class TimeAnswer(ToolAnswer):
     """One object per program."""
 
-    programs: list[Program]
+    programs: list[ProgramRow]
 
 
-class Time(Tool[TimeGiven]):
+class Time(AssistantTool[TimeGiven]):
     """The keys of a program are those of `olp time --format json`."""
 
     title: ClassVar[str] = "Cycle time of robot programs"
@@ -37,7 +37,7 @@ class Time(Tool[TimeGiven]):
     given = TimeGiven
     answer = TimeAnswer
 
-    def ask(self, given: TimeGiven, call: Call) -> dict[str, Any]:
+    def ask(self, given: TimeGiven, call: ToolCall) -> dict[str, Any]:
         words = [*given.words(call.folder), *(["--summary"] if given.summary else [])]
         jobs = given.programs(call.folder)
         ran = call.run("time", "--format=json", "--workers=1", *words, "--", *jobs)

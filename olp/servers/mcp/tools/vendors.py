@@ -7,32 +7,32 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import Row
-from olp.servers.mcp.tool import Answer, Call, Given, Tool
+from olp.servers.mcp.rows import AnswerRow
+from olp.servers.mcp.tool import AssistantTool, ToolAnswer, ToolArguments, ToolCall
 
 
-class Language(Row):
+class Language(AnswerRow):
     """One robot language."""
 
     title: str
     suffixes: list[str]
 
 
-class Support(Row):
+class SupportRow(AnswerRow):
     """What one language does with one statement."""
 
     reads: bool
     writes: str | None = Field(description="exact, approximated, or null: not at all")
 
 
-class VendorsAnswer(Answer):
+class VendorsAnswer(ToolAnswer):
     """By name."""
 
     vendors: dict[str, Language]
-    statements: dict[str, dict[str, Support]] = Field(description="statement -> language -> support")
+    statements: dict[str, dict[str, SupportRow]] = Field(description="statement -> language -> support")
 
 
-class Vendors(Tool[Given]):
+class Vendors(AssistantTool[ToolArguments]):
     """`olp vendors --format json`."""
 
     title: ClassVar[str] = "Robot languages"
@@ -40,9 +40,9 @@ class Vendors(Tool[Given]):
         "Lists the robot languages that olp reads and writes, with their file suffixes, and which "
         "statements each can say."
     )
-    given = Given
+    given = ToolArguments
     answer = VendorsAnswer
 
-    def ask(self, given: Given, call: Call) -> dict[str, Any]:
+    def ask(self, given: ToolArguments, call: ToolCall) -> dict[str, Any]:
         ran = call.run("vendors", "--format=json")
         return {**json.loads(ran.printed), "exit_status": ran.status, "told": ran.told}

@@ -122,7 +122,7 @@ class ToyWriter(Generator):
             return f"{word} {s.name} = {self.value(s.value)}"
         if s.value is None or isinstance(s.value, ex.FrameRef):  # of the flange, of the world: no offset
             return f"{word} {s.name} = {'0' if word == 'NUM' else '0 0 0 0 0 0'}"
-        if isinstance(s.value, ex.State):
+        if isinstance(s.value, ex.SignalState):
             return f"{word} {s.name} = {int(s.value.on)}"
         raise CannotSayError("data with a value that is computed")
 
