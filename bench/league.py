@@ -1,9 +1,11 @@
 """How long moves take, told by olp, by the maker's simulator and by two peers: one table of all recordings of a folder.
 
-    python bench/league.py FOLDER [--only NAME]
+    python bench/league.py FOLDER [--only NAME] [--speed]
 
-FOLDER holds recordings (docs/recording.md): folders with a moves.csv; so whoever has a robot adds a row. Folders
-without one are named and left out. Of each recording, joint moves and paths (lines and arcs) apart:
+FOLDER holds recordings (docs/recording.md): folders with a moves.csv; so whoever has a robot adds a row. Of a folder
+that holds logs alone, of a Universal Robot without a header (time, six joints, six speeds, SI), each way from rest to
+rest becomes a joint move where the leading axis holds a speed for a quarter of it: that was programmed. Other folders
+are named and left out. Of each recording, joint moves and paths (lines and arcs) apart:
 
 - olp out of the box: nothing learnt. Joint moves by the prior of the arm, with its interval; paths at programmed speed
   with the acceleration that was written, else that of the robot file, else olp's default, at rest where they stop
@@ -11,6 +13,7 @@ without one are named and left out. Of each recording, joint moves and paths (li
 - olp, 20 moves: `olp calibrate` on twenty moves drawn at random, `olp predict` on all others.
 - olp, half: each program predicted after every second move of the other programs; where there is one program only,
   one half of the moves after the other half, drawn at random.
+- olp, other programs: each program predicted after all moves of the other programs. Of several programs only.
 - the maker's simulator: `sim_s`, told more than olp is.
 - ruckig: time-optimal, the prior's speeds and accelerations, no limit of jerk; paths as out of the box.
 - trapezoid fit: a speed and an acceleration per axis and one constant, least squares of relative errors on the moves
@@ -23,10 +26,13 @@ absolute values; of the total; and how many measured times lie within the stated
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +49,7 @@ from olp.identification.signature.joint_moves import recorded_joint_moves  # noq
 from olp.identification.signature.motions import arc_length  # noqa: E402
 from olp.identification.signature.rows import predict_recording  # noqa: E402
 from olp.robots.controller_effects import generations_in  # noqa: E402
+from olp.robots.robot import load_robot  # noqa: E402
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION  # noqa: E402
 from olp.timing.arm import ArmTiming  # noqa: E402
 from olp.timing.arm_prior import arm_prior  # noqa: E402
@@ -53,6 +60,11 @@ Mask = NDArray[np.bool_]
 FEW = 20
 SEED = 20
 _NORMAL = 1.96
+_LOGGED = "universal-robots/ur10e"  # the arm of logs without a recording
+_RESTING = 0.01  # [rad/s] slower is standing
+_SHORT = 0.05  # [rad] less is a correction, not a move
+_ASKED = 100_000  # rows
+_EVEN, _HELD = 0.03, 0.25  # a programmed speed is held to this share, for this share of the time
 _SAME = 1e-4  # [m | rad] a move begins where the one before ended
 
 
@@ -78,20 +90,95 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", metavar="NAME", help="this recording alone")
+    parser.add_argument("--speed", action="store_true", help="seconds of calibrating and predicting instead")
     args = parser.parse_args()
+    if args.speed:
+        for folder in sorted(path for path in args.folder.iterdir() if (path / "moves.csv").is_file()):
+            if args.only in (None, folder.name):
+                print(speed_of(folder.name, read_recording(folder)), flush=True)
+        return
     print("| recording | moves | method | mean % | median % | 95th % | total % | coverage % |")
     print("|---|---|---|---|---|---|---|---|")
     left_out = []
     for folder in sorted(path for path in args.folder.iterdir() if path.is_dir()):
         if args.only not in (None, folder.name):
             continue
-        if not any((folder / name).is_file() for name in ("moves.csv", "moves.csv.gz", "moves.parquet")):
-            left_out.append(folder.name)
-            continue
-        for line in rows_of(folder.name, read_recording(folder)):
-            print(line, flush=True)
+        with tempfile.TemporaryDirectory() as place:
+            recording = recording_of(folder, Path(place))
+            if recording is None:
+                left_out.append(folder.name)
+                continue
+            for line in rows_of(folder.name, recording):
+                print(line, flush=True)
     if left_out:
-        print(f"\nno moves.csv, left out: {', '.join(left_out)}")
+        print(f"\nno moves in them that anything was programmed of, left out: {', '.join(left_out)}")
+
+
+def speed_of(name: str, recording: Recording) -> str:
+    """CPU seconds of learning from all moves, and of predicting `_ASKED` rows, its own again and again."""
+    began = process_time()
+    signature, _ = calibrate(recording)
+    learnt = process_time() - began
+    moves = recording.moves
+    rows = np.resize(np.arange(len(moves)), _ASKED)
+    columns = {}
+    for field in fields(moves):
+        values = getattr(moves, field.name)
+        if isinstance(values, np.ndarray) and len(values) == len(moves):
+            columns[field.name] = values[rows]
+        elif field.name in ("texts", "numbers"):
+            columns[field.name] = {}
+        elif isinstance(values, tuple) and len(values) == len(moves) and field.name != "slides":
+            columns[field.name] = tuple(values[i] for i in rows.tolist())
+    many = replace(recording, moves=replace(moves, **{**columns, "move": np.arange(_ASKED)}))
+    began = process_time()
+    predict_recording(signature, many)
+    told = process_time() - began
+    return f"{name}: calibrate {len(moves)} rows {learnt:.1f} s CPU, predict {_ASKED} rows {told:.2f} s CPU"
+
+
+def recording_of(folder: Path, place: Path) -> Recording | None:
+    """The recording in `folder`, else one that its logs make, written to `place`; None where there are neither."""
+    if any((folder / name).is_file() for name in ("moves.csv", "moves.csv.gz", "moves.parquet")):
+        return read_recording(folder)
+    rows = [row for path in sorted(folder.glob("ur-*.csv.gz")) for row in moves_in_log(path)]
+    if not rows:
+        return None
+    ends = [f"q{axis}_{end}_deg" for end in ("start", "end") for axis in range(1, 7)]
+    with (place / "moves.csv").open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["move", "type", "program", "duration_s", "speed_pct", *ends])
+        table.writerows([number, *row] for number, row in enumerate(rows, 1))
+    (place / "recording.toml").write_text(
+        f'robot = "{_LOGGED}"\ntime_resolution_s = 0.01\n', encoding="utf-8"
+    )
+    return read_recording(place)
+
+
+def moves_in_log(path: Path) -> Iterator[list[object]]:
+    """Type, program, duration [s], speed [%] and joints [deg] at both ends of each way from rest to rest."""
+    table = np.loadtxt(path, delimiter=",")
+    time, joints, rates = table[:, 0], table[:, 1:7], np.abs(table[:, 7:13])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], rates.max(axis=1) > _RESTING, [0]]).astype(int)))
+    rated = load_robot(_LOGGED).speeds
+    for first, last in edges.reshape(-1, 2).tolist():
+        if first < 2 or last > len(time) - 2:
+            continue  # cut off by the log
+        start, end = joints[first - 1], joints[last]
+        if np.abs(end - start).max() < _SHORT or (rates[first:last].max(axis=1) < _RESTING).any():
+            continue
+        leading = rates[first:last, int(np.argmax(np.abs(end - start)))]
+        if np.mean(leading > (1 - _EVEN) * leading.max()) < _HELD:
+            continue  # a streamed curve: no speed was programmed
+        share = float(np.max(rates[first:last].max(axis=0) / rated))
+        degrees = np.degrees([*start, *end]).round(3).tolist()
+        yield [
+            "joint",
+            path.name.split(".")[0],
+            round(float(time[last] - time[first - 1]), 4),
+            100 * share,
+            *degrees,
+        ]
 
 
 METHODS: dict[str, Callable[[Recording], Told]] = {}
@@ -170,6 +257,15 @@ def half(recording: Recording) -> Told:
     return told
 
 
+@method("olp, other programs")
+def other_programs(recording: Recording) -> Told:
+    told = Told(*np.full((3, len(recording.moves)), np.nan))
+    for seen, asked in _programs(recording, 1):
+        for values, new in zip(told, _learnt(recording, seen), strict=True):
+            values[asked] = new[asked]
+    return told
+
+
 def _prior(recording: Recording, axes: int) -> ArmTiming:
     """As `olp diagnose` and `olp calibrate` take it."""
     generations = generations_in(recording.settings.controller or "")
@@ -187,19 +283,26 @@ def _learnt(recording: Recording, seen: Mask) -> Told:
 def _halves(recording: Recording) -> Iterator[tuple[Mask, Mask]]:
     """What is learnt from and what is asked: each program after half of the others, or one half after the other."""
     moves = recording.moves
-    names = np.array(moves.texts.get("program", moves.job))
     measured = np.nan_to_num(moves.duration) > 0
-    programs = np.unique(names[measured]) if len(names) else []
-    if len(programs) < 2:
+    several = list(_programs(recording, 2))
+    if not several:
         drawn = np.zeros(len(moves), dtype=bool)
         rows = np.flatnonzero(measured)
         drawn[np.random.default_rng(SEED).choice(rows, len(rows) // 2, replace=False)] = True
         yield drawn, measured & ~drawn
-        return
-    for program in programs:
+    yield from several
+
+
+def _programs(recording: Recording, step: int) -> Iterator[tuple[Mask, Mask]]:
+    """Each program, after each `step`th move of all others; nothing of a single one."""
+    moves = recording.moves
+    names = np.array(moves.texts.get("program", moves.job))
+    measured = np.nan_to_num(moves.duration) > 0
+    programs = np.unique(names[measured]) if len(names) else []
+    for program in programs if len(programs) > 1 else []:
         others = np.flatnonzero(measured & (names != program))
         seen = np.zeros(len(moves), dtype=bool)
-        seen[others[::2]] = True
+        seen[others[::step]] = True
         yield seen, measured & (names == program)
 
 

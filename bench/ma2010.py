@@ -22,12 +22,20 @@ sys.path.insert(0, str(ROOT))
 import ma2010_poses as poses  # noqa: E402
 from ma2010_runs import ROBOT, THRESHOLD, Run, read  # noqa: E402
 
+from olp.core.source import decode  # noqa: E402
 from olp.core.units import mm  # noqa: E402
+from olp.ir import program as ir  # noqa: E402
+from olp.ir.points import PointKind, PointState  # noqa: E402
+from olp.robots.coordinate_systems import Cell, Mechanism  # noqa: E402
+from olp.runtime.plan import PATHS, BlendCode  # noqa: E402
+from olp.runtime.recorder import Recorder  # noqa: E402
 from olp.timing.acceleration import load_law as load_acceleration  # noqa: E402
 from olp.timing.blending import Corners, load_law  # noqa: E402
 from olp.timing.blending._overlap import response  # noqa: E402
 from olp.timing.blending.yaskawa import intervals  # noqa: E402
 from olp.timing.motion import load_model  # noqa: E402
+from olp.timing.timing import time_plan  # noqa: E402
+from olp.timing.track import track  # noqa: E402
 
 Floats = NDArray[np.float64]
 SPEEDS = (50, 100, 200, 400, 800)
@@ -101,7 +109,38 @@ def level_runs(folder: Path) -> None:
         f"  the same with both ends from the corner runs' filter {ends}: worst {100 * np.abs(other).max():.2f} %,"
         f" mean {100 * np.abs(other).mean():.2f} %"
     )
+    by_olp_time(tests, 1.0)
     dense(folder, window)
+
+
+def told_by_olp_time(run: Run, level: int) -> float:
+    """[s] between the thresholds in what `olp track` draws of a job with these moves; nothing is fitted."""
+    moves = len(run.points) - 1
+    text = decode(b"\r\n".join(b"MOVL" for _ in range(moves + 1)), "runs.jbi")
+    recorder = Recorder(Cell([Mechanism("RB1", ROBOT)]), (text,))
+    state = PointState(PointKind.POSE, frame="robot", configuration=(1, 0, 0, 0, 0, 0))
+    places = [recorder.position(0, state, (*point, 3.1, 0.2, -0.4)) for point in run.points.tolist()]
+    recorder.at[0] = places[0]
+    zone = float(ZONES[level]) if level else np.nan
+    for number, place in enumerate(places[1:], 1):
+        recorder.step(0, number)
+        code = BlendCode.EXACT if level == 0 or number == moves else BlendCode.ZONE
+        recorder.row(0, place, PATHS.index(ir.Path.LINEAR), 1, run.speed, code, zone)
+    path = track(time_plan(recorder.finish(())), 1e-3)
+    behind = (path.position - run.points[0]) @ run.directions[0]
+    ahead = (run.points[-1] - path.position) @ run.directions[-1]
+    begin = float(path.time[int(np.argmax(behind > THRESHOLD))])
+    return float(path.time[int(np.nonzero(ahead > THRESHOLD)[0][-1])]) - begin
+
+
+def by_olp_time(tests: dict[str, list[Run]], asked: float) -> None:
+    """Every run of `tests`, PL 0 to 8, timed by `olp time`."""
+    errors = []
+    for name, runs in tests.items():
+        off = [100 * (told_by_olp_time(r, k) / r.total - 1) for k, r in enumerate(runs)]
+        print(f"  {name:8s} olp time, error % " + " ".join(f"{e:+7.2f}" for e in off))
+        errors += off
+    _asked("`olp time` itself, every run's total, %", asked, np.abs(errors).max())
 
 
 def dense(folder: Path, window: float) -> None:
@@ -113,6 +152,7 @@ def dense(folder: Path, window: float) -> None:
     print("           measured s " + " ".join(f"{r.total:7.3f}" for r in runs))
     print("           error %    " + " ".join(f"{e:+7.2f}" for e in off))
     _asked("every dense run, %", 3.0, np.abs(off).max())
+    by_olp_time({"dense": runs}, 3.0)
 
 
 def _corner(run: Run, zone: float, limits: tuple[float, float] = (np.inf, np.inf)) -> Corners:

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import olp
+from olp.__main__ import main
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
 from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
@@ -22,6 +23,7 @@ from olp.identification.signature.joint_moves import (
     recorded_joint_moves,
 )
 from olp.identification.signature.rows import predict_recording
+from olp.reports.batch import Job, plan_and_time
 from olp.robots.library import load_robot
 from olp.timing.arm import ArmTiming, JointMotions, gradient, solve
 from olp.timing.arm_moves import JointMoves, joint_moves, relative_inertia
@@ -297,3 +299,15 @@ def test_a_program_takes_what_the_learnt_law_says(tmp_path: Path) -> None:
     expected = signature.arm.predict(joint_moves(load_robot(ROBOT), joints[:-1], joints[1:], share, one, one))
     found = last["duration_s"].to_numpy()
     assert found == pytest.approx(expected.duration, rel=1e-6)
+
+
+def test_the_text_shows_the_interval_of_the_total_without_a_signature(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    job = "samples/inform/generations/dx200.jbi"
+    assert main(["time", job]) == 0
+    timing = plan_and_time(job, Job())
+    assert timing.total_ends == timing.expected is not None
+    low, high = timing.total_ends
+    assert low < timing.total_s < high
+    assert f"(95 %: {low:.3f} to {high:.3f})" in capsys.readouterr().out

@@ -474,9 +474,14 @@ def test_the_lower_end_calls_a_budget_over_only_where_that_is_sure(tmp_path, mon
 
 
 @pytest.mark.parametrize("on", ["upper", "lower"])
-def test_an_end_of_the_interval_needs_a_signature_and_a_whole_program(tmp_path, monkeypatch, on):
-    cell(tmp_path, f"[[budget]]\nname = 'b'\nlimit_s = 100\non = '{on}'\n")
-    assert check(tmp_path, monkeypatch).items == {"b": "unknown"}
+def test_an_end_of_the_interval_is_known_of_a_whole_program_without_a_signature(tmp_path, monkeypatch, on):
+    path = cell(tmp_path, f"[[budget]]\nname = 'b'\nlimit_s = 100\non = '{on}'\n")
+    assert check(tmp_path, monkeypatch).items == {"b": "held"}
+    timing = plan_and_time(str(path), Job())
+    assert timing.expected_low_s < timing.total_s < timing.expected_high_s
+    assert seconds(path, f"on = '{on}'") == (
+        timing.expected_high_s if on == "upper" else timing.expected_low_s
+    )
     (tmp_path / "olp.toml").write_text(f"[[budget]]\nlimit_s = 100\non = '{on}'\nof = 'wait'\n")
     (read,) = budgets_for(str(tmp_path / "MAIN.JBI"))
     assert [d.code for d in read.diagnostics] == ["M001"]

@@ -131,6 +131,11 @@ class Timing:
         return None if self.expected is None else self.expected[1]
 
     @property
+    def total_ends(self) -> tuple[float, float] | None:
+        """[s] The 95 % interval of the total: by the signature, else by what is known of such arms."""
+        return self.expected if self.interval is None else (self.interval.total_low, self.interval.total_high)
+
+    @property
     def columns(self) -> tuple[str, ...]:
         """COLUMNS, and with a signature the ends of each segment's interval."""
         return COLUMNS if self.interval is None else (*COLUMNS, "low_s", "high_s")

@@ -20,7 +20,7 @@ from olp.identification.signature.correction import (
     turn_corners,
 )
 from olp.identification.signature.correction_interval import interval
-from olp.identification.signature.correction_terms import by_terms
+from olp.identification.signature.correction_terms import by_paths, by_terms
 from olp.ir.program import Path
 from olp.robots.controller_effects import Effects, effects_of, settling_of
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind
@@ -96,6 +96,7 @@ def time_plan(
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
         signed = by_terms(plan, wanted, joined, signed, effects.override, limits.report)
+        signed = by_paths(plan, wanted, joined, signed, effects.override)
     profile = _profile(chosen, wanted, joined, parameters)
     report_inferred(plan, wanted.length > 0, limits.report)
     settling = _settling(plan, joined, limits, effects, signed, prior)

@@ -38,10 +38,11 @@ def measure(timing: Timing, program: Program, budget: Budget) -> Measured:
     if not runs:
         return Measured(None, everything, why, absent=True)
     if budget.on != ENDS[0]:
-        end = timing.high_s if budget.on == "upper" else timing.low_s
+        ends = timing.total_ends
         on = f'on = "{budget.on}"'
-        if end is None:
+        if ends is None:
             return Measured(None, everything, f'{on} needs a signature: signature = "FILE", or --signature')
+        end = ends[1] if budget.on == "upper" else ends[0]
         if budget.routine or budget.start:
             return Measured(None, everything, f"{on} is known of whole programs only")
         return Measured(end, everything)

@@ -183,6 +183,8 @@ def _terms_half(plan: Plan, signed: Signed, leading: Mask) -> float:
     rows, moves = signed.told.rows[use], plan.moves
     keys = np.stack([moves.start[rows], moves.target[rows], moves.via[rows]], axis=1)
     _, inverse = np.unique(keys, axis=0, return_inverse=True)
+    if TERMS not in signed.signature.parts:  # the law of paths told them, each with its own interval
+        return float(np.sqrt(np.sum(np.bincount(inverse.reshape(-1), signed.told.half[use]) ** 2)))
     often = np.bincount(inverse.reshape(-1), signed.told.strain[use])
     return learnt_half(signed.signature.parts[TERMS].spread, often)
 

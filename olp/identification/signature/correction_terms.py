@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR
 from olp.identification.signature.correction import Signed
 from olp.ir.program import Path
 from olp.runtime.plan import PATHS, Plan
 from olp.timing.chain import Chain
 from olp.timing.demand import Demand
+from olp.timing.path_law import USUAL_ACCELERATION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,6 +66,51 @@ def by_terms(
     return signed._replace(told=told._replace(rows=own[told.rows]))
 
 
+def by_paths(plan: Plan, wanted: Demand, joined: Chain, signed: Signed, override: float) -> Signed:
+    """`signed` with the lines and arcs that `olp predict` would time by the law of paths, timed by it."""
+    from olp.identification.signature.coefficients import TERMS
+    from olp.identification.signature.path_moves import pieces_of
+    from olp.identification.signature.rows import for_paths
+    from olp.identification.signature.stretches import stretches_of
+    from olp.identification.signature.term_model import PredictedRows, bare_recording
+
+    paths, robot, moves = signed.signature.paths, plan.robot, plan.moves
+    if paths is None or robot is None or TERMS in signed.signature.parts:
+        return signed
+    mine = np.array([r is robot for r in plan.robots], dtype=bool)[moves.mechanism]
+    own = np.flatnonzero(mine & (wanted.unknown | (wanted.length > 0)))  # who stands still is in no recording
+    use = _usable(plan, wanted, own) & (moves.path[own] != _JOINT)
+    if not use.any():
+        return signed
+    path, axes = moves.path[own], plan.positions.axes[:, : len(robot.axes)]
+    kind = np.where(path == _LINEAR, LINEAR, np.where(path == _JOINT, JOINT, CIRCULAR)).astype(np.int8)
+    asked = np.where(moves.acceleration[own] == 1.0, np.nan, USUAL_ACCELERATION * moves.acceleration[own])
+    rounding = np.where(moves.blend[own] > 0, moves.blend[own], _SOME_ROUNDING)
+    columns = {
+        "kind": kind,
+        "start": plan.positions.position[moves.start[own]],
+        "end": plan.positions.position[moves.target[own]],
+        "via": _middles(plan, own),
+        "joints_start": axes[moves.start[own]],
+        "joints_end": axes[moves.target[own]],
+        "speed": np.where(use, moves.travel[own], np.nan),
+        "acceleration": np.where(np.isnan(moves.rate[own]), asked, moves.rate[own]),
+        "blend": np.where(joined.end_speed[own] > 0, rounding, 0.0),
+        "override": np.full(len(own), override),
+    }
+    recorded = bare_recording(len(own), columns, robot, None).moves
+    stretches = stretches_of(recorded)
+    pieces, rows = pieces_of(recorded, robot, stretches)
+    good = for_paths(signed.signature, paths, recorded, stretches)[rows]
+    pieces, rows = pieces.take(good), rows[good]
+    if not len(rows):
+        return signed
+    duration = paths.predict(pieces)
+    half = duration * float(np.expm1(paths.half))
+    told = PredictedRows(own[rows], duration, half, np.ones(len(rows)), ("",) * len(rows))
+    return signed._replace(told=told)
+
+
 def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
     """(n,) of the arm's rows: moves that go somewhere and whose way the terms can follow."""
     moves = plan.moves
@@ -76,7 +123,6 @@ def _recording(
     plan: Plan, joined: Chain, signed: Signed, named: NamedModel, own: Rows, use: Mask, override: float
 ) -> Recording:
     """The arm's rows one after another; those that are not in `use` are there for their neighbours."""
-    from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR
     from olp.identification.signature.term_model import bare_recording
     from olp.robots.geometry import Pose
 

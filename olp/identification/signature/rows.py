@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from olp.identification.recording import Recording
     from olp.identification.recording.moves import RecordedMoves
     from olp.identification.signature.path_moves import LearntPaths
+    from olp.identification.signature.stretches import Stretches
     from olp.identification.signature.term_model import PredictedRows
     from olp.robots.geometry import Pose
     from olp.robots.robot import Robot
@@ -107,21 +108,23 @@ def _by_paths(
 ) -> None:
     """Puts what the law of paths says into the columns, but for straight moves that have a method of their own."""
     said = paths.of_rows(known.moves, robot_of(signature, known.robot), known.stretches)
-    use = ~others[said.rows] & _for_paths(signature, paths, known)[said.rows]
+    use = ~others[said.rows] & for_paths(signature, paths, known.moves, known.stretches)[said.rows]
     for column, values in zip(columns, (said.duration, said.low, said.high), strict=True):
         column[said.rows[use]] = values[use]
 
 
-def _for_paths(signature: Signature, paths: LearntPaths, known: RecordedTimes) -> NDArray[np.bool_]:
+def for_paths(
+    signature: Signature, paths: LearntPaths, moves: RecordedMoves, stretches: Stretches
+) -> NDArray[np.bool_]:
     """(n,) rows that the law of paths is to tell: those that nothing else in the signature was learnt for."""
-    plain = plain_rows(known.moves, known.stretches)
+    plain = plain_rows(moves, stretches)
     if signature.domain.empty:
         return np.ones(len(plain), dtype=bool)
     low, high = signature.domain.speed
     slack = 1.0 + _SLACK
-    beyond = (known.moves.speed < low / slack) | (known.moves.speed > high * slack)
-    arcs = np.array([kind == "circular" for kind in known.moves.kinds], dtype=bool)
-    arcs &= (known.stretches.stops == 2) & ~known.stretches.open & (CIRCULAR not in signature.parts)
+    beyond = (moves.speed < low / slack) | (moves.speed > high * slack)
+    arcs = np.array([kind == "circular" for kind in moves.kinds], dtype=bool)
+    arcs &= (stretches.stops == 2) & ~stretches.open & (CIRCULAR not in signature.parts)
     return np.asarray(np.where(plain, beyond, paths.corners | arcs))
 
 

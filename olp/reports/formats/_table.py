@@ -53,10 +53,10 @@ def totals(timing: Timing) -> str:
     parts = f"motion {timing.motion_s:.3f} s, waits {timing.wait_s:.3f} s, I/O {timing.io_s:.3f} s"
     robot = timing.robot or "robot not known"
     total = at_least(timing.total_s, bool(timing.left_open))
-    if timing.interval is not None:
-        total += f" s (95 %: {timing.low_s:.3f} to {timing.high_s:.3f})"
-        return f"total {total} ({parts}), {robot}, timing signature"
-    return f"total {total} s ({parts}), {robot}, {timing.model} acceleration model"
+    ends = None if timing.left_open and timing.interval is None else timing.total_ends
+    between = "" if ends is None else f" (95 %: {ends[0]:.3f} to {ends[1]:.3f})"
+    by = f"{timing.model} acceleration model" if timing.interval is None else "timing signature"
+    return f"total {total} s{between} ({parts}), {robot}, {by}"
 
 
 def missing(timing: Timing) -> str:

@@ -107,8 +107,8 @@ def _program(index: int, entry: PageEntry, before: float | None) -> dict[str, An
         "io": "" if timing is None else f"{timing.io_s:.3f}",
         "robot": (timing.robot or "robot not known") if timing is not None else "",
         "interval": ""
-        if timing is None or timing.low_s is None
-        else f"{timing.low_s:.3f} to {timing.high_s:.3f}",
+        if timing is None or timing.total_ends is None
+        else "{:.3f} to {:.3f}".format(*timing.total_ends),
         "moves": 0 if timing is None else len(timing.plan),
         "untimed": 0 if timing is None else timing.untimed,
         "change": "" if change is None else f"{change:+.3f}",
