@@ -13,6 +13,9 @@ from pathlib import Path
 import pytest
 
 from olp.__main__ import main
+from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import read_source
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 JOB = SAMPLES / "inform" / "palletising" / "PICK.JBI"
@@ -240,3 +243,84 @@ def test_a_file_name_that_is_no_text_does_not_end_a_run(command, form, tmp_path,
     assert b"Traceback" not in said
     assert b"surrogates" not in said
     assert main([*words, *(["--force"] if command == "convert" else [])]) == first
+
+
+ABSURD = ("1e308", "-1e308", "1e-308", "1e200", "5e-324", "1.7976931348623157e308", "-0.0")
+COLUMNS = (
+    "duration_s",
+    "sim_s",
+    "speed_mm_s",
+    "accel_mm_s2",
+    "x_start_mm",
+    "z_end_mm",
+    "rx_deg",
+    "distance_mm",
+)
+
+
+@pytest.mark.parametrize("number", ABSURD)
+@pytest.mark.parametrize("column", COLUMNS)
+def test_absurd_numbers_of_a_recording_are_told(column, number, tmp_path, capsys):
+    home = tmp_path / "recording"
+    home.mkdir()
+    rows = (SAMPLES / "up20" / "moves.csv").read_text(encoding="utf-8").splitlines()[:25]
+    at = rows[0].split(",").index(column)
+    for line in (3, 7, 11):
+        cells = rows[line].split(",")
+        rows[line] = ",".join([*cells[:at], number, *cells[at + 1 :]])
+    (home / "moves.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    for command in (["recording", "check"], ["diagnose"]):
+        assert main([*command, str(home)]) in (0, 1, 2), command
+        said = capsys.readouterr()
+        assert "Traceback" not in said.err
+        if abs(float(number)) > 1e100:
+            assert "D015" in said.err
+
+
+HEADS = {
+    "krl": ("DEF p()\nINT a\nx = ", "\nEND\n"),
+    "rapid": ("MODULE m\nPROC main()\nx := ", ";\nENDPROC\nENDMODULE\n"),
+    "tp": ("/PROG P\n/MN\n  1: R[1]=", " ;\n/END\n"),
+    "urscript": ("def p():\n  x = ", "\nend\n"),
+    "pdl2": ("PROGRAM p\nVAR x : INTEGER\nBEGIN\n  x := ", "\nEND p\n"),
+    "val3": (
+        '<?xml version="1.0"?>\n<Programs><Program name="p"><Code><![CDATA[begin\n  x=',
+        "\nend]]></Code></Program></Programs>\n",
+    ),
+    "as": (".PROGRAM p()\n x = ", "\n.END\n"),
+    "inform": (
+        "/JOB\n//NAME P\n//INST\n///DATE 2020/01/01 00:00\n///ATTR SC,RW\nNOP\nSET B000 EXPRESS ",
+        "\nEND\n",
+    ),
+}
+NESTED = {
+    "members": lambda n: ".".join("a" * n),
+    "members without an end": lambda n: "a." * n,
+    "parentheses": lambda n: "(" * n + "1" + ")" * n,
+    "open parentheses": lambda n: "(" * n,
+    "signs": lambda n: "-" * n + "1",
+    "NOT": lambda n: "NOT " * n + "1",
+    "sums": lambda n: "+".join("1" * n),
+    "indices": lambda n: "a[" * n + "1" + "]" * n,
+    "calls": lambda n: "f(" * n + "1" + ")" * n,
+    "braces": lambda n: "{a " * n + "1" + "}" * n,
+    "lists": lambda n: "[" * n + "1" + "]" * n,
+    "products of frames": lambda n: ":".join("a" * n),
+    "quotes": lambda n: '"' * n,
+}
+
+
+@pytest.mark.parametrize("nested", NESTED)
+@pytest.mark.parametrize("vendor", HEADS)
+@pytest.mark.parametrize("deep", [150, 500, 20_000])
+def test_expressions_without_an_end_are_read_in_a_moment(vendor, nested, deep):
+    before, after = HEADS[vendor]
+    raw = (before + NESTED[nested](deep) + after).encode()
+    began = time.process_time()
+    try:
+        program = read_source(decode(raw, "p"), vendor=vendor)
+        assert program.to_bytes() == raw
+        program.plan()
+    except OlpError:
+        pass
+    assert time.process_time() - began < 4.0

@@ -136,3 +136,15 @@ def values_of(statement: Any) -> tuple[Any, ...]:
 
 def _few(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     return lambda statement: tuple(getattr(statement, name) for name in names)
+
+
+def bracket_depth(text: str) -> int:
+    """How deep the brackets of a text are nested."""
+    depth = deepest = 0
+    for character in text:
+        if character in "([{":
+            depth += 1
+            deepest = max(deepest, depth)
+        elif character in ")]}":
+            depth -= 1
+    return deepest

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _MOST_CHARACTERS: Final = 4096
 _MOST_OPERATORS: Final = 100  # of one line: what is nested deeper is no program
-_OPERATORS: Final = "+-*/([{:"
+_OPERATORS: Final = re.compile(r"[-+*/(\[{:]|\.(?=[^\W\d])|\bB?NOT\b", re.IGNORECASE)
 _LONG_NUMBER = re.compile(r"\d{19,}")
 _WORD = re.compile(r"[^\s(,;:=]+")
 
@@ -123,7 +123,7 @@ class LineParser:
         if self.broken >= MOST_BROKEN:
             give_up(self.findings, self.codes.long, span)
             return True
-        operators = sum(map(text.count, _OPERATORS)) if len(text) > _MOST_OPERATORS else 0
+        operators = len(_OPERATORS.findall(text)) if len(text) > _MOST_OPERATORS else 0
         if len(text) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS and not _LONG_NUMBER.search(text):
             return False
         self.broken += 1

@@ -18,21 +18,44 @@ from olp.identification.recording.table import SHOWN, Floats, RecordingTable, Ta
 KINDS: Final = ("joint", "linear", "circular", "wait")
 
 
+# What no robot's recording holds, in any column's unit: products of such numbers are no numbers any more.
+MOST: Final = 1e9
+MOST_SECONDS: Final = 1e12  # clocks may count from 1970, in milliseconds
+_LEAST = 1e-6  # of what is divided by: a millionth of a second, of a mm/s, of a percent
+
+
 class ColumnRule(NamedTuple):
     """What a number of a column can be, and by how much it is multiplied to become SI."""
 
     factor: float = 1.0
-    lowest: float = float("-inf")
-    above: bool = False  # `lowest` itself is too low
-    highest: float = float("inf")
+    lowest: float = -MOST
+    above: bool = False  # 0 itself is too low, and so is what is nearly 0
+    highest: float = MOST
     whole: bool = False
+    least: float = 0.0  # what is nearer to 0, but not 0, is no measurement
+
+    def fits(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(n,) whether each can be; what is nan can."""
+        with np.errstate(invalid="ignore"):
+            tiny = (values < _LEAST) if self.above else (values > 0) & (values < self.least)
+            bad: NDArray[np.bool_] = tiny | (values < self.lowest) | (values > self.highest)
+        return ~bad
+
+    def told(self, value: float) -> str:
+        """What a `value` that does not fit would have to be."""
+        if self.highest != MOST:
+            return f"it lies between {self.lowest:g} and {self.highest:g}"
+        if value > self.highest:
+            return f"it is at most {self.highest:g}"
+        if value > 0.0:
+            return f"it is {'' if self.above else '0 or '}at least {_LEAST:g}"
+        return f"it is {'above' if self.above else 'at least'} {self.lowest:g}"
 
 
-_DURATION, _POSITIVE, _ANY = ColumnRule(lowest=0.0), ColumnRule(lowest=0.0, above=True), ColumnRule()
-_MOST = 1e9  # a counter beyond it counts nothing
+_DURATION = ColumnRule(lowest=0.0, least=_LEAST)
 
 MOVE_NUMBERS: Final = {
-    "move": ColumnRule(lowest=0.0, highest=_MOST, whole=True),
+    "move": ColumnRule(lowest=0.0, highest=MOST, whole=True),
     "duration_s": _DURATION,
     "sim_s": _DURATION,
     "speed_mm_s": ColumnRule(mm, 0.0, True),
@@ -41,9 +64,9 @@ MOVE_NUMBERS: Final = {
     "accel_pct": ColumnRule(percent, 0.0, True),
     "blend_mm": ColumnRule(mm, 0.0),
     "pl": ColumnRule(lowest=0.0, highest=8.0, whole=True),
-    "t_start_s": _ANY,
-    "cycle": ColumnRule(lowest=0.0, highest=_MOST, whole=True),
-    "line": ColumnRule(lowest=1.0, highest=_MOST, whole=True),
+    "t_start_s": ColumnRule(lowest=-MOST_SECONDS, highest=MOST_SECONDS),
+    "cycle": ColumnRule(lowest=0.0, highest=MOST, whole=True),
+    "line": ColumnRule(lowest=1.0, highest=MOST, whole=True),
     "payload_kg": ColumnRule(lowest=0.0),
     "payload_inertia_kg_m2": ColumnRule(lowest=0.0),
     "sim_payload_kg": ColumnRule(lowest=0.0),
@@ -229,12 +252,11 @@ def checked(problems: Problems, name: str, column: TableColumn, rule: ColumnRule
     shown = texts(column) if len(bad) else ()
     for row in bad.tolist():
         tell_bad(problems, name, shown[row] if column.text is not None else "nan", row)
+    outside = ~rule.fits(values)
     with np.errstate(invalid="ignore"):
-        low = values <= rule.lowest if rule.above else values < rule.lowest
-        outside = low | (values > rule.highest)
         broken = (values % 1 != 0) & ~np.isnan(values) if rule.whole else np.zeros(len(values), dtype=bool)
     for row in np.nonzero(outside)[0].tolist():
-        problems.cell("D015", f"{name} cannot be {values[row]:g}", row, name, _range(rule))
+        problems.cell("D015", f"{name} cannot be {values[row]:g}", row, name, rule.told(values[row]))
     for row in np.nonzero(broken & ~outside)[0].tolist():
         problems.cell("D015", f"{name} must be a whole number, not {values[row]:g}", row, name)
     good: Floats = np.where(outside | broken, np.nan, values) * rule.factor
@@ -250,9 +272,3 @@ def tell_bad(problems: Problems, name: str, cell: str, row: int) -> None:
         return
     help = "the decimal mark is a point" if _COMMA.fullmatch(cell) else ""
     problems.cell("D014", f"{name} is not a number: {cell[:40]!r}", row, name, help)
-
-
-def _range(rule: ColumnRule) -> str:
-    if np.isfinite(rule.highest):
-        return f"it lies between {rule.lowest:g} and {rule.highest:g}"
-    return f"it is {'above' if rule.above else 'at least'} {rule.lowest:g}"

@@ -1,7 +1,7 @@
 """Reads log.csv and sim_log.csv into SI.
 
-Codes: D010 a required column is missing, D012 a column that looks misspelt, D020 time runs backwards, D022 samples
-left out.
+Codes: D010 a required column is missing, D012 a column that looks misspelt, D015 a value that cannot be, D020 time runs
+backwards, D022 samples left out.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ from olp.core.units import deg, mm
 from olp.identification.recording.columns import (
     LOG_POINT,
     LOG_TURN,
+    MOST_SECONDS,
     NUMBER,
+    ColumnRule,
     Problems,
     log_axis,
     log_names,
@@ -55,8 +57,23 @@ def read_log(path: Path) -> tuple[Log, list[Diagnostic], LogTable]:
     if any(d.is_error for d in problems.found):
         raise OlpError(*problems.all())
     found = found.only(~np.isnan(found.cells["t_s"]), "they have no time")
+    _check_sizes(found)
     _check_samples(found)
     return _log(found), [*found.diagnostics, *problems.all()], found
+
+
+def _check_sizes(found: LogTable) -> None:
+    """No recorder writes such numbers, and no square of them is one. Raises OlpError (D015)."""
+    problems = None
+    for name, values in found.cells.items():
+        if isinstance(values, tuple):
+            continue
+        rule = ColumnRule(lowest=-MOST_SECONDS, highest=MOST_SECONDS)
+        for row in np.nonzero(~rule.fits(values))[0].tolist():
+            problems = problems or Problems(found.located())
+            problems.cell("D015", f"{name} cannot be {values[row]:g}", row, name, rule.told(values[row]))
+    if problems is not None:
+        raise OlpError(*problems.all())
 
 
 def _check_samples(found: LogTable) -> None:

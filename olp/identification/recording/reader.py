@@ -19,6 +19,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, Severity, error, info
 from olp.core.units import deg, mm
 from olp.identification.recording.columns import (
     KINDS,
+    MOST_SECONDS,
     MOVE_NUMBERS,
     MOVE_TEXTS,
     POINTS,
@@ -458,6 +459,10 @@ class _MovesReader:
             if near:
                 says = f"the column {name} means nothing to olp and is kept as it is"
                 self.problems.cell("D012", says, -1, name, f"did you mean {near}?", Severity.WARNING)
+            for row in np.nonzero(~_COVARIATE.fits(values))[0].tolist():
+                self.problems.cell(
+                    "D015", f"{name} cannot be {values[row]:g}", row, name, _COVARIATE.told(values[row])
+                )
             if not len(bad):
                 covariates[name] = values
                 continue
@@ -472,6 +477,11 @@ class _MovesReader:
         row = int(bad[0])
         says = f"{name} groups moves by its text, because {len(bad)} of {written} cells are no numbers"
         self.problems.cell("D023", says, row, name, "empty that cell to make it a number", Severity.WARNING)
+
+
+_COVARIATE = ColumnRule(
+    lowest=-MOST_SECONDS, highest=MOST_SECONDS
+)  # numbers of unknown columns, stamps of time among them
 
 
 def _whole(values: Floats, missing: int) -> NDArray[np.int64]:

@@ -11,13 +11,22 @@ from olp.core.memory_limit import remembered
 from olp.ir.expressions import Text
 from olp.ir.program import Opaque, Process, Statement
 from olp.languages.findings import Findings
-from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, either, expected, give_up, values_of
+from olp.languages.lark_host import (
+    MOST_BROKEN,
+    BrokenLineError,
+    bracket_depth,
+    either,
+    expected,
+    give_up,
+    values_of,
+)
 from olp.languages.vendors.krl.scope import Scope
 
-_OPERATORS = re.compile(r"[-+*/:({\[<>=]|\bNOT\b", re.IGNORECASE)
+_OPERATORS = re.compile(r"[-+*/:({\[<>=]|\.(?=[A-Za-z_$])|\bB?_?NOT\b", re.IGNORECASE)
 _MOST_OPERATORS = (
     200  # a nesting that no controller takes, and that would exhaust the stack of an interpreter
 )
+_MOST_NESTED = 60
 _MOST_CHARACTERS = 4096
 _LONG_NUMBER = re.compile(r"(?<![\w$.])\d{19,}|'[BHDbhd]?[0-9A-Fa-f]{65,}'|[0-9.][eE][+-]?\d{3,}")
 _STRING = re.compile(r'"[^"]*"')
@@ -99,10 +108,14 @@ class KrlLineReader:
             self._findings.error("P409", message, self._findings.whole_line(number), "at most 18 digits")
             return True
         operators = len(_OPERATORS.findall(text)) if len(text) > _MOST_OPERATORS else 0
-        if len(code) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS:
+        nested = bracket_depth(text) if len(text) > _MOST_NESTED else 0
+        if len(code) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS and nested <= _MOST_NESTED:
             return False
         message = f"a line of {len(code)} characters is longer than any controller takes"
-        help = f"at most {_MOST_CHARACTERS} characters and {_MOST_OPERATORS} operators are read"
+        help = (
+            f"at most {_MOST_CHARACTERS} characters, {_MOST_OPERATORS} operators and {_MOST_NESTED} brackets in one "
+            "another are read"
+        )
         self._findings.error("P409", message, self._findings.whole_line(number), help)
         return True
 

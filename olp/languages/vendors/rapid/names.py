@@ -25,7 +25,7 @@ _HEAD: Final = re.compile(
 _PARAMETER: Final = re.compile(
     r"(\\)?\s*(?:(INOUT|VAR|PERS|REF)\s+)?(\w+)\s+(\w+)\s*(\{[^}]{0,200}\})?\s*(?=[,|\\]|\Z)", re.IGNORECASE
 )
-_ASSIGNED: Final = re.compile(r"(?<!\\)\b(\w+)\s*(?:\{[^}{]{0,200}\}\s*)?(?:\.\s*\w+\s*)*:=")
+_ASSIGNED: Final = re.compile(r"(?<!\\)\b(\w+)\s*(?:\{[^}{]{0,200}\}\s*)?(?:\.\s*\w+\s*){0,16}:=")
 _USED: Final = re.compile(
     rf"\b({'|'.join(sorted(SIGNAL_USERS, key=len, reverse=True))})\b"
     r"\s*(?:\(\s*)?(?:\\\w+\s*(?::=\s*[\w.]+\s*)?(?:,\s*)?)*(\w+)",

@@ -13,7 +13,7 @@ from olp.core.diagnostic import Span
 from olp.core.memory_limit import remembered
 from olp.ir.program import LineKind, Statement
 from olp.languages.findings import Findings
-from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, give_up
+from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, bracket_depth, give_up
 from olp.languages.vendors.rapid.clauses import Clause
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.statements import ClauseRules, FramingClause
@@ -133,25 +133,13 @@ class Parsing:
         if len(text) <= _MOST_CHARACTERS:
             bare = _NUMBER.sub("0", _STRING.sub('""', text))
             operators = len(_OPERATOR.findall(bare))
-            if _deepest(bare) <= _MOST_NESTED and operators <= _MOST_OPERATORS + bare.count("["):
+            if bracket_depth(bare) <= _MOST_NESTED and operators <= _MOST_OPERATORS + bare.count("["):
                 return False
         mark(self._findings, clause, LineKind.ERROR)
         message = f"an instruction of {len(text)} characters is longer or deeper than any controller takes"
         help = f"at most {_MOST_OPERATORS} operators and {_MOST_NESTED} brackets in one another are read"
         self._findings.error("P467", message, span_of(clause), help)
         return True
-
-
-def _deepest(text: str) -> int:
-    """How deep brackets are nested."""
-    depth = deepest = 0
-    for character in text:
-        if character in "([{":
-            depth += 1
-            deepest = max(deepest, depth)
-        elif character in ")]}":
-            depth -= 1
-    return deepest
 
 
 def mark(findings: Findings, clause: Clause, kind: int) -> None:

@@ -78,8 +78,7 @@ class Expressions:
 
     def number(self, node: Node) -> int | float | None:
         """The value of a constant number, None for anything else."""
-        folded = fold(self.lower(node))
-        return folded.value if type(folded) is Number else None
+        return _constant(self.lower(node))
 
     # --- values -----------------------------------------------------------------------------------------
 
@@ -128,26 +127,18 @@ class Expressions:
     def _subscript(self, node: Subscript, _: bool) -> Expression:
         base = self.lower(node.base)
         kind = self.type_of(node.base)
-        if len(node.indices) == 1:
-            place = self.number(node.indices[0])
+        # Each index is lowered once: twice at each level would be without an end for lists within lists.
+        indices = [self.lower(index) for index in node.indices]
+        if len(indices) == 1:
+            place = _constant(indices[0])
             if kind == "position":
                 if type(place) is int and 0 <= place < _AXES:
                     member = Member(base, _POSE_MEMBERS[place])
                     return member if place > 2 else scaled(member, mm)
-                return Function("pose-element", (base, self._index(node.indices[0])))
-            item = Item(base, (self._index(node.indices[0]),))
+                return Function("pose-element", (base, _from_one(indices[0])))
+            item = Item(base, (_from_one(indices[0]),))
             return scaled(item, deg) if kind == "joints" else item
-        return Item(base, tuple(self._index(index) for index in node.indices))
-
-    def _index(self, node: Node) -> Expression:
-        """An index from 0 as one from 1."""
-        value = self.number(node)
-        if type(value) is int:
-            return Number(value + 1)
-        lowered = self.lower(node)
-        if type(lowered) is Binary and lowered.operator == "-" and lowered.right == Number(1):
-            return lowered.left
-        return Binary("+", lowered, Number(1))
+        return Item(base, tuple(map(_from_one, indices)))
 
     def _dot(self, node: UrscriptDot, _: bool) -> Expression:
         return Member(self.lower(node.base), node.name)
@@ -209,6 +200,22 @@ class Expressions:
 
     def _given(self, given: UrscriptArgument, value: Expression) -> Expression:
         return NamedArgument(given.name, value) if given.name else value
+
+
+def _constant(e: Expression) -> int | float | None:
+    """The value of a constant number, None for anything else."""
+    folded = fold(e)
+    return folded.value if type(folded) is Number else None
+
+
+def _from_one(index: Expression) -> Expression:
+    """An index from 0 as one from 1."""
+    value = _constant(index)
+    if type(value) is int:
+        return Number(value + 1)
+    if type(index) is Binary and index.operator == "-" and index.right == Number(1):
+        return index.left
+    return Binary("+", index, Number(1))
 
 
 def _pose_of(values: tuple[float, ...]) -> Expression:
@@ -321,14 +328,15 @@ def _part_of_text(e: Expressions, values: list[Node], _: tuple[UrscriptArgument,
     if len(values) not in (2, 3):
         return None
     return Function(
-        "part-of-text", (e.lower(values[0]), e._index(values[1]), *(e.lower(one) for one in values[2:]))
+        "part-of-text",
+        (e.lower(values[0]), _from_one(e.lower(values[1])), *(e.lower(one) for one in values[2:])),
     )
 
 
 def _character(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
     if len(values) != 2:
         return None
-    return Function("part-of-text", (e.lower(values[0]), e._index(values[1]), Number(1)))
+    return Function("part-of-text", (e.lower(values[0]), _from_one(e.lower(values[1])), Number(1)))
 
 
 def _find(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
