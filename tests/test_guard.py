@@ -147,7 +147,7 @@ def test_the_main_routine_is_the_whole_program(tmp_path):
         ("limit_s = 3.0\ntolerance_pct = 300", "held"),
         ("limit_s = 3.0\ntolerance_pct = 3", "failed"),
         ("limit_s = 0", "failed"),
-        ("limit_s = 50\non = 'upper'", "unknown"),
+        ("limit_s = 50\non = 'upper'", "held"),
         ("limit_s = 50\nroutine = 'NOWHERE'", "unknown"),
         ("limit_s = 50\nfrom = 'FINISH'\nto = 'START'", "unknown"),
     ],
