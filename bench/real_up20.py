@@ -21,8 +21,8 @@ sys.path.insert(0, str(ROOT))
 from real_tables import print_findings  # noqa: E402
 from tables import print_table  # noqa: E402
 
-from olp.identification.diagnosis import confirm  # noqa: E402
 from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording, errors_of  # noqa: E402
+from olp.identification.diagnosis.evidence import selection  # noqa: E402
 from olp.identification.diagnosis.fitting import Noise  # noqa: E402
 from olp.identification.diagnosis.folds import Folds  # noqa: E402
 from olp.identification.diagnosis.search import move_terms, shelf_of, swaps  # noqa: E402
@@ -66,7 +66,7 @@ def held_out(recording: Recording, outcome: DiagnosisOutcome) -> None:
     simulated = errors_of(case.residual, case.measured)
     table = [("the simulation as it is", *_errors(simulated), "nothing fitted")]
     for name, labels in ways.items():
-        chosen = confirm.selection(case, Noise(_CLOCK), Folds(name, labels))
+        chosen = selection(case, Noise(_CLOCK), Folds(name, labels), shelf_of(case, move_terms()))
         after = errors_of(case.measured - chosen.predicted, case.measured)
         names = ", ".join(f"{n} {count}" for n, count in chosen.chosen.most_common())
         table.append((f"held out by {name} ({chosen.folds} folds)", *_errors(after), names or "nothing"))
