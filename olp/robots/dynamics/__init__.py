@@ -47,3 +47,6 @@ __all__ = [
     "path_torque",
     "payload_of",
 ]
+
+# What these were called in earlier versions.
+Model = DynamicModel

@@ -14,3 +14,7 @@ __all__ = [
     "load_model",
     "model_names",
 ]
+
+# What these were called in earlier versions.
+Parameter = ModelParameter
+Moves = RequestedMoves

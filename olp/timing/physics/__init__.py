@@ -3,3 +3,6 @@
 from olp.timing.physics.term import Form, LogTerm, MoveTerm, Stage, Term, TermParameter, load_term, term_names
 
 __all__ = ["Form", "LogTerm", "MoveTerm", "Stage", "Term", "TermParameter", "load_term", "term_names"]
+
+# What these were called in earlier versions.
+Parameter = TermParameter

@@ -18,3 +18,6 @@ __all__ = [
     "retime",
     "spline_through",
 ]
+
+# What these were called in earlier versions.
+Kind = LimitKind
