@@ -277,9 +277,11 @@ def _explain(problem: Exception, name: str) -> Diagnostic:
     if isinstance(problem, UnicodeDecodeError):
         return error("J001", "a template is UTF-8 text, this is not", file=file)
     if isinstance(problem, UndefinedError):
-        # Classes of olp mean nothing to those who write templates.
+        # Classes of olp mean nothing to those who write templates; their last word does (AnnotationRow: a row).
         text = re.sub(
-            r"'(?:\w+\.)*(\w+) object' has", lambda match: f"a {match[1].lower()} has", str(problem)
+            r"'(?:\w+\.)*\w*?([A-Z][a-z]*) object' has",
+            lambda match: f"a {match[1].lower()} has",
+            str(problem),
         )
         return error("J002", text, span, file=file, help="the head of olp's own template lists what there is")
     return error("J002", f"{type(problem).__name__}: {problem}", span, file=file)
