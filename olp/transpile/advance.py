@@ -19,9 +19,11 @@ from olp.ir.moves import Blend, BlendKind
 from olp.ir.program import (
     Assign,
     Begin,
+    Call,
     Comment,
     Declare,
     Dwell,
+    End,
     Move,
     Pause,
     Process,
@@ -62,7 +64,13 @@ def stopped_advance(program: Program, work: TranslationContext) -> Program:
         return program
     own = _Stops(work)
     # What is left out by now has stopped the arm all the same.
-    stopped = {line for r in work.source.routines for line in own.stopped(r.body)}
+    called = {s.routine.casefold() for s in work.source.statements() if isinstance(s, Call)}
+    main = (work.source.main or work.source.routines[0].name).casefold() if work.source.routines else ""
+    stopped = {
+        line
+        for r in work.source.routines
+        for line in own.stopped(r.body, r.name.casefold() == main and main not in called)
+    }
     if not stopped:
         return program
     routines = []
@@ -101,12 +109,12 @@ class _Stops:
         self._work = work
         self._runs: dict[int, set[bool]] | None = None
 
-    def stopped(self, rows: Sequence[Statement]) -> Iterator[int]:
-        """The lines of moves that lose their blend."""
+    def stopped(self, rows: Sequence[Statement], is_main: bool) -> Iterator[int]:
+        """The lines of moves that lose their blend. `is_main`: nothing runs after these rows."""
         for at, s in enumerate(rows):
             if not isinstance(s, Move) or s.blend is None or _is_exact(s.blend):
                 continue
-            stops = _stops_behind(rows, at)
+            stops = _stops_behind(rows, at, is_main)
             if stops is None:
                 stops = self._in_the_run(s)
             if stops:
@@ -139,21 +147,22 @@ def _is_exact(blend: Blend) -> bool:
     return blend.value is not None and blend.value.literal is not None and blend.value.literal <= 0.0
 
 
-def _stops_behind(rows: Sequence[Statement], at: int) -> bool | None:
+def _stops_behind(rows: Sequence[Statement], at: int, is_main: bool) -> bool | None:
     """Whether what follows a move waits for the arm before the next move; None where the text does not show it."""
     continued = False
-    for s in rows[at + 1 :]:
+    for index in range(at + 1, len(rows)):  # no copy of the rest for each move of a long program
+        s = rows[index]
         if isinstance(s, Process) and s.name == CONTINUE:
             continued = True
             continue
-        if isinstance(s, Move):
+        if isinstance(s, Move) or (is_main and isinstance(s, End)):
             return False
         if not continued and waits_for_the_arm(s):
             return True
         if not isinstance(s, (*_QUIET, *_WAITING, Process, SetOutput, Assign)):
             return None
         continued = continued and isinstance(s, Comment)
-    return None
+    return False if is_main else None
 
 
 def waits_for_the_arm(s: Statement) -> bool:
