@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import olp
+from olp.runtime.assumptions import UNKNOWN
 from olp.runtime.plan import Plan, StepKind
+from olp.runtime.state import ASSUMABLE
 from olp.timing.timing import time_plan
 
 POSE = "{X 812.4,Y -33.1,Z 707.5,A 12,B 3,C 178}"
@@ -89,3 +91,7 @@ def test_routines_are_global_in_the_whole_tree_of_the_robot(tmp_path: Path) -> N
     assert time_plan(plan).wait_s == pytest.approx(0.7)
     assert 5 in plan.line[plan.kind == StepKind.MOVE]  # N_PARTS is 3
     assert not [d for d in plan.diagnostics if d.severity == "error"]
+
+
+def test_every_switch_switches_something() -> None:
+    assert set(UNKNOWN) == set(ASSUMABLE.values())

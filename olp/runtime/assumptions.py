@@ -61,8 +61,7 @@ SIGNAL_WORDS: Final[Mapping[str, str]] = {
 # What no file at hand may say, and what is assumed then; a key of [unknown] in olp.toml makes it an error.
 UNKNOWN: Final[Mapping[str, str]] = {
     "routines": "a called routine that is not here does nothing",
-    "values": "a name without a value is 0, false or an empty text",
-    "positions": "a move to a position without a value is left out",
+    "values": "a name without a value is 0, false or an empty text; a move to a position without one is left out",
     "start": "the arm begins in front of its base, the flange pointing down",
 }
 NAMED_SIGNAL: Final = "signal"  # the bus of a signal that has a name and no number
