@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path as File
 
@@ -316,6 +317,24 @@ def test_too_many_sessions_are_told_so(server):
         assert client.ask(do="hello")["ok"]
     with Client(server.port) as late:
         assert codes(json.loads(late.answers.readline())) == ["S014"]
+    for client in clients:
+        client.__exit__()
+
+
+def test_a_session_that_asks_nothing_makes_room_and_one_that_works_does_not(server, monkeypatch):
+    monkeypatch.setattr("olp.servers.controller.server.IDLE", 0.2)
+    clients = [Client(server.port) for _ in range(MOST_SESSIONS)]
+    for client in clients:
+        assert client.ask(do="hello")["ok"]
+    time.sleep(0.25)
+    clients[0].socket.sendall(b" ")  # is no request
+    for client in clients[1:]:
+        assert client.ask(do="hello")["ok"]
+    with Client(server.port) as late:
+        assert late.ask(do="hello")["ok"]
+        assert clients[0].answers.readline() == b""
+        with Client(server.port) as later:
+            assert codes(json.loads(later.answers.readline())) == ["S014"]
     for client in clients:
         client.__exit__()
 

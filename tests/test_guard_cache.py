@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import shutil
 import sqlite3
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -217,6 +218,9 @@ FORGERIES = {
     "fields that nobody knows": lambda r: r.update(evil=1),
     "nothing read": lambda r: r.update(read=[]),
     "text that is read": lambda r: r.update(read="MAIN.JBI"),
+    "a NUL in a name": lambda r: r["read"].append("a\0b"),
+    "half a character in a name": lambda r: r["read"].append("\ud800"),
+    "more files than there are": lambda r: r["read"].extend(["/"] * 20_000),
 }
 
 
@@ -228,6 +232,63 @@ def test_a_verdict_that_somebody_wrote_into_the_cache_is_not_believed(forgery, p
     again = check(pallet, monkeypatch, tmp_path / "cache")
     assert again.results == first.results
     assert any(item.status is Status.FAILED for result in again.results for item in result.items)
+
+
+@pytest.mark.parametrize("part", ["routine = 'GRIP'", "from = '*START'\nto = 'FINISH'"])
+def test_a_budget_of_a_part_that_is_left_out_of_the_cache_is_judged_anew(part, tmp_path, monkeypatch):
+    home, cache = tmp_path / "cell", tmp_path / "cache"
+    cell(home, f"[[budget]]\nname = 'b'\n{part}\nlimit_s = 0.01\n")
+    first = check(home, monkeypatch, cache)
+    stored(cache, lambda r: r.update(items=[], findings=[]))
+    again = check(home, monkeypatch, cache)
+    assert first.items == again.items == {"b": "failed"}
+    # What no file names is not looked for again.
+    cell(home, "[[budget]]\nname = 'b'\nroutine = 'GRI'\nlimit_s = 0.01\n")
+    check(home, monkeypatch, cache)
+    assert check(home, monkeypatch, cache).timed == []
+
+
+ODD = (None, True, -1, 1.5, 10**400, 1e300, "", "\ud800", "\0", [], {}, [[]], {"a": 1}, "x" * 100_000)
+
+
+def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """The way to every value in a document."""
+    yield way
+    if isinstance(value, (dict, list)):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from places(inner, (*way, key))
+
+
+def test_no_odd_value_anywhere_in_a_row_ends_a_run_or_turns_a_budget(tmp_path, monkeypatch):
+    from olp.checks.guard.cache import Cache
+    from olp.checks.guard.run import tasks
+    from olp.cli.check import outcome_of
+    from olp.reports.batch import Job
+    from olp.reports.outcome import format_names, load_format
+
+    home, file = tmp_path / "cell", tmp_path / "cache"
+    cell(home, "[[budget]]\nname = 'b'\nlimit_s = 0.1\n\n[[budget]]\nroutine = 'GRIP'\nlimit_s = 100\n")
+    check(home, monkeypatch, file)
+    cache = Cache.open(file, Job())
+    (task,) = tasks([str(home / "MAIN.JBI")]).tasks
+    true = cache.find(*task)
+    assert true is not None
+    ((name, (key, text)),) = [row for row in cache._known.items() if "MAIN" in row[0]]
+    row = json.loads(text)
+    for *way, last in list(places(row))[1:]:
+        for odd in ODD:
+            forged = copy.deepcopy(row)
+            inner = forged
+            for step in way:
+                inner = inner[step]
+            inner[last] = odd
+            cache._known[name] = (key, json.dumps(forged))
+            found = cache.find(*task)
+            if found is None:
+                continue
+            assert [(i.name, i.status) for i in found.items] == [(i.name, i.status) for i in true.items]
+            for form in format_names():
+                load_format(form).render(outcome_of([found])).encode("utf-8", "backslashreplace")
 
 
 ROWS = {

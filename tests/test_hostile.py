@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import re
 import shutil
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
+from olp.core.files import write_output
 from olp.core.source import decode
+from olp.core.terminal import csv_text, from_cell
 from olp.fluent import read_source
 
 SAMPLES = Path(__file__).parent.parent / "samples"
@@ -324,3 +329,59 @@ def test_expressions_without_an_end_are_read_in_a_moment(vendor, nested, deep):
     except OlpError:
         pass
     assert time.process_time() - began < 4.0
+
+
+FORMULAS = ("=1+1", "@SUM(A1)", "+cmd|' /C calc'!A0", "-2+3", "'=1", "''@x", "-1.5", "'", "plain", "=a,b\n=c")
+
+
+def test_no_text_in_a_table_is_a_formula_and_every_text_comes_back():
+    rows = list(csv.reader(io.StringIO(csv_text([FORMULAS, ("\t=1", "\r=1", -2.5)]))))
+    cells = [cell for row in rows for cell in row]
+    assert [cell for cell in cells if cell[0] in "=+-@\t\r"] == ["-1.5", "-2.5"]
+    assert tuple(map(from_cell, rows[0])) == FORMULAS
+
+
+def test_no_table_that_a_command_writes_holds_a_formula(tmp_path, monkeypatch, capsysbinary):
+    for file in JOB.parent.iterdir():
+        shutil.copy(file, tmp_path)
+    for name in ("=A.JBI", "@B.JBI"):
+        shutil.copy(JOB, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    for words in (["time", "=A.JBI", "@B.JBI", "--format", "csv"], ["track", "=A.JBI", "--dt", "1"]):
+        assert main(words) == 0, words
+        said = capsysbinary.readouterr().out.decode()
+        cells = [cell for row in csv.reader(io.StringIO(said)) for cell in row]
+        assert "'=A.JBI" in cells
+        assert not [cell for cell in cells if cell[:1] in tuple("=@")]
+
+
+def test_what_a_killed_run_has_left_and_a_long_name_are_not_in_the_way(tmp_path):
+    for name in ("out.csv", "o" * 255):
+        with suppress(OSError):
+            (tmp_path / f".{name}.{os.getpid()}.part").write_text("half", encoding="utf-8")
+        write_output(tmp_path / name, b"whole")
+        assert (tmp_path / name).read_bytes() == b"whole"
+
+
+DOCUMENTS_OF_JSON = {
+    "deep": "[" * 60_000,
+    "an integer of 400 digits": '{"a": ' + "9" * 400 + "}",
+    "an integer of 5,000 digits": "9" * 5_000,
+    "nothing that is finite": '{"a": NaN, "b": -Infinity, "c": 1e999}',
+    "other things": '{"version": 1, "schema": "olp-signature", "findings": [{"fingerprint": 1, "count": 1e999}]}',
+}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS_OF_JSON)
+def test_hostile_json_is_told_or_passed_over(document, tmp_path, capsys):
+    text = DOCUMENTS_OF_JSON[document]
+    for name in ("signature.json", "X.JBI"):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    report = tmp_path / "report.html"
+    summary = '<script type="application/json" id="summary">'
+    report.write_text(f"<html>{summary}{text}</script>{summary * 2_000}", encoding="utf-8")
+    assert main(["report", str(JOB), "-o", str(tmp_path / "report.html")]) == 0
+    assert main(["time", str(JOB), "--signature", str(tmp_path / "signature.json")]) == 2
+    assert main(["lint", str(JOB), "--baseline", str(tmp_path / "signature.json")]) in (0, 1, 2)
+    assert main(["time", str(tmp_path / "X.JBI")]) == 2
+    assert "Traceback" not in capsys.readouterr().err

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 from pathlib import Path
@@ -167,7 +166,7 @@ def _tolerances(given: list[str]) -> Tolerances:
 
 def _write_all(folder: Path, files: dict[str, bytes], inputs: list[Path], force: bool) -> None:
     """All files or none. Raises OlpError for a file that is there already (C009), or that would replace an input."""
-    from olp.core.files import refuse_inputs
+    from olp.core.files import refuse_inputs, write_together
 
     problems = []
     for name in files:
@@ -179,18 +178,10 @@ def _write_all(folder: Path, files: dict[str, bytes], inputs: list[Path], force:
             )
     if problems:
         raise OlpError(*problems)
-    written: list[tuple[Path, Path]] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, data in files.items():
-            part = folder / f".{name}.{os.getpid()}.part"
-            written.append((part, folder / name))
-            part.write_bytes(data)
-        for part, target in written:
-            os.replace(part, target)
+        write_together({folder / name: data for name, data in files.items()})
     except OSError as problem:
-        for part, _ in written:
-            part.unlink(missing_ok=True)
         raise OlpError(from_os_error(problem)) from None
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from olp.cli.time import add_timing_arguments, job_of, positive, print_diagnostics
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import write_output
+from olp.core.terminal import to_cell
 
 if TYPE_CHECKING:
     import pandas
@@ -39,6 +40,7 @@ def run(args: Namespace) -> int:
     if args.output and args.output.lower().endswith(_PARQUET):
         data = _parquet(table)
     else:
+        table["file"] = table["file"].map({name: to_cell(name) for name in set(table["file"])})
         data = table.to_csv(index=False, float_format="%.6f", lineterminator="\n").encode()
     write_output(args.output, data, inputs=[args.job])
     told = [d.at(args.job) for d in (*timing.diagnostics, *assumed(timing))]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import write_output
+from olp.core.terminal import csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,14 +59,7 @@ def _text(points: Sequence[TrendPoint]) -> str:
 
 
 def _csv(points: Sequence[TrendPoint]) -> str:
-    import csv
-    import io
-
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("started", "commit", "file", "total_s", "motion_s", "wait_s"))
-    writer.writerows(points)
-    return out.getvalue()
+    return csv_text([("started", "commit", "file", "total_s", "motion_s", "wait_s"), *points])
 
 
 def _json(points: Sequence[TrendPoint]) -> str:

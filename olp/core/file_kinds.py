@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 from typing import Final
+
+from olp.core.files import parse_json
 
 _MAGIC: Final = (
     (b"\x89PNG\r\n", "a PNG picture"),
@@ -48,7 +49,7 @@ def text_kind(raw: bytes) -> str:
         return "a log: its lines begin with a time"
     if head[:1] in (b"{", b"[") and len(raw) < 16 * _LOOKED_AT:
         try:
-            json.loads(raw)
+            parse_json(raw)
         except ValueError:
             return ""
         return "JSON"

@@ -9,11 +9,14 @@ overwritten.
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from secrets import token_hex
+from typing import Any
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.terminal import shown, utf8
@@ -63,8 +66,26 @@ def refuse_inputs(path: str | Path, inputs: Iterable[str | Path]) -> None:
             )
 
 
+def write_together(files: Mapping[Path, bytes]) -> None:
+    """Writes all files or none, each whole. Raises OSError."""
+    parts = {_beside(target): target for target in files}
+    try:
+        for part, target in parts.items():
+            part.write_bytes(files[target])
+        for part, target in parts.items():
+            os.replace(part, target)
+    finally:
+        for part in parts:
+            part.unlink(missing_ok=True)
+
+
+def _beside(target: Path) -> Path:
+    """A hidden file that nobody has: one that a killed run has left is never in the way."""
+    return target.with_name(f".olp-{token_hex(8)}.part")
+
+
 def _replace(target: Path, data: bytes) -> None:
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    beside = _beside(target)
     try:
         with open(beside, "xb") as file:
             file.write(data)
@@ -105,6 +126,16 @@ def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int 
     if kind.st_size > most or len(data) > most:
         raise OSError(errno.EFBIG, f"this file has more than {most / 1e6:g} MB", os.fspath(path))
     return data
+
+
+def parse_json(data: str | bytes) -> Any:
+    """What a JSON text holds. Raises ValueError, also for one that nests without an end or is no UTF-8."""
+    try:
+        return json.loads(data.decode("utf-8-sig") if isinstance(data, bytes) else data)
+    except UnicodeDecodeError:
+        raise ValueError("this is no UTF-8 text") from None
+    except RecursionError:
+        raise ValueError("brackets within brackets without an end") from None
 
 
 def from_os_error(problem: OSError) -> Diagnostic:

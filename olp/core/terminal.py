@@ -1,15 +1,17 @@
-"""What leaves as text: bytes of a file, and what a terminal may be shown.
+"""What leaves as text: bytes of a file, cells of a table, and what a terminal may be shown.
 
-Names, comments and messages come from programs. A terminal obeys control characters, and some signs turn the direction
-of a text so that it reads as another.
+Names, comments and messages come from programs. A terminal obeys control characters, some signs turn the direction
+of a text so that it reads as another, and a spreadsheet computes what begins like a formula.
 """
 
 from __future__ import annotations
 
+import csv
 import io
 import os
 import re
 import sys
+from collections.abc import Iterable
 from typing import Final, TextIO
 
 # Controls but line feed and tab, the C1 controls, directions of text, lone surrogates (of names that are no text).
@@ -45,6 +47,39 @@ class Screen(io.TextIOWrapper):
 
 def _code(found: re.Match[str]) -> str:
     return found[0].encode("unicode_escape").decode("ascii")
+
+
+# --- Tables ---
+# Cells of CSV that a spreadsheet would compute get an apostrophe in front, and lose it when they are read.
+
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Rows as CSV, in which no text is a formula."""
+    text = io.StringIO()
+    plain = csv.writer(text, lineterminator="\n")
+    quoted = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL)
+    for row in rows:
+        cells = [to_cell(value) for value in row]
+        returns = any(
+            isinstance(cell, str) and "\r" in cell for cell in cells
+        )  # Python before 3.13 quotes none
+        (quoted if returns else plain).writerow(cells)
+    return text.getvalue()
+
+
+def to_cell(value: object) -> object:
+    """`value` as a cell that shows what it is: a text that would be computed is marked as text."""
+    if not isinstance(value, str) or not _FORMULA.match(value) or _NUMBER.fullmatch(value):
+        return value
+    return f"'{value}"
+
+
+def from_cell(text: str) -> str:
+    """The text that `to_cell` made a cell of."""
+    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
 
 
 # --- Colour ---

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sqlite3
 from collections.abc import Iterable, Sequence
 from contextlib import closing
@@ -22,10 +23,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from olp.checks.guard.budget import Budget
+from olp.checks.guard.budget import Budget, label_name
 from olp.checks.guard.judge import JudgedFile, verdict
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import read_input
+from olp.core.files import parse_json, read_input
 from olp.core.git import git
 from olp.core.terminal import utf8
 from olp.reports.batch import Job
@@ -39,6 +40,7 @@ _UNRESOLVED = frozenset({"I102", "I203", "I209"})  # another file of the folder 
 _PATIENCE_S = 5.0  # for another olp that writes
 _MOST_STEPS = 200_000_000  # of SQLite's machine: seconds
 _MOST_TEXT = 8_000_000  # characters of one result
+_MOST_READ = 10_000  # files of one program
 _MOST = 1e12  # [s] and lines
 
 
@@ -78,10 +80,10 @@ class Cache:
         if known is None:
             return None
         try:
-            judged = _judged(json.loads(known[1]))
-        except (ValueError, KeyError, TypeError, RecursionError):
+            judged = _judged(parse_json(known[1]))
+            same = judged.path == path and path in judged.read and known[0] == self._key(judged, budgets)
+        except (ValueError, KeyError, TypeError, OverflowError):
             return None
-        same = judged.path == path and path in judged.read and known[0] == self._key(judged, budgets)
         return judged if same and _follows(judged, budgets) else None
 
     def keep(self, results: Iterable[tuple[JudgedFile, Sequence[Budget]]]) -> None:
@@ -210,16 +212,40 @@ def _is_tracked(path: Path) -> bool:
 def _follows(judged: JudgedFile, budgets: Sequence[Budget]) -> bool:
     """Whether each budget has its verdict, and it is the one that the seconds beside it lead to."""
     items = {item.name: item for item in judged.items}
+    texts: list[str | None] | None = None
     if len(items) != len(judged.items) or set(items) - {b.name for b in budgets}:
         return False
     for budget in budgets:
         item = items.get(budget.name)
         if item is None:
-            if not budget.anywhere:
+            texts = [_text(file) for file in judged.read] if texts is None else texts
+            if not budget.anywhere or _is_named(budget, judged.read, texts):
                 return False
         elif item.limit_s != budget.limit_s or not _led_to(item, budget, judged):
             return False
     return True
+
+
+def _is_named(budget: Budget, files: Sequence[str], texts: Sequence[str | None]) -> bool:
+    """Whether a part of a program that the cache knows nothing of may be there after all."""
+    names = [budget.routine.casefold()] if budget.routine else [*map(label_name, (budget.start, budget.stop))]
+    stems = {Path(file).stem.casefold() for file in files}
+    return all(
+        name in stems
+        or not name.isascii()
+        or any(text is None or re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text) for text in texts)
+        for name in names
+    )
+
+
+def _text(path: str) -> str | None:
+    """The text of a program as far as it is ASCII, None where the bytes are none."""
+    try:
+        raw = read_input(path)
+    except OSError:
+        return None
+    packed = raw.startswith(b"\x1f\x8b") or b"\0" in raw
+    return None if packed else raw.decode("latin-1").casefold()
 
 
 def _led_to(item: JudgedItem, budget: Budget, judged: JudgedFile) -> bool:
@@ -237,6 +263,8 @@ def _judged(value: object) -> JudgedFile:
     items = [_table(item) for item in _list(whole.pop("items"))]
     findings = [_table(finding) for finding in _list(whole.pop("findings"))]
     read = tuple(_texts(whole.pop("read")))
+    if len(read) > _MOST_READ:
+        raise ValueError("more files than a program calls")
     judged = JudgedFile(
         items=tuple(JudgedItem(**{**item, "status": Status(item["status"])}) for item in items),
         findings=tuple(_finding(finding) for finding in findings),
@@ -245,7 +273,8 @@ def _judged(value: object) -> JudgedFile:
     )
     for item in judged.items:
         _texts([item.name, item.file, item.message, item.group, item.details])
-        _numbers([item.line, item.seconds, item.limit_s])
+        _numbers([item.seconds, item.limit_s])
+        _wholes([item.line])
     _texts([judged.path])
     _numbers([judged.total_s, judged.motion_s, judged.wait_s, judged.io_s, judged.high_s])
     return judged
@@ -257,10 +286,8 @@ def _finding(value: dict[str, Any]) -> OutcomeFinding:
     )
     found = OutcomeFinding(**{**value, "level": Level(value["level"]), "fixes": fixes})
     _texts([found.code, found.message, found.file, found.title, found.help, found.source_line, found.anchor])
-    _numbers([found.line, found.column, found.end_column])
-    numbers = _table(found.numbers).values()
-    if not all(isinstance(number, (int, float, str)) for number in numbers):
-        raise ValueError("a measured value that is none")
+    _wholes([found.line, found.column, found.end_column, *(line for fix in fixes for line in fix[:2])])
+    _numbers([number for number in _table(found.numbers).values() if not isinstance(number, str)])
     return found
 
 
@@ -280,7 +307,14 @@ def _texts(values: Iterable[object]) -> Sequence[str]:
     found = [value for value in values if isinstance(value, str)]
     if not isinstance(values, list) or len(found) != len(values):
         raise ValueError("no text")
+    for text in found:
+        text.encode("utf-8", "surrogateescape")  # raises for half characters; names may hold any bytes
     return found
+
+
+def _wholes(values: Iterable[object]) -> None:
+    if not all(type(value) is int and 0 <= value < _MOST for value in values):
+        raise ValueError("no place")
 
 
 def _numbers(values: Iterable[object]) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import read_input
+from olp.core.files import parse_json, read_input
 from olp.reports.outcome.model import OutcomeFinding
 
 _VERSION = 1
@@ -20,12 +20,12 @@ _VERSION = 1
 def read_baseline(path: Path) -> dict[str, int]:
     """Fingerprint -> how many such findings are known. Raises OlpError (W901)."""
     try:
-        whole = json.loads(read_input(path).decode("utf-8"))
+        whole = parse_json(read_input(path))
         rows = whole["findings"] if whole["version"] == _VERSION else []
         return {str(row["fingerprint"]): int(row["count"]) for row in rows}
     except OSError as problem:
         why = problem.strerror or "it cannot be read"
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, KeyError, TypeError, OverflowError):
         why = "it is no baseline of olp lint"
     raise OlpError(
         error("W901", f"the baseline: {why}", file=str(path), help="olp lint --write-baseline FILE makes one")

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span, error
+from olp.core.terminal import from_cell
 from olp.core.units import deg, mm
 from olp.identification.recording.columns import (
     LOG_POINT,
@@ -255,7 +256,9 @@ def _csv(path: Path) -> LogTable:
     except (ValueError, UnicodeDecodeError):
         return _slowly(file, raw)
     cells: Cells = {
-        name: tuple(frame.iloc[:, i].fillna("")) if name in text else frame.iloc[:, i].to_numpy(np.float64)
+        name: tuple(map(from_cell, frame.iloc[:, i].fillna("")))
+        if name in text
+        else frame.iloc[:, i].to_numpy(np.float64)
         for i, name in enumerate(names)
     }
     if any(np.isinf(values).any() for name, values in cells.items() if name not in text):
@@ -309,7 +312,7 @@ def _slowly(file: str, raw: bytes) -> LogTable:
     problems.found += [_ragged(file, lines, line, len(row), len(names)) for line, row in wrong[:SHOWN]]
     cells: Cells = {}
     for i, name in enumerate(names):
-        column = tuple(row[i].strip() for row in kept)
+        column = tuple(from_cell(row[i].strip()) for row in kept)
         cells[name] = column if name in text else _numbers(problems, name, column)
     if problems.found:
         raise OlpError(*problems.all())

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import read_input
+from olp.core.terminal import from_cell
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -149,7 +150,7 @@ def read_table(path: Path) -> RecordingTable:
             row = next(reader, None)
             if row is None:
                 break
-            rows.append([cell.strip() for cell in row])
+            rows.append([from_cell(cell.strip()) for cell in row])
             starts.append(start)
             if len(rows) > MOST_ROWS + 1:
                 raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=file))
@@ -213,7 +214,7 @@ def _wrong_width(file: str, lines: Sequence[str], line: int, found: int, width: 
 
 def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]:
     """The names of the columns. Raises OlpError: D002 no table, D003 too wide, D011 no name or one name twice."""
-    names = tuple(name.strip() for name in header)
+    names = tuple(from_cell(name.strip()) for name in header)
     line = line.rstrip("\r\n")
     if not any(names):
         raise OlpError(error("D002", "no header row", file=file, help="the first line names the columns"))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.files import write_output
+from olp.core.terminal import csv_text, to_cell
 from olp.core.units import deg, mm, percent
 from olp.identification.recording.columns import KINDS, LOG_POINT, LOG_TURN, POINTS, TURNS, move_axis
 from olp.identification.recording.log import Log
@@ -45,11 +44,7 @@ def moves_csv(moves: RecordedMoves) -> str:
     columns = dict(_columns(moves))
     said = {_group(name) for name, cells in columns.items() if name in _REQUIRED or any(cells)}
     columns = {name: cells for name, cells in columns.items() if _group(name) in said}
-    table = io.StringIO()
-    writer = csv.writer(table, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return table.getvalue()
+    return csv_text([list(columns), *zip(*columns.values(), strict=True)])
 
 
 def _group(name: str) -> str:
@@ -165,5 +160,9 @@ def log_csv(log: Log) -> bytes:
         if values is not None:
             columns.update(zip(group, np.round(values / factor, 9).T, strict=True))
     columns.update(log.covariates)
-    columns.update(log.texts)
-    return pandas.DataFrame(columns).to_csv(index=False, lineterminator="\n").encode()
+    columns.update((name, [to_cell(word) for word in words]) for name, words in log.texts.items())
+    return (
+        pandas.DataFrame({to_cell(name): values for name, values in columns.items()})
+        .to_csv(index=False, lineterminator="\n")
+        .encode()
+    )

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import read_input, write_output
+from olp.core.files import parse_json, read_input, write_output
 from olp.core.units import deg, mm
 from olp.identification.signature.coefficients import KINDS, CorrectionPart
 from olp.identification.signature.document import SCHEMA, VERSION, Learnt, Score, Signature
@@ -40,8 +40,8 @@ def read_signature(path: str | Path) -> Signature:
     except OSError as problem:
         raise OlpError(error("H006", problem.strerror or "cannot be read", file=file)) from None
     try:
-        content = json.loads(data.decode("utf-8-sig"))
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as problem:
+        content = parse_json(data)
+    except ValueError as problem:
         raise OlpError(error("H006", f"not JSON: {problem}", file=file)) from None
     return from_json(content, file)
 
@@ -117,7 +117,7 @@ def from_json(content: Any, file: str = "") -> Signature:
         raise OlpError(error("H007", says, file=file, help="install a newer olp"))
     try:
         return _signature(content)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as problem:
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as problem:
         what = f"{type(problem).__name__}: {problem}"
         raise OlpError(error("H008", f"a field is missing or cannot be ({what})", file=file)) from None
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic
+from olp.core.terminal import csv_text
 from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
@@ -28,25 +27,19 @@ class Csv(Report):
             return ""
         if not options.segments:
             totals = (f"{getattr(timing, name):.6f}" for name in _TOTALS[2:-1])
-            return _rows([[file, timing.robot or "", *totals, timing.untimed]])
+            return csv_text([[file, timing.robot or "", *totals, timing.untimed]])
         names = _header(options)
-        return _rows([_cell(segment.get(name)) for name in names] for segment in timing.segments())
+        return csv_text([_cell(segment.get(name)) for name in names] for segment in timing.segments())
 
     def join(self, parts: Sequence[ReportPart], options: Options) -> str:
         header = _header(options) if options.segments else _TOTALS
-        return _rows([header]) + "".join(part.text for part in parts)
+        return csv_text([header]) + "".join(part.text for part in parts)
 
 
 def _header(options: Options) -> tuple[str, ...]:
     from olp.timing.timing import COLUMNS
 
     return (*COLUMNS, "low_s", "high_s") if options.interval else COLUMNS
-
-
-def _rows(rows: object) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)  # type: ignore[arg-type]
-    return text.getvalue()
 
 
 def _cell(value: object) -> object:

@@ -8,8 +8,6 @@ Codes: Y001 none of the programs can be shown.
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -20,6 +18,7 @@ from markupsafe import Markup
 
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
+from olp.core.files import parse_json
 from olp.reports.diagnosis.svg import variables
 from olp.reports.outcome.model import JudgedItem, Status
 from olp.reports.page.data import program_data
@@ -28,7 +27,8 @@ from olp.timing.timing import Timing
 
 _TEMPLATE = "report.html.j2"
 _LONGEST = 25  # lines of a program that are listed without the script
-_SUMMARY = re.compile(r'<script type="application/json" id="summary">(.*?)</script>', re.DOTALL)
+_SUMMARY = '<script type="application/json" id="summary">', "</script>"
+_MOST_S = 1e12  # [s] of a program in an earlier report
 _STATUS = {Status.HELD: "held", Status.WARNED: "close", Status.FAILED: "over", Status.UNKNOWN: "unknown"}
 
 
@@ -152,15 +152,15 @@ def _longest(timing: Timing) -> list[tuple[str, ...]]:
 
 def _earlier(text: str) -> dict[str, float]:
     """Path -> seconds of an earlier report; empty where the text is none."""
-    match = _SUMMARY.search(text)
-    if match is None:
-        return {}
+    begin, end = _SUMMARY
     try:
-        known = json.loads(match[1])
+        known = parse_json(text.partition(begin)[2].partition(end)[0])
     except ValueError:
         return {}
     if not isinstance(known, dict):
         return {}
     return {
-        str(k): float(v) for k, v in known.items() if isinstance(v, (int, float)) and not isinstance(v, bool)
+        name: float(seconds)
+        for name, seconds in known.items()
+        if isinstance(seconds, (int, float)) and not isinstance(seconds, bool) and 0 <= seconds < _MOST_S
     }

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import math
 import os
+import socket
 import socketserver
+import time
 from collections.abc import Callable, Mapping
-from threading import BoundedSemaphore
+from contextlib import suppress
+from threading import Lock
 from typing import Any, Final, NamedTuple, NoReturn
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.files import parse_json
 from olp.core.units import deg, mm, percent
 from olp.ir.program import Path
 from olp.robots.controller_effects import SETTINGS
@@ -23,6 +27,7 @@ from olp.servers.controller.target import Target
 HOST: Final = "127.0.0.1"  # never reachable from elsewhere: the protocol asks nobody who they are
 MOST_SESSIONS: Final = 8
 PATIENCE: Final = 3600.0  # [s] without a request, then the session ends
+IDLE: Final = 60.0  # [s] without a request, then a session makes room for another one that is wanted
 
 _BUSY = (
     b'{"ok": false, "diagnostics": [{"code": "S014", "severity": "error", '
@@ -38,20 +43,22 @@ class _Handler(socketserver.StreamRequestHandler):
     disable_nagle_algorithm = True  # a simulator waits for each answer
 
     def handle(self) -> None:
-        if not self.server.places.acquire(blocking=False):
+        if not self.server.admits(self.connection):
             self.wfile.write(_BUSY)
             return
         try:
             self._serve(Session())
-        except (ConnectionError, TimeoutError):
-            pass  # the simulator has gone
+        except OSError:
+            pass  # the simulator has gone, or its place was given to another one
         finally:
-            self.server.places.release()
+            self.server.leaves(self.connection)
 
     def _serve(self, session: Session) -> None:
         while line := self.rfile.readline(LONGEST_LINE + 1):
+            self.server.hears(self.connection)
             answer = session.answer(line)
             self.wfile.write(answer.line)
+            self.server.hears(self.connection)
             if answer.last:
                 return
 
@@ -64,7 +71,8 @@ class ControllerServer(socketserver.ThreadingTCPServer):
     daemon_threads = True
 
     def __init__(self, port: int) -> None:
-        self.places = BoundedSemaphore(MOST_SESSIONS)
+        self._heard: dict[socket.socket, float] = {}  # session -> when it last asked something [s]
+        self._lock = Lock()
         try:
             super().__init__((HOST, port), _Handler)
         except (OSError, OverflowError) as problem:
@@ -74,6 +82,30 @@ class ControllerServer(socketserver.ThreadingTCPServer):
                     "S015", f"cannot listen on port {port}: {why}", help="another --port; 0 takes a free one"
                 )
             ) from None
+
+    def admits(self, session: socket.socket) -> bool:
+        """Whether there is a place; the session that has been silent for longest, and long, makes room."""
+        with self._lock:
+            if len(self._heard) >= MOST_SESSIONS:
+                silent = min(self._heard, key=lambda known: self._heard[known])
+                if time.monotonic() - self._heard[silent] < IDLE:
+                    return False
+                del self._heard[silent]
+                with suppress(OSError):
+                    silent.shutdown(socket.SHUT_RDWR)
+            self._heard[session] = time.monotonic()
+            return True
+
+    def hears(self, session: socket.socket) -> None:
+        """Notes that a session has asked something, or was answered. Bytes that are no whole request do not count."""
+        with self._lock:
+            if session in self._heard:
+                self._heard[session] = time.monotonic()
+
+    def leaves(self, session: socket.socket) -> None:
+        """Gives the place back."""
+        with self._lock:
+            self._heard.pop(session, None)
 
     @property
     def port(self) -> int:
@@ -242,8 +274,8 @@ def _parsed(line: bytes) -> Fields:
     if len(line) > LONGEST_LINE:
         raise OlpError(error("S010", f"a line has at most {LONGEST_LINE} bytes", help=help_text))
     try:
-        value = json.loads(line.decode("utf-8"))
-    except (ValueError, RecursionError):
+        value = parse_json(line)
+    except ValueError:
         raise OlpError(error("S010", "this line is not JSON", help=help_text)) from None
     if not isinstance(value, dict):
         raise OlpError(error("S010", "this line is no JSON object", help=help_text))
