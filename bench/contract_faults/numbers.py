@@ -12,10 +12,16 @@ from typing import Any, Final
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 SEED: Final = 15
+_ALL: Final = tempfile.TemporaryDirectory(prefix="olp-faults-")
 _PLACE: Final[dict[str, Path]] = {}  # in the fault's own process: where the faulty member is
 Planted = tuple[str, Callable[[], Callable[[], bool]]]
 _NUMBER: Final = re.compile(r"(?<![\w.\"])-?\d+(?:\.\d+)?(?![\w.\"])")
 _PER_FILE: Final = 14
+
+
+def _scratch() -> Path:
+    """A new folder that is gone when the bench ends: a fault's own process ends without cleaning up."""
+    return Path(tempfile.mkdtemp(dir=_ALL.name))
 
 
 # --- robots -------------------------------------------------------------------------------------------------
@@ -67,7 +73,7 @@ def _without_words(text: str) -> str:
 
 def _file(text: str, span: tuple[int, int], other: str) -> Callable[[], Callable[[], bool]]:
     def plant() -> Callable[[], bool]:
-        path = Path(tempfile.mkdtemp()) / "robot.toml"
+        path = _scratch() / "robot.toml"
         path.write_text(text[: span[0]] + other + text[span[1] :], encoding="utf-8")
         _PLACE["robot"] = path
         return lambda: True
@@ -147,7 +153,7 @@ def host_faults(name: str) -> list[Planted]:
 
     def copied(change: Callable[[Path], object]) -> Callable[[], Callable[[], bool]]:
         def plant() -> Callable[[], bool]:
-            root = Path(tempfile.mkdtemp())
+            root = _scratch()
             for beside in ("scripts", "tests", "docs", "olp"):
                 (root / beside).symlink_to(ROOT / beside)
             (root / "hosts").mkdir()
