@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from translated_texts import converted, inform, module, read, tp
+from translated_texts import converted, inform, krl, module, read, tp
 
 from olp.__main__ import main
 from olp.cli.convert import ACCEPTABLE as OPTIONS
 from olp.robots.robot import load_robot
 from olp.transpile.link import link
 from olp.transpile.proof import runs_of
-from olp.transpile.receipt import ACCEPTABLE, receipt_of
+from olp.transpile.receipt import _EXPLAINS, ACCEPTABLE, receipt_of
 from olp.transpile.receipt_text import as_text
 
 ROBOT = load_robot("yaskawa/gp25")
@@ -162,3 +162,28 @@ def test_runs_of_arcs_of_any_length_are_paired_with_what_was_made_of_them(count,
     status, told = convert(tmp_path, capsys, "PART.JBI", text, target)
     assert status == 0, told
     assert f"both run: {count + 2} steps" in told or f"both run: {count + 1} steps" in told
+
+
+def test_what_the_run_with_the_inputs_on_leaves_out_is_not_proven(tmp_path, capsys):
+    text = krl("BAS(#INITMOV,0)", "IF $IN[1] THEN", "LIN XP9", "ENDIF")
+    status, told = convert(tmp_path, capsys, "part.src", text, "rapid")
+    assert (status, "could not be compared to their end" in told) == (1, True)
+
+
+def test_moves_that_no_run_comes_to_are_named(tmp_path, capsys):
+    text = module(
+        "MoveL p1,v100,fine,tool0;", "IF 1=2 THEN", "MoveL p2,v100,fine,tool0;", "ENDIF", data=PLACES
+    )
+    told = convert(tmp_path, capsys, "M.mod", text, "krl")[1]
+    assert "no run comes to these moves, so they were not compared" in told
+
+
+def test_an_acceleration_that_is_left_out_explains_no_other_speed():
+    assert "acceleration" not in _EXPLAINS
+
+
+@pytest.mark.parametrize("loop", [("WHILE TRUE DO", "ENDWHILE"), ("again:", "GOTO again;")])
+def test_a_main_loop_that_stands_still_goes_on_with_another_input_however_it_is_spelt(loop):
+    rows = (loop[0], "IF di1=1 THEN", "MoveL p1,v100,fine,tool0;", "ENDIF", loop[1])
+    text = module("MoveL p2,v100,fine,tool0;", *rows, data=PLACES)
+    assert len(read(text, "rapid").plan(robot="yaskawa/gp25").moves) == 2

@@ -302,3 +302,114 @@ def test_a_program_that_begins_with_an_output_has_no_continue_before_it():
     made = code(translated(text, "rapid", "krl"), ";")
     assert made[made.index("$OUT[1]=TRUE") - 1] != "CONTINUE"
     assert made[made.index("$OUT[2]=TRUE") - 1] == "CONTINUE"
+
+
+# --- what a statement that is left out takes with it --------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "inform", "urscript"])
+def test_moves_in_a_frame_whose_choice_is_left_out_are_left_out_too(target):
+    rows = (
+        *HOME,
+        "$BASE=BASE_DATA[1]",
+        *poses((1200, 0, 800)),
+        "$BASE=BASE_DATA[n]",
+        *poses((1200, 90, 800)),
+        "$BASE=BASE_DATA[1]",
+        *poses((1200, 0, 800)),
+    )
+    made = converted(krl("INT n", "n=2", "IF $IN[3] THEN", "n=3", "ENDIF", *rows), "krl", target)
+    lost = {loss.line: loss.says for loss in made.translated.losses if loss.fate is Fate.COMMENTED}
+    assert list(lost) == [13, 14]
+    assert "it needs the frame that '$BASE=BASE_DATA[n]' sets" in lost[14]
+
+
+# --- inline forms of splines --------------------------------------------------------------------------------
+
+FORM = (
+    ";FOLD SLIN P1 Vel=0.5 m/s CPDAT1 Tool[2]:grip Base[3] ;%{PE}",
+    "SLIN XP1 WITH $VEL=SVEL_CP(0.5, ,LCPDAT1),$TOOL=STOOL2(FP1),$BASE=SBASE(FP1.BASE_NO),"
+    "$IPO_MODE=SIPO_MODE(FP1.IPO_FRAME),$LOAD=SLOAD(FP1.TOOL_NO),$ACC=SACC_CP(LCPDAT1),"
+    "$ORI_TYPE=SORI_TYP(LCPDAT1),$APO=SAPO(LCPDAT1),$JERK=SJERK(LCPDAT1)",
+    ";ENDFOLD",
+)
+
+
+def with_list(*rows):
+    return krl("E6POS XP1", "XP1={X 900,Y 0,Z 400,A 0,B 90,C 0}", *rows, *FORM)
+
+
+def test_a_form_without_its_list_has_the_tool_and_base_of_its_caption():
+    text = translated(with_list(*HOME), "krl", "tp")
+    rows = [row.partition(":")[2].strip(" ;") for row in text.splitlines() if "NUM=" in row]
+    assert rows[-2:] == ["UFRAME_NUM=3", "UTOOL_NUM=2"]
+
+
+@pytest.mark.parametrize(
+    "data", ["DECL LDAT LCPDAT1={VEL 2.0,ACC 100.0,APO_DIST 0.0,ORI_TYP #CONSTANT}", "$ORI_TYPE=#CONSTANT"]
+)
+def test_a_move_that_keeps_the_tool_as_it_was_is_refused(data):
+    told = refused(krl(data, *HOME, *with_list().splitlines()[1:-1]), "krl", "rapid")
+    assert any("ORI_TYPE" in says for says in told.values())
+
+
+def test_form_data_that_keep_the_tool_as_it_was_are_refused():
+    data = "DECL LDAT LP1={VEL 2.0,ACC 100.0,APO_DIST 0.0,ORI_TYP #CONSTANT}"
+    rows = ("LDAT_ACT=LP1", "BAS(#CP_DAT)", *poses((900, 0, 400)))
+    assert any("ORI_TYPE" in says for says in refused(krl(data, *HOME, *rows), "krl", "rapid").values())
+
+
+# --- speeds -------------------------------------------------------------------------------------------------
+
+
+def test_a_speed_that_is_guessed_as_the_way_is_not_known_is_a_loss():
+    text = tp(
+        "R[1]=1", "IF R[1]=2,JMP LBL[1]", "JMP LBL[2]", "LBL[1]", "J P[1] 40% FINE", "LBL[2]", positions=(P1,)
+    )
+    says = [loss.says for loss in losses(text, "tp", "rapid") if loss.part == "speed"]
+    assert says == ["this run does not show its way: 40 % is taken for 400 mm/s"]
+
+
+def test_the_way_of_a_move_behind_an_input_is_that_of_the_run_with_it_on():
+    rows = ("J P[1] 100% FINE", "IF DI[1]=OFF,JMP LBL[2]", "J P[2] 40% FINE", "LBL[2]")
+    plan = read(tp(*rows, positions=(P1, P2)), "tp").plan(robot=ROBOT)
+    assert len(plan.moves) == 1
+    assert not [x for x in losses(tp(*rows, positions=(P1, P2)), "tp", "rapid") if "does not show" in x.says]
+
+
+def test_a_joint_move_that_turns_the_tool_in_its_place_has_a_speed_of_its_own():
+    rows = (
+        "movej([0, -1.2, 1.2, -1.5, -1.57, 0], a=1, v=1)",
+        "movej([0, -1.2, 1.2, -1.5, -1.57, 1.5], a=1, v=0.5)",
+    )
+    found = code(translated(script(*rows), "urscript", "rapid"), "!")
+    speeds = [row for row in found if row.startswith("CONST speeddata")]
+    assert speeds
+    assert not [row for row in speeds if ":=[0," in row or ",0,5000" in row]
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_a_speed_in_a_variable_of_urscript_is_counted_in_the_targets_unit(target):
+    rows = (
+        "v = 0.1",
+        "movej([0, -1.2, 1.2, -1.5, -1.57, 0], a=1, v=1)",
+        "movel(p[0.7, 0.1, 0.4, 0, 3.14, 0], a=1, v=v)",
+        "movel(p[0.7, 0.3, 0.4, 0, 3.14, 0], a=1, v=v)",
+    )
+    plan = run_elsewhere(script(*rows), "urscript", target)
+    assert [round(float(v), 4) for v in plan.moves.travel[1:]] == [0.1, 0.1]
+
+
+# --- URScript's windows and settings ------------------------------------------------------------------------
+
+
+def test_a_window_that_is_not_waited_for_is_a_message_and_settings_are_no_loss():
+    rows = ("set_gravity([0, 0, 9.82])", 'popup("part", title="cell", warning=False)', "sleep(1)")
+    made = converted(script(*rows), "urscript", "rapid")
+    assert not [loss for loss in made.translated.losses if loss.fate is not Fate.EXACT]
+    assert 'TPWrite "part";' in translated(script(*rows), "urscript", "rapid")
+    one, other = (
+        read(script(*rows), "urscript").plan(robot=ROBOT),
+        run_elsewhere(script(*rows), "urscript", "rapid"),
+    )
+    assert compare_plans(one, other, without={2}).is_equal

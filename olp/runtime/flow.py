@@ -415,7 +415,8 @@ def way_back(m: Machine, first: int, last: int, condition: Expression | None) ->
     loop.passes += 1
     about = _region(m, first, last)
     moved = m.moves > entry.moves
-    conditional = condition is not None or bool(about.exits)
+    # A main loop that stands still goes on with another input, whether it is spelt as a loop or as a jump.
+    conditional = condition is not None or bool(about.exits) or not moved
     if conditional and _changed(m, about, entry):
         loop.idle = 0 if moved else loop.idle + 1
         if loop.idle <= _PATIENCE or not _candidates(m, loop, entry):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from olp.ir.block_structure import Block, Node, flat, parse
-from olp.ir.expressions import Function, Named
+from olp.ir.expressions import FrameRef, Function, Named, Number
 from olp.ir.program import (
     Assign,
     Begin,
@@ -16,11 +16,13 @@ from olp.ir.program import (
     End,
     Program,
     Routine,
+    SetFrame,
+    SetTool,
     StartTask,
     Statement,
 )
 from olp.ir.transformer import expressions_of, note_names
-from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.source_only import untranslated
 from olp.transpile.symbols import base_of
 
@@ -202,4 +204,8 @@ def _all(program: Program, statements: list[Statement], says: str, work: Transla
         if s.line != last:
             rows.append(Comment(s.line, untranslated(program, s)))
         last = s.line
+        if isinstance(s, (SetTool, SetFrame)):
+            # What held before does not hold behind it: moves that would take it are left out as well.
+            lost = FrameRef(LOST, Number(s.line))
+            rows.append(SetTool(s.line, lost) if isinstance(s, SetTool) else SetFrame(s.line, lost))
     return rows

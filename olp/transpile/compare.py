@@ -433,10 +433,23 @@ def steps_of(
         lasts = float(plan.durations[row])
         if kind is StepKind.WAIT and lasts > 0.0:
             _stop_before(found)
+        if (
+            kind is StepKind.SIGNAL
+            and found
+            and not lasts
+            and row not in plan.events
+            and _shows(found[-1], line)
+        ):
+            continue  # a window and what it says: one message
         found.append(
             ComparedStep(kind, line, duration=lasts, seconds=took, event=plan.events.get(row), file=file)
         )
     return found
+
+
+def _shows(step: ComparedStep, line: int) -> bool:
+    """Whether a step is a message, or the like, of this line."""
+    return step.kind is StepKind.SIGNAL and step.line == line and step.event is None and not step.duration
 
 
 def _stop_before(found: list[ComparedStep]) -> None:

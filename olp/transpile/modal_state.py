@@ -34,7 +34,7 @@ from olp.ir.program import (
     Statement,
 )
 from olp.ir.transformer import edited, expressions_of, mapped
-from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.current_position import HERE, seen_in
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.transpile.symbols import LITERALS, Symbols
@@ -152,7 +152,9 @@ class _Modal:
         if found == _NEVER:
             return unset
         values = [unset if number == UNSET else self.definitions[number] for number in found]
-        first = values[0]
+        first = next((value for value in values if _lost(value)), values[0])
+        if _lost(first):
+            return first
         if all(value == first for value in values) and self._is_fixed(first):
             return first
         if unset is None and UNSET in found and len(found) == 2:
@@ -250,6 +252,10 @@ class _Modal:
             changes["tool"] = self.value(_TOOL, _FLANGE)
         if s.frame is None:
             changes["frame"] = self.value(_FRAME, _BASE)
+        for which in ("tool", "frame"):
+            if _lost(changes.get(which)):
+                self._lose(s, which, changes[which])
+                del changes[which]
         if _OVERRIDE in self.keys and not self.work.limits.has_override:
             self._fold_override(s, changes)
         return edited(s, changes) if changes else s
@@ -313,7 +319,16 @@ class _Modal:
             return s
         tool: Any = self.value(_TOOL, _FLANGE)
         frame: Any = self.value(_FRAME, _BASE)
+        for which, value in (("tool", tool), ("frame", frame)):
+            if _lost(value):
+                self._lose(s, which, value)
+                return s
         return mapped(s, lambda e: seen_in(tool, frame) if e == HERE else e)
+
+    def _lose(self, s: Statement, which: str, lost: Any) -> None:
+        setting = self.program.source.line(int(lost.number.value)).strip()
+        says = f"it needs the {which} that '{setting}' sets in a way that the target cannot"
+        self.work.lose(s, Fate.REFUSED, "statement", says)
 
     def kept(self, s: Statement) -> list[Statement]:
         """What a modal statement becomes: assignments to the variables that need it, and its comment."""
@@ -377,6 +392,10 @@ def _counted(value: object, key: Key) -> Expression:
         return Number(float(f"{value.written.value * value.scale / scale:.12g}"))
     factor = value.scale / scale
     return value.written if abs(factor - 1.0) < 1e-12 else Binary("*", value.written, Number(factor))
+
+
+def _lost(value: object) -> bool:
+    return type(value) is FrameRef and value.kind == LOST
 
 
 def modal(program: Program, work: TranslationContext) -> Program:

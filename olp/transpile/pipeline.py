@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic, Span, error
 from olp.ir.expressions import PositionLiteral
@@ -41,6 +42,9 @@ from olp.transpile.speeds import accelerations, speeds
 from olp.transpile.temporaries import hoist
 from olp.transpile.typed_values import typed_values
 from olp.transpile.unroll import executed
+
+if TYPE_CHECKING:
+    from olp.runtime.plan import Plan
 
 Pass = Callable[[Program, TranslationContext], Program]
 _ROUNDS = 12  # of commenting out what the passes refuse
@@ -137,8 +141,9 @@ def canonical(
     if program.vendor == target and not context.flat:
         return Translated(program, (), {})
     out = LeftOut() if left_out is None else left_out
+    plans: dict[bool, Plan | None] = {}
     for _ in range(_ROUNDS):
-        result, work = _translated(program, target, context, out)
+        result, work = _translated(program, target, context, out, plans)
         refused = {x.line: x.says for x in work.losses if x.fate is Fate.REFUSED and x.line}
         if context.on_loss != "comment" or not out.add(refused):
             break
@@ -159,9 +164,9 @@ def canonical(
 
 
 def _translated(
-    program: Program, target: str, context: Context, out: LeftOut
+    program: Program, target: str, context: Context, out: LeftOut, plans: dict[bool, Plan | None]
 ) -> tuple[Program, TranslationContext]:
-    work = work_for(program, target, context)
+    work = work_for(program, target, context, plans)
     result = leave_out(program, out, work)
     for step in passes(work):
         result = step(result, work)

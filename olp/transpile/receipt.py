@@ -6,9 +6,11 @@ The form for scripts is here, that for people in `receipt_text`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.units import deg, mm
@@ -55,7 +57,6 @@ ACCEPTABLE: Final = ("named", "left-out", "uncompared")
 # What the receipt names of a statement -> what of a step it explains.
 _EXPLAINS: Final = {
     "speed": ("speed",),
-    "acceleration": ("speed",),
     "override": ("speed",),
     "blend": ("blend",),
     "end": ("blend", "signal", "order"),
@@ -68,6 +69,17 @@ _EXPLAINS: Final = {
 }
 _TURNED: Final = ("configuration", "joints")  # after which a joint move has another way
 _FAILED: Final = ("I1", "I2", "I3")  # a statement that a run left out
+
+
+class PlanRuns(NamedTuple):
+    """Plans of the source and of the translation: with the inputs as assumed, then with other ones, in the same order.
+
+    None where a program could not be run. `origins`: see `Rerun`.
+    """
+
+    source: tuple[Plan | None, ...]
+    target: tuple[Plan | None, ...]
+    origins: Mapping[tuple[str, int], int] | None = None
 
 
 class Objection(NamedTuple):
@@ -95,15 +107,14 @@ class Verdict:
 
 def verdict_of(
     translated: Translated,
-    plans: Sequence[Plan | None],
+    runs: PlanRuns,
     comparisons: Sequence[Comparison],
     data_only: bool = False,
 ) -> Verdict:
-    """`plans`: of the source and of the translation, None where it could not be run."""
     found = [
         *_differences(translated.losses, comparisons),
         *_left_out(translated.losses),
-        *(() if data_only else _unfinished(plans, comparisons)),
+        *(() if data_only else _unfinished(runs, comparisons)),
     ]
     kinds = ("difference", *ACCEPTABLE)
     return Verdict(tuple(sorted(found, key=lambda one: kinds.index(one.kind))))
@@ -143,38 +154,34 @@ def _is_unfinished(found: Diagnostic) -> bool:
     return found.code in ASSUMABLE or (found.is_error and found.code.startswith(_FAILED))
 
 
-def _unfinished(plans: Sequence[Plan | None], comparisons: Sequence[Comparison]) -> Iterator[Objection]:
-    for name, plan in zip(("the source", "the translation"), plans, strict=False):
-        if plan is None:
+def _unfinished(runs: PlanRuns, comparisons: Sequence[Comparison]) -> Iterator[Objection]:
+    for name, plans in zip(("the source", "the translation"), runs[:2], strict=True):
+        if plans[0] is None:
             yield Objection("uncompared", 0, f"{name} could not be run")
             continue
-        for found in plan.diagnostics:
-            if found.code == LIMIT or _is_unfinished(found):
-                line = found.line if name == "the source" else 0
-                where = "" if line else f" (its line {found.line})"
-                yield Objection("uncompared", line, f"{name}{where}: {found.message}")
-                break
+        for found in _left_undone(plans):
+            line = found.line if name == "the source" else 0
+            where = "" if line else f" (its line {found.line})"
+            yield Objection("uncompared", line, f"{name}{where}: {found.message}")
+            break
     for comparison in comparisons:
         if comparison.until:
             says = "what runs from here on depends on a value that is not known here"
             yield Objection("uncompared", comparison.until, says)
 
 
+def _left_undone(plans: Sequence[Plan | None]) -> Iterator[Diagnostic]:
+    """What the runs left out. Those with the inputs on may be cut off: their loops may have no end."""
+    for place, plan in enumerate(plans):
+        for found in () if plan is None else plan.diagnostics:
+            if _is_unfinished(found) or (found.code == LIMIT and not place):
+                yield found
+
+
 # --- Receipt ---
 
 _ORDER = tuple(Fate)
 _UNCOUNTED = (Begin, End, Comment, Declare)
-
-
-class PlanRuns(NamedTuple):
-    """Plans of the source and of the translation: with the inputs as assumed, then with other ones, in the same order.
-
-    None where a program could not be run. `origins`: see `Rerun`.
-    """
-
-    source: tuple[Plan | None, ...]
-    target: tuple[Plan | None, ...]
-    origins: Mapping[tuple[str, int], int] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +212,7 @@ class Receipt:
     data_only: bool = False  # nothing in it runs
     verdict: Verdict = field(default_factory=Verdict)
     again: tuple[Comparison, ...] = ()  # with the inputs on
+    unreached: str = ""  # moves that none of the runs comes to
 
     @property
     def totals(self) -> dict[str, int]:
@@ -255,7 +263,7 @@ def receipt_of(
     program = linked.program
     data_only = holds_data_only(program)
     compared = [*([] if comparison is None else [comparison]), *again]
-    verdict = verdict_of(translated, (one, other), compared, data_only)
+    verdict = verdict_of(translated, runs, compared, data_only)
     idle = (loss for loss in translated.losses if loss.fate is Fate.EXACT)
     remarks = (*idle, *translated.remarks)
     lines = [loss.line for loss in (*translated.losses, *remarks)]
@@ -281,7 +289,16 @@ def receipt_of(
         data_only,
         verdict,
         tuple(again),
+        "" if data_only else places(map(linked.place, _unreached(program, runs.source, left_out))),
     )
+
+
+def _unreached(program: Program, plans: Sequence[Plan | None], left_out: Set[int]) -> list[int]:
+    """The lines of moves that are translated and that no run came to."""
+    reached = {int(line) for plan in plans if plan is not None for line in np.unique(plan.line)}
+    reached |= {found.line for plan in plans if plan is not None for found in plan.diagnostics}
+    moves = dict.fromkeys(s.line for s in program.statements() if isinstance(s, Move))
+    return [line for line in moves if line not in reached | left_out]
 
 
 def _name(robot: Robot | None) -> str:

@@ -109,6 +109,8 @@ def _compared(receipt: Receipt) -> Iterator[str]:
         yield f"compared only until {file}:{line}, where what runs depends on a value that is not known here"
     elif receipt.unknown:
         yield f"left out of both runs, for their values are not known here: {receipt.unknown}"
+    if receipt.unreached:
+        yield f"no run comes to these moves, so they were not compared: {receipt.unreached}"
     if not c.steps and not c.differences:
         yield "neither program moves or waits here: there was nothing to compare"
         return

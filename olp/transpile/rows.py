@@ -32,20 +32,28 @@ class LineExecutions:
 
     work: TranslationContext
     _by_line: dict[int, list[MoveExecution]] | None = field(default=None)
+    _with_inputs: dict[int, list[MoveExecution]] | None = field(default=None)
     _room: dict[int, float] | None = field(default=None)
 
     def of(self, s: Move) -> list[MoveExecution]:
-        """All executions of a move, in order; none where the plan does not reach it."""
+        """All executions of a move, in order: those of the run with the inputs on where the first does not reach it."""
         if self._by_line is None:
             plan = self.work.plan()
             self._by_line = {} if plan is None else _rows(plan)
-        return self._by_line.get(s.line, [])
+        found = self._by_line.get(s.line)
+        if found is not None:
+            return found
+        if self._with_inputs is None:
+            plan = self.work.plan_with_inputs()
+            self._with_inputs = {} if plan is None else _rows(plan)
+        return self._with_inputs.get(s.line, [])
 
     def room(self, s: Move) -> float:
         """[m] half of the shortest way to or from the point of a move, inf where the plan shows none."""
         if self._room is None:
-            plan = self.work.plan()
-            self._room = {} if plan is None else _rooms(plan)
+            on, plan = self.work.plan_with_inputs(), self.work.plan()
+            self._room = {} if on is None else _rooms(on)
+            self._room.update({} if plan is None else _rooms(plan))
         return self._room.get(s.line, math.inf)
 
 

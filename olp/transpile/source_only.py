@@ -60,13 +60,16 @@ _MANNER = frozenset(
         "v",
         "$ori_type",
         "$circ_type",
+        "$apo",
         "$load",
         "$jerk",
         "$gear_jerk[1]",
     }
     | {"$collmon_tol_pro[1]", "$acc", "$acc_axis[1]"}
 )
+_NOT_TURNED = frozenset({"#CONSTANT"})  # of $ORI_TYPE: the tool is not turned as the point says
 _TOGETHER = "coord"  # keeps step with a table: a plain move as long as every table stands
+_WINDOW = "popup"  # how the message behind it is shown
 _HANDLER = "a handler: what the program does where something fails"
 _CLOCK = "a clock, which each controller starts, stops and counts in its own way"
 _MODAL = frozenset({SetSpeed, SetBlend})
@@ -120,6 +123,12 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
             elif isinstance(s, _READING) and any(map(_is_clock, expressions_of(s))):
                 work.lose(s, Fate.REFUSED, "statement", _CLOCK)
                 rows.append(s)
+            elif (
+                isinstance(s, Process)
+                and s.name == _WINDOW
+                and not any(tag == "blocking" for tag, _ in s.arguments)
+            ):
+                work.note_at(s, "the title and the look of the message's window are left out")
             elif isinstance(s, Process) and s.name in work.conventions.idle_processes:
                 rows.append(
                     _idle(
@@ -231,13 +240,19 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     words = [name.rpartition("\\")[2] for name in said if name]
     which = f"the options {', '.join(words)} mean" if len(words) > 1 else f"the option {words[0]} means"
     says = f"{which} nothing in {language_of(work.target)}"
-    if not all(word.casefold() in manner for word in words):
+    ends_elsewhere = any(
+        isinstance(value, Text) and value.value.upper() in _NOT_TURNED for _, value in s.other
+    )
+    if ends_elsewhere or not all(word.casefold() in manner for word in words):
         work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move alone is another one")
         return replace(s, other=())
     work.lose(s, Fate.APPROXIMATED, "option", says)
-    return replace(
-        s, other=(), comment=" ".join([*([s.comment] if s.comment else []), f"[{' '.join(texts)}]"])
-    )
+    shown = [text for text in texts if not text.startswith("$")]  # what forms set says nothing to a reader
+    return replace(s, other=(), comment=" ".join([*([s.comment] if s.comment else []), *_bracketed(shown)]))
+
+
+def _bracketed(words: list[str]) -> list[str]:
+    return [f"[{' '.join(words)}]"] if words else []
 
 
 def untranslated(program: Program, s: Statement) -> str:

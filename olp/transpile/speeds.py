@@ -29,12 +29,20 @@ _SCALES: Final = {
     SpeedUnit.TIME: 1.0,
 }
 Told = tuple[tuple[str, float, str], ...]  # what the receipt says: why, how far off, in which unit
-_UNITS: Final = {SpeedUnit.FRACTION: "%", SpeedUnit.TRAVEL: "mm/s", SpeedUnit.TURN: "deg/s"}
+_UNITS: Final = {
+    SpeedUnit.FRACTION: "%",
+    SpeedUnit.TRAVEL: "mm/s",
+    SpeedUnit.TURN: "deg/s",
+    SpeedUnit.AXIS: "rad/s",
+}
 _SAME: Final = 1e-6  # relative: below this two speeds are one
 _ORDER: Final = (SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.TIME, SpeedUnit.TURN)
 _USUAL: Final = (
     1.0  # [m/s] at full joint speed, where no move of the program tells; only for moves that never run
 )
+_USUAL_SPEED: Final = Quantity(Number(1000.0), mm)
+_HARDLY: Final = 1.0 * mm  # [m/s] no move is that slow that goes anywhere
+_HARDLY_TURNS: Final = 1.0 * deg  # [rad/s]
 _LEAST, _MOST = 0.01, 1.0
 
 
@@ -72,6 +80,8 @@ class _Speeds:
             changes["turn"] = turn
         if s.speed is not None and (new := self._said(s, s.speed)) is not s.speed:
             changes["speed"] = new
+            if new.unit is not s.speed.unit and self._hardly_moves(new):
+                changes["speed"], changes["turn"] = Speed(new.unit, _USUAL_SPEED), self._in_place(s, s.speed)
         return edited(s, changes) if changes else s
 
     def _said(self, s: Move, speed: Speed) -> Speed:
@@ -86,7 +96,7 @@ class _Speeds:
             # A linear move with a share of the axes' speed means what it means; its time is what can be said.
             speed = self._converted(s, speed, allowed)
         if type(speed.value.written) is not Number:
-            return speed
+            return self._counted(speed)
         known = self.written.get(id(speed))
         if known is None:
             known = self.written[id(speed)] = (
@@ -96,6 +106,31 @@ class _Speeds:
         for says, size, unit in known[1]:
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, size, unit)
         return known[0]
+
+    def _hardly_moves(self, speed: Speed) -> bool:
+        value = speed.value.literal
+        return speed.unit is SpeedUnit.TRAVEL and value is not None and value < _HARDLY
+
+    def _in_place(self, s: Move, speed: Speed) -> Quantity | None:
+        """How fast a joint move turns a tool that stays where it is: a speed along its way says nothing there."""
+        value = speed.value.literal
+        times = (
+            [] if value is None else [(r.angle, self._time(speed.unit, value, r)) for r in self.rows.of(s)]
+        )
+        turning = max((angle / time for angle, time in times if time and angle == angle), default=0.0)
+        if turning < _HARDLY_TURNS:
+            says = "only axes move, the tool stays as it is: no speed of the tool bounds theirs"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says)
+            return s.turn
+        return Quantity(Number(_clean(turning / deg)), deg)
+
+    def _counted(self, speed: Speed) -> Speed:
+        """A speed in a variable; a language whose variables are numbered takes it in its own unit alone."""
+        scale = _SCALES[speed.unit]
+        if not self.work.limits.numbered or abs(speed.value.scale / scale - 1.0) < _SAME:
+            return speed
+        factor = Number(_clean(speed.value.scale / scale))
+        return Speed(speed.unit, Quantity(Binary("*", speed.value.written, factor), scale))
 
     def _turning(self, s: Move, turn: Quantity) -> Quantity | None:
         """The bound on the tool's turning that the target can say; told where it makes the move longer."""
@@ -204,9 +239,10 @@ class _Speeds:
             guess = min(max(guess, _LEAST), _MOST)
         if any(True for _ in self.rows.of(s)):
             says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
+            self.work.note_at(s, says)
         else:
-            says = "the move is not reached in this run: its speed is the share of full speed that it was"
-        self.work.note_at(s, says)
+            says = f"this run does not show its way: {_said(speed.unit, value)} is taken for {_said(unit, guess)}"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says)
         return Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
 
     def _factor(self, unit: SpeedUnit, other: SpeedUnit) -> float | None:
@@ -262,6 +298,10 @@ def _written(speed: Speed, limits: Limits) -> tuple[Speed, Told]:
     if as_it_was and not told:
         return speed, ()
     return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale)), tuple(told)
+
+
+def _said(unit: SpeedUnit, value: float) -> str:
+    return f"{value / _SCALES[unit]:.4g} {_UNITS.get(unit, 's')}"
 
 
 def _rated(robot: Robot) -> list[float]:

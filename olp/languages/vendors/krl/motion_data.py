@@ -36,7 +36,7 @@ from olp.ir.moves import (
     Speed,
     SpeedUnit,
 )
-from olp.ir.statements import ExternalTool, Statement
+from olp.ir.statements import Assign, ExternalTool, Statement
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.scope import Scope
 
@@ -76,6 +76,9 @@ INITIAL: Final[tuple[Statement, ...]] = (
 )
 
 
+_TURNING: Final = Text("#VAR")
+
+
 class MotionData:
     """Which motion data hold at a place of the text. `missing`: names that no list gives a value, since the last
     look."""
@@ -89,6 +92,7 @@ class MotionData:
         """After a label or a branch nothing is known."""
         self._actual: dict[str, str | None] = dict.fromkeys(ACTUAL)
         self.external = False  # $IPO_MODE is #TCP
+        self._orientation = _TURNING
 
     def assign(self, key: str, value: Expression) -> None:
         self._actual[key] = value.name if type(value) is Named else None
@@ -170,7 +174,16 @@ class MotionData:
         """CP_DAT."""
         acceleration = path_acceleration(self.member("LDAT_ACT", "ACC"), values.ACC_CP)
         blend = Blend(BlendKind.RADIUS, Quantity(self.member("LDAT_ACT", "APO_DIST"), mm))
-        return (acceleration, SetBlend(0, (blend,)))
+        return (acceleration, SetBlend(0, (blend,)), *self.orientation())
+
+    def orientation(self) -> tuple[Statement, ...]:
+        """$ORI_TYPE, where it changes: with #CONSTANT the tool does not turn to where the point says."""
+        kind = self.constant(self._actual["LDAT_ACT"] or "LDAT_ACT", "ORI_TYP")
+        said = kind if type(kind) is Text and kind.value.upper() != "#VAR" else _TURNING
+        if said == self._orientation:
+            return ()
+        self._orientation = said
+        return (Assign(0, Named("$ORI_TYPE"), said),)
 
     def frames(self) -> tuple[Statement, ...]:
         """FRAMES."""

@@ -16,6 +16,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     RecordLiteral,
+    Text,
     Unknown,
 )
 from olp.ir.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
@@ -43,6 +44,11 @@ _APPROXIMATION: Final = {
     "CORI": (BlendKind.TURN, deg),
 }
 _MOST_BLENDS = 2
+# The function of a form, the member of its data that it takes, and what moves do where nothing else is said.
+_BY_FORM: Final = {
+    "$IPO_MODE": ("SIPO_MODE", "IPO_FRAME", "#BASE"),
+    "$ORI_TYPE": ("SORI_TYP", "ORI_TYP", "#VAR"),
+}
 
 
 class Setting(NamedTuple):
@@ -126,6 +132,8 @@ class KrlMoveRules(KrlExpressionRules):
         fields = self.fields_of([one for detail in details if type(detail) is list for one in detail])
         sizes: list[Blend] = fields.pop("sizes", [])
         fields["blend"] = _blend(words, spline, sizes)
+        if fields["blend"] in (values.STOP, SPLINE_STOP) and "other" in fields:
+            fields["other"] = tuple(one for one in fields["other"] if one[0] != "$APO")  # no corner, no size
         frames = [one.word for one in details if type(one) is _Frame]
         if relative:
             fields["relative"] = FrameRef("tool") if frames[:1] == ["TOOL"] else FrameRef("own")
@@ -148,6 +156,8 @@ class KrlMoveRules(KrlExpressionRules):
             found = _setting(data, target, value)
             if found is None:
                 other.append((reference_text(target), value))
+            elif "other" in found:
+                other += found["other"]
             elif "sizes" in found:
                 fields.setdefault("sizes", []).extend(found["sizes"])
             else:
@@ -225,7 +235,25 @@ def _setting(data: MotionData, target: KrlReference, value: Expression) -> dict[
         return {"frame": _by_form(data, value, routine, arguments, "BASE_NO", ("SBASE",))}
     if key == "$APO":
         return _sizes(data, member, value, routine, arguments)
+    if key in _BY_FORM:
+        return _as_usual(data, key, value, routine, arguments)
     return None
+
+
+def _as_usual(
+    data: MotionData, key: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+) -> dict[str, Any] | None:
+    """SIPO_MODE(FP1.IPO_FRAME), SORI_TYP(LCPDAT1), or a word: nothing, where it is what moves do anyhow."""
+    form, member, usual = _BY_FORM[key]
+    said: Expression | None = value
+    if routine == form and arguments:
+        it = arguments[0]
+        said = data.constant(_name(it.base if isinstance(it, Member) else it), member)
+        if said is None and isinstance(it, Member):
+            return {}  # without its list the tool stands on the flange, as for the forms of BAS
+    if type(said) is not Text:
+        return None
+    return {} if said.value.upper() == usual else {"other": ((key, said),)}
 
 
 def _speed(unit: SpeedUnit, value: Expression, scale: float) -> Speed:

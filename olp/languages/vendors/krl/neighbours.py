@@ -32,6 +32,12 @@ _PUBLIC: Final[dict[str, tuple[str, tuple[tuple[str, float | str], ...]]]] = {
     "LDEFAULT": ("LDAT", (("VEL", 2.0), ("ACC", 100.0), ("APO_DIST", 100.0))),
     "FHOME": ("FDAT", (("TOOL_NO", 1), ("BASE_NO", 0), ("IPO_FRAME", "#BASE"))),
 }
+# The caption of a form: its last point, tool and base, which may have names: `Tool[1]:gripper`.
+_FORM: Final = re.compile(
+    r"\s*;\s*FOLD\s+S?(?:(?:PTP|LIN)|CIRC\s+\w+)\s+(?P<point>[A-Za-z_]\w*)\b(?!.*%\{h).*?"
+    r"\bTool\[(?P<tool>\d+)\](?::\S*)?\s+Base\[(?P<base>\d+)\]",
+    re.IGNORECASE,
+)
 
 
 class Neighbours(NamedTuple):
@@ -69,8 +75,8 @@ def read_neighbours(
             data = _list(found, scope, None)
             details = _details(beside)
         told = found.result()
-    if "DEFDAT" not in used:
-        rows = (*rows, *_defaults(scope, findings, used))
+    if not source.path.lower().endswith(".dat"):
+        rows = (*rows, *_defaults(scope, findings, used), *_captions(source, scope, findings))
     return Neighbours(files, data, rows, told, details)
 
 
@@ -124,6 +130,30 @@ def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[D
         message = f"{names}: taken as in the public $config.dat, which is not beside the program"
         findings.info("P420", message, Span(1, 1, 2), "put the controller's $config.dat beside it")
     return tuple(rows)
+
+
+def _captions(source: Source, scope: Scope, findings: Findings) -> tuple[Declare, ...]:
+    """Tool and base of points that no list gives, as the captions of forms have them: `PTP P1 … Tool[1] Base[2]`."""
+    rows: dict[str, Declare] = {}
+    for line in source.lines:
+        form = _FORM.match(line) if "ool[" in line else None
+        if form is None:
+            continue
+        point, tool, base = form["point"], form["tool"], form["base"]
+        key = f"F{point.upper()}"
+        if key in rows or scope.known(key):
+            continue
+        numbers = ((scope.spell("TOOL_NO"), Number(int(tool))), (scope.spell("BASE_NO"), Number(int(base))))
+        value = RecordLiteral("FDAT", (*numbers, (scope.spell("IPO_FRAME"), Text("#BASE"))))
+        scope.declare(key, "FDAT")
+        scope.values[key] = value
+        rows[key] = Declare(0, scope.spell(f"F{point}"), "FDAT", value, native="FDAT" + CONFIG_MARK)
+    if rows:
+        named = [one.name for one in rows.values()]
+        which = ", ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
+        message = f"{which}: tool and base as the captions of the forms have them, no list gives them"
+        findings.info("P420", message, Span(1, 1, 2), "put the program's .dat beside it")
+    return tuple(rows.values())
 
 
 def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:

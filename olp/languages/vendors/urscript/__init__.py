@@ -12,6 +12,20 @@ from olp.languages.vendor import Conventions, CornerSpelling, Vendor, statements
 _DEFINITION = re.compile(r"\s*(?:def|thread|sec)\s+\w+\s*\([^)]*\)\s*:")
 _MOVE = re.compile(r"\s*(?:move[jlpc]|set_tcp|set_payload|set_(?:standard_)?digital_out)\s*\(")
 _GZIP = b"\x1f\x8b"
+# What PolyScope writes at the head of each program: the load, gravity, and what the plugs of arm and box are.
+_SETTINGS = (
+    "set_analog_outputdomain",
+    "set_gravity",
+    "set_input_actions_to_default",
+    "set_payload",
+    "set_safety_mode_transition_hardness",
+    "set_standard_analog_input_domain",
+    "set_target_payload",
+    "set_tool_analog_input_domain",
+    "set_tool_communication",
+    "set_tool_digital_output_mode",
+    "set_tool_output_mode",
+)
 
 
 class UrScript(Vendor):
@@ -28,7 +42,9 @@ class UrScript(Vendor):
     comment_length = 120
     newline = "\n"
     blending = "ur"
-    conventions = Conventions(pose_lists=True)
+    conventions = Conventions(
+        pose_lists=True, idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller")
+    )
     corners = CornerSpelling(r"#", (r"\)(?=\s*$)", ", r=0.001)"), r"\br=(0?\.\d+)\b")  # r in metres
     editor_names = ("ur",)
     case_sensitive = True
