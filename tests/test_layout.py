@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import defaultdict
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -90,3 +91,32 @@ def test_what_breaks_either_is_found() -> None:
     found = circle(lazy)
     assert set(found) == {"a", "b.c", "d"}
     assert found[0] == found[-1]
+
+
+_PYTHON_FILE = re.compile(r"(?<![\w./*{}…-])[\w./*{}…-]+?\.py\b")
+
+
+def files_not_there(text: str, known: set[str]) -> list[str]:
+    """The Python files that a text names, as `name.py` or with the end of their path, and that do not exist.
+
+    >>> files_not_there("see b.py, a/b.py and c/b.py; NAME.py is yours", {"x/a/b.py"})
+    ['c/b.py']
+    """
+    ends = {"/".join(path.split("/")[i:]) for path in known for i in range(path.count("/") + 1)}
+    named = (found[0].lstrip("./") for found in _PYTHON_FILE.finditer(text) if not set("*{…") & set(found[0]))
+    return [name for name in named if name not in ends and not name.endswith("NAME.py")]
+
+
+def test_files_that_comments_and_pages_name_exist() -> None:
+    folders = ("olp", "docs", "tests", "bench", "hosts", "samples", "scripts", "templates", "grammars")
+    here = [path for folder in folders for path in sorted((ROOT / folder).rglob("*"))]
+    here = [path for path in here if not {"node_modules", "__pycache__"} & set(path.parts)]
+    known = {path.relative_to(ROOT).as_posix() for path in here if path.suffix == ".py"}
+    texts = [path for path in here if path.suffix == ".md" or path.relative_to(ROOT).parts[0] == "olp"]
+    texts = [path for path in texts if path.suffix in (".md", ".py")]
+    wrong = [
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in [*texts, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+        for name in files_not_there(path.read_text(encoding="utf-8"), known)
+    ]
+    assert wrong == []

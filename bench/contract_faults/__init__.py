@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from contract_faults import code, meaning, numbers
+from contract_faults import code, estimators, meaning, numbers
 
 LIMIT: Final = 90  # [s] of CPU that the suite of a faulty member may take
 Planted = tuple[str, Callable[[], Callable[[], bool]]]
@@ -299,7 +299,10 @@ KINDS: Final = {
     "term": Kind(_terms, _check_term, lambda name: [f"olp.timing.physics.{name.replace('-', '_')}"]),
     "model": Kind(_models, _check_model, lambda name: [f"olp.timing.motion.{name}"]),
     "estimator": Kind(
-        _estimators, _check_estimator, lambda name: [f"olp.identification.signature.estimators.{name}"]
+        _estimators,
+        _check_estimator,
+        lambda name: [f"olp.identification.signature.estimators.{name}"],
+        lambda name: estimators.estimator_faults(name),
     ),
     "report": Kind(_reports, _check_report, lambda name: [f"olp.reports.formats.{name}"]),
     "robot": Kind(_robots, lambda name: numbers.check(name), faults=numbers.robot_faults),

@@ -216,6 +216,25 @@ def finds_one_acceleration_everywhere(it: EstimatorUnderTest) -> Iterator[Differ
             )
 
 
+def learns_from_every_move(it: EstimatorUnderTest) -> Iterator[Difference]:
+    """Which moves are slow counts wherever they stand in the recording: early or late, upwards or downwards"""
+    late = np.arange(len(it.moves)) >= len(it.moves) // 2
+    slower = made_by(it.moves, SLOWNESS * np.where(late, 1.2, 1.0))
+    found = it.estimate(it.moves, it.estimator.fit(slower, it.robot)).slowness
+    ratio = float(np.median(found[late])) / SLOWNESS
+    if not 1.04 < ratio < 1.25:
+        yield (
+            "the second half 20 % slower",
+            f"the slowness of that half is {ratio:.3f} times that of the first",
+        )
+    up = it.moves.direction[:, 2]
+    steep = made_by(it.moves, SLOWNESS * (1.0 + 0.15 * up))
+    found = it.estimate(it.moves, it.estimator.fit(steep, it.robot)).slowness
+    slope = float(np.polyfit(up, found / SLOWNESS, 1)[0])
+    if slope < -0.02:
+        yield "moves upwards 15 % slower", f"estimated as {-slope:.0%} faster"
+
+
 def knows_its_spread(it: EstimatorUnderTest) -> Iterator[Difference]:
     """A number differs from recording to recording by no more than it says, and by no less where only data tell it"""
     if not any(isinstance(one.value, float) and isinstance(one.sd, float) for one in it.parameters.values()):
@@ -331,6 +350,7 @@ PROMISES: Final[tuple[Promise[EstimatorUnderTest], ...]] = (
     says_what_it_is,
     finds_one_acceleration,
     finds_one_acceleration_everywhere,
+    learns_from_every_move,
     knows_its_spread,
     doubts_as_much_as_moves_scatter,
     learns_from_a_recording,

@@ -1,7 +1,7 @@
 """The program: what is written, without any vendor's words. Statements in order, each with its line.
 
 Control flow stays as written (block markers and labels), so that structure, names and comments survive a
-translation. `control.py` pairs the markers; the interpreter executes; templates write.
+translation. `block_structure.py` pairs the markers; the interpreter executes; templates write.
 """
 
 from __future__ import annotations

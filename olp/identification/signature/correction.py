@@ -35,7 +35,7 @@ class Signed(NamedTuple):
     """`rows` (m,) of Moves whose acceleration the signature told, and what it said of them, curves by their chords.
 
     `joints` (k,): mask of Moves, joint moves of the signature's robot. `told`: whole moves, by their rows of Moves,
-    whose time a diagnosis' terms told, see signed_terms.py.
+    whose time a diagnosis' terms told, see correction_terms.py.
     """
 
     rows: NDArray[np.intp]

@@ -53,7 +53,7 @@ class Signature:
     olp: str
     parts: Mapping[str, CorrectionPart] = field(
         default_factory=dict
-    )  # what was learnt beside straight moves, see parts.py
+    )  # what was learnt beside straight moves, see coefficients.py
     arm: LearntArm | None = None  # what was learnt of joint moves
     paths: LearntPaths | None = None  # what was learnt of arcs and of paths with corners
 

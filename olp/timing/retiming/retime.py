@@ -254,7 +254,7 @@ def _joined(parts: list[Retimed], single: bool) -> Retimed:
 
 
 # --- Kernel ---
-# The sweep of sweep.py as loops over numbers, for the compiled extra. Same names, same answers.
+# The sweep below as loops over numbers, for the compiled extra. Same names, same answers.
 
 Line = tuple[float, float]  # x = a - b y
 
