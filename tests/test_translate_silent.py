@@ -413,3 +413,46 @@ def test_a_window_that_is_not_waited_for_is_a_message_and_settings_are_no_loss()
         run_elsewhere(script(*rows), "urscript", "rapid"),
     )
     assert compare_plans(one, other, without={2}).is_equal
+
+
+# --- angles that are set one by one -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+def test_angles_that_are_set_one_by_one_are_one_turn(target):
+    rows = ("E6POS p", "p={X 900,Y 0,Z 400,A 0,B 0,C 0}", *HOME, "p.A=10", "p.B=90", "p.C=p.C+20", "LIN p")
+    one, other = read(krl(*rows), "krl").plan(robot=ROBOT), run_elsewhere(krl(*rows), "krl", target)
+    assert compare_plans(one, other).worst_angle < 1e-6
+
+
+def test_an_angle_that_reads_one_set_before_is_set_on_its_own():
+    rows = ("E6POS p", "p={X 900,Y 0,Z 400,A 0,B 30,C 0}", *HOME, "p.A=10", "p.B=p.A+5", "p.C=7", "LIN p")
+    found = [row for row in code(translated(krl(*rows), "krl", "rapid"), "!") if "OrientZYX" in row]
+    assert found == [
+        "p.rot:=OrientZYX(10,EulerZYX(\\Y,p.rot),EulerZYX(\\X,p.rot));",
+        "p.rot:=OrientZYX(EulerZYX(\\Z,p.rot),EulerZYX(\\Z,p.rot) + 5,7);",
+    ]
+
+
+def test_parts_of_a_frame_of_rapid_stand_in_its_user_frame():
+    rows = ("FRAME b", "b={X 10,Y 0,Z 0,A 0,B 0,C 0}", *HOME, "b.A=5", "$BASE=b", *poses((900, 0, 400)))
+    text = translated(krl(*rows), "krl", "rapid")
+    assert "b.uframe.rot:=OrientZYX(5," in text
+    assert "b.rot" not in text
+
+
+# --- routines that leave the speed to their caller ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_a_move_without_a_speed_gets_a_slow_one_and_a_loss(target):
+    text = krl("PTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}", *poses((900, 0, 400)))
+    says = [loss.says for loss in losses(text, "krl", target) if "takes its caller's" in loss.says]
+    assert [one.rpartition(": ")[2] for one in says] == ["10 %", "250 mm/s"]
+    assert [float(v) for v in run_elsewhere(text, "krl", target).moves.travel[1:]] == [0.25]
+
+
+def test_a_joint_move_from_where_the_arm_cannot_be_stays_a_move():
+    rows = (*HOME, *poses((9000, 0, 400)), "PTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}")
+    made = converted(krl(*rows), "krl", "rapid")
+    assert not [loss for loss in made.translated.losses if loss.fate is Fate.COMMENTED]

@@ -157,6 +157,10 @@ class Limits:
     )  # the largest of "tool" and "user"; {}: none
     frame_functions: bool = False  # tools and frames are set by functions of their number
     first_signal: int = 0
+    speeds_needed: bool = False  # each move says its speed
+    angles_together: bool = (
+        False  # a position holds its turn as one value: an angle of it is set with the others
+    )
     position_read_in: str = (
         "named"  # a reading of the position names tool and frame; "base", "move": what counts else
     )

@@ -433,6 +433,8 @@ def steps_of(
         lasts = float(plan.durations[row])
         if kind is StepKind.WAIT and lasts > 0.0:
             _stop_before(found)
+        if kind is StepKind.WAIT and not lasts and row not in plan.events:
+            continue  # a routine of the controller's own that is passed over, or a wait of no time
         if (
             kind is StepKind.SIGNAL
             and found

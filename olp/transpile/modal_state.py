@@ -59,6 +59,11 @@ _BLENDS: Final[Mapping[object, Quantity]] = {
     BlendKind.SPEED: Quantity(Number(100.0), percent),
     BlendKind.TURN: Quantity(Number(5.0), deg),
 }
+# A speed for moves that nobody gave one, where the target needs it: that of a robot that is taught.
+_SLOW: Final[Mapping[bool, Speed]] = {
+    True: Speed(SpeedUnit.FRACTION, Quantity(Number(10.0), percent)),
+    False: Speed(SpeedUnit.TRAVEL, Quantity(Number(250.0), mm)),
+}
 _NO_BLEND: Final = Quantity(Number(0.0), 1.0)
 _FLANGE: Final = FrameRef("tool", Number(0))
 _BASE: Final = FrameRef("base")
@@ -272,10 +277,13 @@ class _Modal:
                         if type(value) is Quantity and type(value.written) is Number:
                             self.made[(unit, id(value))] = found  # which keeps the value, and so its id
                     return found
-        self.work.lose(
-            s, Fate.APPROXIMATED, "speed", "no speed was set before this move: the target's default holds"
-        )
-        return None
+        if not self.work.limits.speeds_needed:
+            says = "no speed was set before this move: the target's default holds"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says)
+            return None
+        says = "no speed was set before this move, which takes its caller's: "
+        self.work.lose(s, Fate.APPROXIMATED, "speed", says + ("10 %" if joint else "250 mm/s"))
+        return _SLOW[joint]
 
     def _rate(self, value: object, joint: bool) -> Acceleration:
         found = self.rates.get((joint, id(value)))

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import Expression, Named, PositionLiteral
-from olp.ir.program import Comment, Declare, Dwell, Move, Program, Routine, SetOutput, Statement
+from olp.ir.expressions import CallValue, Expression, Function, Item, Member, Named, Number, PositionLiteral
+from olp.ir.program import Assign, Comment, Declare, Dwell, Move, Program, Routine, SetOutput, Statement
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import Fate, TranslationContext
@@ -17,6 +17,8 @@ from olp.transpile.symbols import Symbols, symbols_of
 
 _STEADY: Final = (Comment, Dwell, SetOutput, Declare)  # leave the arm, its tool and its frame where they are
 _SAME: Final = 1e-9  # [rad]
+_PLACE: Final = ("x", "y", "z")
+_ANGLES: Final = ("rx", "ry", "rz")
 
 
 def partial(program: Program, work: TranslationContext) -> Program:
@@ -175,3 +177,81 @@ def _stands(e: Expression, symbols: Symbols, routine: str) -> bool:
 
 def _without(e: Expression) -> Expression:
     return replace(e, external=()) if type(e) is PositionLiteral and e.external else e
+
+
+# --- Angles of one position ---
+
+
+def turned_together(program: Program, work: TranslationContext) -> Program:
+    """Angles of a position that are set one after the other are set at once, where the target holds a turn as a whole.
+
+    One by one each would be made anew of the others, which has no one answer where the second angle is 90 degrees.
+    """
+    if not work.limits.angles_together:
+        return program
+    routines = tuple(
+        replace(r, body=tuple(_together(r.body))) if _sets_angles(r) else r for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+def _sets_angles(routine: Routine) -> bool:
+    return any(type(s) is Assign and _angle_of(s) for s in routine.body)
+
+
+def _angle_of(s: Assign) -> str:
+    return s.target.name if isinstance(s.target, Member) and s.target.name in _ANGLES else ""
+
+
+def _together(body: Sequence[Statement]) -> list[Statement]:
+    rows: list[Statement] = []
+    group: list[Assign] = []
+    between: list[Statement] = []  # comments within a group
+
+    def close() -> None:
+        rows.extend([_at_once(group)] if len(group) > 1 else group)
+        rows.extend(between)
+        group.clear()
+        between.clear()
+
+    for s in body:
+        if group and isinstance(s, Comment):
+            between.append(s)
+        elif type(s) is Assign and _angle_of(s) and not s.comment:
+            if group and not _joins(s, group):
+                close()
+            group.append(s)
+        else:
+            close()
+            rows.append(s)
+    close()
+    return rows
+
+
+def _joins(s: Assign, group: Sequence[Assign]) -> bool:
+    """Whether an angle belongs to the same position and is computed from nothing that the group has set."""
+    base = _base(s)
+    read = {repr(e) for e in (s.value, *expressions_of(s.value))}
+    return (
+        (isinstance(base, Named) or (isinstance(base, Item) and all(map(_is_steady, base.indices))))
+        and base == _base(group[0])
+        and not any(one.target == s.target or repr(one.target) in read for one in group)
+        and not any(isinstance(e, CallValue) for e in expressions_of(s))
+    )
+
+
+def _is_steady(index: Expression) -> bool:
+    return isinstance(index, (Number, Named))
+
+
+def _base(s: Assign) -> Expression | None:
+    return s.target.base if isinstance(s.target, Member) else None
+
+
+def _at_once(group: Sequence[Assign]) -> Assign:
+    base = _base(group[0])
+    assert base is not None
+    given = {_angle_of(s): s.value for s in group}
+    place = tuple(Member(base, name) for name in _PLACE)
+    turn = tuple(given.get(name, Member(base, name)) for name in _ANGLES)
+    return replace(group[-1], target=base, value=Function("pose-angles", (*place, *turn)))

@@ -31,7 +31,7 @@ from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
 from olp.transpile.name_mangling import names, spelling
 from olp.transpile.name_types import references
-from olp.transpile.partial_positions import externals, partial
+from olp.transpile.partial_positions import externals, partial, turned_together
 from olp.transpile.postures import configurations, postures
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
@@ -124,7 +124,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
             number,
             comment_texts,
         )
-    return (*first, flow, whole_numbers, signals, names, continued, comment_texts)
+    return (*first, turned_together, flow, whole_numbers, signals, names, continued, comment_texts)
 
 
 def canonical(

@@ -173,7 +173,7 @@ class _Speeds:
         if value is None:
             return self._by_variable(s, speed, unit, found)
         times = [self._time(speed.unit, value, row) for row in found]
-        if found and any(t is None for t in times):
+        if self.work.robot is None and any(t is None for t in times):
             self.work.need_robot(s, "the speed of a joint move depends on its axes")
             return speed
         wanted = [self._value(s, unit, t, row) for t, row in zip(times, found, strict=True) if t is not None]

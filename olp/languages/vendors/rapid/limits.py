@@ -21,6 +21,8 @@ _WORDS: Final = """
 RESERVED: Final = frozenset(_WORDS.split())
 
 LIMITS = Limits(
+    speeds_needed=True,
+    angles_together=True,
     routine_name=32,
     variable_name=32,
     label_name=32,

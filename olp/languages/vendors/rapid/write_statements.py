@@ -15,7 +15,7 @@ from olp.languages.vendors.rapid.literals import quoted, zero
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.statements import COMPACT
 from olp.languages.vendors.rapid.write_moves import RapidMoves
-from olp.languages.vendors.rapid.write_values import TIMED_OUT
+from olp.languages.vendors.rapid.write_values import FRAMES, TIMED_OUT
 
 _NATIVE: Final = {
     "real": "num", "integer": "num", "boolean": "bool", "string": "string", "character": "string",
@@ -28,6 +28,7 @@ _SIGNAL_WORDS: Final = {
     "analog-out": "WaitAO",
 }  # fmt: skip
 _COMPARED: Final = {"=": "", "<": "\\LT,", ">": "\\GT,", "<>": "\\NotEq,"}
+_POSES: Final = ("robtarget", "pose")
 _RADII: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
 _LESS_EXACT: Final = (
@@ -129,12 +130,13 @@ class RapidStatements(RapidMoves):
         if isinstance(target, ex.Signal):
             raise CannotSayError("a signal that is assigned to")
         kind = self.type_of(target)
-        if kind in ("tooldata", "wobjdata") and isinstance(value, (ex.Function, ex.SystemValue)):
-            part = "tframe" if kind == "tooldata" else "uframe"
-            return f"{self.value(target)}.{part}:={self.as_pose(value)};"
         partly = self._partly(target, value, kind)
         if partly is not None:
             return partly
+        if kind in FRAMES and (
+            isinstance(value, (ex.Function, ex.SystemValue)) or self.type_of(value) in _POSES
+        ):
+            return f"{self.value(target)}.{FRAMES[kind]}:={self.as_pose(value)};"
         name = self.value(target)
         if kind == "robtarget":
             return f"{name}:={self.as_robtarget(value)};"
@@ -144,26 +146,23 @@ class RapidStatements(RapidMoves):
         """A pose that keeps its place or its turn is assigned in part."""
         if kind == "jointtarget" and isinstance(value, ex.Function) and value.name == "joints":
             return f"{self.value(target)}.robax:={self.robjoint_text(value.arguments)};"
-        if not isinstance(value, ex.Function) or kind not in ("robtarget", "pose", ""):
+        if not isinstance(value, ex.Function) or kind not in (*_POSES, *FRAMES, ""):
             return None
         place = tuple(ex.Member(target, name) for name in _RADII)
         turn = tuple(ex.Member(target, name) for name in _ANGLES)
-        name = self.value(target)
         if value.name == "pose-angles" and value.arguments[:3] == place:
-            return f"{name}.rot:={self.turn_text(value.arguments[3:6])};"
+            return f"{self.turn(target)}:={self.turn_text(value.arguments[3:6])};"
         if value.name == "pose-angles" and value.arguments[3:6] == turn:
-            return f"{name}.trans:={self.place_text(value.arguments[:3])};"
+            return f"{self.place(target)}:={self.place_text(value.arguments[:3])};"
         if value.name == "pose-quaternion" and value.arguments[:3] == place:
-            return f"{name}.rot:=[{','.join(map(self.value, value.arguments[3:7]))}];"
+            return f"{self.turn(target)}:=[{','.join(map(self.value, value.arguments[3:7]))}];"
         return None
 
     def _turned(self, target: ex.Member, value: ex.Expression) -> str:
         """One angle of a position: the quaternion is made anew of all three."""
         angles = {name: self.value(ex.Member(target.base, name)) for name in _ANGLES}
         angles[target.name] = self.value(value)
-        base = self.value(target.base)
-        turned = base if self.type_of(target.base) == "orient" else f"{base}.rot"
-        return f"{turned}:=OrientZYX({angles['rz']},{angles['ry']},{angles['rx']});"
+        return f"{self.turn(target.base)}:=OrientZYX({angles['rz']},{angles['ry']},{angles['rx']});"
 
     def write_update(self, s: st.Update) -> Lines:
         target = self.value(s.target)

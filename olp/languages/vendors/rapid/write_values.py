@@ -22,7 +22,7 @@ _READERS: Final = {
     "in": "DInput", "out": "DOutput", "in-group": "GInput", "out-group": "GOutput", "analog-in": "AInput",
     "analog-out": "AOutput",
 }  # fmt: skip
-_FRAMES: Final = {"tooldata": "tframe", "wobjdata": "uframe"}
+FRAMES: Final = {"tooldata": "tframe", "wobjdata": "uframe"}
 _ANALOG: Final = ("gi", "go", "ai", "ao")
 _UNARY, _COMPARED, _CONJUNCTION, _INVERTED = 7, 4, 3, 2
 _POSES: Final = ("pose-product", "pose-inverse")
@@ -225,8 +225,8 @@ class RapidValues(Generator):
         if isinstance(base, (ex.SystemValue, ex.Function, ex.CallValue)):
             base = self.stored(base, self.type_of(base) or "robtarget")
         text, kind = self.value(base), self.type_of(base)
-        if kind in _FRAMES and name in _BEFORE:
-            return f"{text}.{_FRAMES[kind]}.{_BEFORE[name]}.{name}"
+        if kind in FRAMES and name in _BEFORE:
+            return f"{text}.{FRAMES[kind]}.{_BEFORE[name]}.{name}"
         if name in _BEFORE and kind not in ("pos", "orient") and not self._is_record(kind):
             return f"{text}.{_BEFORE[name]}.{name}"
         if len(name) == 2 and name[0] == "e" and name[1] in "123456":
@@ -241,8 +241,8 @@ class RapidValues(Generator):
         if isinstance(base, (ex.SystemValue, ex.Function, ex.CallValue)):
             base = self.stored(base, self.type_of(base) or "robtarget")
         text, kind = self.value(base), self.type_of(base)
-        if kind in _FRAMES:
-            return f"{text}.{_FRAMES[kind]}.rot"
+        if kind in FRAMES:
+            return f"{text}.{FRAMES[kind]}.rot"
         return text if kind == "orient" else f"{text}.rot"
 
     def place(self, base: ex.Expression) -> str:
@@ -251,8 +251,10 @@ class RapidValues(Generator):
             return "CPos()"
         if isinstance(base, (ex.SystemValue, ex.Function, ex.CallValue)):
             base = self.stored(base, self.type_of(base) or "robtarget")
-        text = self.value(base)
-        return text if self.type_of(base) == "pos" else f"{text}.trans"
+        text, kind = self.value(base), self.type_of(base)
+        if kind in FRAMES:
+            return f"{text}.{FRAMES[kind]}.trans"
+        return text if kind == "pos" else f"{text}.trans"
 
     def spell_record_literal(self, e: ex.RecordLiteral) -> str:
         return self._record(e, "")
@@ -329,8 +331,8 @@ class RapidValues(Generator):
     def as_pose(self, it: ex.Expression) -> str:
         """A value of type pose."""
         kind = self.type_of(it)
-        if kind in _FRAMES:
-            return f"{self.value(it)}.{_FRAMES[kind]}"
+        if kind in FRAMES:
+            return f"{self.value(it)}.{FRAMES[kind]}"
         if isinstance(it, (ex.PositionLiteral, ex.Function)) and not (
             isinstance(it, ex.Function) and it.name not in self._functions
         ):
@@ -350,8 +352,8 @@ class RapidValues(Generator):
     def as_robtarget(self, it: ex.Expression) -> str:
         """A value of type robtarget."""
         kind = self.type_of(it)
-        if kind in _FRAMES:
-            text = f"{self.value(it)}.{_FRAMES[kind]}"
+        if kind in FRAMES:
+            text = f"{self.value(it)}.{FRAMES[kind]}"
             return f"[{text}.trans,{text}.rot,{NO_CONFIGURATION},{NO_AXES}]"
         if self.type_of(it) == "pose" and not (self.own and isinstance(it, ex.Named)):
             name = self.stored(it, "pose").name

@@ -16,6 +16,8 @@ _WORDS: Final = frozenset((
 ))  # fmt: skip
 # A name that the controller has for a function of its own would hide that function.
 LIMITS: Final = Limits(
+    speeds_needed=True,
+    angles_together=True,
     routine_name=0,
     variable_name=0,
     label_name=0,
