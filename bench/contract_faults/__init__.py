@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from contract_faults import code, estimators, meaning, numbers
+from contract_faults import code, estimators, meaning, numbers, terms
 
 LIMIT: Final = 90  # [s] of CPU that the suite of a faulty member may take
 Planted = tuple[str, Callable[[], Callable[[], bool]]]
@@ -296,7 +296,12 @@ KINDS: Final = {
         lambda name: _language(name, writes=True),
         lambda name: meaning.writer_faults(lambda: _vendor(name)),
     ),
-    "term": Kind(_terms, _check_term, lambda name: [f"olp.timing.physics.{name.replace('-', '_')}"]),
+    "term": Kind(
+        _terms,
+        _check_term,
+        lambda name: [f"olp.timing.physics.{name.replace('-', '_')}"],
+        lambda name: terms.term_faults(name),
+    ),
     "model": Kind(_models, _check_model, lambda name: [f"olp.timing.motion.{name}"]),
     "estimator": Kind(
         _estimators,
