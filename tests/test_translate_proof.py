@@ -187,3 +187,11 @@ def test_a_main_loop_that_stands_still_goes_on_with_another_input_however_it_is_
     rows = (loop[0], "IF di1=1 THEN", "MoveL p1,v100,fine,tool0;", "ENDIF", loop[1])
     text = module("MoveL p2,v100,fine,tool0;", *rows, data=PLACES)
     assert len(read(text, "rapid").plan(robot="yaskawa/gp25").moves) == 2
+
+
+@pytest.mark.parametrize("target", ["krl", "inform"])
+def test_an_output_at_the_end_of_a_move_is_in_both_runs(target):
+    receipt = proof(
+        module("MoveL p1,v100,fine,tool0;", "MoveLDO p2,v100,fine,tool0,do1,1;", data=PLACES), target
+    )
+    assert receipt.verdict.agrees

@@ -456,3 +456,12 @@ def test_a_joint_move_from_where_the_arm_cannot_be_stays_a_move():
     rows = (*HOME, *poses((9000, 0, 400)), "PTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}")
     made = converted(krl(*rows), "krl", "rapid")
     assert not [loss for loss in made.translated.losses if loss.fate is Fate.COMMENTED]
+
+
+# --- registers that a statement would have set which is left out --------------------------------------------
+
+
+def test_what_needs_a_register_that_is_not_set_any_more_is_named():
+    rows = ("GETS PX000 $PX000", "CNVRT PX000 PX000 UF#(1)", "SUB PX000 PX001", "MOVL P000 V=100.0")
+    found = losses(inform(*rows), "inform", "urscript")
+    assert {loss.line for loss in found if "it needs" in loss.says and "CNVRT" in loss.says} == {13}

@@ -4,13 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from olp.ir.block_structure import Block, Node, flat, parse
-from olp.ir.expressions import FrameRef, Function, Named, Number
+from olp.ir.expressions import (
+    Expression,
+    FrameRef,
+    Function,
+    Item,
+    Member,
+    Named,
+    Number,
+    Store,
+    Variable,
+)
 from olp.ir.program import (
     Assign,
     Begin,
     Call,
+    Clear,
     Comment,
     Declare,
     End,
@@ -20,11 +32,15 @@ from olp.ir.program import (
     SetTool,
     StartTask,
     Statement,
+    Update,
 )
 from olp.ir.transformer import expressions_of, note_names
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.source_only import untranslated
-from olp.transpile.symbols import base_of
+
+
+_SETTING = (Assign, Update, Clear)
+_LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
 @dataclass(slots=True)
@@ -153,15 +169,33 @@ def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
 def _set_by(s: Statement) -> str | None:
     if isinstance(s, Declare):
         return s.name.casefold()
-    base = base_of(s.target) if isinstance(s, Assign) else None
-    return None if base is None else base.name.casefold()
+    return _key(s.target) if isinstance(s, _SETTING) else None
+
+
+def _key(e: Expression | None) -> str | None:
+    """What stands for a variable, case folded; None for what is none, or is found while the program runs."""
+    while isinstance(e, (Item, Member)):
+        e = e.base
+    if isinstance(e, Named):
+        return e.name.casefold()
+    if isinstance(e, Variable) and isinstance(e.index, Number):
+        store = (
+            Store.ROBOT if e.store is Store.SYSTEM else e.store
+        )  # a position of the system holds the robot's
+        return f"{'l' if e.local else ''}{store}{e.index.value:g}".casefold()
+    return None
 
 
 def _read_by(s: Statement) -> dict[str, str]:
-    """Names whose values a statement takes: case folded -> as written."""
+    """Variables whose values a statement takes: case folded -> as written."""
     names: set[str] = set()
-    note_names(s.value if isinstance(s, Assign) and isinstance(s.target, Named) else s, names)
-    return {name.casefold(): name for name in sorted(names)}
+    inside: Any = s.value if isinstance(s, Assign) and isinstance(s.target, (Named, Variable)) else s
+    note_names(inside, names)
+    found = {name.casefold(): name for name in sorted(names)}
+    for e in (inside, *expressions_of(inside)):
+        if isinstance(e, Variable) and (key := _key(e)) is not None:
+            found.setdefault(key, e.name or f"{e.store} variable {key.lstrip(_LETTERS)}")
+    return found
 
 
 def _commented(

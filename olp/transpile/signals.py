@@ -11,6 +11,7 @@ from olp.ir.expressions import Expression, Named, Number, Quantity, Signal, Sign
 from olp.ir.program import Call, Move, Program, PulseOutput, SetOutput, Statement
 from olp.ir.transformer import expressions_of, mapped
 from olp.languages.limits import limits_of
+from olp.languages.vendor import conventions_of
 from olp.transpile.context import Fate, TranslationContext
 
 # How signals that have only a number are called where they have names.
@@ -137,26 +138,34 @@ _MID: Final = "at the middle of the corner: written behind the move"
 
 def at_ends(program: Program, work: TranslationContext) -> Program:
     """Moves that set an output or call a routine at their end as moves, with that behind them."""
-    if not work.conventions.actions_at_ends:
+    if work.conventions.actions_at_ends:
+        for s in program.statements():
+            if len(_split(s)) > 1 and isinstance(s, Move):
+                size = None if s.blend is None or s.blend.value is None else s.blend.value.literal
+                if size is None or size > 0.0:
+                    work.lose(s, Fate.APPROXIMATED, "end", f"{s.other[0][0]} acts {_MID}")
+    return split_at_ends(program)
+
+
+def split_at_ends(program: Program) -> Program:
+    """The same without a word of what it means elsewhere: for a run that has to show what such moves do."""
+    if not conventions_of(program.vendor).actions_at_ends:
         return program
     if not any(isinstance(s, Move) and s.other for s in program.statements()):
         return program
     routines = tuple(
-        replace(r, body=tuple([one for s in r.body for one in _split(s, work)])) for r in program.routines
+        replace(r, body=tuple([one for s in r.body for one in _split(s)])) for r in program.routines
     )
     return replace(program, routines=routines)
 
 
-def _split(s: Statement, work: TranslationContext) -> list[Statement]:
+def _split(s: Statement) -> list[Statement]:
     if not isinstance(s, Move) or not s.other:
         return [s]
     word, values = s.other[0][0], [value for name, value in s.other[1:] if not name]
     deed = _deed(s.line, word[5:].casefold(), values) if word.casefold().startswith("move") else None
     if deed is None:
         return [s]
-    size = None if s.blend is None or s.blend.value is None else s.blend.value.literal
-    if size is None or size > 0.0:
-        work.lose(s, Fate.APPROXIMATED, "end", f"{word} acts {_MID}")
     kept = tuple((name, value) for name, value in s.other[1:] if name)
     return [replace(s, other=kept), deed]
 
