@@ -38,7 +38,6 @@ from olp.ir.transformer import expressions_of, note_names
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.source_only import untranslated
 
-
 _SETTING = (Assign, Update, Clear)
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
