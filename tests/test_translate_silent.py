@@ -465,3 +465,38 @@ def test_what_needs_a_register_that_is_not_set_any_more_is_named():
     rows = ("GETS PX000 $PX000", "CNVRT PX000 PX000 UF#(1)", "SUB PX000 PX001", "MOVL P000 V=100.0")
     found = losses(inform(*rows), "inform", "urscript")
     assert {loss.line for loss in found if "it needs" in loss.says and "CNVRT" in loss.says} == {13}
+
+
+# --- arrays of several dimensions ---------------------------------------------------------------------------
+
+TABLES = (
+    "VAR num g{2,3}:=[[1,2,3],[4,5,6]];",
+    "VAR robtarget q{2,2};",
+    "CONST robtarget a:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+)
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript", "krl"])
+def test_an_array_of_rows_is_one_row_where_there_is_no_other(target):
+    rows = (
+        "MoveJ a,v1000,fine,tool0;",
+        "FOR i FROM 1 TO 2 DO",
+        "FOR j FROM 1 TO 2 DO",
+        "q{i,j}:=a;",
+        "q{i,j}.trans.y:=10*i+g{i,j+1};",
+        "MoveL q{i,j},v500,fine,tool0;",
+        "ENDFOR",
+        "ENDFOR",
+        "g{2,3}:=g{1,2}+1;",
+        "WaitTime g{2,3}/10;",
+    )
+    text = module("VAR num i;", "VAR num j;", *rows, data=TABLES)
+    one, other = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
+    assert compare_plans(one, other).is_equal
+    assert compare_plans(one, other).steps == 6
+
+
+def test_an_element_beyond_one_of_the_rows_is_refused():
+    text = module("WaitTime g{1,4};", data=TABLES)
+    with pytest.raises(OlpError, match="3 elements"):
+        converted(text, "rapid", "tp", on_loss="error")

@@ -165,6 +165,7 @@ class Limits:
         "named"  # a reading of the position names tool and frame; "base", "move": what counts else
     )
     # Values and routines
+    dimensions: str = "any"  # of arrays; "one", or "numbers" where only those of numbers have several
     array_literals: bool = False  # [1, 2, 3] is a value
     pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
     value_types: ValueTypes | None = None  # None: types need not fit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -36,6 +37,8 @@ from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 from olp.transpile.symbols import Symbol, Symbols, symbols_of
+
+_ONE, _ANY = "one", "any"  # what Limits.dimensions says
 
 
 def sizes_of(symbols: Symbols, symbol: Symbol) -> tuple[int, ...] | None:
@@ -146,6 +149,156 @@ def _elements(
         return
     for place, (_, value) in enumerate(e.members, 1):
         yield from _elements(value, (*before, Number(place)))
+
+
+# --- Rows of rows ---
+# Arrays of several dimensions as one row, where the target has registers, or no list of lists of such a kind.
+
+_NUMBERS: Final = ("real", "integer")
+
+
+def single_rows(program: Program, work: TranslationContext) -> Program:
+    """`g{2,3}` of an array of 2 by 4 as the element 7 of a row of 8. What is named as a whole stays as it is."""
+    if work.limits.dimensions == _ANY:
+        return program
+    symbols = symbols_of(program)
+    sizes = {key: found for key, (found, s) in _tables(program, symbols).items() if _is_flat(s, work)}
+    if work.limits.dimensions == _ONE:
+        sizes |= _undeclared_tables(program, symbols, work)
+    for routine in program.routines if sizes else ():
+        for s in routine.body:
+            for key in _named_whole(s, routine.name, symbols):
+                sizes.pop(key, None)
+    if not sizes:
+        return program
+    for (_, name), dimensions in sizes.items():
+        shape = " by ".join(map(str, dimensions))
+        work.notes.append(f"{name}: {shape} elements stand in one row, the last index runs first")
+    rows = _SingleRows(work, symbols, sizes)
+    routines = tuple(
+        replace(
+            r,
+            body=tuple(rows.statement(s, r.name) for s in r.body),
+            data=tuple(rows.declared(d, r.name) for d in r.data),
+        )
+        for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(rows.declared(d, "") for d in program.data))
+
+
+def _is_flat(symbol: Symbol, work: TranslationContext) -> bool:
+    return work.limits.dimensions == _ONE or symbol.type not in _NUMBERS
+
+
+def _tables(program: Program, symbols: Symbols) -> dict[tuple[str, str], tuple[tuple[int, ...], Symbol]]:
+    """Scope and name of each array of several dimensions whose ends are known -> its sizes."""
+    found = {}
+    for symbol in symbols.table.values():
+        if len(symbol.sizes) > 1 and symbol.parameter is None:
+            sizes = sizes_of(symbols, symbol)
+            if sizes and len(sizes) == len(symbol.sizes) and all(size > 0 for size in sizes):
+                found[(symbol.scope, symbol.name)] = (sizes, symbol)
+    return found
+
+
+def _undeclared_tables(
+    program: Program, symbols: Symbols, work: TranslationContext
+) -> dict[tuple[str, str], tuple[int, ...]]:
+    """Of arrays that no file at hand declares the largest indices, where all are written out."""
+    found: dict[tuple[str, str], tuple[int, ...]] = {}
+    computed: set[tuple[str, str]] = set()
+    for routine in program.routines:
+        for e in work.look(routine).expressions:
+            if type(e) is not Item or type(e.base) is not Named or len(e.indices) < 2:
+                continue
+            symbol = symbols.find(routine.name, e.base.name)
+            key = ("", e.base.name)
+            if symbol is not None and symbol.declared:
+                continue
+            written = [int(one.value) for one in e.indices if isinstance(one, Number)]
+            before = found.get(key, (1,) * len(e.indices))
+            if len(written) < len(e.indices) or len(before) != len(written):
+                computed.add(key)
+            else:
+                found[key] = tuple(map(max, before, written))
+    return {key: sizes for key, sizes in found.items() if key not in computed}
+
+
+def _named_whole(s: Statement, routine: str, symbols: Symbols) -> Iterator[tuple[str, str]]:
+    """Names that a statement takes otherwise than element by element."""
+    if calls_nothing(s) or isinstance(s, Declare):
+        return
+    elements: Counter[str] = Counter()
+    names: Counter[str] = Counter()
+    for e in expressions_of(s):
+        if type(e) is Named:
+            names[e.name] += 1
+        elif type(e) is Item and type(e.base) is Named and len(e.indices) > 1:
+            elements[e.base.name] += 1
+    for name, count in names.items():
+        if count != elements[name]:
+            symbol = symbols.find(routine, name)
+            yield ("", name) if symbol is None else (symbol.scope, symbol.name)
+
+
+@dataclass(slots=True)
+class _SingleRows:
+    """`sizes`: of the arrays that become a row, by scope and name."""
+
+    work: TranslationContext
+    symbols: Symbols
+    sizes: dict[tuple[str, str], tuple[int, ...]]
+
+    def _of(self, routine: str, name: str) -> tuple[int, ...] | None:
+        symbol = self.symbols.find(routine, name)
+        return self.sizes.get(("", name) if symbol is None else (symbol.scope, symbol.name))
+
+    def statement(self, s: Statement, routine: str) -> Statement:
+        if isinstance(s, Declare):
+            return self.declared(s, routine)
+        if calls_nothing(s):
+            return s
+
+        def change(e: Expression) -> Expression:
+            if type(e) is not Item or type(e.base) is not Named or len(e.indices) < 2:
+                return e
+            sizes = self._of(routine, e.base.name)
+            if sizes is None or len(sizes) != len(e.indices):
+                return e
+            for index, size in zip(e.indices, sizes, strict=True):
+                if isinstance(index, Number) and not 1 <= index.value <= size:
+                    says = f"{e.base.name} has {size} elements, and the index is {_shown(index)}"
+                    self.work.lose(s, Fate.REFUSED, "index", says)
+            return replace(e, indices=(_place(e.indices, sizes),))
+
+        return mapped(s, change)
+
+    def declared(self, d: Declare, routine: str) -> Declare:
+        sizes = self._of(routine, d.name) if len(d.sizes) > 1 else None
+        if sizes is None:
+            return d
+        value = d.value
+        if isinstance(value, RecordLiteral) and _is_array(value):
+            value = replace(value, members=tuple(("", one) for _, one in _elements(value, ())))
+        return replace(d, sizes=(Number(math.prod(sizes)),), value=value)
+
+
+def _place(indices: tuple[Expression, ...], sizes: tuple[int, ...]) -> Expression:
+    """Where an element stands in the row, counted from 1."""
+    fixed, terms = 1, list[Expression]()
+    for at, index in enumerate(indices):
+        step = math.prod(sizes[at + 1 :])
+        if isinstance(index, Number):
+            fixed += int(index.value - 1) * step
+        else:
+            fixed -= step
+            terms.append(index if step == 1 else Binary("*", index, Number(step)))
+    if not terms:
+        return Number(fixed)
+    total = terms[0]
+    for term in terms[1:]:
+        total = Binary("+", total, term)
+    return total if not fixed else Binary("+" if fixed > 0 else "-", total, Number(abs(fixed)))
 
 
 # --- Vectors ---

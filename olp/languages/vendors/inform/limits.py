@@ -10,6 +10,7 @@ from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.languages.limits import Limits, Registers
 
 LIMITS: Final = Limits(
+    dimensions="one",
     routine_name=32,
     variable_name=16,
     label_name=8,

@@ -17,6 +17,7 @@ LARGEST_LABEL: Final = 32766
 # SELECT jumps or calls and holds no blocks: for a translation that is no switch. Labels are numbers whose comment is
 # the label's name, so their length has no bound.
 LIMITS: Final = Limits(
+    dimensions="one",
     speeds_needed=True,
     routine_name=ROUTINE_LENGTH,
     variable_name=NAME_LENGTH,
