@@ -49,6 +49,7 @@ class _Pace(NamedTuple):
     way: Floats
     speed: Floats
     acceleration: Floats
+    override: Floats  # [1] under which the judged simulation ran; it is in `speed`
 
 
 def case_of(recording: Recording) -> Making:
@@ -115,7 +116,7 @@ def _case(
         place=rows,
         sim_payload=moves.sim_payload[rows],
         sim_payload_inertia=moves.sim_payload_inertia[rows],
-        override=(_whole(moves.override) / _whole(moves.sim_override))[rows],
+        override=(_whole(moves.override) / pace.override)[rows],
         stretch=stretch,
         began=float(np.nanmin(moves.t_start[rows])) if np.isfinite(moves.t_start[rows]).any() else math.nan,
     )
@@ -136,14 +137,17 @@ def _pace(recording: Recording, notes: list[str]) -> _Pace:
         path = np.isin(moves.kind, (LINEAR, CIRCULAR))
         acceleration = np.where(path & ~np.isfinite(acceleration), straight, acceleration)
     joint = (moves.kind == JOINT) & moves.has_joints
+    leading = np.full(len(moves), -1, dtype=np.intp)
     if joint.any():
         lead, axis = _leading(recording, joint)
+        leading = np.where(joint, axis, leading)
         way = np.where(joint, lead, way)
         rated, ramp = _joint_pace(recording, joint, lead, axis, notes)
         speed = np.where(joint, rated, speed)
         acceleration = np.where(joint, ramp, acceleration)
+    override = _simulated_override(moves, way, speed, leading)
     way = np.where(moves.kind == WAIT, 0.0, way)
-    return _Pace(way, np.where(moves.kind == WAIT, 1.0, speed), acceleration)
+    return _Pace(way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override)
 
 
 def _leading(recording: Recording, joint: Mask) -> tuple[Floats, NDArray[np.intp]]:
@@ -155,6 +159,26 @@ def _leading(recording: Recording, joint: Mask) -> tuple[Floats, NDArray[np.intp
         rated = np.where(np.isfinite(robot.speeds), robot.speeds, 1.0)
     axis = np.argmax(np.nan_to_num(turned / rated), axis=1)
     return np.where(joint, turned[np.arange(len(turned)), axis], np.nan), axis
+
+
+def _simulated_override(moves: RecordedMoves, way: Floats, speed: Floats, axis: NDArray[np.intp]) -> Floats:
+    """(n,) [1] under which the judged simulation ran: as written, else whichever of none and the robot's own leaves
+    more nearly ramps of one acceleration per axis (`axis`: the leading one, -1 of ways of the tool)."""
+    written, own = _whole(moves.sim_override), _whole(moves.override)
+    told = np.isfinite(moves.sim) & np.isfinite(way) & np.isfinite(speed) & (way > 0)
+    if np.isfinite(moves.sim_override).any() or not (own[told] < 1.0).any():
+        return written
+
+    def misfit(override: Floats) -> float:
+        off = 0.0
+        for number in np.unique(axis[told]).tolist():
+            here = told & (axis == number)
+            fast = (override * speed)[here]
+            over = moves.sim[here] - way[here] / fast
+            off += float(np.sum((over - max(float(over @ fast) / float(fast @ fast), 0.0) * fast) ** 2))
+        return off
+
+    return own if misfit(own) < misfit(written) else written
 
 
 def _joint_pace(

@@ -8,14 +8,13 @@ want them. A statement costs as much in BIC as a parameter and the choice among 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit
+from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, evaluate, fit
 from olp.identification.diagnosis.model import (
     FEATURES,
     Condition,
@@ -24,7 +23,7 @@ from olp.identification.diagnosis.model import (
     Statement,
     feature,
 )
-from olp.identification.diagnosis.search import TELLING, PartShelf, price
+from olp.identification.diagnosis.search import TELLING, PartShelf, price, swaps
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -35,17 +34,30 @@ _CUTS = 9  # places where a column is cut at first
 _ROUNDS = 2  # of fitting values and moving bounds
 _MOST = 40  # words of a column that are tried
 _WORTH = 30.0  # [1] what is left promises more, else all that there is to tell is told
-_LEFT = 0.6  # of the mean square that is left without a condition: with one it is less
-_FIRST, _MORE = 40, 1.1  # of each part to be fitted, and times what one statement explains
-_SECOND = 6  # statements to which a second one is tried
-_PARTS = 3  # of a term and its statements that are fitted
+_GUESSES, _FORMS = 2, 2  # of a form, and of a term, that are tried
+_SIZES = (0.5, 1.0, 2.0)  # times what a part does at its guess
 
 
-_Key = tuple[str, str, tuple[tuple[str, bool, str], ...]]
+class _Said(NamedTuple):
+    """All that can be said of some moves and not of others."""
+
+    statements: list[Statement]
+    masks: Floats  # (n, s) 1 where a statement holds
+    fair: Mask  # (s, s) pairs that hold in enough moves, and not in enough
+
+    def best(self, better: Floats) -> tuple[float, Condition]:
+        """One statement or two, where what moves win by a term, `better` (n,) in log-likelihood, sums up to most, less
+        what statements cost; and twice that."""
+        worth = self.masks.T @ (better[:, None] * self.masks)
+        cost = _cost(len(better)) * (1.0 + ~np.eye(len(worth), dtype=bool))
+        worth = np.where(self.fair, worth - cost, -np.inf)
+        one, two = np.unravel_index(np.argmax(worth), worth.shape)
+        chosen = (self.statements[k] for k in {int(one), int(two)})
+        return 2.0 * float(worth[one, two]), Condition(tuple(sorted(chosen, key=lambda s: s.column)))
 
 
 class _Tried(NamedTuple):
-    gain: float  # [1] of the sum of squares, in units of the scatter's variance
+    gain: float  # [1] twice the log-likelihood
     part: ModelPart
 
 
@@ -53,34 +65,55 @@ def conditioned(best: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartSh
     """The fit, or one in which a term under a condition is beside its parts, or in the place of one or all of them."""
     if len(case) < 4 * _FEWEST:
         return best
-    statements = list(_statements(case))
-    if not statements:
+    said = _said(case)
+    if not said.statements:
         return best
-    masks = np.stack([s.mask(case) for s in statements], axis=1)
-    beside = _promising(best, case, shelf, statements, masks, count)
+    beside = _promising(best, case, shelf, said, count)
     if not beside or beside[0].gain < _WORTH:
         return best  # there is nothing left to be told
-    winner = _better(best, best, beside, case, noise)
+    winner = _better(best, best, beside, case, noise, said)
     alone = [m for m in (best.model.without(k) for k in range(len(best.model.parts))) if m.parts]
     for model in (DurationModel(), *alone) if best.model.parts else ():
         bare = fit(model, case, noise, 8)
-        tried = _promising(bare, case, shelf, statements, masks, count)
-        winner = _better(winner, bare, tried, case, noise)
-    if winner is best:
-        return best
-    left, without = (float(np.mean((case.measured - f.model.seconds(case)) ** 2)) for f in (winner, best))
-    return winner if price(best) - price(winner) > TELLING and left < _LEFT * without else best
+        tried = _promising(bare, case, shelf, said, count)
+        winner = _better(winner, bare, tried, case, noise, said)
+    winner = _exchanged(winner, case, noise, shelf, said)
+    return winner if price(best) - price(winner) > TELLING else best
+
+
+def _exchanged(
+    winner: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartShelf, said: _Said
+) -> ModelFit:
+    """The winner, or one with another term in the place of the part that has a condition: to first order that may have
+    promised less. The condition follows it."""
+    at = [k for k, part in enumerate(winner.model.parts) if part.condition is not None]
+    others = swaps(winner, at[0], shelf, case, noise) if at else []
+    first = min(others, key=price, default=winner)
+    if price(first) >= price(winner):
+        return winner
+    part = next(part for part in first.model.parts if part.condition is not None)
+    rest = evaluate(winner.model.without(at[0]), case, noise)
+    return min(first, _fitted(rest, part, case, noise, said), key=price)
 
 
 def _better(
-    winner: ModelFit, bare: ModelFit, tried: list[_Tried], case: MeasuredMoves, noise: Noise
+    winner: ModelFit, bare: ModelFit, tried: list[_Tried], case: MeasuredMoves, noise: Noise, said: _Said
 ) -> ModelFit:
     """The winner, or a fit with one of the parts beside `bare` that is better."""
-    return min([winner, *(_fitted(bare, one.part, case, noise) for one in tried)], key=price)
+    return min([winner, *(_fitted(bare, one.part, case, noise, said) for one in tried)], key=price)
+
+
+def _said(case: MeasuredMoves) -> _Said:
+    statements = list(_statements(case))
+    masks = np.array([s.mask(case) for s in statements], dtype=np.float64).reshape(-1, len(case)).T
+    inside = masks.T @ masks
+    columns = np.array([s.column for s in statements])
+    fair = (inside >= _FEWEST) & (inside <= len(case) - _FEWEST)
+    fair &= (columns[:, None] != columns) | np.eye(len(columns), dtype=bool)
+    return _Said(statements, masks, fair)
 
 
 def _statements(case: MeasuredMoves) -> Iterator[Statement]:
-    """All that can be said of some moves and not of others."""
     for name in FEATURES:
         values = feature(case, name)
         if isinstance(values, tuple):
@@ -100,74 +133,57 @@ def _statements(case: MeasuredMoves) -> Iterator[Statement]:
 
 
 def _promising(
-    bare: ModelFit,
-    case: MeasuredMoves,
-    shelf: PartShelf,
-    statements: list[Statement],
-    masks: Mask,
-    count: int,
+    bare: ModelFit, case: MeasuredMoves, shelf: PartShelf, said: _Said, count: int
 ) -> list[_Tried]:
-    """Terms under one or two statements, by what their columns explain of the residual inside them."""
+    """Of each label the part that explains most of the residual where one statement holds, under the best condition."""
     residual = case.measured - bare.model.seconds(case)
     weight = (FREEDOM + 1.0) / (FREEDOM + (residual / bare.scale) ** 2)
-    inside = masks.sum(axis=0)
-    fair = (inside >= _FEWEST) & (inside <= len(case) - _FEWEST)
-    used = set(bare.labels)
-    free = [k for k, p in enumerate(shelf.parts) if p.conditionable and p.label not in used]
-    if not free or not fair.any():
+    free = [k for k, p in enumerate(shelf.parts) if p.conditionable and p.label not in bare.labels]
+    if not free or not said.fair.any():
         return []
     columns = shelf.columns[:, free]
-    pulled, squared = columns * (weight * residual)[:, None], columns**2 * weight[:, None]
+    pull = (columns * (weight * residual)[:, None]).T @ said.masks
     either = np.array([shelf.parts[k].reversible for k in free])[:, None]
-    pull = pulled.T @ masks
-    gain = _gain(np.where(either, pull, np.maximum(pull, 0.0)), squared.T @ masks)
-    gain[:, ~fair] = 0.0
-    tried, seconds = dict[_Key, _Tried](), 0
-    for at in np.argsort(-gain, axis=None)[: _FIRST * count].tolist():
-        row, column = divmod(at, gain.shape[1])
-        part, statement = shelf.parts[free[row]], statements[column]
-        _note(tried, gain[row, column], part._replace(condition=Condition((statement,))))
-        if seconds >= _SECOND * count:
-            continue
-        seconds += 1
-        both = masks & masks[:, [column]]
-        pull = pulled[:, row] @ both
-        more = _gain(pull if either[row, 0] else np.maximum(pull, 0.0), squared[:, row] @ both)
-        more[(both.sum(axis=0) < _FEWEST) | ~fair] = 0.0
-        for second in np.argsort(-more)[:4].tolist():
-            if statements[second].column != statement.column and more[second] > _MORE * gain[row, column]:
-                pair = Condition(tuple(sorted((statement, statements[second]), key=lambda s: s.column)))
-                _note(tried, float(more[second]), part._replace(condition=pair))
-    found, seen = list[_Tried](), Counter[str]()
-    for one in sorted(tried.values(), key=lambda t: -t.gain):
-        seen[one.part.label] += 1
-        if seen[one.part.label] <= _PARTS and len(found) < count:
-            found.append(_Tried(one.gain / bare.scale**2, one.part))
-    return found
+    square = (columns**2 * weight[:, None]).T @ said.masks
+    linear = _gain(np.where(either, pull, np.maximum(pull, 0.0)), square) / bare.scale**2
+    sized = [_relief(residual, size * columns, bare.scale) for size in _SIZES]
+    gains = np.stack([linear, *(2.0 * one.T @ said.masks for one in sized)])
+    gains[:, :, ~np.diag(said.fair)] = 0.0
+    tried = dict[tuple[str, str], list[_Tried]]()
+    for row in np.argsort(-gains.max(axis=(0, 2))).tolist():
+        part = shelf.parts[free[row]]
+        of_form = tried.setdefault((part.label, part.form.key), [])
+        if len(of_form) < _GUESSES:
+            how, at = np.unravel_index(np.argmax(gains[:, row]), gains[:, row].shape)
+            alone = Condition((said.statements[int(at)],))
+            either_way = [(float(gains[how, row, at]), alone), *(said.best(size[:, row]) for size in sized)]
+            gain, condition = max(either_way, key=lambda t: t[0])
+            of_form.append(_Tried(gain, part._replace(condition=condition)))
+    best = sorted((max(one, key=lambda t: t.gain) for one in tried.values()), key=lambda t: -t.gain)
+    return [one for k, one in enumerate(best) if _of_label(best[:k], one) < _FORMS][:count]
 
 
-def _note(tried: dict[_Key, _Tried], gain: float, part: ModelPart) -> None:
-    """The best guess of each form under the same columns."""
-    key = _key(part)
-    if key not in tried or gain > tried[key].gain:
-        tried[key] = _Tried(gain, part)
+def _of_label(before: list[_Tried], one: _Tried) -> int:
+    return sum(other.part.label == one.part.label for other in before)
 
 
-def _key(part: ModelPart) -> _Key:
-    assert part.condition is not None
-    said = tuple((s.column, math.isfinite(s.above), s.word) for s in part.condition.statements)
-    return part.label, part.form.key, said
+def _relief(residual: Floats, columns: Floats, scale: float) -> Floats:
+    """(n, m) by which moves are likelier with columns (n, m), in log-likelihood: what acts in few moves and is far
+    larger than the scatter has next to no weight to first order."""
+    before = np.log1p((residual / scale) ** 2 / FREEDOM)[:, None]
+    after = np.log1p(((residual[:, None] - columns) / scale) ** 2 / FREEDOM)
+    return np.asarray(0.5 * (FREEDOM + 1.0) * (before - after))
 
 
 def _gain(pull: Floats, square: Floats) -> Floats:
     return np.asarray(np.where(square > 1e-15, pull**2 / np.maximum(square, 1e-15), 0.0))
 
 
-def _fitted(bare: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise) -> ModelFit:
-    """The part beside the others, its values and its bounds by turns."""
+def _fitted(bare: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise, said: _Said) -> ModelFit:
+    """The part beside the others, its values and its condition by turns."""
     fitted = fit(DurationModel((*bare.model.parts, part)), case, noise, 6)
     for _ in range(_ROUNDS):
-        moved = _moved(fitted, case)
+        moved = _moved(fitted, case, said)
         if moved.parts[-1].condition == fitted.model.parts[-1].condition:
             break
         again = fit(moved, case, noise, 8)
@@ -177,21 +193,34 @@ def _fitted(bare: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise) 
     return fitted
 
 
-def _moved(fitted: ModelFit, case: MeasuredMoves) -> DurationModel:
-    """The last part's bounds where the moves' likelihoods want them, one statement after the other."""
+def _moved(fitted: ModelFit, case: MeasuredMoves, said: _Said) -> DurationModel:
+    """The last part under the condition that the moves' likelihoods want, of all that can be said of them: one or two
+    statements, and their bounds one after the other."""
     part = fitted.model.parts[-1]
     assert part.condition is not None
     rest = DurationModel(fitted.model.parts[:-1])
     always = DurationModel((*rest.parts, part._replace(condition=None)))
     losses = [
-        np.log1p(((case.measured - m.seconds(case)) / fitted.scale) ** 2 / FREEDOM) for m in (rest, always)
+        0.5 * (FREEDOM + 1.0) * np.log1p(((case.measured - m.seconds(case)) / fitted.scale) ** 2 / FREEDOM)
+        for m in (rest, always)
     ]
     better = losses[0] - losses[1]
-    statements = list(part.condition.statements)
+    found = [_bounded(c, better, case) for c in (part.condition, said.best(better)[1])]
+    worth = [float(better[c.mask(case)].sum()) - _cost(len(case)) * len(c.statements) for c in found]
+    return DurationModel((*rest.parts, part._replace(condition=found[int(np.argmax(worth))])))
+
+
+def _bounded(condition: Condition, better: Floats, case: MeasuredMoves) -> Condition:
+    statements = list(condition.statements)
     for k, statement in enumerate(statements):
         others = Condition(tuple(s for i, s in enumerate(statements) if i != k)).mask(case)
         statements[k] = _best_cut(statement, np.where(others, better, 0.0), others, case)
-    return DurationModel((*rest.parts, part._replace(condition=Condition(tuple(statements)))))
+    return Condition(tuple(statements))
+
+
+def _cost(count: int) -> float:
+    """Of a statement, in log-likelihood: half of what `penalty` says."""
+    return 0.5 * math.log(count) + math.log(len(FEATURES))
 
 
 def _best_cut(statement: Statement, better: Floats, others: Mask, case: MeasuredMoves) -> Statement:

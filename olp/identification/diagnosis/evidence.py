@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit, penalty, whiten
-from olp.identification.diagnosis.folds import Folds, interleaved, rms
+from olp.identification.diagnosis.folds import HALF, Folds, interleaved, rms
 from olp.identification.diagnosis.residuals import remains_of
 from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, price, search
 from olp.timing.physics._case import MeasuredMoves
@@ -31,7 +31,6 @@ _DEVIATIONS = 1.3  # standard errors that a gain is at least
 _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
-_HALF = 0.5  # of the square of what a part does, in one fold
 _ACTS = 0.5  # of the scatter
 
 
@@ -179,7 +178,7 @@ def _labels_for(fitted: ModelFit, index: int, case: MeasuredMoves, folds: Folds)
     done = (fitted.model.seconds(case) - fitted.model.without(index).seconds(case)) ** 2
     for label in np.unique(folds.labels).tolist():
         held = folds.labels == label
-        if where[~held].sum() < min(_FEWEST, where.sum()) or done[held].sum() > _HALF * done.sum():
+        if where[~held].sum() < min(_FEWEST, where.sum()) or done[held].sum() > HALF * done.sum():
             labels = np.zeros(len(case), dtype=np.int64)
             for some in (where, ~where):
                 labels[some] = interleaved(int(some.sum()))

@@ -22,7 +22,8 @@ Labels = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 COUNT = 5  # folds
-_LARGEST = 0.6  # of the moves that one group may hold, and of the difference that one fold may
+_LARGEST = 0.6  # of the moves that one group may hold
+HALF = 0.5  # of the square of a difference: no fold holds more, nobody could know it from the others
 _BEYOND = 3.0  # times the middle's scatter: what a move differs by beyond that counts as the difference
 _CAPPED = 0.9  # quantile of it that a single move counts at most: no single wait decides
 _ORDER = ("start", "job", "cycle", "speed")
@@ -45,7 +46,8 @@ def folds_of(recording: Recording, rows: Labels, residual: Floats | None = None)
             found.append(Folds(name, _dealt(labels, weight)))
     found.append(Folds("block", blocks(len(rows))))
     found.append(Folds("every fifth move", interleaved(len(rows))))
-    spread = [f for f in found if np.bincount(f.labels, weight).max() <= _LARGEST * float(weight.sum())]
+    square = weight**2
+    spread = [f for f in found if np.bincount(f.labels, square).max() <= HALF * float(square.sum())]
     return (spread or found)[0]
 
 

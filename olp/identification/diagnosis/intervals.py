@@ -198,7 +198,8 @@ def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -
     scores /= 1.0 - np.minimum(leverage, _HOLDS)[:, None]
     robust = inverse @ (scores.T @ scores) @ inverse
     plain = np.maximum(np.diag(inverse), 0.0)
-    excess = float(np.mean(left**2)) / floor**2 - 1.0 if math.isfinite(floor) else 0.0
+    # By the scale, which a few moves far off do not move: these tell nothing of the form.
+    excess = (fitted.scale / floor) ** 2 - 1.0 if math.isfinite(floor) else 0.0
     excess = excess if excess > _MORE else 0.0  # less is chance
     missed = plain * (floor / fitted.scale) ** 2 * excess * len(case) / _PIECES if excess else 0.0
     known = np.diag(information) > 0

@@ -100,9 +100,7 @@ def _stamped(noise: Noise) -> Noise:
 
 def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
     best = exchanged(chosen(search(clean, noise, shelf, WIDE), clean, noise), shelf, clean, noise)
-    under = conditioned(best, clean, noise, shelf, WIDE.additions)
-    # To first order another term may have promised more under the condition than the one that acts there.
-    return under if under is best else exchanged(under, shelf, clean, noise)
+    return conditioned(best, clean, noise, shelf, WIDE.additions)
 
 
 def _order(best: ModelFit, clean: MeasuredMoves) -> float:

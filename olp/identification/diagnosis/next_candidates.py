@@ -204,9 +204,19 @@ def _as_case(
         repeats=np.arange(count) + int(case.repeats.max(initial=-1)) + 1
         if len(case.repeats)
         else case.repeats,
+        place=np.arange(count) + int(case.place.max(initial=-1)) + 1,
+        sim_payload=_middle(case.sim_payload, count),
+        sim_payload_inertia=_middle(case.sim_payload_inertia, count),
+        override=_middle(case.override, count),
         derived={},
     )
     return CandidateMoves(hypothetical, table[:, 0].astype(np.int64), line)
+
+
+def _middle(told: Floats, count: int) -> Floats:
+    """(count,) the middle of what was told, nan where it never was; nothing where there is no such column."""
+    known = told[np.isfinite(told)]
+    return np.full(count if len(told) else 0, np.median(known) if len(known) else np.nan)
 
 
 def _motion(

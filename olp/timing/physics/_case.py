@@ -106,15 +106,33 @@ class MeasuredMoves:
 
     @property
     def leading(self) -> tuple[str, ...]:
-        """(n,) the axis that turns farthest in each move; "" where that is not known."""
+        """(n,) the axis that takes longest at rated speeds in each move, or turns farthest where these are not known;
+        "" where that is not known either."""
         rates = self.rates
         if rates is None:
             return ("",) * len(self)
-        turned = np.abs(rates.path).mean(axis=1)
+        turned = np.abs(rates.path).mean(axis=1) / (1.0 if rates.rated is None else rates.rated)
         most = np.argmax(turned, axis=1).tolist()
         return tuple(
             rates.names[k] if known else "" for k, known in zip(most, rates.known.tolist(), strict=True)
         )
+
+    def led(self, axis: int) -> Mask:
+        """(n,) moves in which the axis, from 0, is `leading`; none where axes are not known."""
+        if self.rates is None:
+            return np.zeros(len(self), dtype=bool)
+        name = self.rates.names[axis]
+        led = self.once(f"led by {axis}", lambda: np.array([float(n == name) for n in self.leading]))
+        return np.asarray(led > 0)
+
+    @property
+    def leaders(self) -> tuple[tuple[int, str], ...]:
+        """Number and name of the axes that lead enough joint moves, and not all of them, to have a number each."""
+        if self.rates is None:
+            return ()
+        turned = self.joint & self.moving
+        counts = [(k, name, int((self.led(k) & turned).sum())) for k, name in enumerate(self.rates.names)]
+        return tuple((k, name) for k, name, count in counts if _LED <= count < turned.sum())
 
     @property
     def length(self) -> Floats:
@@ -210,6 +228,7 @@ class MeasuredMoves:
 
 
 _NUMBER = "number "
+_LED = 6  # joint moves that an axis leads
 _COLUMNS = (
     *("move", "measured", "simulated", "moving", "joint", "start", "end", "turn", "stop_start", "stop_end"),
     *("blend", "blend_start", "corner", "payload", "payload_inertia", "t_start", "cycle", "line", "repeats"),

@@ -10,7 +10,6 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _WIDEST = 8.0  # times the simulated acceleration, and one over it
 _ALIKE = 1e-3
-_FEWEST = 6  # joint moves that an axis leads
 
 
 class AccelerationTerm(MoveTerm):
@@ -44,7 +43,7 @@ class AccelerationTerm(MoveTerm):
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         scale = np.full(len(case), values[0] / form.parameters[0].null)
         if form.axis >= 0:
-            scale = np.where(case.once(f"led by {form.axis}", lambda: _led(case, form.axis)) > 0, scale, 1.0)
+            scale = np.where(case.led(form.axis) & case.joint, scale, 1.0)
         return motion.with_(accelerate=motion.accelerate * scale, decelerate=motion.decelerate * scale)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
@@ -57,22 +56,11 @@ class AccelerationTerm(MoveTerm):
 
 def _of_axes(case: MeasuredMoves) -> tuple[Form, ...]:
     """One factor per axis, of joint moves in which it turns farthest; where several axes lead."""
-    if case.rates is None:
-        return ()
     forms = []
-    for axis, name in enumerate(case.rates.names):
-        led = _led(case, axis) > 0
-        if _FEWEST <= led.sum() < (case.moving & case.joint).sum():
-            of = f"scale_{name.lower().replace(' ', '_')}"
-            one = TermParameter(
-                of, "1", 1 / _WIDEST, _WIDEST, 1.0, True, f"real over simulated acceleration of {name}"
-            )
-            forms.append(Form(name, (one,), r"T = L/v + v/(k_j\,a)", axis))
+    for axis, name in case.leaders:
+        of = f"scale_{name.lower().replace(' ', '_')}"
+        one = TermParameter(
+            of, "1", 1 / _WIDEST, _WIDEST, 1.0, True, f"real over simulated acceleration of {name}"
+        )
+        forms.append(Form(name, (one,), r"T = L/v + v/(k_j\,a)", axis))
     return tuple(forms)
-
-
-def _led(case: MeasuredMoves, axis: int) -> Floats:
-    """(n,) 1 in the joint moves in which the axis turns farthest."""
-    assert case.rates is not None
-    led = np.array([name == case.rates.names[axis] for name in case.leading], dtype=bool)
-    return np.asarray(led & case.joint & case.moving, dtype=np.float64)

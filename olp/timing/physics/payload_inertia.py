@@ -45,6 +45,8 @@ class PayloadInertia(MoveTerm):
         )
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
+        if form.key.startswith(_RATIO):  # 1.5, 3 and 9 times the acceleration with no load at all
+            return np.array([[0.5], [2.0], [8.0]]) / _heaviest(case)
         return np.array([[0.02], [0.15], [0.5]]) * form.parameters[0].high
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
@@ -56,7 +58,7 @@ class PayloadInertia(MoveTerm):
                 decelerate=_limited(motion.decelerate, end, less),
             )
         if form.key.startswith(_RATIO):
-            wrist = case.once(f"wrist {form.axis}", lambda: _led(case, form.axis))
+            wrist = _led(case, form.axis)
             real, simulated = (
                 1.0 + values[0] * wrist * i for i in (case.payload_inertia, case.sim_payload_inertia)
             )
@@ -89,16 +91,22 @@ def _told(case: MeasuredMoves) -> bool:
     off = np.abs(case.payload_inertia - case.sim_payload_inertia)
     return bool(
         (
-            np.nan_to_num(off)[case.moving & (_wrist(case) > 0)] > _OTHER * np.nanmax(case.payload_inertia)
+            np.nan_to_num(off)[case.moving & (_led(case, -1) > 0)] > _OTHER * np.nanmax(case.payload_inertia)
         ).any()
     )
 
 
+def _heaviest(case: MeasuredMoves) -> float:
+    """[kg m²] the largest inertia, of the robot or of the simulation."""
+    return float(np.nanmax(np.concatenate([case.payload_inertia, case.sim_payload_inertia])))
+
+
 def _ratios(case: MeasuredMoves) -> tuple[Form, ...]:
     """Of the whole wrist, and of each of its axes by itself."""
-    most = float(np.nanmax(np.concatenate([case.payload_inertia, case.sim_payload_inertia])))
     equation = r"a = a_{sim} (1 + k I_{sim} w) / (1 + k I w)"
-    growth = TermParameter("growth", "1/(kg m^2)", 0.0, 200.0 / most, 0.0, False, "of the wrist's inertia")
+    growth = TermParameter(
+        "growth", "1/(kg m^2)", 0.0, 200.0 / _heaviest(case), 0.0, False, "of the wrist's inertia"
+    )
     forms = [Form(_RATIO, (growth,), equation)]
     assert case.rates is not None
     for axis, name in enumerate(case.rates.names):
@@ -111,11 +119,15 @@ def _ratios(case: MeasuredMoves) -> tuple[Form, ...]:
 
 
 def _led(case: MeasuredMoves, axis: int) -> Floats:
-    """(n,) share of the turning that the wrist does; of one `axis`: 1 in the moves that it leads."""
+    """(n,) share of the turning that the wrist does; of one `axis`: 1 in the moves that it leads.
+
+    Beside joint moves none of straight ones: there the program says the acceleration, and the axes follow.
+    """
     if axis < 0:
-        return _wrist(case)
-    assert case.rates is not None
-    return np.array([float(name == case.rates.names[axis]) for name in case.leading])
+        share = case.once("wrist", lambda: _wrist(case))
+    else:
+        share = case.led(axis).astype(np.float64)
+    return np.where(case.joint, share, 0.0) if (case.joint & case.moving).any() else share
 
 
 def _wrist(case: MeasuredMoves) -> Floats:

@@ -25,7 +25,7 @@ class SpeedScale(MoveTerm):
         scale = TermParameter("scale", "1", 0.2, 5.0, 1.0, True, "real over simulated speed")
         stretched = Form(_STRETCHED, (scale,), r"T = T_0/k")
         if len(case.override) != len(case) or (case.override == 1.0).all():
-            return (Form("", (scale,), r"T = L/(k v) + k v/a"), stretched)
+            return (Form("", (scale,), r"T = L/(k v) + k v/a"), stretched, *_of_axes(case, scale))
         power = TermParameter(
             "power", "1", -0.5, 2.0, 0.0, False, "of the override, real over simulated: 1 in proportion"
         )
@@ -34,6 +34,7 @@ class SpeedScale(MoveTerm):
             Form(_OVERRIDE + " of the speed", (power,), r"T = L/(o^p v) + o^p v/a"),
             Form("", (scale,), r"T = L/(k v) + k v/a"),
             stretched,
+            *_of_axes(case, scale),
         )
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
@@ -41,6 +42,8 @@ class SpeedScale(MoveTerm):
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         scale = np.full(len(case), values[0])
+        if form.axis >= 0:
+            scale = np.where(case.led(form.axis) & case.joint, scale, 1.0)
         if form.key.startswith(_OVERRIDE):
             scale = case.override ** values[0]
         if form.key in (_STRETCHED, _OVERRIDE):
@@ -53,4 +56,24 @@ class SpeedScale(MoveTerm):
             return f"{how} go with the override to the power of {values[0]:.3g}"
         if form.key == _STRETCHED:
             return f"moves run at {values[0]:.2%} of the simulated pace, ramps included: an override"
+        if form.axis >= 0:
+            return f"where {form.key} leads, moves cruise at {values[0]:.2%} of the simulated speed"
         return f"moves cruise at {values[0]:.2%} of the simulated speed"
+
+
+def _of_axes(case: MeasuredMoves, scale: TermParameter) -> tuple[Form, ...]:
+    """One factor per axis, of joint moves in which it turns farthest; where several axes lead."""
+    return tuple(
+        Form(
+            name,
+            (
+                scale._replace(
+                    name=f"scale_{name.lower().replace(' ', '_')}",
+                    meaning=f"real over simulated speed of {name}",
+                ),
+            ),
+            r"T = L/(k_j v) + k_j v/a",
+            axis,
+        )
+        for axis, name in case.leaders
+    )
