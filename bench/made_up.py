@@ -1,25 +1,29 @@
 """`olp diagnose` on a folder of made-up recordings whose causes are known: how often it is right, and how surely.
 
-    python bench/made_up.py FOLDER [--jobs 2] [--only 001,002] [--failures]
+    python bench/made_up.py FOLDER [--jobs 2] [--only 001,002] [--modes plain,nothing] [--failures] [--recorder stamps]
 
 FOLDER holds a recording in each of its folders and `answers.json`: by name of the folder `mode` (what kind of case),
 `terms` (what is hidden), `moves` (numbers of those in which it acts, or null), `noise_s`, `resolution_s`.
 Modes `nothing`, `clock` and `outside` hide no physics; all others do. A name that the diagnosis itself declares
-indistinguishable from a hidden one counts as that one.
+indistinguishable from a hidden one counts as that one. A recorder adds its fault to the durations that are written
+there: "stamps" shared by neighbours (what one move loses the next wins), "digits" of 10 ms, "heavy" tails.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
 import math
 import os
 import sys
 import time
+import zlib
 from collections import defaultdict
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -28,6 +32,13 @@ ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
 CONTROLS = ("nothing", "clock", "outside")
+SCATTER, DIGITS = 0.003, 0.01  # [s] that a recorder adds
+ADDED = {
+    "": 0.0,
+    "stamps": SCATTER * 2**0.5,
+    "heavy": SCATTER * 3**0.5,
+    "digits": DIGITS / 12**0.5,
+}  # [s] as RMS
 EXPLAINED, AGREES = 1.5, 2.0  # times the floor: what an explanation leaves at most, and an agreement
 
 
@@ -39,6 +50,29 @@ def diagnosed(folder: Path) -> tuple[dict[str, Any], float]:
     begin = time.process_time()
     told = diagnose_recording(read_recording(folder)).diagnosis.to_json()
     return told, time.process_time() - begin
+
+
+def recorded(folder: Path, recorder: str, into: Path) -> Path:
+    """The recording as another recorder writes it; of its own seed, so that each run sees the same."""
+    import numpy as np
+
+    table = list(csv.DictReader((folder / "moves.csv").read_text(encoding="utf-8").splitlines()))
+    durations = np.array([float(row["duration_s"]) for row in table])
+    rng = np.random.default_rng(zlib.crc32(folder.name.encode()))
+    if recorder == "stamps":
+        durations = durations + np.diff(SCATTER * rng.normal(size=len(table) + 1))
+    elif recorder == "heavy":
+        durations = durations + SCATTER * rng.standard_t(3, len(table))
+    digits = DIGITS if recorder == "digits" else 1e-6
+    durations = np.maximum(np.round(durations / digits), 1.0) * digits
+    with open(into / "moves.csv", "w", newline="", encoding="utf-8") as file:
+        rows = csv.DictWriter(file, list(table[0]))
+        rows.writeheader()
+        for row, duration in zip(table, durations.tolist(), strict=True):
+            rows.writerow(row | {"duration_s": f"{duration:.6f}"})
+    resolution = f"time_resolution_s = {DIGITS}\n" if recorder == "digits" else ""
+    (into / "recording.toml").write_text(resolution, encoding="utf-8")
+    return into
 
 
 def scored(answer: dict[str, Any], told: dict[str, Any]) -> dict[str, float]:
@@ -103,9 +137,12 @@ def _line(answer: dict[str, Any], told: dict[str, Any]) -> str:
     )
 
 
-def _one(folder: Path) -> tuple[dict[str, Any] | str, float]:
+def _one(folder: Path, recorder: str) -> tuple[dict[str, Any] | str, float]:
     try:
-        return diagnosed(folder)
+        if not recorder:
+            return diagnosed(folder)
+        with TemporaryDirectory() as temporary:
+            return diagnosed(recorded(folder, recorder, Path(temporary)))
     except Exception as failure:  # a case that ends in an error is a case that is wrong
         return f"{type(failure).__name__}: {failure}", 0.0
 
@@ -117,14 +154,19 @@ def main(arguments: Iterable[str] | None = None) -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="names of folders, with commas between")
+    parser.add_argument("--modes", default="", help="kinds of cases, with commas between")
+    parser.add_argument("--recorder", choices=("stamps", "digits", "heavy"), default="")
     parser.add_argument("--failures", action="store_true", help="only the cases that are not right")
     args = parser.parse_args(None if arguments is None else list(arguments))
     answers = json.loads((args.folder / "answers.json").read_text(encoding="utf-8"))
     names = [n for n in sorted(answers) if not args.only or n in args.only.split(",")]
+    names = [n for n in names if not args.modes or answers[n]["mode"] in args.modes.split(",")]
     tally, seconds = defaultdict[str, list[float]](list), list[float]()
     with ProcessPoolExecutor(args.jobs) as pool:
-        for name, (told, cpu) in zip(names, pool.map(_one, [args.folder / n for n in names]), strict=True):
+        results = pool.map(_one, [args.folder / n for n in names], [args.recorder] * len(names))
+        for name, (told, cpu) in zip(names, results, strict=True):
             answer = answers[name]
+            answer |= {"noise_s": math.hypot(answer["noise_s"], ADDED[args.recorder])}
             seconds.append(cpu)
             if isinstance(told, str):
                 tally["an answer"].append(0.0)

@@ -325,6 +325,7 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     assert found.verdict != "no-mismatch" or left <= AGREES * floor
     assert found.verdict != "explained" or left <= EXPLAINED * floor * 1.001
     assert bool(found.findings) == (found.verdict in ("explained", "partly-explained"))
+    assert not found.findings or found.heldout_after.rmse <= found.heldout_before.rmse
     for finding in found.findings:
         assert finding.evidence.heldout_after < finding.evidence.heldout_before
         assert finding.evidence.delta_bic > 0

@@ -342,7 +342,9 @@ def verdict_of(named: NamingResult) -> str:
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
     unseen = rms(named.clean.measured - named.selection.predicted)  # by the whole search, without these moves
-    if left <= EXPLAINED * sigma and unseen <= raw and not (pattern and left**2 > _LITTLE * raw**2):
+    if unseen > raw:
+        return "unexplained"
+    if left <= EXPLAINED * sigma and not (pattern and left**2 > _LITTLE * raw**2):
         return "explained"
     if pattern and left**2 > _MOST * raw**2 and not named.late.any():
         return "unexplained"
