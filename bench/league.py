@@ -20,7 +20,8 @@ are named and left out. Of each recording, joint moves and paths (lines and arcs
   that "half" learns from; the slowest axis decides. Joint moves only.
 
 Errors are relative, of each move that a method predicts without having seen it: mean, median, 95th percentile of their
-absolute values; of the total; and how many measured times lie within the stated 95 % interval.
+absolute values; of the total; how many measured times lie within the stated 95 % interval; and of the total of each
+program of the recording, in the order of their names, where there are several.
 """
 
 from __future__ import annotations
@@ -97,8 +98,10 @@ def main() -> None:
             if args.only in (None, folder.name):
                 print(speed_of(folder.name, read_recording(folder)), flush=True)
         return
-    print("| recording | moves | method | mean % | median % | 95th % | total % | coverage % |")
-    print("|---|---|---|---|---|---|---|---|")
+    print(
+        "| recording | moves | method | mean % | median % | 95th % | total % | coverage % | totals of programs % |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
     left_out = []
     for folder in sorted(path for path in args.folder.iterdir() if path.is_dir()):
         if args.only not in (None, folder.name):
@@ -209,17 +212,24 @@ def _figures(tell: Callable[[Recording], Told], recording: Recording, rows: Mask
     try:
         told = tell(recording)
     except OlpError as problem:
-        return f"refused: {problem.diagnostics[0].message} | | | |"
+        return f"refused: {problem.diagnostics[0].message} | | | | |"
     measured = recording.moves.duration
     known = rows & np.isfinite(told.duration)
     if known.sum() < max(2, 0.05 * rows.sum()):
-        return "– | – | – | – | –"
+        return "– | – | – | – | – | –"
     error = 100 * np.abs(told.duration[known] / measured[known] - 1)
-    total = 100 * (told.duration[known].sum() / measured[known].sum() - 1)
+    names = _names(recording.moves)
+    parts = [known & (names == name) for name in np.unique(names[known])] if len(names) else []
+    total, *totals = (
+        f"{100 * (told.duration[some].sum() / measured[some].sum() - 1):+.1f}" for some in (known, *parts)
+    )
     inside = (told.low[known] <= measured[known]) & (measured[known] <= told.high[known])
     bounded = np.isfinite(told.low[known])
     coverage = f"{100 * np.mean(inside[bounded]):.0f}" if bounded.mean() > 0.5 else "–"
-    return f"{error.mean():.1f} | {np.median(error):.1f} | {np.percentile(error, 95):.1f} | {total:+.1f} | {coverage}"
+    figures = (error.mean(), np.median(error), np.percentile(error, 95))
+    return " | ".join(
+        [*(f"{v:.1f}" for v in figures), total, coverage, ", ".join(totals) if len(totals) > 1 else "–"]
+    )
 
 
 # --- olp --------------------------------------------------------------------------------------------------------------
@@ -296,7 +306,7 @@ def _halves(recording: Recording) -> Iterator[tuple[Mask, Mask]]:
 def _programs(recording: Recording, step: int) -> Iterator[tuple[Mask, Mask]]:
     """Each program, after each `step`th move of all others; nothing of a single one."""
     moves = recording.moves
-    names = np.array(moves.texts.get("program", moves.job))
+    names = _names(moves)
     measured = np.nan_to_num(moves.duration) > 0
     programs = np.unique(names[measured]) if len(names) else []
     for program in programs if len(programs) > 1 else []:
@@ -304,6 +314,11 @@ def _programs(recording: Recording, step: int) -> Iterator[tuple[Mask, Mask]]:
         seen = np.zeros(len(moves), dtype=bool)
         seen[others[::step]] = True
         yield seen, measured & (names == program)
+
+
+def _names(moves: RecordedMoves) -> NDArray[np.str_]:
+    """(n,) the program of each row; (0,) where none is written."""
+    return np.array(moves.texts.get("program", moves.job), dtype=np.str_)
 
 
 def _paths(moves: RecordedMoves, recording: Recording) -> Floats:

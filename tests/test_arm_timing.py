@@ -24,22 +24,27 @@ from olp.identification.signature.joint_moves import (
 )
 from olp.identification.signature.rows import predict_recording
 from olp.reports.batch import Job, plan_and_time
+from olp.robots.kinematics import forward
 from olp.robots.library import load_robot
-from olp.timing.arm import ArmTiming, JointMotions, gradient, solve
-from olp.timing.arm_moves import JointMoves, joint_moves, relative_inertia
+from olp.robots.model import Robot
+from olp.robots.times_to_speed import reach_of
+from olp.timing.arm import ArmTiming, gradient, solve
+from olp.timing.arm_moves import JointMoves, joint_moves, taken_of_drives
 from olp.timing.arm_prior import arm_prior
 
 Floats = NDArray[np.float64]
 ROBOT = "kuka/kr3-r540"
 
 
-def moves_of(count: int, seed: int = 0, robot: str | None = None) -> JointMoves:
+def moves_of(count: int, seed: int = 0, robot: str | None = None, load: float | None = None) -> JointMoves:
     draw = np.random.default_rng(seed)
     arm = None if robot is None else load_robot(robot)
     low, high = (np.full(6, -2.0), np.full(6, 2.0)) if arm is None else (arm.lower, arm.upper)
     start, end = draw.uniform(low, high, (2, count, 6))
     one = np.ones(count)
     payload = None if arm is None or arm.payload is None else draw.uniform(0.2, 1.0, count) * arm.payload
+    if arm is not None and load is not None:
+        payload = np.full(count, load * (arm.payload or 10.0))
     return joint_moves(arm, start, end, draw.choice([0.1, 0.5, 1.0], count), one, one, payload)
 
 
@@ -65,11 +70,12 @@ def test_one_axis_takes_what_small_steps_take() -> None:
     prior = arm_prior(load_robot(ROBOT))
     mean = prior.mean.copy()
     mean[2 * 6], mean[2 * 6 + 3] = 0.0, np.log(1e-3)
+    mean[prior.names.index("slow ramp")] = -20.0
     timing = prior.with_mean(mean)
     turned = np.zeros((3, 6))
     turned[:, 1] = (0.05, 0.6, 2.0)
-    ones, shape = np.ones(3), np.ones((3, 6))
-    motions = JointMotions(turned, np.zeros((3, 6)), shape, shape, np.array([1.0, 1.0, 0.4]), ones, ones)
+    ones = np.ones(3)
+    motions = joint_moves(None, 0 * turned, turned, np.array([1.0, 1.0, 0.4]), ones, ones).motions
     speed, ramp = timing.speeds[1], timing.times_to_speed[1]
     for way, fraction, found in zip(turned[:, 1], motions.fraction, timing.durations(motions), strict=True):
         exponent = float(mean[2 * 6 + 1])
@@ -85,16 +91,75 @@ def test_one_axis_takes_what_small_steps_take() -> None:
 
 def test_a_heavier_load_and_a_stretched_arm_turn_harder() -> None:
     robot = load_robot(ROBOT)
-    stretched, folded = np.radians([[0.0, 0, 0, 0, 0, 0], [0, -110, 150, 0, 0, 0]])
+    stretched, folded = np.radians([[[0.0, 0, 0, 0, 0, 0]], [[0, -110, 150, 0, 0, 0]]])
     empty, full = np.array([0.5]), np.array([3.0])
-    light, heavy = (relative_inertia(robot, stretched[None], load).load[0, 0] for load in (empty, full))
+    by = np.array([[0.01, 0, 0, 0, 0, 0]])
+    light, heavy = (taken_of_drives(robot, stretched, stretched + by, m).load[0, 0, 0] for m in (empty, full))
     assert heavy > 5 * light
-    assert (
-        relative_inertia(robot, stretched[None], full).arm[0, 0]
-        > 2 * relative_inertia(robot, folded[None], full).arm[0, 0]
+    far, near = (taken_of_drives(robot, pose, pose + by, full).arm[0, 0, 0] for pose in (stretched, folded))
+    assert far > 2 * near
+
+
+def pace_of_load(arm: Robot, start: Floats, turn: Floats) -> Floats:
+    """(n,) [m] per unit of the move: the load's speed, from differences of the flange's poses."""
+    step, reach = 1e-5, 0.1 * reach_of(arm.geometry)
+    ends = (forward(arm, start + sign * step * turn) for sign in (-1, 1))
+    before, after = (position + reach * rotation[:, :, 2] for position, rotation in ends)
+    return np.asarray(np.linalg.norm(after - before, axis=1) / (2 * step))
+
+
+@pytest.mark.parametrize("robot", [ROBOT, "yaskawa/ma2010"])
+def test_what_a_load_takes_of_all_drives_together_is_what_moves_it(robot: str) -> None:
+    """The drives' work along a move of all axes is the load's m v²; each axis alone says what its 1 stands for."""
+    arm, draw = load_robot(robot), np.random.default_rng(5)
+    start = draw.uniform(0.4 * arm.lower, 0.4 * arm.upper, (6, 6))
+    full, point = np.full(6, 3.0), np.zeros(6)
+
+    def taken(turn: Floats) -> Floats:
+        return taken_of_drives(arm, start, start + turn, full, point).load[:, :, 0] * np.sign(turn)
+
+    reference = np.zeros((6, 6))
+    for axis, unit in enumerate(np.eye(6)):
+        turn = np.tile(unit, (6, 1))
+        reference[:, axis] = pace_of_load(arm, start, turn) ** 2 / taken(turn)[:, axis]
+    turn = draw.uniform(-1, 1, (6, 6))
+    work = np.sum(taken(turn) * turn * reference, axis=1)
+    assert work == pytest.approx(pace_of_load(arm, start, turn) ** 2, rel=1e-5)
+
+
+def test_axes_that_turn_against_each_other_are_faster_than_together() -> None:
+    """The second and third axis of an arm: the forearm keeps its direction, or turns by both."""
+    arm = load_robot(ROBOT)
+    start = np.radians(np.tile([0.0, -90, 90, 0, 0, 0], (2, 1)))
+    turn = np.radians([[0.0, 25, 25, 0, 0, 0], [0, 25, -25, 0, 0, 0]])
+    one = np.ones(2)
+    together, against = arm_prior(arm).durations(
+        joint_moves(arm, start, start + turn, one, one, one, 3 * one).motions
     )
-    with_masses = relative_inertia(load_robot("universal-robots/ur10e"), np.zeros((1, 6)))
-    assert with_masses.arm.max() <= 1.5
+    assert against < 0.85 * together
+
+
+def test_one_axis_says_the_speed_of_a_move_and_another_one_its_ramps() -> None:
+    prior = arm_prior(load_robot(ROBOT))
+    mean = prior.mean.copy()
+    stop, sharing = prior.names.index("stop"), prior.names.index("sharing")
+    mean[stop], mean[sharing], mean[prior.names.index("wrist slow ramp")] = 0.0, np.log(1e-3), -20.0
+    mean[6 + 4] += 1.0  # the fifth axis is slow to its speed, the sixth hardly
+    turned = np.zeros((3, 6))
+    turned[[0, 2], 4], turned[[1, 2], 5] = 0.5, 3.0
+    one = np.ones(3)
+    motions = joint_moves(None, 0 * turned, turned, one, one, one).motions
+    fifth, sixth, both = prior.with_mean(mean).durations(motions)
+    cruise = turned[1, 5] / prior.speeds[5]
+    assert both == pytest.approx(cruise + (fifth / 2) ** 2 / cruise, rel=1e-3)
+    assert both > 1.05 * max(fifth, sixth)
+
+
+def test_a_programmed_acceleration_does_not_know_the_load() -> None:
+    """movej of a Universal Robot accelerates as it is told."""
+    moves = [moves_of(20, 4, "universal-robots/ur10e", share) for share in (0.1, 1.0)]
+    light, heavy = (arm_prior(load_robot("universal-robots/ur10e")).durations(m.motions) for m in moves)
+    assert heavy == pytest.approx(light, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -140,9 +205,10 @@ def test_twenty_moves_find_another_arm_and_say_how_well(seed: int) -> None:
 def test_what_moves_do_not_tell_keeps_its_prior_and_is_named() -> None:
     prior = arm_prior(load_robot(ROBOT))
     moves = moves_of(30, 1, ROBOT)
-    still = moves.motions.turned.copy()
-    still[:, 3:] = 0.0
-    moves = replace(moves, motions=replace(moves.motions, turned=still))
+    wrist, motions = np.array([0, 0, 0, 1, 1, 1], dtype=bool), moves.motions
+    end = np.where(wrist, moves.start, moves.end)
+    shares = (motions.fraction, motions.acceleration, motions.override)
+    moves = joint_moves(load_robot(ROBOT), moves.start, end, *shares)
     learnt = learn_arm(prior, moves, prior.durations(moves.motions) * 1.1, np.zeros(30, dtype=np.int64))
     assert {"time to speed A5", "override exponent"} <= set(learnt.untold)
     assert "speed A1" not in learnt.untold
@@ -248,6 +314,15 @@ def test_rows_that_contradict_each_other_are_told(tmp_path: Path) -> None:
     assert found.message.startswith("1 moves")
 
 
+def test_too_few_moves_are_counted_by_kind(tmp_path: Path) -> None:
+    moves = moves_of(3, 3, ROBOT)
+    recording = read_recording(write_recording(tmp_path / "few", moves, np.ones(3), ROBOT))
+    with pytest.raises(olp.OlpError) as caught:
+        calibrate(recording)
+    assert caught.value.diagnostics[0].code == "H003"
+    assert "3 joint moves" in caught.value.diagnostics[0].message
+
+
 def test_moves_faster_than_the_axes_are_told_and_not_learnt(tmp_path: Path) -> None:
     moves = moves_of(30, 3, ROBOT)
     measured = arm_prior(load_robot(ROBOT)).durations(moves.motions)
@@ -270,15 +345,27 @@ def test_the_program_override_of_a_row_counts(tmp_path: Path) -> None:
     assert found.motions.override == pytest.approx(np.full(12, 0.5))
 
 
-def test_a_file_with_a_spoilt_law_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("written", "instead", "says"),
+    [
+        ('"quantile_95"', '"quantile"', "a field is missing"),
+        ('"version": 4', '"version": 3', "law of joint moves"),
+    ],
+)
+def test_a_file_with_a_spoilt_or_former_law_is_refused(
+    tmp_path: Path, written: str, instead: str, says: str
+) -> None:
     folder, _ = joints_alone(tmp_path)
     signature, _ = calibrate(read_recording(folder))
     path = tmp_path / "signature.json"
     write_signature(signature, path)
-    path.write_text(path.read_text(encoding="utf-8").replace('"quantile_95"', '"quantile"'), encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
+    assert written in text
+    path.write_text(text.replace(written, instead), encoding="utf-8")
     with pytest.raises(olp.OlpError) as caught:
         read_signature(path)
     assert caught.value.diagnostics[0].code == "H008"
+    assert says in caught.value.diagnostics[0].message
 
 
 def test_a_program_takes_what_the_learnt_law_says(tmp_path: Path) -> None:

@@ -85,6 +85,7 @@ class Generation:
     )
     override_exponent: KnownEffect | None = None  # [1] what the program override does to them, the same page
     joint_acceleration: KnownEffect | None = None  # [rad/s²] of joint moves that do not say theirs
+    joint_stop: KnownEffect | None = None  # [s] of a joint move from rest to rest beyond its profile
 
 
 _OWN_PERCENT = KnownEffect(0.0, "the percent of acceleration is a setting of its own, beside that of speed")
@@ -92,6 +93,9 @@ _KRC = Generation(
     percent_exponent=_OWN_PERCENT,
     override_exponent=KnownEffect(
         2.0, "recordings of a KR 3 on KSS 8.5: planned motions are stretched in time by the program override"
+    ),
+    joint_stop=KnownEffect(
+        0.03, "recordings of a KR 3 on KSS 8.5: planned time in whole cycles of 12 ms, and two cycles more"
     ),
 )
 _POLYSCOPE = Generation(

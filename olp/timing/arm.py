@@ -1,28 +1,30 @@
 """How long a joint move of an arm takes: the one law that `time`, `predict`, `calibrate` and `diagnose` share.
 
-All axes start and stop together. An axis alone runs a trapezoid of speed, rest to rest,
+All axes start and stop together, on one profile: the slowest axis says its speed, the weakest its ramps. Rest to
+rest it is a trapezoid,
 
-    t = D/V + V w     where V w <= D/V,     t = 2 sqrt(D w)     else     (w = 1/a)
+    T = C + W/C + s     where W <= C^2,     T = 2 sqrt(W) + s     else
+    C = max D/V     W = max (D_J (tau/v) / (p^k o^m b) + D beta / (v p^2 o^2))
 
-with V = v p o and w = (tau/v) J / (p^k o^m b): v the rated speed, tau the time to it, p the programmed
-fraction of speed, b that of acceleration, o the program override. k says what a lower programmed speed does
-to the ramps (0: they keep their acceleration, 1: their time), m what the override does (2: the whole time
-axis is stretched, 0: only speeds are scaled). J is the inertia about the axis in the middle of the move
-over that of the stretched arm with its rated load,
+over the axes; D is how far an axis goes, V = v p o its speed, v the rated one, tau the time to it, p the programmed
+fraction of speed, b that of acceleration, o the program override. k says what a lower programmed speed does to
+the ramps (0: they keep their acceleration, 1: their time), m what the override does (2: the whole time axis is
+stretched, 0: only speeds are scaled); beta is a ramp that a lower speed stretches in any case, however strong the
+drive is. D_J is how far the drive would turn the stretched arm with its rated load for the same torque,
 
-    J = r + (1 - r) ((1 - c) A + c P)
+    D_J = | r D + (1 - r) ((1 - c) A + c P) |     the mean of both ends of the move
 
-with the rotor's share r, the load's share c of what is beyond it, A the arm's and P the load's own relative
-inertia, times exp(f . g) for what the geometry does not tell: f are sines and cosines of the second and
-third axis. The move takes
+with the rotor's share r, the load's share c of what is beyond it, A what the arm and P what the load take of
+this drive (olp/timing/arm_moves.py: inertia about the axis, and the pull of the other axes that turn with it),
+times exp(f . g) for what the geometry does not tell: f are sines and cosines of the second and third axis in the
+middle of the move. c is known by its odds: those of the load's inertia against the arm's, times e^load share.
+Maxima are soft, (sum of x^n)^(1/n), n = 1/sharing: axes that need nearly as long as the slowest one lengthen the
+move; s is what a stop costs at any speed: the controller's filter, whole cycles, settling.
 
-    T = (sum of t^n)^(1/n) + s
-
-n = 1/sharing: axes that need nearly as long as the slowest one lengthen the move; s is what a stop costs at
-any speed: the controller's filter, whole cycles, settling. Sources: a profile filter as a moving average
-adds its length to a move and the override scales the time axis (KUKA KR C2 handbook of machine data,
-$FILTER and $RED_ACC_OV); that posture in the middle of a move tells more than at its ends was found on
-recorded moves (docs/arm-timing.md).
+Sources: a profile filter as a moving average adds its length to a move and the override scales the time axis (KUKA
+KR C2 handbook of machine data, $FILTER and $RED_ACC_OV). Recordings of two arms (docs/arm-timing.md) say that one
+axis gives the speed and another the ramps, that ramps follow the torque at the ends of a move, where they are, and
+that the torque has the axes' pull on each other in it.
 """
 
 from __future__ import annotations
@@ -48,8 +50,9 @@ class JointMotions:
 
     turned: Floats  # (n, k) [rad | m] how far each axis goes, not negative
     posture: Floats  # (n, POSTURE) [1] functions of the posture in the middle of the move
-    arm: Floats  # (n, k) [1] the arm's own inertia about each axis, over that of the stretched arm
-    load: Floats  # (n, k) [1] the load's inertia about each axis, over that of the rated load at full reach
+    arm: Floats  # (n, k, 2) [rad | m] what the arm itself takes of each drive at both ends, over the arm stretched
+    load: Floats  # (n, k, 2) [rad | m] what the load takes of it, over the rated load at full reach
+    balance: Floats  # (n, k) [1] ln of the rated load's inertia at full reach over that of the stretched arm
     fraction: Floats  # (n,) [1] programmed share of the rated speeds
     acceleration: Floats  # (n,) [1] programmed share of the accelerations
     override: Floats  # (n,) [1] program override
@@ -132,9 +135,8 @@ class ArmTiming:
     def spread(self, motions: JointMotions) -> Floats:
         """(n,) [1] sd of ln(duration): what is not known of the numbers, and the scatter of moves."""
         jacobian = gradient(self.mean, motions)
-        return np.asarray(
-            np.sqrt(np.einsum("ij,jk,ik->i", jacobian, self.covariance, jacobian) + self.scatter**2)
-        )
+        known = np.sum((jacobian @ self.covariance) * jacobian, axis=1)
+        return np.asarray(np.sqrt(known + self.scatter**2))
 
     def doubts(self, motions: JointMotions) -> tuple[tuple[str, float], ...]:
         """(name, share [s]) of what makes most of the doubt in the sum of these moves, the largest first."""
@@ -150,11 +152,18 @@ class JointSolution(NamedTuple):
     """What `solve` found: see ArmTiming."""
 
     duration: Floats  # (n,) [s]
-    axis_times: Floats  # (n, k) [s]
     cruise: Floats  # (n, k) [s] of each axis at its speed, D/V
-    ramps: Floats  # (n, k) [s] V w where the speed is reached, else t/2
-    reached: Mask  # (n, k) whether an axis gets to its speed
-    joined: Floats  # (n,) [s] duration without the stop
+    work: Floats  # (n, k) [s²] D w of each axis
+    slow: Floats  # (n, k) [1] share of the slow ramp in it
+    by_cruise: Floats  # (n, k) [s] of the duration by the logarithm of `cruise`
+    by_work: Floats  # (n, k) [s] the same by that of `work`
+
+    @property
+    def axis_times(self) -> Floats:
+        """(n, k) [s] of each axis alone."""
+        reached = self.work < self.cruise**2
+        ramps = self.work / np.where(reached, self.cruise, 1.0)
+        return np.where(reached, self.cruise + ramps, 2.0 * np.sqrt(self.work))
 
 
 def names_of(axes: Sequence[str]) -> tuple[str, ...]:
@@ -164,96 +173,121 @@ def names_of(axes: Sequence[str]) -> tuple[str, ...]:
         *(f"speed {a}" for a in axes),
         *(f"time to speed {a}" for a in axes),
         "stop", "percent exponent", "override exponent", "sharing",
-        "rotor share", "load share", "wrist rotor share", "wrist load share",
+        "rotor share", "load share", "wrist rotor share", "wrist load share", "slow ramp", "wrist slow ramp",
         *(f"posture {a} {i % POSTURE}" for i, a in enumerate(wrist)),
     )  # fmt: skip
 
 
 def _logarithmic(name: str) -> bool:
-    return name.startswith(("speed", "time to speed", "sharing"))
+    return name.startswith(("speed", "time to speed", "sharing", "slow ramp", "wrist slow ramp"))
 
 
 def _unit(name: str) -> str:
     if name.startswith("speed"):
         return "rad/s"
-    return "s" if name.startswith("time to speed") or name == "stop" else "1"
+    return "s" if name.startswith("time to speed") or name == "stop" or name.endswith("slow ramp") else "1"
 
 
-def _shares(mean: Floats, axes: int) -> tuple[Floats, Floats]:
-    """(k,) rotor share and load share of each axis; both are kept as their log odds."""
-    base = 2 * axes + 4
-    odds = mean[base : base + 4]
-    share = 1.0 / (1.0 + np.exp(-odds))
+_STOP, _PERCENT, _OVERRIDE, _SHARING, _ROTOR, _LOAD, _WRIST_ROTOR, _WRIST_LOAD, _SLOW, _WRIST_SLOW = range(10)
+
+
+def _shares(mean: Floats, m: JointMotions) -> tuple[Floats, Floats]:
+    """(k,) rotor share and (n, k) load share of each axis; log odds are in `mean`."""
+    axes = m.turned.shape[1]
+    rest = mean[2 * axes :]
     main = np.arange(axes) < MAIN
-    return np.where(main, share[0], share[2]), np.where(main, share[1], share[3])
-
-
-def _inertia(mean: Floats, m: JointMotions) -> Floats:
-    """(n, k) [1] J."""
-    rotor, loaded = _shares(mean, m.turned.shape[1])
-    return np.asarray(rotor + (1.0 - rotor) * ((1.0 - loaded) * m.arm + loaded * m.load))
+    rotor = np.where(main, rest[_ROTOR], rest[_WRIST_ROTOR])
+    load = np.where(main, rest[_LOAD], rest[_WRIST_LOAD]) + m.balance
+    return 1.0 / (1.0 + np.exp(-rotor)), 1.0 / (1.0 + np.exp(-load))
 
 
 def solve(mean: Floats, m: JointMotions) -> JointSolution:
     """The law for the numbers `mean`, see the head of this file."""
     axes = m.turned.shape[1]
-    speed, ramp = np.exp(mean[:axes]), np.exp(mean[axes : 2 * axes])
-    stop, percent, override = mean[2 * axes : 2 * axes + 3].tolist()
-    power = float(np.exp(-mean[2 * axes + 3]))
-    pace = (m.fraction * m.override)[:, None] * speed
-    log_share = percent * np.log(m.fraction) + override * np.log(m.override) + np.log(m.acceleration)
-    slowness = _inertia(mean, m) * (ramp / speed) * np.exp(-log_share)[:, None]
     main = min(MAIN, axes)
-    weights = mean[2 * axes + 8 :].reshape(main, POSTURE)
-    slowness[:, :main] *= np.exp(m.posture @ weights.T)
-    cruise, ramps = m.turned / pace, pace * slowness
-    reached = ramps <= cruise
-    times = np.where(reached, cruise + ramps, 2.0 * np.sqrt(m.turned * slowness))
-    longest = np.max(times, axis=1, initial=0.0)
-    safe = np.where(longest > 0, longest, 1.0)
-    joined = longest * np.sum((times / safe[:, None]) ** power, axis=1) ** (1.0 / power)
+    speed, ramp, rest = np.exp(mean[:axes]), np.exp(mean[axes : 2 * axes]), mean[2 * axes :]
+    share = (m.fraction * m.override)[:, None]
+    pace = share * speed
+    log_share = (
+        rest[_PERCENT] * np.log(m.fraction) + rest[_OVERRIDE] * np.log(m.override) + np.log(m.acceleration)
+    )
+    rotor, loaded = _shares(mean, m)
+    rotor, loaded, turned = rotor[:, None], loaded[:, :, None], m.turned[:, :, None]
+    taken = np.abs(rotor * turned + (1.0 - rotor) * ((1.0 - loaded) * m.arm + loaded * m.load)).mean(axis=2)
+    pushed = taken * (ramp / speed) * np.exp(-log_share)[:, None]
+    pushed[:, :main] *= np.exp(m.posture @ rest[_WRIST_SLOW + 1 :].reshape(main, POSTURE).T)
+    slow = np.exp(np.where(np.arange(axes) < MAIN, rest[_SLOW], rest[_WRIST_SLOW])) / (speed * share**2)
+    slow = m.turned * slow
+    work, cruise = pushed + slow, m.turned / pace
+    power = float(np.exp(-rest[_SHARING]))
+    cruises, of_cruises = _joined(cruise, power)
+    works, of_works = _joined(work, power / 2.0)
+    reached = works < cruises**2
+    joined = np.where(reached, cruises + works / np.where(reached, cruises, 1.0), 2.0 * np.sqrt(works))
     moving = np.max(m.turned, axis=1, initial=0.0) > _LEAST
-    duration = np.where(moving, np.maximum(joined + stop, 0.1 * joined), 0.0)
+    duration = np.where(moving, np.maximum(joined + rest[_STOP], 0.1 * joined), 0.0)
     duration = np.where(np.isnan(joined), np.nan, duration)
-    return JointSolution(duration, times, cruise, ramps, reached, joined)
+    by_cruise = np.where(reached, cruises - works / np.where(reached, cruises, 1.0), 0.0)
+    by_work = joined - np.where(reached, cruises, np.sqrt(works))
+    slow = slow / np.where(work > 0, work, 1.0)
+    return JointSolution(
+        duration, cruise, work, slow, by_cruise[:, None] * of_cruises, by_work[:, None] * of_works
+    )
+
+
+def _joined(values: Floats, power: float) -> tuple[Floats, Floats]:
+    """(n,) about the largest of each row, more where others are near it, and (n, k) what each does to its logarithm."""
+    largest = np.max(values, axis=1, initial=0.0)
+    share = (values / np.where(largest > 0, largest, 1.0)[:, None]) ** power
+    total = np.sum(share, axis=1)
+    return largest * total ** (1.0 / power), share / np.where(total > 0, total, 1.0)[:, None]
 
 
 def gradient(mean: Floats, m: JointMotions) -> Floats:
     """(n, p) of ln(duration) by the numbers."""
     axes = m.turned.shape[1]
+    main = min(MAIN, axes)
     found = solve(mean, m)
-    times, joined = found.axis_times, found.joined
-    power = float(np.exp(-mean[2 * axes + 3]))
-    safe = np.where(joined > 0, joined, 1.0)
-    ratio = times / safe[:, None]
-    weight = ratio ** (power - 1.0)  # of joined by each axis' time
-    by_speed = np.where(found.reached, -found.cruise, -0.5 * times)
-    by_slowness = np.where(found.reached, found.ramps, 0.5 * times)
+    slow = found.by_work * found.slow
+    pull = found.by_work - slow
     result = np.zeros((len(m), len(mean)))
-    result[:, :axes] = weight * by_speed
     # A ramp's time at rated speed does not depend on the speed: w = tau/v is in both.
-    pull = weight * by_slowness
+    result[:, :axes] = -found.by_cruise - found.by_work
     result[:, axes : 2 * axes] = pull
     total = pull.sum(axis=1)
-    result[:, 2 * axes] = 1.0
-    result[:, 2 * axes + 1] = -np.log(m.fraction) * total
-    result[:, 2 * axes + 2] = -np.log(m.override) * total
-    with np.errstate(divide="ignore", invalid="ignore"):
-        entropy = -np.sum(np.where(ratio > 0, ratio**power * np.log(ratio), 0.0), axis=1)
-    result[:, 2 * axes + 3] = joined * entropy  # d joined / d ln(sharing)
-    rotor, loaded = _shares(mean, axes)
+    rest = result[:, 2 * axes :]
+    rest[:, _STOP] = 1.0
+    rest[:, _PERCENT] = -np.log(m.fraction) * total
+    rest[:, _OVERRIDE] = -np.log(m.override) * total
+    rest[:, _SHARING] = np.exp(mean[2 * axes + _SHARING]) * (
+        _spread(found.by_cruise) + 2.0 * _spread(found.by_work)
+    )
+    rotor, loaded = _shares(mean, m)
+    rotor, loaded, turned = rotor[:, None], loaded[:, :, None], m.turned[:, :, None]
     mixed = (1.0 - loaded) * m.arm + loaded * m.load
-    inertia = rotor + (1.0 - rotor) * mixed
-    by_rotor = pull * (1.0 - mixed) / inertia * rotor * (1.0 - rotor)
-    by_load = pull * (1.0 - rotor) * (m.load - m.arm) / inertia * loaded * (1.0 - loaded)
-    base, main = 2 * axes + 4, min(MAIN, axes)
-    result[:, base], result[:, base + 2] = by_rotor[:, :main].sum(axis=1), by_rotor[:, main:].sum(axis=1)
-    result[:, base + 1], result[:, base + 3] = by_load[:, :main].sum(axis=1), by_load[:, main:].sum(axis=1)
+    taken = rotor * turned + (1.0 - rotor) * mixed
+    all_taken = np.abs(taken).sum(axis=2)
+    per_taken = (pull / np.where(all_taken > 0, all_taken, 1.0))[:, :, None] * np.sign(taken)
+    by_rotor = (per_taken * (turned - mixed) * rotor * (1.0 - rotor)).sum(axis=2)
+    by_load = (per_taken * (1.0 - rotor) * (m.load - m.arm) * loaded * (1.0 - loaded)).sum(axis=2)
+    for first, wrist, values in (
+        (_ROTOR, _WRIST_ROTOR, by_rotor),
+        (_LOAD, _WRIST_LOAD, by_load),
+        (_SLOW, _WRIST_SLOW, slow),
+    ):
+        rest[:, first], rest[:, wrist] = values[:, :main].sum(axis=1), values[:, main:].sum(axis=1)
     for axis in range(main):
-        first = base + 4 + POSTURE * axis
-        result[:, first : first + POSTURE] = pull[:, axis : axis + 1] * m.posture
+        at = _WRIST_SLOW + 1 + POSTURE * axis
+        rest[:, at : at + POSTURE] = pull[:, axis : axis + 1] * m.posture
     duration = np.where(found.duration > 0, found.duration, 1.0)
     return np.asarray(result / duration[:, None])
+
+
+def _spread(shares: Floats) -> Floats:
+    """(n,) what `sharing` does by parts that are shared out like this."""
+    total = np.sum(shares, axis=1, keepdims=True)
+    part = shares / np.where(total > 0, total, 1.0)
+    return np.asarray(-np.sum(shares * np.log(np.where(part > 0, part, 1.0)), axis=1))
 
 
 def posture_functions(joints: Floats) -> Floats:

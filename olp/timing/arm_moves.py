@@ -11,6 +11,7 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.robots.kinematics.chain import Sweep
 from olp.robots.robot import Robot
 from olp.robots.times_to_speed import reach_of
 from olp.timing.arm import ArmTiming, JointMotions, gradient, posture_functions
@@ -54,16 +55,16 @@ def joint_moves(
     inertia: Floats | None = None,
 ) -> JointMoves:
     """From joints (n, k) [rad | m] at both ends; shares (n,) [1]; `payload` (n,) [kg] and its `inertia` [kg m²]."""
-    middle = (start + end) / 2
-    if robot is None:
-        relative = np.ones((2, *start.shape))
-    else:
-        relative = np.stack(relative_inertia(robot, np.nan_to_num(middle), payload, inertia))
+    turned = np.abs(end - start)
+    taken = Taken(*np.repeat(turned[None, :, :, None], 2, axis=0))
+    if robot is not None:
+        taken = taken_of_drives(robot, np.nan_to_num(start), np.nan_to_num(end), payload, inertia)
     motions = JointMotions(
-        np.abs(end - start),
-        posture_functions(middle),
-        relative[0],
-        relative[1],
+        turned,
+        posture_functions((start + end) / 2),
+        taken.arm,
+        taken.load,
+        np.zeros(start.shape) if robot is None else np.broadcast_to(load_balance(robot), start.shape),
         fraction,
         acceleration,
         override,
@@ -109,7 +110,7 @@ def total_half(law: JointLaw, moves: JointMoves, often: Floats) -> float:
 
 
 # --- Arm inertia ---
-# The inertia about each axis of an arm, relative to that of the stretched arm with its rated load.
+# What a move takes of each drive, over what the stretched arm with its rated load would take.
 #
 # From the robot file's masses where it has them. Else from a usual arm of this size: its moving mass follows
 # payload and reach as those of published data sheets do, and sits where the drives of six-axis arms sit.
@@ -125,80 +126,131 @@ _UPPER_ARM, _ELBOW, _FOREARM, _WRIST = 0.25, 0.25, 0.2, 0.1
 # Of the reach: how far in front of the flange a load sits, and the radius of gyration of the rated one.
 _LEVER: Final = 0.1
 _GYRATION: Final = 0.14
+_NOTHING: Final = 1e-6  # of the largest inertia: of a wrist's axes the point masses say nothing
 _GRID: Final = 13
 _USUAL_PAYLOAD: Final = 10.0  # [kg] where neither robot nor recording tells one
 
 
-class RelativeInertia(NamedTuple):
-    """(n, k) each: `arm` alone, and `load` of the given mass; both are 1 at the most with the rated load."""
+class Taken(NamedTuple):
+    """(n, k, 2) each, [rad | m]: what `arm` alone and the `load` take of the drives at both ends of moves.
+
+    Torque per acceleration along the move, in the direction in which the axis turns, over the largest inertia of the
+    arm and of the rated load about this axis: the turn that would take as much of the drive were it alone and the arm
+    stretched. Axes that turn together take more or less than each alone.
+    """
 
     arm: Floats
     load: Floats
 
 
-def relative_inertia(
-    robot: Robot, joints: Floats, payload: Floats | None = None, inertia: Floats | None = None
-) -> RelativeInertia:
-    """Of poses `joints` (n, k) [rad]; `payload` (n,) [kg] and its own `inertia` (n,) [kg m²].
+def taken_of_drives(
+    robot: Robot, start: Floats, end: Floats, payload: Floats | None = None, inertia: Floats | None = None
+) -> Taken:
+    """Of moves from `start` to `end` (n, k) [rad | m]; `payload` (n,) [kg] and its own `inertia` (n,) [kg m²].
 
     A payload of None or nan is half of the rated one.
     """
-    count, axes = joints.shape
+    count, axes = start.shape
+    turn = end - start
+    forward = np.where(turn < 0, -1.0, 1.0)[:, :, None]
     if robot.geometry is None or axes != len(robot.axes):
         share = np.full(count, np.nan) if payload is None else payload / (robot.payload or _USUAL_PAYLOAD)
-        return RelativeInertia(np.ones((count, axes)), np.tile(_known(share)[:, None], (1, axes)))
+        alike = np.repeat(np.abs(turn)[:, :, None], 2, axis=2)
+        return Taken(alike, _known(share)[:, None, None] * alike)
     rated = robot.payload or _USUAL_PAYLOAD
     gyration = rated * (_GYRATION * reach_of(robot.geometry)) ** 2
     mass = _known(np.full(count, np.nan) if payload is None else payload / rated)
     own = mass if inertia is None else np.where(np.isnan(inertia), mass, inertia / gyration)
-    arm, lever = _bodies(robot, joints)
-    arm_most, lever_most = _most(robot)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = np.where(arm_most > 0, arm / np.where(arm_most > 0, arm_most, 1.0), 1.0)
-    full = rated * lever_most + gyration
-    return RelativeInertia(relative, (mass[:, None] * rated * lever + own[:, None] * gyration) / full)
+    most = _most(robot)
+    both = _bodies(robot, np.concatenate([start, end]), np.concatenate([turn, turn]))
+    bodies = _Bodies(*(np.stack([values[:count], values[count:]], axis=2) for values in both))
+    told = _told(most.arm)
+    arm = np.where(told[:, None], bodies.arm / np.where(told, most.arm, 1.0)[:, None], turn[:, :, None])
+    load = (rated * mass)[:, None, None] * bodies.lever + (gyration * own)[:, None, None] * bodies.spin
+    return Taken(forward * arm, forward * load / (rated * most.lever + gyration)[:, None])
+
+
+def _told(inertia: Floats) -> Mask:
+    """(k,) axes of whose inertia the point masses say something."""
+    return np.asarray(inertia > _NOTHING * inertia.max(initial=0.0))
+
+
+@lru_cache(maxsize=64)
+def load_balance(robot: Robot) -> Floats:
+    """(k,) ln of the rated load's inertia at full reach over that of the stretched arm; 0 where not told."""
+    if robot.geometry is None:
+        return np.zeros(len(robot.axes))
+    most = _most(robot)
+    load = (robot.payload or _USUAL_PAYLOAD) * (most.lever + (_GYRATION * reach_of(robot.geometry)) ** 2)
+    told = _told(most.arm)
+    return np.where(told, np.log(load / np.where(told, most.arm, 1.0)), 0.0)
 
 
 def _known(share: Floats) -> Floats:
     return np.where(np.isnan(share), 0.5, share)
 
 
+class _Bodies(NamedTuple):
+    """(n, k) each, per acceleration along a move: torque of the arm, of a load per mass, and of its own inertia."""
+
+    arm: Floats  # [kg m²]
+    lever: Floats  # [m²]
+    spin: Floats  # [1]
+
+
 @lru_cache(maxsize=64)
-def _most(robot: Robot) -> tuple[Floats, Floats]:
-    """(k,) the largest inertia of the arm about each axis, and the largest squared lever [m²] of the load."""
-    grid = np.zeros((_GRID * _GRID, len(robot.axes)))
+def _most(robot: Robot) -> _Bodies:
+    """(k,) the largest inertia of the arm about each axis, and the largest squared lever of the load."""
+    axes = len(robot.axes)
+    grid = np.zeros((_GRID * _GRID, axes))
     ranges = [
-        np.linspace(robot.lower[i], robot.upper[i], _GRID) if i < len(robot.axes) else np.zeros(_GRID)
-        for i in (1, 2)
+        np.linspace(robot.lower[i], robot.upper[i], _GRID) if i < axes else np.zeros(_GRID) for i in (1, 2)
     ]
     second, third = np.meshgrid(*ranges)
-    if len(robot.axes) > 2:
+    if axes > 2:
         grid[:, 1], grid[:, 2] = second.ravel(), third.ravel()
-    arm, lever = _bodies(robot, grid)
-    return arm.max(axis=0), lever.max(axis=0)
+    alone = [_bodies(robot, grid, np.tile(unit, (len(grid), 1))) for unit in np.eye(axes)]
+    return _Bodies(*(np.array([one[i][:, axis].max() for axis, one in enumerate(alone)]) for i in range(3)))
 
 
-def _bodies(robot: Robot, joints: Floats) -> tuple[Floats, Floats]:
-    """(n, k) [kg m²] of the arm about each axis, and the squared distance [m²] of the load from it."""
+def _bodies(robot: Robot, joints: Floats, turn: Floats) -> _Bodies:
+    """At poses `joints` (n, k) of moves by `turn` (n, k)."""
     from olp.robots.kinematics.chain import geometry_of, sweep
 
     geometry = geometry_of(robot)
     swept = sweep(robot, geometry, joints.T)
-    origins, directions = swept.origins, swept.axes
     reach = reach_of(geometry)
     load = swept.position + swept.columns[2] * (_LEVER * reach)
-    masses = _points(robot, origins, reach)
-    arm, lever = np.zeros(joints.shape), np.zeros(joints.shape)
-    for number, joint in enumerate(geometry.joints):
-        lever[:, joint.axis] = _squared(load, origins[number], directions[number])
-        for point, mass, last in masses:
-            if last >= number:
-                arm[:, joint.axis] += mass * _squared(point, origins[number], directions[number])
+    numbers = [joint.axis for joint in geometry.joints]
+    turns = [turn[:, axis] for axis in numbers]
+    arm, lever, spin = (np.zeros(joints.shape) for _ in range(3))
+    turning = sum((axis * by for axis, by in zip(swept.axes, turns, strict=True)), np.zeros_like(load))
+    for axis, direction in zip(numbers, swept.axes, strict=True):
+        spin[:, axis] = np.sum(direction * turning, axis=0)
+    _add(lever, load, 1.0, swept, numbers, turns)
     if robot.dynamics is not None:
         from olp.robots.dynamics import dynamic_model, mass_matrix
 
-        arm = np.diagonal(mass_matrix(dynamic_model(robot), joints), axis1=1, axis2=2).copy()
-    return arm, lever
+        arm = np.einsum("nij,nj->ni", mass_matrix(dynamic_model(robot), joints), turn)
+    else:
+        for point, mass, last in _points(robot, swept.origins, reach):
+            _add(arm, point, mass, swept, numbers[: last + 1], turns)
+    return _Bodies(arm, lever, spin)
+
+
+def _add(
+    torques: Floats, point: Floats, mass: float, swept: Sweep, numbers: list[int], turns: list[Floats]
+) -> None:
+    """Adds what a point mass (3, n) takes of the axes `numbers` that carry it."""
+    ways = []
+    moved = np.zeros_like(point)
+    for direction, origin, turn in zip(swept.axes, swept.origins, turns[: len(numbers)], strict=False):
+        (ax, ay, az), (x, y, z) = direction, point - origin
+        way = np.stack([ay * z - az * y, az * x - ax * z, ax * y - ay * x])
+        ways.append(way)
+        moved += way * turn
+    for axis, way in zip(numbers, ways, strict=True):
+        torques[:, axis] += mass * np.sum(way * moved, axis=0)
 
 
 def _points(robot: Robot, origins: list[Floats], reach: float) -> list[tuple[Floats, float, int]]:
@@ -213,12 +265,3 @@ def _points(robot: Robot, origins: list[Floats], reach: float) -> list[tuple[Flo
         ((elbow + wrist) / 2, _FOREARM * mass, 2),
         (wrist, _WRIST * mass, 3),
     ]
-
-
-def _squared(point: Floats, origin: Floats, direction: Floats) -> Floats:
-    """(n,) [m²] squared distance of points from axes, (3, n) each."""
-    away = point - origin
-    along = np.sum(away * direction, axis=0)
-    # Rounding may leave less than nothing.
-    apart: Floats = np.maximum(np.sum(away**2, axis=0) - along**2, 0.0)
-    return apart

@@ -65,11 +65,8 @@ def time_joints(
 
 
 def _none(law: JointLaw) -> TimedJoints:
-    from olp.timing.arm import JointMotions
-
     axes, nothing = np.zeros((0, len(law.timing.axes))), np.zeros(0)
-    motions = JointMotions(axes, np.zeros((0, 6)), axes, axes, nothing, nothing, nothing)
-    moves = JointMoves(motions, axes, axes)
+    moves = joint_moves(None, axes, axes, nothing, nothing, nothing)
     return TimedJoints(np.zeros(0, dtype=np.intp), moves, JointTimes(nothing, nothing, nothing), nothing, law)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, info, warning
 from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
-from olp.timing.arm import ArmTiming, JointMotions, gradient, posture_functions, solve
+from olp.timing.arm import ArmTiming, JointMotions, gradient, solve
 from olp.timing.arm_moves import JointMoves, JointTimes, joint_moves
 
 if TYPE_CHECKING:
@@ -377,7 +377,7 @@ def recorded_joint_moves(
 
 def _nothing(axes: int) -> JointMoves:
     none, one = np.zeros((0, axes)), np.zeros(0)
-    return JointMoves(JointMotions(none, posture_functions(none), none, none, one, one, one), none, none)
+    return joint_moves(None, none, none, one, one, one)
 
 
 def _share(values: Floats) -> Floats:
@@ -453,11 +453,12 @@ def _features(timing: ArmTiming, moves: JointMoves) -> Floats:
     """(n, f) what examples are told apart by: joints at both ends and between, turns, the law's times, the speed."""
     start, end, motions = moves.start, moves.end, moves.motions
     middle = (start + end) / 2
-    found = timing.durations(motions)
+    solved = solve(timing.mean, motions)
+    found = solved.duration
     columns = [start, middle, end, end - start, motions.turned]
     if start.shape[1] > 2:
         columns += [np.stack([q[:, 1] + q[:, 2], q[:, 1] - q[:, 2]], axis=1) for q in (start, middle, end)]
-    columns.append(timing.axis_times(motions) / np.where(found > 0, found, 1.0)[:, None])
+    columns.append(solved.axis_times / np.where(found > 0, found, 1.0)[:, None])
     columns.append(np.stack([np.log(np.where(found > 0, found, 1.0)), motions.fraction], axis=1))
     return np.concatenate(columns, axis=1)
 
@@ -468,7 +469,9 @@ def _choose(
     """The learner that does best on moves it did not see, all mean errors [%], and its errors over their spreads."""
     count = len(moves)
     learners = _LEARNERS if count >= _EXAMPLES else _LEARNERS[:1]
-    fold = np.random.default_rng(0).permutation(count) % min(_FOLDS if count > 2 * FEWEST else count, count)
+    folds = min(_FOLDS if count > 2 * FEWEST else count, count)
+    # Neighbours are often alike: a move seen at another speed tells nothing of how well others are told.
+    fold = np.arange(count) * folds // count
     errors = {learner: np.full(count, np.nan) for learner in learners}
     spread = np.full(count, np.nan)
     for number in range(int(fold.max()) + 1):
@@ -545,7 +548,9 @@ def faster_than_rated(robot: Robot | None, moves: JointMoves, measured: Floats, 
 def contradictions(moves: JointMoves, measured: Floats, resolution: float) -> list[Rows]:
     """Groups of rows that were programmed alike and took times beyond any scatter of the others."""
     shares = np.stack([moves.motions.fraction, moves.motions.acceleration, moves.motions.override], axis=1)
-    keys = np.round(np.concatenate([moves.start, moves.end, shares, moves.motions.load], axis=1) / _SAME)
+    keys = np.round(
+        np.concatenate([moves.start, moves.end, shares, moves.motions.load[:, :, 0]], axis=1) / _SAME
+    )
     _, label = np.unique(keys, axis=0, return_inverse=True)
     label = label.reshape(-1)
     logs = np.log(measured)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic, OlpError, info
+from olp.core.diagnostic import Diagnostic, OlpError, error, info
 from olp.core.version import __version__
 from olp.identification.signature.calibrate import AUTO
 from olp.identification.signature.calibrate import calibrate as calibrate_straight
@@ -98,8 +98,10 @@ def calibrate(
         signature, told = calibrate_straight(straight, method, robot)
     except OlpError as problem:
         paths = _learn_paths(recording)
-        if (arm is None and paths is None) or problem.diagnostics[0].code != "H003":
+        if problem.diagnostics[0].code != "H003":
             raise
+        if arm is None and paths is None:
+            raise _too_few(recording, problem) from None
         signature, told = _without_straight(recording, arm, paths), ()
     told = (*told, *said)
     signature = replace(signature, parts=parts, arm=arm)
@@ -121,6 +123,17 @@ def _beside(recording: Recording) -> bool:
     """Whether there is anything but straight moves from stop to stop."""
     others = any(kind in (JOINT, CIRCULAR) for kind in recording.moves.kinds)
     return others or bool(stretches_of(recording.moves).ends_rolling.any())
+
+
+def _too_few(recording: Recording, problem: OlpError) -> OlpError:
+    """What H003 says of a recording that has more than straight moves."""
+    measured = np.array(recording.moves.kinds, dtype=object)[np.nan_to_num(recording.moves.duration) > 0]
+    joint, arcs = (int(np.sum(measured == kind)) for kind in (JOINT, CIRCULAR))
+    if not joint + arcs:
+        return problem
+    straight = problem.diagnostics[0].message.partition(",")[0]
+    says = f"{straight}, {joint} joint moves and {arcs} arcs: at least {FEWEST} of one kind are needed"
+    return OlpError(error("H003", says, file=recording.path))
 
 
 def _told(kind: str, part: CorrectionPart, file: str) -> Diagnostic:
