@@ -12,7 +12,7 @@ the ramps (0: they keep their acceleration, 1: their time), m what the override 
 stretched, 0: only speeds are scaled); beta is a ramp that a lower speed stretches in any case, however strong the
 drive is. D_J is how far the drive would turn the stretched arm with its rated load for the same torque,
 
-    D_J = | r D + (1 - r) ((1 - c) A + c P) |     the mean of both ends of the move
+    D_J = | r D + (1 - r) ((1 - c) A + c P) |     quadratic mean of both ends of the move
 
 with the rotor's share r, the load's share c of what is beyond it, A what the arm and P what the load take of
 this drive (olp/timing/arm_moves.py: inertia about the axis, and the pull of the other axes that turn with it),
@@ -213,7 +213,8 @@ def solve(mean: Floats, m: JointMotions) -> JointSolution:
     )
     rotor, loaded = _shares(mean, m)
     rotor, loaded, turned = rotor[:, None], loaded[:, :, None], m.turned[:, :, None]
-    taken = np.abs(rotor * turned + (1.0 - rotor) * ((1.0 - loaded) * m.arm + loaded * m.load)).mean(axis=2)
+    both = rotor * turned + (1.0 - rotor) * ((1.0 - loaded) * m.arm + loaded * m.load)
+    taken = np.sqrt(np.mean(both**2, axis=2))
     pushed = taken * (ramp / speed) * np.exp(-log_share)[:, None]
     pushed[:, :main] *= np.exp(m.posture @ rest[_WRIST_SLOW + 1 :].reshape(main, POSTURE).T)
     slow = np.exp(np.where(np.arange(axes) < MAIN, rest[_SLOW], rest[_WRIST_SLOW])) / (speed * share**2)
@@ -266,8 +267,8 @@ def gradient(mean: Floats, m: JointMotions) -> Floats:
     rotor, loaded, turned = rotor[:, None], loaded[:, :, None], m.turned[:, :, None]
     mixed = (1.0 - loaded) * m.arm + loaded * m.load
     taken = rotor * turned + (1.0 - rotor) * mixed
-    all_taken = np.abs(taken).sum(axis=2)
-    per_taken = (pull / np.where(all_taken > 0, all_taken, 1.0))[:, :, None] * np.sign(taken)
+    square = np.sum(taken**2, axis=2)
+    per_taken = (pull / np.where(square > 0, square, 1.0))[:, :, None] * taken
     by_rotor = (per_taken * (turned - mixed) * rotor * (1.0 - rotor)).sum(axis=2)
     by_load = (per_taken * (1.0 - rotor) * (m.load - m.arm) * loaded * (1.0 - loaded)).sum(axis=2)
     for first, wrist, values in (
