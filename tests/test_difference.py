@@ -219,6 +219,19 @@ def test_json_has_every_row_and_text_only_the_largest(tmp_path, capsys):
     assert capsys.readouterr().out.count("U010") >= 28
 
 
+def test_the_new_total_comes_with_its_interval(tmp_path, capsys):
+    difference(tmp_path, "\n".join(BODY), "\n".join([*BODY, "TIMER T=0.50"]))
+    folders = [str(tmp_path / "old"), str(tmp_path / "new")]
+    assert main(["diff", *folders, "--format", "json"]) == 0
+    (program,) = json.loads(capsys.readouterr().out)["programs"]
+    timing = plan_and_time(str(next((tmp_path / "new").iterdir())), Job())
+    assert program["new_interval_s"] == pytest.approx(timing.total_ends)
+    assert program["new_interval_s"][0] < program["new_s"] < program["new_interval_s"][1]
+    assert program["old_interval_s"][1] < program["new_interval_s"][1]
+    assert main(["diff", *folders]) == 0
+    assert ", 95 %: {:.3f} to {:.3f} s".format(*timing.total_ends) in capsys.readouterr().out
+
+
 def test_more_seconds_than_allowed_fail(tmp_path, capsys):
     difference(tmp_path, "\n".join(BODY), "\n".join([*BODY, "TIMER T=0.50"]))
     folders = [str(tmp_path / "old"), str(tmp_path / "new")]

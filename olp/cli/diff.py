@@ -82,6 +82,8 @@ def _item(d: ProgramDifference, allow: float | None) -> JudgedItem:
     change = d.new_s - d.old_s
     over = allow is not None and change > allow
     says = f"{d.old_s:.3f} → {d.new_s:.3f} s ({_signed(change)} s)"
+    if d.new_ends is not None:
+        says += f", 95 %: {d.new_ends[0]:.3f} to {d.new_ends[1]:.3f} s"
     status = Status.FAILED if over else Status.UNKNOWN if d.notes else Status.HELD
     return JudgedItem(d.file, d.file, status, "; ".join((says, *d.notes)), seconds=d.new_s, group="diff")
 
@@ -136,6 +138,8 @@ def _data(d: ProgramDifference) -> dict[str, object]:
         "old_s": d.old_s,
         "new_s": d.new_s,
         "change_s": d.change_s,
+        "old_interval_s": d.old_ends,
+        "new_interval_s": d.new_ends,
         "notes": list(d.notes),
         "changes": [
             {

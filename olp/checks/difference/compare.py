@@ -45,7 +45,13 @@ def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Progra
         if (change := _change(a, b, cause, details, elsewhere, touched)) is not None
     ]
     notes = (*_left_out("old", old), *_left_out("new", new))
-    return ProgramDifference(file, old.total_s, new.total_s, tuple(changes), notes=notes)
+    ends = _ends(old), _ends(new)
+    return ProgramDifference(file, old.total_s, new.total_s, tuple(changes), (), "", notes, *ends)
+
+
+def _ends(timing: Timing) -> tuple[float, float] | None:
+    """As `olp time` tells them: of a total that leaves something out only what was recorded says anything."""
+    return None if timing.left_open and timing.interval is None else timing.total_ends
 
 
 def _left_out(version: str, timing: Timing) -> Iterator[str]:

@@ -60,7 +60,9 @@ class LineChange:
 class ProgramDifference:
     """One program. `changes`: lines whose time or meaning changed; the seconds of all others are the same.
 
-    `old_s`, `new_s` [s]: totals, None where that version could not be timed, and `why` tells the reason.
+    `old_s`, `new_s` [s]: totals, None where that version could not be timed, and `why` tells the reason; `old_ends`,
+    `new_ends` [s]: their 95 % intervals, None where nothing is known of them. Of one arm both versions err alike: an
+    interval is that of its total, not of the change.
     """
 
     file: str
@@ -70,6 +72,8 @@ class ProgramDifference:
     budgets: tuple[JudgedItem, ...] = ()
     why: str = ""
     notes: tuple[str, ...] = field(default_factory=tuple)
+    old_ends: tuple[float, float] | None = None
+    new_ends: tuple[float, float] | None = None
 
     @property
     def change_s(self) -> float | None:
