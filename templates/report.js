@@ -25,7 +25,7 @@
     const holder = $("d" + index);
     if (!holder || index === shown) return;
     shown = index;
-    show(JSON.parse(holder.textContent), $("pick").options[index].text);
+    show(JSON.parse(holder.textContent), [...$("pick").options].find((o) => +o.value === index).text);
     $("pick").value = index;
   };
 
@@ -43,7 +43,8 @@
     rows = PAGE;
     $("search").value = "";
     for (const head of document.querySelectorAll("#segments th")) head.removeAttribute("aria-sort");
-    $("view-h").textContent = title + ": " + end.toFixed(3) + " s";
+    const part = d.of > d.seconds.length ? " in the first " + d.seconds.length + " of " + d.of + " segments" : "";
+    $("view-h").textContent = title + ": " + end.toFixed(3) + " s" + part;
     $("speed-f").hidden = !d.profile;
     $("space-f").hidden = !d.path;
     legend(); table(); listing(); draw();
@@ -155,7 +156,7 @@
     for (let i = 0; i < n; i++) projected.push(at(p.x[i] - middle[0], p.y[i] - middle[1], p.z[i] - middle[2]));
     const low = dark() ? [70, 130, 220] : [20, 80, 160], high = dark() ? [255, 190, 110] : [190, 80, 10];
     const value = (step) => (colour === "time" ? d.seconds[step] || 0 : d.reached[step] || 0);
-    const top = Math.max(1e-9, ...d.seconds.map((_, s) => value(s)));
+    const top = d.seconds.reduce((most, _, s) => Math.max(most, value(s)), 1e-9);
     pen.lineWidth = 1.8; pen.lineCap = "round";
     for (let i = 1; i < n; i++) {
       const share = Math.sqrt(Math.min(1, value(p.step[i]) / top));

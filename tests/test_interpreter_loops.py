@@ -272,3 +272,42 @@ end
     plan = olp.read(script).plan(max_steps=10_000)
     assert len(plan.moves) == 5
     assert "has no end" in plan.stop_reason
+
+
+RETRY = """
+MOVL C00000 V=50.0
+*RETRY
+SET B022 0
+MOVL C00001 V=50.0
+MOVL C00002 V=50.0
+INC D030
+{check}
+JUMP *RETRY IF B022=1
+MOVL C00009 V=50.0
+"""
+
+
+def test_a_retry_that_comes_back_with_the_same_values_is_one_pass_and_told() -> None:
+    plan = plan_of(RETRY.format(check="SET B022 1"))
+    assert visited(plan) == [0, 1, 2, 9]
+    assert "repeats while B022 = 1, which nothing here changes: one pass is timed" in said(plan)
+    assert not plan.stop_reason
+
+
+def test_a_retry_that_a_called_job_asks_for_is_one_pass(tmp_path: Path) -> None:
+    main = write_jobs(
+        tmp_path,
+        {"MAIN": RETRY.format(check="CALL JOB:CHECK"), "CHECK": "SET B022 0\nMOVL C00003 V=50.0\nSET B022 1"},
+    )
+    plan = run(read(main), max_steps=5000)
+    assert visited(plan) == [0, 1, 2, 3, 9]
+    assert [(c.start, c.stop) for c in plan.calls] == [(3, 4)]
+
+
+@pytest.mark.parametrize("check", ["IFTHENEXP D030<4\nSET B022 1\nENDIF", "CALL JOB:CHECK"])
+def test_a_retry_that_a_counter_ends_is_counted(tmp_path: Path, check: str) -> None:
+    jobs = {
+        "MAIN": "SET D030 0\n" + RETRY.format(check=check),
+        "CHECK": "SET B022 0\nIFTHENEXP D030<4\nSET B022 1\nENDIF",
+    }
+    assert visited(run(read(write_jobs(tmp_path, jobs)))) == [0, *[1, 2] * 4, 9]

@@ -34,7 +34,9 @@ def add_format_arguments(parser: ArgumentParser) -> None:
     from olp.reports.outcome import format_names
 
     parser.add_argument(
-        "--format", default="text", metavar="F", help=f"one of {', '.join(format_names())} (default: text)"
+        "--format",
+        metavar="F",
+        help=f"one of {', '.join(format_names())} (default: what the suffix of -o says, else text)",
     )
     parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
     parser.add_argument(
@@ -51,12 +53,16 @@ def telling(args: Namespace) -> Telling:
     """Where everything goes. Raises OlpError for an unknown format (C011) or a file that is named twice (C002)."""
     from olp.reports.outcome import load_format
 
-    pairs = [(args.format, args.output), *args.also]
+    suffix = os.path.splitext(args.output or "")[1].lower()
+    pairs = [(args.format or _BY_SUFFIX.get(suffix, "text"), args.output), *args.also]
     files = [os.path.abspath(file) for _, file in pairs if file is not None]
     for file in files:
         if files.count(file) > 1:
             raise OlpError(error("C002", "two formats would go to this file", file=file))
     return Telling(tuple((load_format(name), file) for name, file in pairs))
+
+
+_BY_SUFFIX = {".json": "json", ".xml": "junit", ".md": "markdown", ".sarif": "sarif"}
 
 
 def _pair(text: str) -> tuple[str, str]:

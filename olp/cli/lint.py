@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from olp.cli._telling import add_format_arguments, telling
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import expand_paths, write_output
+from olp.core.terminal import visible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -67,6 +68,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="with --load: such as irc5-6.13 or krc4-8.5 (default: the usual)",
     )
     parser.add_argument("--rules", action="store_true", help="list the rules")
+    parser.add_argument("--statistics", action="store_true", help="only how often each rule is broken")
+    parser.add_argument(
+        "--quiet",
+        action="store_true",
+        help="one line per finding, and nothing of what held or is told besides",
+    )
     parser.add_argument(
         "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
     )
@@ -85,6 +92,11 @@ def run(args: Namespace) -> int:
         return 0
     if args.unsafe_fixes and not args.fix:
         raise OlpError(error("C002", "--unsafe-fixes goes with --fix", help="olp lint --fix --unsafe-fixes"))
+    if (args.statistics or args.quiet) and (
+        args.format not in (None, "text") or args.statistics == args.quiet
+    ):
+        says = "--statistics and --quiet are text, and exclude each other"
+        raise OlpError(error("C002", says, help="leave out --format, or the other one"))
     told, job = telling(args), settings_of(args)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
@@ -100,12 +112,33 @@ def run(args: Namespace) -> int:
         text = baseline_text(f for r in results for f in r.findings)
         write_output(args.write_baseline, text, inputs=paths)
         return 0
-    fresh = without_known((f for r in results for f in r.findings), known)
+    fresh = list(without_known((f for r in results for f in r.findings), known))
     outcome = outcome_of(results, fresh, args.fail_on)
     if args.fix:
         outcome = replace(outcome, summary=(*outcome.summary, _mended(changes)))
-    told.write(outcome, paths)
+    if args.statistics or args.quiet:
+        text = _statistics(fresh) if args.statistics else _quiet(fresh)
+        write_output(args.output, encode(text, args.output), inputs=paths)
+    else:
+        told.write(outcome, paths)
     return outcome.exit_status
+
+
+def _statistics(findings: Sequence[OutcomeFinding]) -> str:
+    """Each rule that is broken: how often, in how many files, and what it means; the most frequent first."""
+    groups: dict[tuple[str, str, str], list[OutcomeFinding]] = {}
+    for found in findings:
+        groups.setdefault((found.code, str(found.level), found.title or found.message), []).append(found)
+    rows = [
+        f"{len(group):6d}  in {len({f.file for f in group}):4d} files  {code}  {level:8s}{title}"
+        for (code, level, title), group in sorted(groups.items(), key=lambda item: (-len(item[1]), item[0]))
+    ]
+    total = f"{len(findings):6d}  in {len({f.file for f in findings}):4d} files"
+    return "".join(visible(row) + "\n" for row in [*rows, total])
+
+
+def _quiet(findings: Sequence[OutcomeFinding]) -> str:
+    return "".join(visible(f"{f.file}:{f.line}:{f.column}: {f.code} {f.message}") + "\n" for f in findings)
 
 
 def _lint_all(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,11 +36,17 @@ def run(args: Namespace) -> int:
     from olp.cli.time import print_diagnostics, settings_of
     from olp.core.diagnostic import OlpError, error
     from olp.languages.vendor import vendor_suffixes
+    from olp.reports.cell import branch_times, started
     from olp.reports.page import report_page
 
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     job = settings_of(args)
     entries = [_entry(path, job, args.budgets) for path in paths]
+    first = set(started(entries))
+    entries = [
+        replace(entry, branches=branch_times(entry.path, job)) if index in first else entry
+        for index, entry in enumerate(entries)
+    ]
     if all(entry.timing is None for entry in entries):
         told = [d for entry in entries for d in entry.diagnostics if d.is_error]
         raise OlpError(*(told or [error("Y001", "none of these programs can be shown")]))
@@ -53,16 +60,22 @@ def _entry(path: str, job: Job, budgets: str | None) -> PageEntry:
     from olp.checks.guard.judge import judge
     from olp.checks.guard.run import tasks
     from olp.core.diagnostic import OlpError
-    from olp.reports.batch import plan_and_time
+    from olp.identification.timing_job import time_program
+    from olp.languages.read import read
+    from olp.reports.cell import CellLinks, links_of, with_run
     from olp.reports.page.page import PageEntry
 
+    links = CellLinks()
     try:
-        timing = plan_and_time(path, job)
+        program = read(path, encoding=job.encoding)
+        links = links_of(program)
+        timing = time_program(program, job)
+        links = with_run(links, timing.plan)
     except OlpError as problem:
-        return PageEntry(path, None, tuple(d.at(path) for d in problem.diagnostics))
+        return PageEntry(path, None, tuple(d.at(path) for d in problem.diagnostics), links=links)
     own = tasks([path], budgets)[0][0].budgets
     items = judge(path, own, job).items if own else ()
-    return PageEntry(path, timing, tuple(d.at(path) for d in timing.diagnostics), items)
+    return PageEntry(path, timing, tuple(d.at(path) for d in timing.diagnostics), items, links)
 
 
 def _last(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING, TypeVar
@@ -26,14 +27,31 @@ def add_arguments(parser: ArgumentParser) -> None:
 
     parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
     parser.add_argument(
-        "--format", default="text", metavar="F", help=f"one of {', '.join(report_names())} (default: text)"
+        "--format",
+        metavar="F",
+        help=f"one of {', '.join(report_names())} (default: what the suffix of -o says, else text)",
     )
-    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="write there (default: standard output): .txt, .csv, .json, .md or .xlsx",
+    )
     add_timing_arguments(parser)
     parser.add_argument(
         "--segments", action="store_true", help="every line even when there are several programs"
     )
     parser.add_argument("--summary", action="store_true", help="only the totals")
+    parser.add_argument(
+        "--top",
+        type=positive_int,
+        metavar="N",
+        help="the N lines that cost most, with what would help (default: 10 for several programs)",
+    )
+    parser.add_argument("--by", choices=("cause", "job", "line"), help="only the totals by this")
+    parser.add_argument(
+        "--sort", choices=("time", "file"), help="order of several programs (default: below their callers)"
+    )
     parser.add_argument(
         "--explain",
         metavar="LINE",
@@ -108,14 +126,31 @@ def run(args: Namespace) -> int:
     if args.explain is not None:
         return run_explain(args)
     from olp.languages.vendor import vendor_suffixes
-    from olp.reports.batch import shown, time_files
-    from olp.reports.formats import load_report
+    from olp.reports.batch import shown, time_files, with_branches
+    from olp.reports.formats import WORKBOOK, format_of, load_report
 
+    if args.summary and args.by in ("cause", "line"):
+        raise OlpError(error("C002", "--summary and --by exclude each other", help="leave out --summary"))
+    workbook = args.output is not None and args.output.lower().endswith(WORKBOOK)
+    said = None if args.output is None else format_of(args.output)
+    if args.format is not None and said is not None and (workbook or said != args.format):
+        load_report(args.format)
+        says = f"a file ending in .{args.output.rpartition('.')[2]} is {'a workbook' if workbook else said}"
+        says += f", and --format says {args.format}"
+        raise OlpError(error("C002", says, file=args.output, help="leave out --format, or name another file"))
+    args.format = args.format or said or "text"
     report = load_report(args.format)
     paths = [str(path) for path in expand_paths(args.jobs, vendor_suffixes())]
     job = job_of(args, len(paths))
     parts = with_progress(len(paths), lambda done: time_files(paths, job, args.workers, done))
-    write_output(args.output, encode(report.join(parts, job.options), args.output), inputs=paths)
+    parts = with_branches(parts, job)
+    if workbook:
+        from olp.reports.workbook import workbook_of
+
+        data = workbook_of(report.join(parts, job.options), parts)
+    else:
+        data = encode(report.join(parts, job.options), args.output)
+    write_output(args.output, data, inputs=paths)
     print_diagnostics(shown(parts))
     return 2 if any(part.failed for part in parts) else 0
 
@@ -126,13 +161,23 @@ def job_of(args: Namespace, count: int) -> Job:
 
     from olp.reports.formats import Options
 
-    report = getattr(args, "format", "text")
-    segments = not getattr(args, "summary", False) and (count == 1 or args.segments or report != "text")
+    report = getattr(args, "format", None) or "text"
+    summary = getattr(args, "summary", False)
+    segments = not summary and (count == 1 or args.segments or report != "text")
+    top, by = getattr(args, "top", None), getattr(args, "by", None) or ""
+    cell = report == "text" and count > 1 and not summary
     wide = terminal(args) if report == "text" else (0, False)
     return replace(
         settings_of(args),
         format=report,
-        options=Options(segments, *wide, interval=args.signature is not None),
+        options=Options(
+            segments,
+            *wide,
+            interval=args.signature is not None,
+            top=top or (10 if cell or by else 0),
+            by=by,
+            sort=getattr(args, "sort", None) or "",
+        ),
     )
 
 
@@ -185,16 +230,36 @@ def encode(text: str, output: str | None) -> bytes:
     return shown(text) if output is None else utf8(text)
 
 
+_MORE = re.compile(r" \(and (once more|in \d+ more lines)\)$")
+_WHOLE = 3  # errors of one sentence in one file that are shown with their lines
+
+
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
-    """To the error stream: errors and warnings whole, notes of one kind as one line."""
+    """To the error stream: what is wrong whole, the same sentence once; notes of one kind as one line."""
     import sys
 
     if not diagnostics:
         return
     colour = wanted(sys.stderr)
-    blocks = [_shown(d, colour) for d in diagnostics if d.severity is not Severity.INFO]
+    groups: dict[tuple[Severity, str, str], list[Diagnostic]] = {}
+    for d in diagnostics:
+        if d.severity is not Severity.INFO:
+            groups.setdefault((d.severity, d.code, _MORE.sub("", d.message)), []).append(d)
+    blocks = [block for group in groups.values() for block in _blocks(group, colour)]
     notes = _notes(diagnostics)
     print("\n\n".join([*blocks, "\n".join(notes)] if notes else blocks), file=sys.stderr)
+
+
+def _blocks(group: Sequence[Diagnostic], colour: bool) -> list[str]:
+    """What one sentence is said of: the first place whole (of errors those of its file), the others counted."""
+    whole = [d for d in group if d.file == group[0].file][: _WHOLE if group[0].is_error else 1]
+    blocks = [_shown(d, colour) for d in whole]
+    others = [d for d in group if d not in whole]
+    if others:
+        places = list(dict.fromkeys(f"{d.file}:{d.line}" if d.line else d.file for d in others))
+        more = f" and {len(places) - _WHOLE} more places" if len(places) > _WHOLE else ""
+        blocks[-1] += f"\nthe same in {', '.join(places[:_WHOLE])}{more}"
+    return blocks
 
 
 def _notes(diagnostics: Sequence[Diagnostic]) -> list[str]:
@@ -202,7 +267,7 @@ def _notes(diagnostics: Sequence[Diagnostic]) -> list[str]:
     groups: dict[tuple[str, str], list[Diagnostic]] = {}
     for diagnostic in diagnostics:
         if diagnostic.severity is Severity.INFO:
-            groups.setdefault((diagnostic.code, diagnostic.message), []).append(diagnostic)
+            groups.setdefault((diagnostic.code, _MORE.sub("", diagnostic.message)), []).append(diagnostic)
     lines = []
     for (code, message), group in groups.items():
         place = f"{group[0].file}:{group[0].line}" if group[0].line else group[0].file

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from olp.core.diagnostic import Diagnostic, OlpError
@@ -15,6 +15,8 @@ from olp.identification.timing_job import (
     time_plan_of,
     time_program,
 )
+from olp.languages.read import read
+from olp.reports.cell import CellLinks, branch_times, cost_of, links_of, started, with_run
 from olp.reports.formats import Options, ReportPart, load_report
 
 __all__ = [
@@ -27,6 +29,7 @@ __all__ = [
     "time_files",
     "time_plan_of",
     "time_program",
+    "with_branches",
 ]
 
 # Below this many files starting the workers costs more than they save.
@@ -68,16 +71,20 @@ def _parts(paths: Sequence[str], job: Job, workers: int) -> Iterator[ReportPart]
 def time_file(path: str, job: Job) -> ReportPart:
     """Reads, plans and times one file, and renders its share of the report."""
     report = load_report(job.format)
+    links = CellLinks()
     try:
-        timing = plan_and_time(path, job)
+        program = read(path, encoding=job.encoding)
+        links = links_of(program)
+        timing = time_program(program, job)
+        links = with_run(links, timing.plan)
     except OlpError as problem:
         diagnostics = tuple(d.at(path) for d in problem.diagnostics)
-        return ReportPart(path, report.part(path, None, diagnostics, job.options), diagnostics=diagnostics)
+        text = report.part(path, None, diagnostics, job.options)
+        return ReportPart(path, text, diagnostics=diagnostics, links=links)
     diagnostics = tuple(d.at(path) for d in timing.diagnostics)
-    text = report.part(path, timing, diagnostics, job.options)
     return ReportPart(
         path,
-        text,
+        report.part(path, timing, diagnostics, job.options),
         timing.robot,
         timing.total_s,
         timing.motion_s,
@@ -85,8 +92,18 @@ def time_file(path: str, job: Job) -> ReportPart:
         timing.io_s,
         len(timing.assumptions),
         diagnostics,
-        tuple(source.path for source in timing.plan.sources[1:]),
+        links,
+        cost_of(timing, job.options.top) if job.options.top or job.options.by else None,
     )
+
+
+def with_branches(parts: Sequence[ReportPart], job: Job) -> list[ReportPart]:
+    """The same parts; the programs that a controller starts with the times of all that they may be told to do."""
+    first = set(started(parts))
+    return [
+        replace(part, branches=branch_times(part.file, job)) if index in first else part
+        for index, part in enumerate(parts)
+    ]
 
 
 def shown(parts: Sequence[ReportPart]) -> list[Diagnostic]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+
 from olp.core.diagnostic import Severity
-from olp.ir.expressions import CallValue, Expression, Named, Variable
+from olp.ir.expressions import CallValue, Expression, Named, Store, Variable
 from olp.ir.program import (
     Break,
     Call,
@@ -28,9 +30,9 @@ from olp.ir.program import (
 from olp.runtime.assumptions import SignalKey
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
 from olp.runtime.jobs import RunnableRoutine
-from olp.runtime.memory import RANGES, Value
+from olp.runtime.memory import RANGES, Array, Record, Value
 from olp.runtime.plan import CallSpan
-from olp.runtime.regions import Region, region
+from olp.runtime.regions import Read, Region, influences, reads_of, region
 from olp.runtime.signals import flip
 from olp.runtime.spelling import spell
 from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Loop, LoopEntry, Machine, StatementError
@@ -398,34 +400,38 @@ def _hand_back(m: Machine, done: CallFrame) -> None:
 
 # A loop that counts while it polls an input ends when its count does; nobody polls longer than this.
 _PATIENCE = 20_000
+_COMPARED = 100  # items of an array that are compared with those of the pass before
 _NOTHING = LoopEntry(0, 0, 0, 0)
 
 
 def enter_loop(m: Machine, index: int) -> None:
     """Notes what had happened when the head of a possible loop was reached from outside."""
     m.entries += 1
-    m.frame.entered[index] = LoopEntry(m.memory.stamp, m.moves, m.reads, m.entries)
+    m.frame.entered[index] = LoopEntry(
+        m.memory.stamp, m.moves, m.reads, m.entries, _held(m, index), len(m.recorder)
+    )
 
 
 def way_back(m: Machine, first: int, last: int, condition: Expression | None) -> int:
     """The statement to go on with at `last`, which leads back to `first` where `condition` holds."""
     entry = m.frame.entered.get(first, _NOTHING)
-    m.frame.entered[first] = LoopEntry(m.memory.stamp, m.moves, m.reads, entry.number)
+    held = _held(m, first)
+    m.frame.entered[first] = LoopEntry(m.memory.stamp, m.moves, m.reads, entry.number, held, len(m.recorder))
     loop = _loop(m, last, entry)
     loop.passes += 1
     about = _region(m, first, last)
     moved = m.moves > entry.moves
     # A main loop that stands still goes on with another input, whether it is spelt as a loop or as a jump.
     conditional = condition is not None or bool(about.exits) or not moved
-    if conditional and _changed(m, about, entry):
+    if conditional and _changed(m, about, entry, held):
         loop.idle = 0 if moved else loop.idle + 1
         if loop.idle <= _PATIENCE or not _candidates(m, loop, entry):
             return first + 1
     elif moved and loop.passes < m.cycles and not (m.frames and conditional):
         return first + 1
     following = _ended_by_input(m, first, last, condition, about, entry) if conditional else None
-    if following is None and conditional and not moved:
-        following = _ended_from_outside(m, first, last, condition, about)
+    if following is None and conditional and (not moved or _is_retry(m, last, condition)):
+        following = _ended_from_outside(m, first, last, condition, about, entry if moved else None)
     if following is not None:
         return following
     _stop(m, first, last, moved)
@@ -471,6 +477,11 @@ def _ended_by_input(
     return None
 
 
+def _forget(m: Machine, steps: int) -> None:
+    m.recorder.cut(steps)
+    m.spans[:] = [span._replace(stop=min(span.stop, steps)) for span in m.spans if span.start < steps]
+
+
 def _restore(m: Machine, key: SignalKey, before: int | None) -> None:
     if before is None:
         del m.memory.signals[key]
@@ -478,16 +489,43 @@ def _restore(m: Machine, key: SignalKey, before: int | None) -> None:
         m.memory.signals[key] = before
 
 
+def _is_retry(m: Machine, last: int, condition: Expression | None) -> bool:
+    """Whether a loop that moves is tried again, and no main loop: it is in a called routine, or asks at its end.
+
+    A loop that asks signals alone is held by them: what olp.toml says of them is so.
+    """
+    asks_at_end = condition is not None and isinstance(m.frame.job.body[last], (Jump, Until))
+    if condition is not None and not any(
+        isinstance(kind, Store) or kind.startswith("name:") for kind, _, _ in reads_of(condition)
+    ):
+        return False
+    return asks_at_end or bool(m.frames)
+
+
 def _ended_from_outside(
-    m: Machine, first: int, last: int, condition: Expression | None, about: Region
+    m: Machine,
+    first: int,
+    last: int,
+    condition: Expression | None,
+    about: Region,
+    moved: LoopEntry | None,
 ) -> int | None:
-    """A loop that waits for a variable which nobody here changes: somebody else does. None without such an exit."""
+    """A loop held by a variable which nobody here changes: somebody else does. None without such an exit.
+
+    `moved`: the head of the last pass, where that moved.
+    """
     following = last + 1 if condition is not None else None
     for index in about.exits:
         statement = m.frame.job.body[index]
-        if following is None and isinstance(statement, (Jump, Return)) and statement.condition is not None:
+        asks = statement.condition if isinstance(statement, (Jump, Return)) else None
+        if following is None and asks is not None and any(reads_of(asks)):
             following = _target(m, index)
-    if following is not None:
+    if following is not None and moved is not None:
+        if m.frame.loops[last].passes > m.cycles:  # it began with other values, and is now as one pass before
+            _forget(m, moved.steps)
+        why = "" if condition is None else f" while {spell(condition)}"
+        m.assume(f"{_lines(m, first, last)} repeats{why}, which nothing here changes: one pass is timed")
+    elif following is not None:
         m.assume(f"{_lines(m, first, last)} waits for something outside: taken to come at once")
     return following
 
@@ -538,10 +576,15 @@ def _holds(m: Machine, condition: Expression) -> bool:
         return False
 
 
-def _changed(m: Machine, about: Region, entry: LoopEntry) -> bool:
-    """Whether anything that decides about the loop was changed since its head."""
+def _changed(m: Machine, about: Region, entry: LoopEntry, held: Mapping[Read, object]) -> bool:
+    """Whether anything that decides about the loop is another than at its head."""
     if m.listed > entry.stamp:
         return True  # a list of inputs from olp.toml goes on
+    return _touched(m, about, entry) and (not entry.held or entry.held != held)
+
+
+def _touched(m: Machine, about: Region, entry: LoopEntry) -> bool:
+    """Whether something that decides was given another value since the head, whatever it holds now."""
     changed = m.memory.changed
     for kind, index, local in about.reads:
         if index is None:
@@ -550,3 +593,72 @@ def _changed(m: Machine, about: Region, entry: LoopEntry) -> bool:
         elif changed.get((kind, -1 - index if local else index), 0) > entry.stamp:
             return True
     return False
+
+
+def _held(m: Machine, head: int) -> Mapping[Read, object]:
+    """What everything holds that decides about the loops with this head, in a form that later changes do not reach."""
+    job = m.frame.job
+    deciding = job.deciding.get(head)
+    if deciding is None:
+        deciding = job.deciding[head] = _deciding(m, head)
+    return {read: _frozen(_value(m, *read)) for read in deciding}
+
+
+def _deciding(m: Machine, head: int) -> frozenset[Read]:
+    job = m.frame.job
+    ends = list(_ways_back(m, head))
+    reads = frozenset(read for last in ends for read in _region(m, head, last).reads)
+    if not reads:
+        return reads
+    own = job.body[head : max(ends) + 1]
+    return influences((own, *_called_bodies(m, own)), reads)
+
+
+def _ways_back(m: Machine, head: int) -> Iterator[int]:
+    body, flow = m.frame.job.body, m.frame.job.flow
+    for index in range(head + 1, len(body)):
+        s = body[index]
+        if isinstance(s, Jump):
+            if isinstance(s.target, str) and flow.labels.get(s.target) == head:
+                yield index
+        elif isinstance(s, (EndWhile, Until)) and flow.opener.get(index) == head:
+            yield index
+
+
+def _called_bodies(m: Machine, body: Sequence[Statement]) -> Iterator[tuple[Statement, ...]]:
+    """The routines that run under these statements, each once."""
+    known, waiting = {m.frame.job.key}, [(body, m.frame.job.source)]
+    while waiting:
+        statements, source = waiting.pop()
+        for s in statements:
+            if not isinstance(s, Call) or s.macro is not None:
+                continue
+            job = m.jobs.find(s.routine, source)
+            if job is not None and job.key not in known:
+                known.add(job.key)
+                waiting.append((job.body, job.source))
+                yield job.body
+
+
+def _value(m: Machine, kind: str, index: int | None, local: bool) -> object:
+    """What is held now; something that equals nothing where that cannot be said."""
+    if index is None:
+        return object()
+    if isinstance(kind, Store):
+        return (m.frame.locals if local else m.memory.values).get((kind, index))
+    if not kind.startswith("name:"):
+        return m.memory.signals.get(SignalKey(kind, index))
+    name, job = kind.removeprefix("name:"), m.frame.job
+    scopes = (m.frame.names, job.data, m.modules.get(job.source, {}), *m.modules.values())
+    slot = next((scope[name] for scope in scopes if name in scope), None)
+    if slot is None and m.case_sensitive:
+        return object()
+    return None if slot is None else slot.value
+
+
+def _frozen(value: object) -> object:
+    if isinstance(value, Array):
+        return tuple(map(_frozen, value.items)) if len(value.items) <= _COMPARED else object()
+    if isinstance(value, Record):
+        return tuple((name, _frozen(item)) for name, item in value.members.items())
+    return value

@@ -16,7 +16,7 @@ from olp.ir.program import Program, Routine, Statement
 from olp.languages.vendor import Vendor, find_vendor
 from olp.runtime.folder import files_by_name_record, files_by_stem, read_cached
 from olp.runtime.memory import Scope
-from olp.runtime.regions import Region
+from olp.runtime.regions import Read, Region
 
 
 @dataclass(slots=True)
@@ -33,6 +33,7 @@ class RunnableRoutine:
     groups: tuple[tuple[int, ...], ...] = ()  # mechanism indices per control group
     roles: dict[tuple[int, str], int] = field(default_factory=dict)  # (part, kind of target) -> mechanism
     regions: dict[tuple[int, int], Region] = field(default_factory=dict)  # loops met, by head and way back
+    deciding: dict[int, frozenset[Read]] = field(default_factory=dict)  # by the head: what decides about them
     data: Scope = field(default_factory=dict)  # named variables that keep their values between runs
     _flow: ControlFlow | None = None
 

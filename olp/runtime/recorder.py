@@ -214,6 +214,21 @@ class Recorder:
                 self._extras[row] = self._extras[row]._replace(blend="")
         self._last_move = len(self._moves)
 
+    def cut(self, length: int) -> None:
+        """Forgets the steps from number `length` on: a pass that was the same as the one before it."""
+        moves = [self._row[i] for i in range(length, len(self)) if self._kind[i] == StepKind.MOVE]
+        timed = [self._row[i] for i in range(length, len(self)) if self._kind[i] != StepKind.MOVE]
+        rows, events = min(moves, default=len(self._moves)), min(timed, default=len(self._durations))
+        for row in reversed(self._moves[rows:]):
+            self.at[row[2]] = row[0]
+        for column in (self._kind, self._row, self._source, self._line):
+            del column[length:]
+        del self._moves[rows:], self._durations[events:]
+        self._extras = {row: extra for row, extra in self._extras.items() if row < rows}
+        self._events = {row: event for row, event in self._events.items() if row < events}
+        self._stood = {of: stood for of, stood in self._stood.items() if stood[0] <= rows}
+        self._last_move = min(self._last_move, len(self._moves))
+
     def wait(self, source: int, line: int, seconds: float, event: Event | None = None) -> None:
         """A wait of `seconds` [s]."""
         self._timed(StepKind.WAIT, source, line, seconds, event)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from olp.ir.block_structure import ControlFlow
@@ -34,6 +34,7 @@ from olp.ir.program import (
     Jump,
     ReadInput,
     Return,
+    SetOutput,
     Statement,
     Switch,
     Until,
@@ -74,6 +75,47 @@ def region(body: tuple[Statement, ...], flow: ControlFlow, first: int, last: int
 
 
 Read = tuple[str, int | None, bool]
+ANYTHING: Read = ("", None, False)  # what a routine gives back may depend on anything
+
+
+def influences(bodies: Iterable[Sequence[Statement]], reads: frozenset[Read]) -> frozenset[Read]:
+    """All that `reads` depend on through what `bodies` assign, the conditions around the assignments included."""
+    parts = [(_assignments(body), _all_conditions(body)) for body in bodies]
+    found, size = set(reads), -1
+    while size != len(found):
+        size = len(found)
+        for assignments, conditions in parts:
+            given = [sources for target, sources in assignments if not found.isdisjoint(target)]
+            for sources in given:
+                found |= sources
+            if given:
+                found |= conditions
+    return frozenset(found)
+
+
+def _assignments(body: Sequence[Statement]) -> list[tuple[set[Read], set[Read]]]:
+    """What each statement sets, and what it reads for that."""
+    found = []
+    for s in body:
+        if isinstance(s, (Assign, SetOutput)):
+            target, value = (s.target if isinstance(s, Assign) else s.signal), s.value
+            found.append((set(reads_of(target)), _sources(value)))
+        elif isinstance(s, Update):
+            found.append((set(reads_of(s.target)), set() if s.operand is None else _sources(s.operand)))
+        elif isinstance(s, ReadInput):
+            found.append((set(reads_of(s.target)), set(reads_of(s.signal))))
+        elif isinstance(s, Call) and (s.result is not None or s.arguments):
+            handed = (*s.arguments, *(() if s.result is None else (s.result,)))
+            found.append(({read for e in handed for read in reads_of(e)}, {ANYTHING}))
+    return found
+
+
+def _sources(value: Expression) -> set[Read]:
+    return set(reads_of(value)) | ({ANYTHING} if isinstance(value, CallValue) else set())
+
+
+def _all_conditions(body: Sequence[Statement]) -> set[Read]:
+    return {read for s in body for condition in _conditions(s) for read in reads_of(condition)}
 
 
 def _behind(body: tuple[Statement, ...], flow: ControlFlow, inside: range, reads: set[Read]) -> set[Read]:

@@ -59,13 +59,16 @@ class EndedError(StatementError):
 class LoopEntry(NamedTuple):
     """What had happened when the head of a loop was passed: changes, moves and signal reads so far.
 
-    `number` tells apart how often the loop was reached from outside.
+    `number` tells apart how often the loop was reached from outside. `held`: what the variables held that decide about
+    the loops with this head. `steps`: of the plan.
     """
 
     stamp: int
     moves: int
     reads: int
     number: int
+    held: Mapping[tuple[str, int | None, bool], object] = {}
+    steps: int = 0
 
 
 class Shift(NamedTuple):

@@ -19,6 +19,7 @@ class Csv(Report):
     """RFC 4180 with a header row, `.` as decimal mark, units in the column names."""
 
     summary = "one row per segment, for spreadsheets"
+    suffixes = (".csv",)
 
     def part(
         self, file: str, timing: Timing | None, diagnostics: Sequence[Diagnostic], options: Options

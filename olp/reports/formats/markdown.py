@@ -17,6 +17,7 @@ class Markdown(Report):
     """A heading, a table, the totals and what was assumed, per program."""
 
     summary = "tables for merge requests and wikis"
+    suffixes = (".md", ".markdown")
 
     def part(
         self, file: str, timing: Timing | None, diagnostics: Sequence[Diagnostic], options: Options

@@ -9,27 +9,40 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.registry import file_names, load_from
 from olp.runtime.state import ASSUMABLE
 
 if TYPE_CHECKING:
+    from olp.reports.cell import BranchTime, CellLinks, ProgramCost
     from olp.timing.timing import Timing
+
+
+def _no_links() -> CellLinks:
+    from olp.reports.cell import CellLinks
+
+    return CellLinks()
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
     """How much is told. `segments`: each line, not only totals. `width`: characters per line, 0 for no limit.
 
-    `colour`: the report goes to a terminal that shows colour. `interval`: a signature gives every segment one.
+    `top`: so many of the costliest lines. `by`: only the totals by cause, job or line. `sort`: of several programs, by
+    time or file; else each stands below its caller. `colour`: the report goes to a terminal that shows colour.
+    `interval`: a signature gives every segment one.
     """
 
     segments: bool = True
     width: int = 0
     colour: bool = False
     interval: bool = False
+    top: int = 0
+    by: str = ""
+    sort: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +58,9 @@ class ReportPart:
     io_s: float | None = None
     assumed: int = 0  # number of assumptions
     diagnostics: tuple[Diagnostic, ...] = field(default=())
-    called: tuple[str, ...] = ()  # other files whose routines ran in its time
+    links: CellLinks = field(default_factory=lambda: _no_links())  # what it calls, and others may call in it
+    cost: ProgramCost | None = None  # where its time goes, where that was asked for
+    branches: tuple[BranchTime, ...] = ()  # of a main program that somebody else tells what to do
 
     @property
     def failed(self) -> bool:
@@ -61,6 +76,7 @@ class Report(ABC):
     """One format."""
 
     summary: ClassVar[str]
+    suffixes: ClassVar[tuple[str, ...]] = ()  # of the files that hold it, lower case
 
     @abstractmethod
     def part(
@@ -81,3 +97,14 @@ def report_names() -> tuple[str, ...]:
 def load_report(name: str) -> Report:
     """The format of that name; raises OlpError (T005), listing those there are."""
     return load_from(Report, name, "report format", "T005")
+
+
+def format_of(file: str) -> str | None:
+    """The format of a file by its suffix, None where that is not known. The rows of a workbook are those of CSV."""
+    suffix = Path(file).suffix.lower()
+    if suffix == WORKBOOK:
+        return "csv"
+    return next((name for name in report_names() if suffix in load_report(name).suffixes), None)
+
+
+WORKBOOK: Final = ".xlsx"

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from os.path import normpath
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.terminal import BOLD, DIM, RED, YELLOW, paint
+from olp.reports.cell import (
+    CellRow,
+    ProgramCost,
+    cell_tree,
+    spelled_time,
+    started,
+    told_branches,
+    told_causes,
+)
 from olp.reports.formats import _table
 from olp.reports.formats.report import Options, Report, ReportPart
 
@@ -24,6 +32,7 @@ class TextReport(Report):
     """Aligned columns. Diagnostics go to the error stream, where every command puts them, not into the table."""
 
     summary = "a table for people"
+    suffixes = (".txt",)
 
     def part(
         self, file: str, timing: Timing | None, diagnostics: Sequence[Diagnostic], options: Options
@@ -46,12 +55,93 @@ class TextReport(Report):
         return "\n".join(lines) + "\n"
 
     def join(self, parts: Sequence[ReportPart], options: Options) -> str:
-        text = "\n".join(part.text for part in parts if part.text)
-        if len(parts) == 1 and text:
-            return text
-        rows = [*map(_summary, parts), *([_sum(parts)] if len(parts) > 1 else [])]
-        overview = _aligned([_OVERVIEW, *_short_names(rows, options.width)], {0}, options.width, 0)
-        return (text + "\n" if text else "") + "\n".join(overview) + "\n"
+        text = "" if options.by else "\n".join(part.text for part in parts if part.text)
+        blocks = [text] if text else []
+        if (len(parts) > 1 and options.by in ("", "job")) or not (blocks or options.by):
+            blocks.append(_overview(parts, options))
+        first = started(parts)
+        told = [
+            f"{_name(parts[i].file)}: {says}"
+            for i in first
+            for says in told_branches(parts[i].branches, _table.at_least)
+        ]
+        if told and not options.by:
+            blocks.append("\n".join(told) + "\n")
+        costs = [cost for i in first if (cost := parts[i].cost) is not None]
+        if costs:
+            cost = sum(costs[1:], costs[0] + ProgramCost())
+            if options.by in ("", "cause"):
+                blocks.append(f"where the time goes: {told_causes(cost.by_cause)}\n")
+            if options.by in ("", "line") and cost.lines:
+                blocks.append(_costliest(cost, options))
+        return "\n".join(blocks)
+
+
+_COSTLIEST = ("time s", "share", "runs", "line", "statement", "mostly", "what would help")
+
+
+def _costliest(cost: ProgramCost, options: Options) -> str:
+    """The lines that cost most, over all programs that a controller starts."""
+    total = sum(cost.by_cause) or 1.0
+    rows: list[tuple[str, ...]] = [
+        (
+            f"{line.seconds:.3f}",
+            f"{100 * line.seconds / total:.0f} %",
+            str(line.runs),
+            f"{_name(line.file)}:{line.line}",
+            line.statement,
+            line.cause,
+            line.helps,
+        )
+        for line in cost.lines[: options.top or _FEW]
+    ]
+    head = f"the {len(rows)} lines that cost most" if len(rows) > 1 else "the line that costs most"
+    table = _aligned([_COSTLIEST, *rows], {3, 4, 5, 6}, options.width, 4)
+    return "\n".join([head, *table]) + "\n"
+
+
+_FEW = 10
+
+
+def _overview(parts: Sequence[ReportPart], options: Options) -> str:
+    """A row per program, those that others call below their first caller, and what all take together."""
+    order = cell_tree(parts)
+    if options.sort:
+        flat = (CellRow(row.index, 0) for row in order)
+        order = sorted(flat, key=lambda row: _sorted_by(parts[row.index], options.sort))
+    folder = _common_folder([part.file for part in parts])
+    rows = [
+        ("  " * row.depth + parts[row.index].file[len(folder) :], *_summary(parts[row.index])[1:])
+        for row in order
+    ]
+    title = []
+    if len(parts) > 1:
+        rows.append(_sum(parts))
+        first = [parts[i].total_s or 0.0 for i in started(parts)]
+        programs = f"{len(first)} program{'' if len(first) == 1 else 's'} that a controller starts"
+        sentence = f"{programs}{{}}: {spelled_time(sum(first))}"
+        place = f" in {folder}" if folder else ""
+        title = [sentence.format("" if 0 < options.width < len(sentence) + len(place) else place)]
+    table = _aligned([_OVERVIEW, *_short_names(rows, options.width)], {0}, options.width, 0)
+    return "\n".join([*title, *table]) + "\n"
+
+
+def _sorted_by(part: ReportPart, by: str) -> tuple[float, str]:
+    return (-(part.total_s or 0.0) if by == "time" else 0.0, part.file)
+
+
+def _common_folder(files: Sequence[str]) -> str:
+    """The folder that all files' names begin with, up to a slash: it need not stand in each row."""
+    if len(files) < 2:
+        return ""
+    head = files[0].replace("\\", "/").rpartition("/")[0]
+    while head and not all(file.replace("\\", "/").startswith(head + "/") for file in files):
+        head = head.rpartition("/")[0]
+    return head + "/" if head else ""
+
+
+def _name(file: str) -> str:
+    return file.replace("\\", "/").rpartition("/")[2]
 
 
 def _painted(line: str, cells: Sequence[str]) -> str:
@@ -78,8 +168,7 @@ def _times(part: ReportPart) -> tuple[str, ...]:
 
 def _sum(parts: Sequence[ReportPart]) -> tuple[str, ...]:
     """The last row. A routine's time is in the time of the program that calls it, and is summed there only."""
-    called = {normpath(file) for part in parts for file in part.called}
-    counted = [part for part in parts if normpath(part.file) not in called] or parts
+    counted = [parts[index] for index in started(parts)]
     label = f"{len(parts)} files"
     if len(counted) < len(parts):
         label = f"{len(counted)} of {label}, calling the others"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,36 +18,66 @@ from olp.timing.timing import Timing
 from olp.timing.track import tool_position, tool_speed
 
 Floats = NDArray[np.float64]
-_MOST_SAMPLES = 4000  # instants of the speed profile: more than a screen has columns
-_MOST_POINTS = 30_000  # of the path in space
 _ON_CURVE = 9  # points along an arc or spline
-_MOST_LINES = 12_000  # of program text, all files together; beyond, only lines that take time
 _CURVES = [PATHS.index(p) for p in (Path.CIRCULAR, Path.SPLINE)]
 
 
-def program_data(timing: Timing) -> dict[str, Any]:
-    """Everything of one program, ready for JSON."""
-    plan = timing.plan
-    rules = sorted(set(timing.limited_by))
-    kinds = sorted(set(timing.kind))
+@dataclass(frozen=True, slots=True)
+class PageShare:
+    """How much of one program a page holds: a page of a megabyte opens at once, whatever the program.
+
+    `segments`: the first ones. `samples`: instants of the speed profile. `points`: of the path in space. `lines`: of
+    text, all files together; beyond, only lines that take time.
+    """
+
+    segments: int = 15_000
+    samples: int = 4000
+    points: int = 30_000
+    lines: int = 12_000
+
+
+def shares(segments: Sequence[int]) -> list[PageShare]:
+    """The shares of programs with so many segments in one page: what the short ones leave goes to the long ones."""
+    whole, count = PageShare(), max(len(segments), 1)
+    found = [0] * len(segments)
+    left = whole.segments
+    for place, index in enumerate(sorted(range(len(segments)), key=lambda i: segments[i])):
+        found[index] = min(segments[index], left // (count - place))
+        left -= found[index]
+    samples, points, lines = (
+        max(size // count, least) for size, least in ((40_000, 200), (60_000, 300), (20_000, 100))
+    )
+    return [
+        PageShare(n, min(samples, whole.samples), min(points, whole.points), min(lines, whole.lines))
+        for n in found
+    ]
+
+
+def program_data(timing: Timing, share: PageShare | None = None) -> dict[str, Any]:
+    """Everything of one program that fits into its share, ready for JSON. `of`: its segments in all."""
+    share = share or PageShare()
+    plan, first = timing.plan, slice(0, share.segments)
+    limited, of_kind = timing.limited_by[first], timing.kind[first]
+    rules, kinds = sorted(set(limited)), sorted(set(of_kind))
     return {
-        "line": plan.line.tolist(),
-        "file": plan.source.tolist(),
+        "of": len(plan),
+        "line": plan.line[first].tolist(),
+        "file": plan.source[first].tolist(),
         "kinds": kinds,
-        "kind": [kinds.index(kind) for kind in timing.kind],
+        "kind": [kinds.index(kind) for kind in of_kind],
         "rules": rules,
-        "rule": [rules.index(rule) for rule in timing.limited_by],
-        "seconds": _short(timing.duration_s, 6),
-        "mm": _short(timing.distance_mm, 3),
-        "speed": _short(timing.speed_mm_s, 2),
-        "percent": _short(timing.speed_pct, 2),
-        "reached": _short(timing.reached_mm_s, 2),
-        "accel": _short(timing.accel_mm_s2, 1),
-        "low": None if timing.interval is None else _short(timing.interval.low, 6),
-        "high": None if timing.interval is None else _short(timing.interval.high, 6),
-        "profile": _profile(timing),
-        "path": _path(timing),
-        "files": _files(timing),
+        "rule": [rules.index(rule) for rule in limited],
+        "seconds": _short(timing.duration_s[first], 6),
+        "mm": _short(timing.distance_mm[first], 3),
+        "speed": _short(timing.speed_mm_s[first], 2),
+        "percent": _short(timing.speed_pct[first], 2),
+        "reached": _short(timing.reached_mm_s[first], 2),
+        "accel": _short(timing.accel_mm_s2[first], 1),
+        "low": None if timing.interval is None else _short(timing.interval.low[first], 6),
+        "high": None if timing.interval is None else _short(timing.interval.high[first], 6),
+        "profile": _profile(timing, share),
+        "path": _path(timing, share),
+        "files": _files(timing, share),
     }
 
 
@@ -54,12 +85,12 @@ def _short(values: Floats, digits: int) -> list[float | None]:
     return [None if math.isnan(v) else round(v, digits) for v in values.tolist()]
 
 
-def _profile(timing: Timing) -> dict[str, Any] | None:
+def _profile(timing: Timing, share: PageShare) -> dict[str, Any] | None:
     """The tool's speed [mm/s] at even instants; None where no move can be followed."""
-    total = timing.total_s
+    total = float(timing.end_s[: share.segments][-1]) if share.segments and len(timing.plan) else 0.0
     if total <= 0 or not (timing.plan.kind == StepKind.MOVE).any() or timing.untimed:
         return None
-    count = int(min(_MOST_SAMPLES, max(200, 12 * len(timing.plan))))
+    count = int(min(share.samples, max(200, 12 * len(timing.plan))))
     times = np.linspace(0.0, total, count)
     speed = tool_speed(timing, times) / mm
     if np.isnan(speed).all():
@@ -67,20 +98,20 @@ def _profile(timing: Timing) -> dict[str, Any] | None:
     return {"end": round(total, 6), "speed": [None if math.isnan(v) else round(v) for v in speed.tolist()]}
 
 
-def _path(timing: Timing) -> dict[str, Any] | None:
+def _path(timing: Timing, share: PageShare) -> dict[str, Any] | None:
     """Polylines in space [mm]: points, and of each point the step that leads to it."""
     plan = timing.plan
     ends = timing.end_s
-    moves = np.flatnonzero(plan.kind == StepKind.MOVE)
+    moves = np.flatnonzero(plan.kind[: share.segments] == StepKind.MOVE)
     if not len(moves) or timing.untimed:
-        return _corner_points(timing)
+        return _corner_points(timing, share)
     duration = np.nan_to_num(timing.duration_s[moves])
     curved = np.isin(plan.moves.path[plan.row[moves]], _CURVES) & (duration > 0)
     count = np.where(curved, _ON_CURVE, 1)
     of = np.repeat(np.arange(len(moves)), count)
     nth = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + 1
     times = ends[moves][of] - duration[of] * (1.0 - nth / count[of])
-    keep = slice(None, None, 1 + len(times) // _MOST_POINTS)
+    keep = slice(None, None, 1 + len(times) // share.points)
     chosen = times[keep]
     order = np.argsort(chosen, kind="stable")
     position = np.full((len(chosen), 3), np.nan)
@@ -88,10 +119,10 @@ def _path(timing: Timing) -> dict[str, Any] | None:
     return _polyline(position, moves[of][keep].tolist())
 
 
-def _corner_points(timing: Timing) -> dict[str, Any] | None:
+def _corner_points(timing: Timing, share: PageShare) -> dict[str, Any] | None:
     """The targets alone, where the times are not all known."""
     plan = timing.plan
-    steps = np.flatnonzero(plan.kind == StepKind.MOVE)
+    steps = np.flatnonzero(plan.kind[: share.segments] == StepKind.MOVE)
     targets = plan.moves.target[plan.row[steps]]
     return _polyline(plan.positions.position[targets] / mm, steps.tolist()) if len(steps) else None
 
@@ -109,10 +140,10 @@ def _polyline(position: Floats, steps: Sequence[int]) -> dict[str, Any] | None:
     }
 
 
-def _files(timing: Timing) -> list[dict[str, Any]]:
+def _files(timing: Timing, share: PageShare) -> list[dict[str, Any]]:
     """The text of each file that ran; of very long ones only the lines that take time, with their numbers."""
     plan = timing.plan
-    left = _MOST_LINES
+    left = share.lines
     files = []
     for index, source in enumerate(plan.sources):
         if index and not (plan.source == index).any():

@@ -9,7 +9,7 @@ Codes: Y001 none of the programs can be shown.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -19,10 +19,21 @@ from markupsafe import Markup
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
 from olp.core.files import parse_json
+from olp.reports.cell import (
+    BranchTime,
+    CellLinks,
+    ProgramCost,
+    cell_tree,
+    cost_of,
+    spelled_time,
+    told_branches,
+)
 from olp.reports.diagnosis.svg import variables
+from olp.reports.formats._table import at_least
 from olp.reports.outcome.model import JudgedItem, Status
-from olp.reports.page.data import program_data
+from olp.reports.page.data import PageShare, program_data, shares
 from olp.reports.webpage import FOLDER, json_in_page, render_page, script_of
+from olp.timing.causes import CAUSES
 from olp.timing.timing import Timing
 
 _TEMPLATE = "report.html.j2"
@@ -40,6 +51,12 @@ class PageEntry:
     timing: Timing | None
     diagnostics: tuple[Diagnostic, ...] = ()
     budgets: tuple[JudgedItem, ...] = ()
+    links: CellLinks = field(default_factory=CellLinks)
+    branches: tuple[BranchTime, ...] = ()
+
+    @property
+    def file(self) -> str:
+        return self.path
 
     @property
     def is_unanswered(self) -> bool:
@@ -69,18 +86,33 @@ def report_page(
     """
     script, script_hash = script_of("report.js")
     earlier = _earlier(before)
-    programs = [_program(index, entry, earlier.get(entry.path)) for index, entry in enumerate(entries)]
+    room = shares([0 if entry.timing is None else len(entry.timing.plan) for entry in entries])
+    costs = [ProgramCost() if entry.timing is None else cost_of(entry.timing, _LONGEST) for entry in entries]
+    programs = [
+        {
+            **_program(row.index, entries[row.index], earlier, costs[row.index], room[row.index]),
+            "depth": row.depth,
+        }
+        for row in cell_tree(entries)
+    ]
     known = [p["total_s"] for p in programs if p["total_s"] is not None]
+    starting = [p for p in programs if not p["depth"]]
+    total = sum(p["total_s"] or 0.0 for p in starting)
+    whole = sum((costs[p["index"]] for p in starting), ProgramCost())
     summary = {p["path"]: p["total_s"] for p in programs}
     values: dict[str, Any] = {
         "title": title or (programs[0]["path"] if len(programs) == 1 else f"{len(programs)} programs"),
+        "started": len(starting),
+        "causes": _causes(whole),
+        "costliest": _lines(whole, "") if len(programs) > 1 else [],
+        "spelled": spelled_time(total),
         "css": Markup(variables() + resources.read_text(FOLDER, "report.css")),
         "js": script,
         "js_hash": script_hash,
         "made": (now or datetime.now()).strftime("%Y-%m-%d %H:%M"),
         "programs": programs,
-        "first": max(range(len(programs)), key=lambda i: programs[i]["total_s"] or 0.0),
-        "total": f"{sum(known):.3f}",
+        "first": max(programs, key=lambda p: p["total_s"] or 0.0)["index"],
+        "total": f"{total:.3f}",
         "untimed": len(programs) - len(known),
         "partial": any(p["partial"] for p in programs),
         "over": sum(item["status"] == "over" for p in programs for item in p["budgets"]),
@@ -91,8 +123,10 @@ def report_page(
     return render_page(_TEMPLATE, values)
 
 
-def _program(index: int, entry: PageEntry, before: float | None) -> dict[str, Any]:
-    timing = entry.timing
+def _program(
+    index: int, entry: PageEntry, earlier: dict[str, float], cost: ProgramCost, share: PageShare
+) -> dict[str, Any]:
+    timing, before = entry.timing, earlier.get(entry.path)
     total = None if timing is None else timing.total_s
     change = None if total is None or before is None else total - before
     return {
@@ -114,40 +148,37 @@ def _program(index: int, entry: PageEntry, before: float | None) -> dict[str, An
         "change": "" if change is None else f"{change:+.3f}",
         "worse": change is not None and change > 5e-4,
         "budgets": [{"name": i.name, "status": _STATUS[i.status], "says": i.message} for i in entry.budgets],
-        "longest": [] if timing is None else _longest(timing),
+        "longest": [] if timing is None else _lines(cost, entry.path),
+        "causes": _causes(cost),
+        "branches": told_branches(entry.branches, at_least),
         "assumptions": [] if timing is None else [(a.line, a.says) for a in timing.assumptions],
         "diagnostics": [(str(d.severity), d.code, d.line, d.message, d.help) for d in entry.diagnostics],
-        "data": json_in_page(None if timing is None else program_data(timing)),
+        "data": json_in_page(None if timing is None else program_data(timing, share)),
     }
 
 
-def _longest(timing: Timing) -> list[tuple[str, ...]]:
-    """The lines that take most, summed over their executions: line, statement, seconds, share, what limits them."""
-    sums: dict[tuple[int, int], list[float]] = {}
-    first: dict[tuple[int, int], int] = {}
-    plan = timing.plan
-    for step, seconds in enumerate(timing.duration_s.tolist()):
-        key = int(plan.source[step]), int(plan.line[step])
-        sums.setdefault(key, []).append(0.0 if seconds != seconds else seconds)
-        first.setdefault(key, step)
-    total = timing.total_s or 1.0
-    rows: list[tuple[str, ...]] = []
-    for key in sorted(sums, key=lambda k: -sum(sums[k]))[:_LONGEST]:
-        seconds, step = sum(sums[key]), first[key]
-        if seconds <= 0:
-            break
-        name = "" if key[0] == 0 else f"{Path(plan.sources[key[0]].path).name}: "
-        rows.append(
-            (
-                str(key[1]),
-                f"{name}{plan.statement(step)}",
-                str(len(sums[key])),
-                f"{seconds:.3f}",
-                f"{100 * seconds / total:.1f}",
-                timing.limited_by[step],
-            )
+def _causes(cost: ProgramCost) -> list[tuple[str, str, str]]:
+    """Cause, seconds, share in percent; the largest first."""
+    total = sum(cost.by_cause)
+    rows = sorted(zip(cost.by_cause, CAUSES, strict=True), reverse=True)
+    return [(cause, f"{v:.3f}", f"{100 * v / total:.1f}") for v, cause in rows if v > 0]
+
+
+def _lines(cost: ProgramCost, main: str) -> list[tuple[str, ...]]:
+    """The lines that take most: line, statement, runs, seconds, share, what limits them, what would help."""
+    total = sum(cost.by_cause) or 1.0
+    return [
+        (
+            str(line.line),
+            f"{'' if line.file == main else Path(line.file).name + ': '}{line.statement}",
+            str(line.runs),
+            f"{line.seconds:.3f}",
+            f"{100 * line.seconds / total:.1f}",
+            line.limited_by,
+            line.helps,
         )
-    return rows
+        for line in cost.lines[:_LONGEST]
+    ]
 
 
 def _earlier(text: str) -> dict[str, float]:

@@ -1,0 +1,199 @@
+"""Makes a recording out of what a controller recorded of its own accord.
+
+Codes: D050 to D052 of `olp.languages.recorders`, D053 a file that no vendor's recorder wrote, D054 simulated motions
+that do not belong to the measured ones.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, error, warning
+from olp.core.terminal import csv_text
+from olp.languages.recorders import ControllerMotion, ControllerRecorder, ControllerRun, recorders
+
+Floats = NDArray[np.float64]
+_POINT = ("x", "y", "z", "rx", "ry", "rz")
+_UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
+
+
+@dataclass(frozen=True, slots=True)
+class ImportedRecording:
+    """The files of a recording as text; `log` is empty for several runs, whose clocks have nothing in common."""
+
+    moves: str
+    log: str
+    robot: str  # name of the library, "" where it is not there
+    count: int
+    seconds: float
+    period: float
+    tool: tuple[float, ...] | None
+    controller: str
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def import_runs(
+    paths: Sequence[Path], sim: Sequence[Path] = (), override: float | None = None
+) -> ImportedRecording:
+    """The recording of these files, each a part of a controller's own recording. Raises OlpError.
+
+    `override` [%]: the program override under which all of them ran, which traces do not tell.
+    """
+    runs = read_runs(paths)
+    told = [d for run in runs for d in run.diagnostics]
+    simulated: list[ControllerMotion] | None = None
+    if sim:
+        others = read_runs(sim)
+        told += [d for run in others for d in run.diagnostics]
+        simulated = _paired(runs, others)
+    rows = [row for run in runs for row in _rows(run)]
+    for number, row in enumerate(rows):
+        row["move"] = number + 1
+        if len(runs) > 1:
+            del row["t_start_s"]  # each run has a clock of its own
+        if override is not None:
+            row["override_pct"] = override
+        if simulated is not None:
+            other = simulated[number]
+            row["sim_s"] = _rounded(other.end - other.begin)
+            row.update({f"sim_{k}": v for k, v in other.says.items() if k.startswith("payload")})
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    names.sort(key=lambda name: name != "move")
+    moves = csv_text([names, *([row.get(name, "") for name in names] for row in rows)])
+    robots = {run.robot for run in runs}
+    if len(robots) > 1:
+        says = f"these are recordings of several robots: {', '.join(sorted(robots))}"
+        raise OlpError(error("D054", says, help="make one recording of each"))
+    tools = {run.flange_tool for run in runs}
+    name = library_name(runs[0].robot)
+    if not name:
+        told.append(
+            warning("D053", f"{runs[0].robot or 'the robot'} is not in the library", help="see olp robots")
+        )
+    return ImportedRecording(
+        moves,
+        _log(runs[0]) if len(runs) == 1 else "",
+        name,
+        len(rows),
+        sum(m.end - m.begin for run in runs for m in run.motions),
+        max(run.period for run in runs),
+        tools.pop() if len(tools) == 1 else None,
+        runs[0].controller,
+        tuple(told),
+    )
+
+
+def read_runs(paths: Iterable[Path]) -> list[ControllerRun]:
+    """Each recording once, whichever of its files are named; folders for all that they hold. Raises OlpError."""
+    sets: dict[Path, ControllerRecorder] = {}
+    strange: list[Path] = []
+    for path in paths:
+        for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+            known = next(((s, r) for r in recorders() if (s := r.set_of(file)) is not None), None)
+            if known is not None:
+                sets.setdefault(*known)
+            elif not path.is_dir():
+                strange.append(file)
+        if path.is_dir() and not sets:
+            strange.append(path)
+    if strange:
+        help = "known are " + "; ".join(recorder.files for recorder in recorders())
+        raise OlpError(
+            *(
+                error("D053", "no controller's recording is known by this name", file=str(f), help=help)
+                for f in strange
+            )
+        )
+    return [recorder.read(stem) for stem, recorder in sorted(sets.items())]
+
+
+def _paired(runs: Sequence[ControllerRun], others: Sequence[ControllerRun]) -> list[ControllerMotion]:
+    """The simulated motion of each measured one: motions of the same kinds between the same axes, in the same order.
+
+    A simulated program may have other lines. Raises OlpError (D054).
+    """
+    real = [(run, m) for run in runs for m in run.motions]
+    other = [(run, m) for run in others for m in run.motions]
+    if len(real) != len(other):
+        says = f"{len(real)} measured motions and {len(other)} simulated ones"
+        raise OlpError(error("D054", says, help="name the recordings of the same programs with --sim"))
+    for (run, motion), (sim, moved) in zip(real, other, strict=True):
+        ends = [
+            run.joints[_sample(run, m)] - sim.joints[_sample(sim, n)]
+            for m, n in ((motion.begin, moved.begin), (motion.end, moved.end))
+        ]
+        if motion.kind != moved.kind or max(float(np.abs(end).max()) for end in ends) > _APART:
+            lines = f"line {motion.line} of {run.name} and line {moved.line} of the simulated {sim.name}"
+            says = f"{lines} are not the same motion"
+            raise OlpError(error("D054", says, help="name the recordings of the same programs with --sim"))
+    return [m for _, m in other]
+
+
+_APART = 30.0  # [deg] of an axis: samples lie a cycle apart, in which an arm turns less
+
+
+def _rows(run: ControllerRun) -> list[dict[str, float | int | str]]:
+    rows = []
+    for motion in run.motions:
+        row: dict[str, float | int | str] = {
+            "move": 0,
+            "type": motion.kind,
+            "duration_s": _rounded(motion.end - motion.begin),
+            "trace": run.name,
+            "job": motion.job,
+            "line": motion.line,
+            "t_start_s": _rounded(motion.begin),
+            **motion.says,
+        }
+        for end, instant in (("start", motion.begin), ("end", motion.end)):
+            at = _sample(run, instant)
+            row.update({f"q{n + 1}_{end}_deg": round(float(q), 6) for n, q in enumerate(run.joints[at])})
+            if run.tool is not None:
+                row.update(_point(run.tool[at], end, 6))
+        if motion.kind == "circular" and run.tool is not None:
+            row.update(_point(run.tool[_sample(run, (motion.begin + motion.end) / 2)], "via", 3))
+        rows.append(row)
+    return rows
+
+
+def _sample(run: ControllerRun, instant: float) -> int:
+    return int(np.argmin(np.abs(run.time - instant)))
+
+
+def _point(place: Floats, end: str, count: int) -> dict[str, float]:
+    cells = zip(_POINT, place.tolist(), _UNITS, strict=True)
+    return {f"{name}_{end}_{unit}": round(value, 6) for name, value, unit in list(cells)[:count]}
+
+
+def _rounded(seconds: float) -> float:
+    return round(seconds, 6)
+
+
+def _log(run: ControllerRun) -> str:
+    axes = run.joints.shape[1]
+    names = ["t_s", *(f"q{n + 1}_deg" for n in range(axes))]
+    columns = [run.time, *run.joints.T]
+    if run.tool is not None:
+        names += [f"{name}_{unit}" for name, unit in zip(_POINT, _UNITS, strict=True)]
+        columns += list(run.tool.T)
+    number = np.full(len(run.time), -1)
+    for index, motion in enumerate(run.motions):
+        number[(run.time >= motion.begin - 1e-9) & (run.time < motion.end - 1e-9)] = index + 1
+    cells = [[f"{v:.6f}" for v in column] for column in columns] + [[str(n) for n in number]]
+    return csv_text([[*names, "move"], *zip(*cells, strict=True)])
+
+
+def library_name(called: str) -> str:
+    """The library's name of what a controller calls its robot: the longest one that begins it, letters and digits."""
+    from olp.robots.robot import robot_names
+
+    said = re.sub(r"[^a-z0-9]", "", called.lower())
+    models = {name: re.sub(r"[^a-z0-9]", "", name.partition("/")[2]) for name in robot_names()}
+    fitting = [name for name, model in models.items() if model and said.startswith(model)]
+    return max(fitting, key=lambda name: len(models[name]), default="")
