@@ -5,6 +5,8 @@ import olp
 program = olp.read("job.jbi")       # Program; program.diagnostics, program.to_bytes()
 plan = program.plan()               # Plan: executed steps in order
 plan.time()                         # pandas DataFrame, one row per segment, wait or signal
+
+olp.time("job.jbi"), olp.calibrate, olp.predict, olp.diagnose, olp.convert: what the commands of these names do.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ from olp.core.version import __version__
 
 if TYPE_CHECKING:
     from olp.core.diagnostic import Diagnostic, OlpError
-    from olp.fluent import Plan, Program, read
+    from olp.fluent import Plan, Program, calibrate, convert, diagnose, predict, read, time
+    from olp.identification.recording import Recording
     from olp.robots.robot import Robot, load_robot, robot_names
 
 install()
@@ -27,10 +30,16 @@ _HOME = {
     "OlpError": "olp.core.diagnostic",
     "Plan": "olp.fluent",
     "Program": "olp.fluent",
+    "Recording": "olp.identification.recording",
     "Robot": "olp.robots.robot",
+    "calibrate": "olp.fluent",
+    "convert": "olp.fluent",
+    "diagnose": "olp.fluent",
     "load_robot": "olp.robots.robot",
+    "predict": "olp.fluent",
     "read": "olp.fluent",
     "robot_names": "olp.robots.robot",
+    "time": "olp.fluent",
 }
 
 __all__ = [
@@ -38,11 +47,17 @@ __all__ = [
     "OlpError",
     "Plan",
     "Program",
+    "Recording",
     "Robot",
     "__version__",
+    "calibrate",
+    "convert",
+    "diagnose",
     "load_robot",
+    "predict",
     "read",
     "robot_names",
+    "time",
 ]
 
 

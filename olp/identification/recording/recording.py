@@ -37,7 +37,7 @@ class NoiseFloor(NamedTuple):
     floor: float  # the larger of resolution/√12 and repeats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Recording:
     """`path` as it was named; `robot` and `tool` None where nobody named one; `sha256` of the values, not the files.
 
@@ -54,6 +54,13 @@ class Recording:
     sha256: str
     diagnostics: tuple[Diagnostic, ...] = ()
     left_out: int = 0
+
+    def __repr__(self) -> str:
+        robot = self.robot.name if self.robot else self.settings.robot or "robot not known"
+        logs = ", ".join(
+            name for name, log in (("log", self.log), ("sim_log", self.sim_log)) if log is not None
+        )
+        return f"<Recording {self.path}: {len(self.moves)} moves, {robot}{', ' * bool(logs)}{logs}>"
 
     def groups(self) -> dict[str, Labels]:
         """Ways to hold out whole groups: name -> (n,) label per move, 0, 1, … in the order of first use.
