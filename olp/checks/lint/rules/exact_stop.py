@@ -24,7 +24,7 @@ class ExactStop(Rule):
     code = "W001"
     title = "exact stop inside a path"
     why = (
-        "The robot brakes to a stand and starts again where the path goes straight on, and nothing happens there: no "
+        "The robot stops and starts again although the path goes straight on and nothing happens there: no "
         "output, no wait, no call. A stop costs the braking, the start and the settling of the controller, some 0.1 "
         "to 0.4 s each time."
     )

@@ -25,7 +25,7 @@ class NoMotion(Rule):
     level = Level.NOTE
     why = (
         "The arm stands at the target already. The move takes the time of a stop and does nothing; often the point "
-        "before it was copied and never taught anew."
+        "before it was copied and never re-taught."
     )
     example = "MOVL C00004 V=300.0\nMOVL C00005 V=300.0   with C00005 = C00004"
     better = "leave the second one out"

@@ -16,7 +16,7 @@ class OrientationRules(Rule):
     title = "orientation rules the time"
     why = (
         "The tool turns so far on a short way that the wrist decides: the programmed speed is not kept. Often the turn "
-        "comes from one carelessly taught point and belongs into the longer move before or after."
+        "comes from one carelessly taught point; spread it over the longer move before or after."
     )
     example = "MOVL C00001 V=500.0   40 mm further and 90 deg turned"
     better = "turn on the long approach"

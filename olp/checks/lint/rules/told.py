@@ -57,7 +57,7 @@ class SingularPath(RunRule):
     codes = ("L105",)
     why = (
         "Near a singularity the axes have to turn faster than they can for a slow move of the tool. Controllers slow "
-        "down, leave the path or stop with an alarm, and the time of the line is anybody's guess."
+        "down, leave the path or stop with an alarm, and the time of the line cannot be predicted."
     )
     example = "MOVL C00001 V=300.0   with B passing 0 deg"
     better = "turn the tool a few degrees, or pass the place with MOVJ"
