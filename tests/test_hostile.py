@@ -22,46 +22,16 @@ from olp.core.source import decode
 from olp.core.terminal import csv_text, from_cell
 from olp.fluent import read_source
 
-SAMPLES = Path(__file__).parent.parent / "samples"
-JOB = SAMPLES / "inform" / "palletising" / "PICK.JBI"
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from bench import fuzz, hostile
+from bench.hostile import JOB, SAMPLES
+
 needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
 
 
-def repository(folder: Path, config: str = "", attributes: str = "*.JBI filter=x diff=x text\n") -> Path:
-    """Two commits of one job; afterwards the repository's own configuration becomes hostile."""
-
-    def git(*words: str) -> None:
-        who = ("-c", "user.name=a", "-c", "user.email=a@b.example", "-c", "core.autocrlf=false")
-        subprocess.run(["git", *who, *words], cwd=folder, check=True, capture_output=True)
-
-    git("init", "-q", "-b", "main")
-    (folder / ".gitattributes").write_text(attributes, encoding="utf-8")
-    text = JOB.read_bytes()
-    for name in ("VAR.DAT", "TOOL.CND", "UFRAME.CND", "olp.toml"):
-        shutil.copy(JOB.with_name(name), folder)
-    (folder / "PICK.JBI").write_bytes(text)
-    git("add", "-A")
-    git("commit", "-qm", "one")
-    (folder / "PICK.JBI").write_bytes(text.replace(b"V=", b"V=1"))
-    git("add", "-A")
-    git("commit", "-qm", "two")
-    with (folder / ".git" / "config").open("a", encoding="utf-8") as file:
-        file.write(config)
-    return folder
-
-
-ATTACKS = {
-    "a filter": '[filter "x"]\n\tsmudge = {0}\n\tclean = {0}\n\tprocess = {0}\n\trequired = true\n',
-    "a text conversion": '[diff "x"]\n\ttextconv = {0}\n\tcommand = {0}\n[diff]\n\texternal = {0}\n',
-    "an archiver": '[tar "tar"]\n\tcommand = {0}\n[tar "umask"]\n\tcommand = {0}\n',
-    "a monitor": "[core]\n\tfsmonitor = {0}\n\tpager = {0}\n\teditor = {0}\n\tsshCommand = {0}\n\tgitProxy = {0}\n",
-    "hooks": "[core]\n\thooksPath = hooks\n",
-    "an alias": "[alias]\n\trev-parse = !{0}\n\tls-tree = !{0}\n\tcat-file = !{0}\n",
-}
-
-
 @needs_git
-@pytest.mark.parametrize("attack", ATTACKS)
+@pytest.mark.parametrize("attack", hostile.CONFIGURATIONS)
 def test_no_program_that_a_repository_names_is_run(attack, tmp_path, monkeypatch, capsys):
     proof = tmp_path / "proof"
     program = tmp_path / "program"
@@ -71,7 +41,7 @@ def test_no_program_that_a_repository_names_is_run(attack, tmp_path, monkeypatch
     (home / "hooks").mkdir(parents=True)
     for hook in ("post-checkout", "post-index-change", "reference-transaction", "fsmonitor-watchman"):
         shutil.copy(program, home / "hooks" / hook)
-    repository(home, ATTACKS[attack].format(program))
+    hostile.made_repository(home, hostile.CONFIGURATIONS[attack].format(program))
     monkeypatch.chdir(home)
     assert main(["diff", "HEAD~1", "HEAD"]) in (0, 1)
     assert "PICK.JBI" in capsys.readouterr().out
@@ -90,7 +60,7 @@ def test_an_object_that_is_missing_is_not_fetched_from_where_the_repository_says
     )
     home = tmp_path / "cell"
     home.mkdir()
-    repository(home, config)
+    hostile.made_repository(home, config)
     blob = subprocess.run(
         ["git", "rev-parse", "HEAD:PICK.JBI"], cwd=home, check=True, capture_output=True, text=True
     ).stdout.strip()
@@ -108,7 +78,7 @@ def test_links_of_a_revision_are_read_as_the_file_they_lead_to_within_it(tmp_pat
     (tmp_path / "secret.JBI").write_bytes(JOB.read_bytes())
     (home / "OUT.JBI").symlink_to(tmp_path / "secret.JBI")
     (home / "IN.JBI").symlink_to("PICK.JBI")
-    repository(home)
+    hostile.made_repository(home)
     monkeypatch.chdir(home)
     assert main(["diff", "HEAD~1", "HEAD"]) in (0, 1)
     said = capsys.readouterr().out
@@ -116,27 +86,11 @@ def test_links_of_a_revision_are_read_as_the_file_they_lead_to_within_it(tmp_pat
     assert "OUT.JBI" not in said
 
 
-DOCUMENTS = {
-    "brackets within brackets": "x = " + "[" * 100_000,
-    "tables within tables": "x = " + "{a=" * 3_000,
-    "a key of 20,000 parts": ".".join("a" * 20_000) + " = 1",
-    "a header of 20,000 parts": "[" + ".".join("a" * 20_000) + "]",
-    "quoted parts": "x = {" + ".".join(['"a"'] * 5_000) + " = 1}",
-    "an integer of 5,000 digits": "x = " + "9" * 5_000,
-    "an integer of 400 digits": "accel_mm_s2 = " + "9" * 400,
-    "a NUL in a path": 'robot = "a\\u0000b.toml"',
-    "20,000 unknown keys": "\n".join(f"k{n} = 1" for n in range(19_000)),
-    "20,000 unknown keys of a robot": "[axes]\n" + "\n".join(f"k{n} = 1" for n in range(19_000)),
-    "3 MB": "# " + "x" * 3_000_000,
-    "100,000 values": "x = [" + "1," * 100_000 + "]",
-}
-
-
-@pytest.mark.parametrize("document", DOCUMENTS)
+@pytest.mark.parametrize("document", hostile.TOMLS)
 @pytest.mark.parametrize("use", ["assumptions", "robot", "mapping", "budgets", "recording"])
 def test_a_hostile_toml_file_is_told_in_a_moment(use, document, tmp_path, capsys):
     file = tmp_path / ("recording.toml" if use == "recording" else "olp.toml")
-    file.write_text(DOCUMENTS[document], encoding="utf-8")
+    file.write_text(hostile.TOMLS[document], encoding="utf-8")
     shutil.copy(JOB, tmp_path)
     job = str(tmp_path / JOB.name)
     (tmp_path / "moves.csv").write_text("move,duration_s\n1,1.0\n", encoding="utf-8")
@@ -263,8 +217,9 @@ COLUMNS = (
 )
 
 
-@pytest.mark.parametrize("number", ABSURD)
-@pytest.mark.parametrize("column", COLUMNS)
+@pytest.mark.parametrize(
+    ("number", "column"), [(ABSURD[n % len(ABSURD)], column) for n, column in enumerate(3 * COLUMNS)]
+)
 def test_absurd_numbers_of_a_recording_are_told(column, number, tmp_path, capsys):
     home = tmp_path / "recording"
     home.mkdir()
@@ -282,45 +237,12 @@ def test_absurd_numbers_of_a_recording_are_told(column, number, tmp_path, capsys
             assert "D015" in said.err
 
 
-HEADS = {
-    "krl": ("DEF p()\nINT a\nx = ", "\nEND\n"),
-    "rapid": ("MODULE m\nPROC main()\nx := ", ";\nENDPROC\nENDMODULE\n"),
-    "tp": ("/PROG P\n/MN\n  1: R[1]=", " ;\n/END\n"),
-    "urscript": ("def p():\n  x = ", "\nend\n"),
-    "pdl2": ("PROGRAM p\nVAR x : INTEGER\nBEGIN\n  x := ", "\nEND p\n"),
-    "val3": (
-        '<?xml version="1.0"?>\n<Programs><Program name="p"><Code><![CDATA[begin\n  x=',
-        "\nend]]></Code></Program></Programs>\n",
-    ),
-    "as": (".PROGRAM p()\n x = ", "\n.END\n"),
-    "inform": (
-        "/JOB\n//NAME P\n//INST\n///DATE 2020/01/01 00:00\n///ATTR SC,RW\nNOP\nSET B000 EXPRESS ",
-        "\nEND\n",
-    ),
-}
-NESTED = {
-    "members": lambda n: ".".join("a" * n),
-    "members without an end": lambda n: "a." * n,
-    "parentheses": lambda n: "(" * n + "1" + ")" * n,
-    "open parentheses": lambda n: "(" * n,
-    "signs": lambda n: "-" * n + "1",
-    "NOT": lambda n: "NOT " * n + "1",
-    "sums": lambda n: "+".join("1" * n),
-    "indices": lambda n: "a[" * n + "1" + "]" * n,
-    "calls": lambda n: "f(" * n + "1" + ")" * n,
-    "braces": lambda n: "{a " * n + "1" + "}" * n,
-    "lists": lambda n: "[" * n + "1" + "]" * n,
-    "products of frames": lambda n: ":".join("a" * n),
-    "quotes": lambda n: '"' * n,
-}
-
-
-@pytest.mark.parametrize("nested", NESTED)
-@pytest.mark.parametrize("vendor", HEADS)
+@pytest.mark.parametrize("nested", hostile.NESTED)
+@pytest.mark.parametrize("vendor", hostile.HEADS)
 @pytest.mark.parametrize("deep", [150, 500, 20_000])
 def test_expressions_without_an_end_are_read_in_a_moment(vendor, nested, deep):
-    before, after = HEADS[vendor]
-    raw = (before + NESTED[nested](deep) + after).encode()
+    before, after = hostile.HEADS[vendor]
+    raw = (before + hostile.NESTED[nested](deep) + after).encode()
     began = time.process_time()
     try:
         program = read_source(decode(raw, "p"), vendor=vendor)
@@ -363,18 +285,9 @@ def test_what_a_killed_run_has_left_and_a_long_name_are_not_in_the_way(tmp_path)
         assert (tmp_path / name).read_bytes() == b"whole"
 
 
-DOCUMENTS_OF_JSON = {
-    "deep": "[" * 60_000,
-    "an integer of 400 digits": '{"a": ' + "9" * 400 + "}",
-    "an integer of 5,000 digits": "9" * 5_000,
-    "nothing that is finite": '{"a": NaN, "b": -Infinity, "c": 1e999}',
-    "other things": '{"version": 1, "schema": "olp-signature", "findings": [{"fingerprint": 1, "count": 1e999}]}',
-}
-
-
-@pytest.mark.parametrize("document", DOCUMENTS_OF_JSON)
+@pytest.mark.parametrize("document", hostile.JSONS)
 def test_hostile_json_is_told_or_passed_over(document, tmp_path, capsys):
-    text = DOCUMENTS_OF_JSON[document]
+    text = hostile.JSONS[document]
     for name in ("signature.json", "X.JBI"):
         (tmp_path / name).write_text(text, encoding="utf-8")
     report = tmp_path / "report.html"
@@ -385,3 +298,13 @@ def test_hostile_json_is_told_or_passed_over(document, tmp_path, capsys):
     assert main(["lint", str(JOB), "--baseline", str(tmp_path / "signature.json")]) in (0, 1, 2)
     assert main(["time", str(tmp_path / "X.JBI")]) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("group", hostile.GROUPS)
+def test_an_attack_of_each_kind_ends_in_a_moment_and_says_why(group):
+    assert [one for one in hostile.attacked(group, 0) if one.fault] == []
+
+
+@pytest.mark.parametrize("target", fuzz.TARGETS)
+def test_what_fuzzing_once_found_is_held(target):
+    assert [problem.where for _, problem in fuzz.replay(target).faults] == []

@@ -105,7 +105,7 @@ def test_sarif_fits_its_schema_and_each_result_points_at_its_rule(outcome):
     run = check("sarif-2.1.0.json", load_format("sarif").render(outcome))["runs"][0]
     rules = run["tool"]["driver"]["rules"]
     assert [rules[result["ruleIndex"]]["id"] for result in run["results"]] == [
-        found.code for found in outcome.findings
+        found.code for found in outcome.told
     ]
 
 
@@ -147,7 +147,17 @@ def test_sarif_fits_the_schema_that_oasis_publishes():
 def test_a_code_quality_report_fits_gitlabs_format_and_no_two_rows_share_a_fingerprint(outcome):
     rows = check("gitlab-code-quality.json", load_format("gitlab").render(outcome))
     marks = [row["fingerprint"] for row in rows]
-    assert len(marks) == len(set(marks)) == len(outcome.findings)
+    assert len(marks) == len(set(marks)) == len(outcome.told)
+
+
+@pytest.mark.parametrize("form", ["github", "gitlab", "sarif"])
+def test_what_could_not_be_judged_is_told_where_only_findings_are_shown(form):
+    unknown = JudgedItem("cell 4", "A.JBI", Status.UNKNOWN, "no such file", 3)
+    said = load_format(form).render(Outcome("check", items=(unknown,)))
+    assert "cell 4" in said
+    assert "no such file" in said
+    because = OutcomeFinding("F001", Level.ERROR, "not a job", "A.JBI", 3)
+    assert "cell 4" not in load_format(form).render(Outcome("check", (because,), (unknown,)))
 
 
 @given(outcome=outcomes)

@@ -27,9 +27,7 @@ class GithubFormat(OutcomeFormat):
 
 def _untold(item: JudgedItem, files: set[str], places: set[tuple[str, int]]) -> bool:
     """Whether no finding says what became of an item."""
-    if item.status is Status.UNKNOWN:
-        return not item.line or (item.file, item.line) not in places
-    return item.status is Status.FAILED and item.file not in files
+    return item.untold(places) or (item.status is Status.FAILED and item.file not in files)
 
 
 def _row(found: OutcomeFinding) -> str:

@@ -19,7 +19,7 @@ class GitlabFormat(OutcomeFormat):
 
     def render(self, outcome: Outcome) -> str:
         seen: dict[str, int] = {}
-        rows = [_row(found, seen) for found in outcome.findings]
+        rows = [_row(found, seen) for found in outcome.told]
         return json.dumps(rows, indent=2, ensure_ascii=False) + "\n"
 
 

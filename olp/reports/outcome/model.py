@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from hashlib import sha256
@@ -74,6 +74,10 @@ class JudgedItem:
     group: str = ""
     details: str = ""  # lines for where an item stands alone, as in JUnit
 
+    def untold(self, places: Collection[tuple[str, int]]) -> bool:
+        """Whether it could not be judged, and no finding at one of the `places` (file, line) says so."""
+        return self.status is Status.UNKNOWN and (not self.line or (self.file, self.line) not in places)
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -86,12 +90,30 @@ class Outcome:
     data: Mapping[str, object] = field(default_factory=dict)
 
     @property
+    def told(self) -> tuple[OutcomeFinding, ...]:
+        """The findings, and one (M012) for each item that could not be judged and that none of them tells of.
+
+        For formats of findings alone, which would pass over it in silence.
+        """
+        places = {(found.file, found.line) for found in self.findings}
+        return (
+            *self.findings,
+            *(_of_item(item) for item in self.items if item.untold(places)),
+        )
+
+    @property
     def exit_status(self) -> int:
         """0 done and held, 1 a finding that fails, 2 something could not be judged."""
         if any(item.status is Status.UNKNOWN for item in self.items):
             return 2
         failed = any(item.status is Status.FAILED for item in self.items)
         return 1 if failed or any(f.level is Level.ERROR for f in self.findings) else 0
+
+
+def _of_item(item: JudgedItem) -> OutcomeFinding:
+    says = f"{item.name}: {item.message or item.status}"
+    title = "something could not be judged"
+    return OutcomeFinding("M012", Level.ERROR, says, item.file, item.line, title=title, anchor=item.name)
 
 
 def of_diagnostic(found: Diagnostic, file: str = "") -> OutcomeFinding:

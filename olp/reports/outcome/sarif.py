@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import ClassVar
 from urllib.parse import quote
 
@@ -22,13 +23,14 @@ class SarifFormat(OutcomeFormat):
     def render(self, outcome: Outcome) -> str:
         from olp import __version__
 
-        codes = sorted({found.code for found in outcome.findings})
-        rules = [_rule(code, outcome) for code in codes]
+        findings = outcome.told
+        codes = sorted({found.code for found in findings})
+        rules = [_rule(code, findings) for code in codes]
         run = {
             "tool": {"driver": {"name": "olp", "semanticVersion": __version__, "rules": rules}},
             "automationDetails": {"id": f"olp/{outcome.command}/"},
             "columnKind": "unicodeCodePoints",
-            "results": [_result(found, codes.index(found.code)) for found in outcome.findings],
+            "results": [_result(found, codes.index(found.code)) for found in findings],
         }
         return (
             json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2, ensure_ascii=False)
@@ -36,8 +38,8 @@ class SarifFormat(OutcomeFormat):
         )
 
 
-def _rule(code: str, outcome: Outcome) -> dict[str, object]:
-    first = next(found for found in outcome.findings if found.code == code)
+def _rule(code: str, findings: Sequence[OutcomeFinding]) -> dict[str, object]:
+    first = next(found for found in findings if found.code == code)
     rule: dict[str, object] = {"id": code, "shortDescription": {"text": first.title or first.message}}
     if first.help:
         rule["help"] = {"text": first.help}

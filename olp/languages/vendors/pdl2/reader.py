@@ -149,7 +149,7 @@ class _Pdl2File:
         lines, number = self.findings.source.lines, 1
         while number <= len(lines):
             text, comment = _parted(lines[number - 1])
-            if not text:
+            if not text.strip():
                 self.kinds[number - 1] = LineKind.BLANK if comment is None else LineKind.COMMENT
                 part = self.part or self.program
                 if comment is not None and part is not None:
@@ -168,7 +168,7 @@ class _Pdl2File:
 
     def _line(self, line: Pdl2Line) -> None:
         text, number = line.text, line.number
-        word = text.split(None, 1)[0].upper()
+        word = next(iter(text.split(None, 1)), "").upper()  # nothing but & is left of a line that goes on
         if self.handler or word.startswith("CONDITION["):
             self._handler(line, word)
         elif word == "PROGRAM" and (head := _PROGRAM.fullmatch(text)) and self.program is None:
