@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import os
 import re
@@ -308,3 +309,22 @@ def test_an_attack_of_each_kind_ends_in_a_moment_and_says_why(group):
 @pytest.mark.parametrize("target", fuzz.TARGETS)
 def test_what_fuzzing_once_found_is_held(target):
     assert [problem.where for _, problem in fuzz.replay(target).faults] == []
+
+
+BOMBS = {
+    "moves.csv.gz": gzip.compress(b"1," * 40_000_000, 1),
+    "log.csv.gz": gzip.compress(b"\n" * 80_000_000, 1),
+    "moves.csv": b"move,duration_s\n" + b"1," * 600_000,
+    "A.JBI": b"\n" * 1_000_001,
+    "a.urp": gzip.compress('<!DOCTYPE l [<!ENTITY a "b">]><URProgram>&a;</URProgram>'.encode("utf-16")),
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_a_few_bytes_that_become_many_are_told_before_they_do(name, tmp_path, capsys):
+    (tmp_path / name).write_bytes(BOMBS[name])
+    words = ["diagnose", str(tmp_path)] if ".csv" in name else ["time", str(tmp_path / name)]
+    began = time.process_time()
+    assert main(words) == 2
+    assert time.process_time() - began < 2.0
+    assert re.search("P004|P562|D00[23]", capsys.readouterr().err)

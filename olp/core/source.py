@@ -6,6 +6,7 @@ bare CR or a mixture. The bytes are kept, the text is a view on them, and an edi
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -18,6 +19,9 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 _LINE_END_BYTES = re.compile(rb"\r\n|\n|\r")
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
 _KANA_OR_KANJI = re.compile("[\u3040-\u30ff\u4e00-\u9fff\uff61-\uff9f]")
+
+# Five times what any controller holds; a file beyond them would fill the memory before anything was known of it.
+_MOST_BYTES, _MOST_LINES = 100_000_000, 1_000_000
 
 # Undecodable bytes become lone surrogates and turn back into the same bytes.
 _ERRORS = "surrogateescape"
@@ -80,11 +84,14 @@ class Source:
 
 
 def load(path: str | os.PathLike[str], encoding: str | None = None) -> Source:
-    """Reads a file, or what an editor holds of it. Raises OSError when it cannot be read."""
+    """Reads a file, or what an editor holds of it. Raises OSError when it cannot be read, or is no program's size."""
     edited = text(path)
     if edited is not None:
         return decode(edited, os.fspath(path), "utf-8")
-    return decode(read_input(path), os.fspath(path), encoding)
+    raw = read_input(path, _MOST_BYTES)
+    if raw.count(b"\n") > _MOST_LINES or raw.count(b"\r") > _MOST_LINES:
+        raise OSError(errno.EFBIG, f"this file has more than {_MOST_LINES:,} lines", os.fspath(path))
+    return decode(raw, os.fspath(path), encoding)
 
 
 def decode(raw: bytes, path: str = "", encoding: str | None = None) -> Source:

@@ -29,6 +29,9 @@ Flags = NDArray[np.bool_]
 MOST_BYTES = 2_000_000_000  # of a file, unpacked
 MOST_ROWS = 1_000_000  # of moves
 MOST_COLUMNS = 1_000
+_LONGEST_LINE = 1_000_000  # [bytes]
+_PACKED = 200  # times smaller at best: numbers that change pack to a tenth, only one letter over and over to less
+_SMALL = 50_000_000  # [bytes] that may be unpacked to whatever they were packed from
 SHOWN = 20  # findings of one kind that are told one by one
 SUFFIXES = (".csv", ".csv.gz", ".parquet", ".pq")
 
@@ -96,12 +99,18 @@ def read_bytes(path: Path) -> bytes:
     file = str(path)
     try:
         if path.stat().st_size > MOST_BYTES:
-            raise OlpError(_too_large(file))
+            raise OlpError(_too_large(file, MOST_BYTES))
         if not path.name.lower().endswith(".gz"):
-            return read_input(path, MOST_BYTES)
-        with gzip.open(path, "rb") as packed:
+            raw = read_input(path, MOST_BYTES)
+        else:
+            packed = read_input(path, MOST_BYTES)
             # A few kilobytes may unpack to any size: never ask for all of it.
-            raw = packed.read(MOST_BYTES + 1)
+            most = min(MOST_BYTES, max(_SMALL, _PACKED * len(packed)))
+            with gzip.open(io.BytesIO(packed), "rb") as unpacked:
+                raw = unpacked.read(most + 1)
+            if most < MOST_BYTES and len(raw) > most:
+                says = f"the file unpacks to more than {_PACKED} times its size, which no table does"
+                raise OlpError(error("D003", says, file=file, help="pack the recording again, or not at all"))
     except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
         raise OlpError(
             error("D002", f"not a whole gzip file: {problem}", file=file, help="pack it again")
@@ -109,15 +118,26 @@ def read_bytes(path: Path) -> bytes:
     except OSError as problem:
         why = problem.strerror or str(problem)
         raise OlpError(error("D002", f"cannot read the file: {why}", file=file)) from None
-    if len(raw) > MOST_BYTES:
-        raise OlpError(_too_large(file))
+    if _has_endless_line(raw):
+        says = f"a line has more than {_LONGEST_LINE // 1_000_000} MB"
+        raise OlpError(error("D003", says, file=file, help="each row stands on a line of its own"))
     return raw
 
 
-def _too_large(file: str) -> Diagnostic:
+def _has_endless_line(raw: bytes) -> bool:
+    at = 0
+    while len(raw) - at > _LONGEST_LINE:
+        ends = [raw.rfind(end, at, at + _LONGEST_LINE) for end in (b"\n", b"\r")]
+        if max(ends) < 0:
+            return True
+        at = max(ends) + 1
+    return False
+
+
+def _too_large(file: str, most: int) -> Diagnostic:
     return error(
         "D003",
-        f"the file has more than {MOST_BYTES // 1_000_000_000} GB",
+        f"the file has more than {most // 1_000_000:,} MB",
         file=file,
         help="cut the recording in pieces, or record more slowly",
     )
@@ -139,11 +159,14 @@ def read_table(path: Path) -> RecordingTable:
     if is_parquet(path):
         return _read_parquet(path)
     file = str(path)
-    text = decode(read_bytes(path), file)
-    lines = list(io.StringIO(text, newline=""))
+    raw = read_bytes(path)
+    if raw.count(b"\n") + raw.count(b"\r") > 4 * MOST_ROWS:  # with CRLF, and every other line empty
+        raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=file))
+    lines = list(io.StringIO(decode(raw, file), newline=""))
     reader = csv.reader(lines, strict=True)
     rows: list[list[str]] = []
     starts: list[int] = []
+    wrong = 0  # rows of another width
     try:
         while True:
             start = reader.line_num + 1
@@ -152,6 +175,9 @@ def read_table(path: Path) -> RecordingTable:
                 break
             rows.append([from_cell(cell.strip()) for cell in row])
             starts.append(start)
+            wrong += len(row) != len(rows[0]) and any(rows[-1])
+            if wrong > SHOWN:
+                break
             if len(rows) > MOST_ROWS + 1:
                 raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=file))
     except csv.Error as problem:
@@ -264,7 +290,7 @@ def load_parquet(path: Path):  # type: ignore[no-untyped-def]
         found = parquet.ParquetFile(path)
         rows, width = found.metadata.num_rows, found.metadata.num_columns
         if rows * width * 8 > MOST_BYTES:
-            raise OlpError(_too_large(str(path)))
+            raise OlpError(_too_large(str(path), MOST_BYTES))
         return found.read()
     except (pyarrow.ArrowException, OSError) as problem:
         raise OlpError(error("D002", f"not a Parquet file: {problem}", file=str(path))) from None

@@ -258,6 +258,8 @@ def _unpacked(raw: bytes) -> bytes:
     data = raw if plain else unpacker.decompress(raw, _LARGEST)
     if unpacker.unconsumed_tail:
         raise ValueError(f"it is larger than {_LARGEST} bytes")
+    if b"\0" in data:
+        raise ValueError("it is not UTF-8")
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise ValueError("it defines entities")
     return data
