@@ -757,18 +757,17 @@ def attack_all(groups: Sequence[str], variants: int) -> int:
         f"{'attack':12} {'variants':>8} {'commands':>8} {'status 0, 1, 2':>17} {'most s':>7} {'most MB':>8}"
     )
     print(f"{head} {'not held':>9}")
-    faults: list[str] = []
     whole: list[Ran] = []
     for index, group in enumerate(groups):
         seeds = range(variants // len(groups) + (index < variants % len(groups)))
         rows = [(seed, one) for seed in seeds for one in attacked(group, seed)]
         bad = [(seed, one) for seed, one in rows if one.fault]
-        faults += [f"{group}/{seed}: {' '.join(one.words)[:90]}: {one.fault}" for seed, one in bad]
         whole += [one for _, one in rows]
         print_row(group, len(seeds), [one for _, one in rows])
+        for seed, one in bad:
+            print(visible(f"    {group}/{seed}: {' '.join(one.words)[:90]}: {one.fault}"), flush=True)
     print_row("all", variants, whole)
-    print(*map(visible, faults), sep="\n")
-    return int(bool(faults))
+    return int(any(one.fault for one in whole))
 
 
 def visible(text: str) -> str:
