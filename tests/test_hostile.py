@@ -21,7 +21,7 @@ from olp.core.diagnostic import OlpError
 from olp.core.files import write_output
 from olp.core.source import decode
 from olp.core.terminal import csv_text, from_cell
-from olp.fluent import read_source
+from olp.fluent import read, read_source
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
@@ -267,7 +267,7 @@ def test_no_text_in_a_table_is_a_formula_and_every_text_comes_back():
 def test_no_table_that_a_command_writes_holds_a_formula(tmp_path, monkeypatch, capsysbinary):
     for file in JOB.parent.iterdir():
         shutil.copy(file, tmp_path)
-    for name in ("=A.JBI", "@B.JBI"):
+    for name in ("=A.JBI", "@B.JBI", os.fsdecode(b"\x83N.JBI")):
         shutil.copy(JOB, tmp_path / name)
     monkeypatch.chdir(tmp_path)
     for words in (["time", "=A.JBI", "@B.JBI", "--format", "csv"], ["track", "=A.JBI", "--dt", "1"]):
@@ -276,6 +276,7 @@ def test_no_table_that_a_command_writes_holds_a_formula(tmp_path, monkeypatch, c
         cells = [cell for row in csv.reader(io.StringIO(said)) for cell in row]
         assert "'=A.JBI" in cells
         assert not [cell for cell in cells if cell[:1] in tuple("=@")]
+    assert main(["track", os.fsdecode(b"\x83N.JBI"), "--dt", "1"]) == 0
 
 
 def test_what_a_killed_run_has_left_and_a_long_name_are_not_in_the_way(tmp_path):
@@ -328,3 +329,10 @@ def test_a_few_bytes_that_become_many_are_told_before_they_do(name, tmp_path, ca
     assert main(words) == 2
     assert time.process_time() - began < 2.0
     assert re.search("P004|P562|D00[23]", capsys.readouterr().err)
+
+
+def test_a_table_takes_a_name_that_is_no_text(tmp_path):
+    name = os.fsencode(tmp_path) + b"/\x83N.JBI"
+    Path(os.fsdecode(name)).write_bytes(JOB.read_bytes())
+    table = read(os.fsdecode(name)).plan().time()
+    assert table["file"].str.contains(r"udc83N.JBI", regex=False).all()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from olp.cli.time import add_timing_arguments, job_of, positive, print_diagnostics
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import write_output
-from olp.core.terminal import to_cell
+from olp.core.terminal import to_cell, utf8
 
 if TYPE_CHECKING:
     import pandas
@@ -41,7 +41,7 @@ def run(args: Namespace) -> int:
         data = _parquet(table)
     else:
         table["file"] = table["file"].map({name: to_cell(name) for name in set(table["file"])})
-        data = table.to_csv(index=False, float_format="%.6f", lineterminator="\n").encode()
+        data = utf8(table.to_csv(index=False, float_format="%.6f", lineterminator="\n"))
     write_output(args.output, data, inputs=[args.job])
     told = [d.at(args.job) for d in (*timing.diagnostics, *assumed(timing))]
     print_diagnostics(told)

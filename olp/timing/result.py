@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, Span, info
+from olp.core.terminal import utf8
 from olp.runtime.plan import Assumption, Plan, StepKind
 from olp.runtime.state import ASSUMABLE
 from olp.timing.corners import CornerPieces
@@ -209,12 +210,13 @@ class Timing:
         import pandas
 
         plan = self.plan
+        files = [utf8(source.path).decode() for source in plan.sources]  # pandas takes no text that is none
         columns: dict[str, Any] = {
             "line": plan.line,
-            "statement": [plan.statement(step) for step in range(len(plan))],
+            "statement": [utf8(plan.statement(step)).decode() for step in range(len(plan))],
             "kind": self.kind,
             "limited_by": self.limited_by,
-            "file": [plan.sources[s].path for s in plan.source.tolist()],
+            "file": [files[source] for source in plan.source.tolist()],
         }
         columns.update({name: getattr(self, name) for name in _NUMBERS})
         if self.interval is not None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
+from olp.core.terminal import utf8
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.robots.geometry import (
@@ -68,7 +69,8 @@ class Track:
         columns.update(zip(("rx_deg", "ry_deg", "rz_deg"), angles.T, strict=True))
         for i, linear in enumerate(self.linear):
             columns[f"q{i + 1}_{'mm' if linear else 'deg'}"] = self.axes[:, i] / (mm if linear else deg)
-        columns["file"] = self.file
+        names = {name: utf8(name).decode() for name in set(self.file)}  # pandas takes no name that is no text
+        columns["file"] = [names[name] for name in self.file]
         columns["segment"] = self.segment
         columns["tool_changes"] = self.tool_changes
         return pandas.DataFrame(columns)

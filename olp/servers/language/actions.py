@@ -27,7 +27,7 @@ def actions(analysis: Analysis, first: int, last: int) -> list[Action]:
 def _fixes(analysis: Analysis, findings: list[OutcomeFinding]) -> Iterator[Action]:
     """What mends the findings, each tried before it is offered: olp/checks/lint/fix.py says what it has to hold."""
     program, job = analysis.program, analysis.settings.job
-    if program is None or not findings:
+    if program is None or analysis.timing is None or not findings:
         return
     folder = folder_of(analysis.path)
     for edit in fixes(program, findings):
