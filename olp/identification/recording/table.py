@@ -108,7 +108,9 @@ def read_bytes(path: Path) -> bytes:
             most = min(MOST_BYTES, max(_SMALL, _PACKED * len(packed)))
             with gzip.open(io.BytesIO(packed), "rb") as unpacked:
                 raw = unpacked.read(most + 1)
-            if most < MOST_BYTES and len(raw) > most:
+            if len(raw) > most == MOST_BYTES:
+                raise OlpError(_too_large(file, MOST_BYTES))
+            if len(raw) > most:
                 says = f"the file unpacks to more than {_PACKED} times its size, which no table does"
                 raise OlpError(error("D003", says, file=file, help="pack the recording again, or not at all"))
     except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
