@@ -500,3 +500,25 @@ def test_an_element_beyond_one_of_the_rows_is_refused():
     text = module("WaitTime g{1,4};", data=TABLES)
     with pytest.raises(OlpError, match="3 elements"):
         converted(text, "rapid", "tp", on_loss="error")
+
+
+# --- what a program leaves to its caller --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "vendor", "asks"),
+    [
+        (krl(*HOME, *poses((900, 0, 400))), "krl", True),
+        (krl("$TOOL=$NULLFRAME", "$BASE=$NULLFRAME", *HOME, *poses((900, 0, 400))), "krl", False),
+        (script("movej([0, -1.2, 1.2, -1.5, -1.57, 0], a=1, v=1)"), "urscript", True),
+        (module("MoveL p1,v100,fine,tool0;", data=TARGETS), "rapid", False),
+    ],
+)
+def test_the_receipt_asks_for_a_tool_that_the_program_leaves_to_its_caller(text, vendor, asks):
+    made = converted(text, vendor, "tp")
+    assert any("which tool was active" in says for says in made.translated.asks) is asks
+
+
+def test_a_routine_of_the_maker_that_moves_nothing_is_a_comment():
+    text = translated(krl(*HOME, "SET_CD_PARAMS(0)", *poses((900, 0, 400))), "krl", "rapid")
+    assert "! not translated: SET_CD_PARAMS(0)" in text

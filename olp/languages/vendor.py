@@ -92,6 +92,9 @@ class Conventions:
     idle_processes: Mapping[str, str] = field(
         default_factory=dict
     )  # process -> display name, where it does nothing
+    idle_routines: Mapping[str, str] = field(
+        default_factory=dict
+    )  # routine of the maker's own, case folded -> what it is, where it moves nothing
     wait_limit_prefix: str = ""  # of system variables that only bound waits
     known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths

@@ -118,9 +118,10 @@ def quaternion_from_rotation(rotation: ArrayLike) -> Array:
 
 
 def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
-    """(..., 3, 3) of quaternions (..., 4), which need not have unit length."""
+    """(..., 3, 3) of quaternions (..., 4), which need not have unit length; nan of one without a length."""
     q = np.asarray(quaternion, dtype=np.float64)
-    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        q = q / np.linalg.norm(q, axis=-1, keepdims=True)
     w, x, y, z = (q[..., i] for i in range(4))
     result = np.empty((*q.shape[:-1], 3, 3))
     result[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)

@@ -34,6 +34,7 @@ from olp.ir.program import (
     Statement,
 )
 from olp.ir.transformer import edited, expressions_of, mapped
+from olp.languages.limits import limits_of
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.current_position import HERE, seen_in
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
@@ -74,6 +75,7 @@ _MODAL_KINDS: Final = frozenset(_MODAL)
 _NEVER: Final[Values] = frozenset({UNSET})
 _NO_KEYS: Final[Mapping[Key, object]] = {}
 _SPEED, _LAST, _TURN, _RATE, _BLEND = "speed", "last", "turn", "rate", "blend"
+_UNSET_TOOL: Final = "see which tool was active where the program chooses none (the flange is written)"
 _CALLED = {_LAST: "speed", _TURN: "turning speed", _RATE: "acceleration"}
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
@@ -104,6 +106,7 @@ class _Modal:
     keys: set[Key] = field(default_factory=set)  # that any statement sets
     state: State | None = None  # before the statement that is looked at
     current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
+    unset_tool: str | None = None  # what is asked of moves that take the tool which the controller has active
 
     # --- definitions ------------------------------------------------------------------------------------
 
@@ -257,6 +260,8 @@ class _Modal:
             changes["tool"] = self.value(_TOOL, _FLANGE)
         if s.frame is None:
             changes["frame"] = self.value(_FRAME, _BASE)
+        if self.unset_tool is not None and changes.get("tool") is _FLANGE:
+            self.work.ask(self.unset_tool, self.routine or "the program")
         for which in ("tool", "frame"):
             if _lost(changes.get(which)):
                 self._lose(s, which, changes[which])
@@ -411,6 +416,7 @@ def modal(program: Program, work: TranslationContext) -> Program:
     if not _needs(program):
         return program
     own = _Modal(program, work, work.symbols(program))
+    own.unset_tool = _UNSET_TOOL if limits_of(program.vendor).tool_and_frame == "modal" else None
     kinds = _MODAL_KINDS | {Move} if work.conventions.speed_persists else _MODAL_KINDS
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)

@@ -98,6 +98,7 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     started = {s.task for s in program.statements() if isinstance(s, StartTask)}
     shifts = any(isinstance(s, ShiftOn) for s in program.statements())
     manner = _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER
+    defined = {routine.name.casefold() for routine in program.routines}
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -129,6 +130,13 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
                 and not any(tag == "blocking" for tag, _ in s.arguments)
             ):
                 work.note_at(s, "the title and the look of the message's window are left out")
+            elif (
+                isinstance(s, Call)
+                and s.routine.casefold() in work.conventions.idle_routines
+                and s.routine.casefold() not in defined
+            ):
+                idle = work.conventions.idle_routines[s.routine.casefold()]
+                rows.append(_idle(s, f"{idle} takes no time and moves nothing", program, work))
             elif isinstance(s, Process) and s.name in work.conventions.idle_processes:
                 rows.append(
                     _idle(

@@ -46,6 +46,7 @@ class Krl(Vendor):
         waits_before_reading=True,
         folds=True,
         # The advance run goes on past the next statement, and every program of KUKA's editor declares a stop handler.
+        idle_routines={"set_cd_params": "the setting of the collision detection"},
         idle_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
         off_pulse="FALSE",
     )
