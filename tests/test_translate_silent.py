@@ -522,3 +522,61 @@ def test_the_receipt_asks_for_a_tool_that_the_program_leaves_to_its_caller(text,
 def test_a_routine_of_the_maker_that_moves_nothing_is_a_comment():
     text = translated(krl(*HOME, "SET_CD_PARAMS(0)", *poses((900, 0, 400))), "krl", "rapid")
     assert "! not translated: SET_CD_PARAMS(0)" in text
+
+
+# --- records of a program's own types -----------------------------------------------------------------------
+
+RECORDS = (
+    "RECORD part",
+    "num count;",
+    "robtarget place;",
+    "speeddata v;",
+    "bool done;",
+    "ENDRECORD",
+    "RECORD cell",
+    "part one;",
+    "num list;",
+    "ENDRECORD",
+    "PERS part p_a:=[3,[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],[100,500,5000,1000],FALSE];",
+    "VAR part p_b;",
+    "VAR part p_list{2};",
+    "VAR cell c1;",
+)
+
+
+def with_records(*rows):
+    lines = ["MODULE M", *RECORDS, "PROC main()", "VAR num i;", *rows, "ENDPROC"]
+    return "\r\n".join(
+        [*lines, "PROC go(part x)", "MoveL x.place,v100,fine,tool0;", "ENDPROC", "ENDMODULE", ""]
+    )
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_records_are_one_variable_for_each_member(target):
+    text = with_records(
+        "p_b:=p_a;",
+        "p_b.place.trans.y:=50*p_a.count;",
+        "p_a.v:=[200,500,5000,1000];",
+        "MoveL p_a.place,p_a.v,fine,tool0;",
+        "c1.one:=p_b;",
+        "FOR i FROM 1 TO 2 DO",
+        "p_list{i}:=c1.one;",
+        "p_list{i}.place.trans.y:=10*i;",
+        "MoveL p_list{i}.place,p_a.v,fine,tool0;",
+        "ENDFOR",
+        "go p_b;",
+        "IF NOT p_b.done WaitTime c1.one.count;",
+    )
+    made = converted(text, "rapid", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out and loss.fate is not Fate.EXACT]
+    one, other = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
+    found = compare_plans(one, other)
+    assert found.steps == 5
+    assert found.worst_position < 1e-6
+    assert not [x for x in found.found if x.part not in ("speed",)]
+
+
+def test_a_record_that_is_returned_stays_refused():
+    lines = ["MODULE M", *RECORDS, "PROC main()", "p_b:=made();", "WaitTime p_b.count;", "ENDPROC"]
+    lines += ["FUNC part made()", "RETURN p_a;", "ENDFUNC", "ENDMODULE", ""]
+    assert "p_b is data of the type part" in "".join(refused("\r\n".join(lines), "rapid", "krl").values())

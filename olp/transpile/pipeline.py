@@ -24,6 +24,7 @@ from olp.transpile.current_position import here, relative, standing
 from olp.transpile.dead_code import data_alone, prune
 from olp.transpile.expression_lowering import lift
 from olp.transpile.first_values import first_values
+from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
 from olp.transpile.functions import arguments, functions
 from olp.transpile.implicit_declarations import undeclared
@@ -76,6 +77,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         stopped_advance,
         at_ends,
         foreign_words,
+        flat_records,
         texts,
         array_values,
         single_rows,

@@ -1,0 +1,371 @@
+"""Records of a program's own types as one variable for each member, for no target has the source's types."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from olp.ir.expressions import (
+    Expression,
+    Item,
+    Member,
+    Named,
+    Number,
+    PositionLiteral,
+    RecordLiteral,
+    SignalState,
+    Text,
+)
+from olp.ir.program import Assign, Call, Declare, Parameter, Program, Routine, Statement
+from olp.ir.transformer import calls_nothing, expressions_of, mapped
+from olp.transpile.context import TranslationContext
+from olp.transpile.symbols import Symbol, Symbols, symbols_of
+
+_WHOLE_TYPES: Final = {
+    "tooldata": "tool",
+    "wobjdata": "frame",
+}  # records that every target has in a form of its own
+# Built-in records which only their own language has: as members, and as variables that a program changes.
+_PARTS: Final = {"speed": "speeddata", "zone": "zonedata"}
+_DEEPEST: Final = 6
+MemberPath = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Leaf:
+    """A member that is no record: the names that lead to it, and its type."""
+
+    path: MemberPath
+    type: str
+
+
+@dataclass(slots=True)
+class _Records:
+    """`shapes`: type, case folded -> its leaves. `variables`: scope and name -> its type, case folded."""
+
+    symbols: Symbols
+    shapes: dict[str, tuple[_Leaf, ...]] = field(default_factory=dict)
+    variables: dict[tuple[str, str], str] = field(default_factory=dict)
+    parameters: dict[str, dict[str, str]] = field(
+        default_factory=dict
+    )  # routine, case folded -> name -> type
+    names: dict[tuple[str, str, MemberPath], str] = field(default_factory=dict)
+
+    def of(self, routine: str, name: str) -> tuple[str, str] | None:
+        """Scope and name of a record, None of what is none."""
+        if name in self.parameters.get(routine.casefold(), ()):
+            return routine, name
+        symbol = self.symbols.find(routine, name)
+        key = None if symbol is None else (symbol.scope, symbol.name)
+        return key if key in self.variables else None
+
+
+def flat_records(program: Program, work: TranslationContext) -> Program:
+    """`part.place` as `part_place`; a record that is copied is copied member by member.
+
+    A type of which any variable is handed over, returned or compared in another way than that stays as it is.
+    """
+    found = _found(program, symbols_of(program))
+    while found.variables and (odd := _odd(program, found)):
+        for key in [key for key, kind in found.variables.items() if kind in odd]:
+            del found.variables[key]
+        for names in found.parameters.values():
+            for name in [name for name, kind in names.items() if kind in odd]:
+                del names[name]
+    if not found.variables:
+        return program
+    for (scope, name), kind in [*found.variables.items(), *_parameter_keys(found)]:
+        first = "_".join((name, *found.shapes[kind][0].path))
+        work.note_once(f"{name} is a record: each of its members is a variable, as {first}")
+        for leaf in found.shapes[kind]:
+            found.names[(scope, name, leaf.path)] = work.fresh("_".join((name, *leaf.path)))
+    own = _Flat(found)
+    routines = tuple(own.routine(r) for r in program.routines)
+    data = tuple(one for d in program.data for one in own.declared(d, ""))
+    return replace(program, routines=routines, data=data)
+
+
+def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
+    for routine, names in found.parameters.items():
+        for name, kind in names.items():
+            yield (routine, name), kind
+
+
+# --- What there is ---
+
+
+def _found(program: Program, symbols: Symbols) -> _Records:
+    found = _Records(symbols)
+    for routine, d in _declarations(program):
+        literal = _element(d.value)
+        symbol = symbols.find(routine, d.name)
+        if literal is None or symbol is None or symbol.parameter is not None:
+            continue
+        kind = _kind_of(symbol, literal)
+        leaves = found.shapes.get(kind) or tuple(_leaves(literal, ())) if kind else ()
+        if kind and leaves and all(leaf.type for leaf in leaves):
+            found.shapes[kind] = leaves
+            found.variables[(symbol.scope, symbol.name)] = kind
+    for routine in program.routines:
+        for one in routine.parameters:
+            kind = one.type.casefold()
+            if kind in found.shapes and kind not in _PARTS:
+                found.parameters.setdefault(routine.name.casefold(), {})[one.name] = kind
+    return found
+
+
+def _declarations(program: Program) -> Iterator[tuple[str, Declare]]:
+    yield from (("", d) for d in program.data)
+    for routine in program.routines:
+        yield from ((routine.name, d) for d in routine.data)
+        yield from ((routine.name, s) for s in routine.body if isinstance(s, Declare))
+
+
+def _element(value: Expression | None) -> RecordLiteral | None:
+    """The record itself, of an array its first one."""
+    while isinstance(value, RecordLiteral) and value.members and not value.members[0][0]:
+        value = value.members[0][1]
+    return value if isinstance(value, RecordLiteral) and value.members else None
+
+
+def _kind_of(symbol: Symbol, literal: RecordLiteral) -> str:
+    """The type where it is one of the program's own, or a built-in one that the program changes."""
+    kind = symbol.type.casefold()
+    if kind in _PARTS:
+        return kind if literal.type == _PARTS[kind] and symbol.assigned else ""
+    return kind if kind and literal.type.casefold() == kind and kind not in _WHOLE_TYPES else ""
+
+
+def _leaves(literal: RecordLiteral, before: MemberPath) -> Iterator[_Leaf]:
+    for name, value in literal.members:
+        path = (*before, name)
+        if isinstance(value, RecordLiteral) and value.type in _WHOLE_TYPES:
+            yield _Leaf(path, _WHOLE_TYPES[value.type])
+        elif isinstance(value, RecordLiteral):
+            if not name or not value.members or not value.members[0][0] or len(path) > _DEEPEST:
+                yield _Leaf(path, "")
+            else:
+                yield from _leaves(value, path)
+        else:
+            yield _Leaf(path, _leaf_type(value) if name else "")
+
+
+def _leaf_type(value: Expression) -> str:
+    match value:
+        case Number():
+            return "real"
+        case SignalState():
+            return "boolean"
+        case Text():
+            return "string"
+        case PositionLiteral():
+            return "joints" if value.kind == "joint" else "position"
+        case _:
+            return ""
+
+
+# --- What names a record as a whole ---
+
+
+def _odd(program: Program, found: _Records) -> set[str]:
+    """Types of records that something takes whole, but for copies and calls of the program's own routines."""
+    odd: set[str] = set()
+    own = {routine.name.casefold(): routine for routine in program.routines}
+    for routine in program.routines:
+        for s in routine.body:
+            if calls_nothing(s) or isinstance(s, Declare):
+                continue
+            allowed: list[Expression] = []
+            if isinstance(s, Assign) and _is_copy(s, routine.name, found):
+                allowed = [s.target, s.value]
+            elif isinstance(s, Call) and s.routine.casefold() in own:
+                allowed = (
+                    list(s.arguments) if _fits(s, own[s.routine.casefold()], routine.name, found) else []
+                )
+            odd |= _whole(s, routine.name, found, allowed)
+    return odd
+
+
+def _is_copy(s: Assign, routine: str, found: _Records) -> bool:
+    leaves = _under(s.target, routine, found)
+    if not leaves:
+        return False
+    if isinstance(s.value, RecordLiteral):
+        given = [leaf.path for leaf in _leaves(s.value, ())]
+        inside = {repr(e) for e in expressions_of(s.value)}
+        return given == [path for _, path, _ in leaves] and repr(_root(s.target)) not in inside
+    other = _under(s.value, routine, found)
+    return [path for _, path, _ in other] == [path for _, path, _ in leaves]
+
+
+def _fits(s: Call, called: Routine, routine: str, found: _Records) -> bool:
+    names = found.parameters.get(called.name.casefold(), {})
+    if len(s.arguments) != len(called.parameters) or any(p.optional or p.switch for p in called.parameters):
+        return False
+    return all(
+        (p.name in names) == bool(_under(argument, routine, found))
+        for p, argument in zip(called.parameters, s.arguments, strict=True)
+    )
+
+
+def _whole(s: Statement, routine: str, found: _Records, allowed: list[Expression]) -> set[str]:
+    """Types of the records in a statement that are not taken member by member."""
+    total: dict[str, int] = {}
+    for e in expressions_of(s):
+        if isinstance(e, Named) and (key := found.of(routine, e.name)) is not None:
+            total[e.name] = total.get(e.name, 0) + 1
+    for e in expressions_of(s):
+        root = _root(e) if isinstance(e, Member) and _leaf_of(e, routine, found) else None
+        if root is not None:
+            total[root.name] -= 1
+    for e in allowed:
+        root = _root(e) if _under(e, routine, found) else None
+        if root is not None:
+            total[root.name] -= 1
+    kinds = set()
+    for name, count in total.items():
+        key = found.of(routine, name)
+        if count and key is not None:
+            kinds.add(_kind(key, found))
+    return kinds
+
+
+def _kind(key: tuple[str, str], found: _Records) -> str:
+    return found.variables.get(key) or found.parameters[key[0].casefold()][key[1]]
+
+
+def _chain(e: Expression) -> tuple[Expression, MemberPath]:
+    """The variable or the element of an array that a member belongs to, and the names that lead to it."""
+    path: list[str] = []
+    while isinstance(e, Member):
+        path.append(e.name)
+        e = e.base
+    return e, tuple(reversed(path))
+
+
+def _root(e: Expression) -> Named | None:
+    base = _chain(e)[0]
+    base = base.base if isinstance(base, Item) else base
+    return base if isinstance(base, Named) else None
+
+
+def _leaf_of(e: Member, routine: str, found: _Records) -> _Leaf | None:
+    """The leaf that this very member is."""
+    root = _root(e)
+    key = None if root is None else found.of(routine, root.name)
+    if key is None:
+        return None
+    path = tuple(name.casefold() for name in _chain(e)[1])
+    leaves = found.shapes[_kind(key, found)]
+    return next((leaf for leaf in leaves if tuple(name.casefold() for name in leaf.path) == path), None)
+
+
+def _under(e: Expression, routine: str, found: _Records) -> list[tuple[Expression, MemberPath, _Leaf]]:
+    """Of a record, or of a member that is one: its variable, the names from there on, and the leaf; of others none."""
+    base, path = _chain(e)
+    root = _root(e)
+    key = None if root is None else found.of(routine, root.name)
+    if key is None or not isinstance(base, (Named, Item)):
+        return []
+    lower = tuple(name.casefold() for name in path)
+    leaves = found.shapes[_kind(key, found)]
+    return [
+        (base, leaf.path[len(path) :], leaf)
+        for leaf in leaves
+        if len(leaf.path) > len(path) and tuple(name.casefold() for name in leaf.path[: len(path)]) == lower
+    ]
+
+
+# --- Member by member ---
+
+
+@dataclass(slots=True)
+class _Flat:
+    found: _Records
+
+    def routine(self, r: Routine) -> Routine:
+        body = tuple(one for s in r.body for one in self.statement(s, r))
+        data = tuple(one for d in r.data for one in self.declared(d, r.name))
+        parameters = tuple(one for p in r.parameters for one in self._parameter(p, r))
+        return replace(r, body=body, data=data, parameters=parameters)
+
+    def _parameter(self, p: Parameter, r: Routine) -> list[Parameter]:
+        kind = self.found.parameters.get(r.name.casefold(), {}).get(p.name)
+        if kind is None:
+            return [p]
+        key = (r.name.casefold(), p.name)
+        return [
+            replace(p, name=self.found.names[(*key, leaf.path)], type=leaf.type, native="")
+            for leaf in self.found.shapes[kind]
+        ]
+
+    def declared(self, d: Declare, routine: str) -> list[Declare]:
+        key = self.found.of(routine, d.name)
+        if key is None or key not in self.found.variables:
+            return [d]
+        rows = []
+        for at, leaf in enumerate(self.found.shapes[self.found.variables[key]]):
+            value = None if d.value is None else _part(d.value, leaf.path)
+            name = self.found.names[(*key, leaf.path)]
+            rows.append(
+                replace(d, name=name, type=leaf.type, value=value, native="", comment="" if at else d.comment)
+            )
+        return rows
+
+    def statement(self, s: Statement, r: Routine) -> list[Statement]:
+        if isinstance(s, Declare):
+            return list(self.declared(s, r.name))
+        if calls_nothing(s):
+            return [s]
+        if isinstance(s, Assign) and _is_copy(s, r.name, self.found):
+            return list(self._copied(s, r.name))
+        if isinstance(s, Call):
+            s = replace(s, arguments=tuple(one for a in s.arguments for one in self._argument(a, r.name)))
+        return [mapped(s, lambda e: self._leaf(e, r.name))]
+
+    def _copied(self, s: Assign, routine: str) -> Iterator[Statement]:
+        for at, (base, rest, leaf) in enumerate(_under(s.target, routine, self.found)):
+            target = self._named(base, leaf, routine)
+            if isinstance(s.value, RecordLiteral):
+                value: Expression | None = _part(s.value, rest)
+            else:
+                value = next(
+                    self._named(b, other, routine)
+                    for b, path, other in _under(s.value, routine, self.found)
+                    if path == rest
+                )
+            assert value is not None
+            row = Assign(s.line, target, value, "" if at else s.comment)
+            yield mapped(row, lambda e: self._leaf(e, routine))
+
+    def _argument(self, e: Expression, routine: str) -> list[Expression]:
+        leaves = _under(e, routine, self.found)
+        return [self._named(base, leaf, routine) for base, _, leaf in leaves] or [e]
+
+    def _named(self, base: Expression, leaf: _Leaf, routine: str) -> Expression:
+        root = _root(base)
+        assert root is not None
+        key = self.found.of(routine, root.name)
+        assert key is not None
+        scope = key[0].casefold() if key not in self.found.variables else key[0]
+        name = Named(self.found.names[(scope, key[1], leaf.path)])
+        return replace(base, base=name) if isinstance(base, Item) else name
+
+    def _leaf(self, e: Expression, routine: str) -> Expression:
+        leaf = _leaf_of(e, routine, self.found) if isinstance(e, Member) else None
+        return e if leaf is None else self._named(_chain(e)[0], leaf, routine)
+
+
+def _part(value: Expression, path: MemberPath) -> Expression | None:
+    """What a value has at a member; of an array the members of all its elements."""
+    if isinstance(value, RecordLiteral) and value.members and not value.members[0][0] and path:
+        parts = [_part(one, path) for _, one in value.members]
+        return RecordLiteral("", tuple(("", one) for one in parts if one is not None))
+    if not path:
+        return value
+    if not isinstance(value, RecordLiteral):
+        return None
+    members: Mapping[str, Expression] = {name.casefold(): one for name, one in value.members}
+    inside = members.get(path[0].casefold())
+    return None if inside is None else _part(inside, path[1:])
