@@ -97,9 +97,9 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 
 def _found(program: Program, symbols: Symbols) -> _Records:
     found = _Records(symbols)
-    for routine, d in _declarations(program):
+    for scope, d in _declarations(program):
         literal = _element(d.value)
-        symbol = symbols.find(routine, d.name)
+        symbol = symbols.find(scope, d.name)
         if literal is None or symbol is None or symbol.parameter is not None:
             continue
         kind = _kind_of(symbol, literal)
