@@ -97,11 +97,18 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 
 def _found(program: Program, symbols: Symbols) -> _Records:
     found = _Records(symbols)
+    used = {
+        e.name
+        for s in program.statements()
+        if not isinstance(s, Declare) and not calls_nothing(s)
+        for e in expressions_of(s)
+        if isinstance(e, Named)
+    }
     for scope, d in _declarations(program):
         literal = _element(d.value)
         symbol = symbols.find(scope, d.name)
-        if literal is None or symbol is None or symbol.parameter is not None:
-            continue
+        if literal is None or symbol is None or symbol.parameter is not None or d.name not in used:
+            continue  # what no statement names is no data of the program's: it goes as it went
         kind = _kind_of(symbol, literal)
         leaves = found.shapes.get(kind) or tuple(_leaves(literal, ())) if kind else ()
         if kind and leaves and all(leaf.type for leaf in leaves):
