@@ -18,7 +18,7 @@ from olp.ir.expressions import (
     Text,
 )
 from olp.ir.program import Assign, Call, Declare, Parameter, Program, Routine, Statement
-from olp.ir.transformer import calls_nothing, expressions_of, mapped
+from olp.ir.transformer import expressions_of, mapped
 from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbol, Symbols, symbols_of
 
@@ -97,17 +97,17 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 
 def _found(program: Program, symbols: Symbols) -> _Records:
     found = _Records(symbols)
+    given = [(scope, d, one) for scope, d in _declarations(program) if (one := _element(d.value)) is not None]
     used = {
         e.name
-        for s in program.statements()
-        if not isinstance(s, Declare) and not calls_nothing(s)
+        for s in (program.statements() if given else ())
+        if not isinstance(s, Declare)
         for e in expressions_of(s)
         if isinstance(e, Named)
     }
-    for scope, d in _declarations(program):
-        literal = _element(d.value)
+    for scope, d, literal in given:
         symbol = symbols.find(scope, d.name)
-        if literal is None or symbol is None or symbol.parameter is not None or d.name not in used:
+        if symbol is None or symbol.parameter is not None or d.name not in used:
             continue  # what no statement names is no data of the program's: it goes as it went
         kind = _kind_of(symbol, literal)
         leaves = found.shapes.get(kind) or tuple(_leaves(literal, ())) if kind else ()
@@ -181,7 +181,7 @@ def _odd(program: Program, found: _Records) -> set[str]:
     own = {routine.name.casefold(): routine for routine in program.routines}
     for routine in program.routines:
         for s in routine.body:
-            if calls_nothing(s) or isinstance(s, Declare):
+            if isinstance(s, Declare):
                 continue
             allowed: list[Expression] = []
             if isinstance(s, Assign) and _is_copy(s, routine.name, found):
@@ -323,8 +323,6 @@ class _Flat:
     def statement(self, s: Statement, r: Routine) -> list[Statement]:
         if isinstance(s, Declare):
             return list(self.declared(s, r.name))
-        if calls_nothing(s):
-            return [s]
         if isinstance(s, Assign) and _is_copy(s, r.name, self.found):
             return list(self._copied(s, r.name))
         if isinstance(s, Call):
