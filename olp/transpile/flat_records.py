@@ -115,10 +115,10 @@ def _found(program: Program, symbols: Symbols) -> _Records:
             found.shapes[kind] = leaves
             found.variables[(symbol.scope, symbol.name)] = kind
     for routine in program.routines:
-        for one in routine.parameters:
-            kind = one.type.casefold()
+        for parameter in routine.parameters:
+            kind = parameter.type.casefold()
             if kind in found.shapes and kind not in _PARTS:
-                found.parameters.setdefault(routine.name.casefold(), {})[one.name] = kind
+                found.parameters.setdefault(routine.name.casefold(), {})[parameter.name] = kind
     return found
 
 
