@@ -126,7 +126,7 @@ def _answer(
         predicted = np.where(named.waiting, case.measured, predicted)
     findings = _together(told.findings, log)
     raw = named.clean.residual
-    held = named.clean.measured - named.selection.predicted if told.findings else raw
+    held = named.clean.measured - named.selection.predicted if model.parts else raw
     diagnosis = Diagnosis(
         verdict=verdict if log is None else joined(verdict, log.verdict, bool(findings)),
         moves=len(case),
@@ -342,7 +342,7 @@ def verdict_of(named: NamingResult) -> str:
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
     unseen = rms(named.clean.measured - named.selection.predicted)  # by the whole search, without these moves
-    if unseen > raw:
+    if named.fit.model.parts and unseen > raw:
         return "unexplained"
     if left <= EXPLAINED * sigma and not (pattern and left**2 > _LITTLE * raw**2):
         return "explained"
