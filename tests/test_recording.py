@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -340,7 +341,7 @@ def test_blank_rows_are_left_out_counted_and_listed(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "code"),
-    [(b"", "D002"), (b"\n\n", "D002"), (b"move;duration_s\n1;2\n", "D002"), (b"move,move\n1,2\n", "D011"),
+    [(b"", "D002"), (b"\n\n", "D002"), (b"move\tduration_s\n1\t2\n", "D002"), (b"move,move\n1,2\n", "D011"),
      (b"move,,duration_s\n1,2,3\n", "D011"), (b"\xff\xfem\x00o\x00", "D002"), (b'move,duration_s\n1,"2\n', "D002"),
      (b"move,duration_s\n1,\xe4\n", "D002")],
 )  # fmt: skip
@@ -562,3 +563,27 @@ def test_whatever_is_in_a_file_is_read_or_refused(name, tmp_path):
         except OlpError as problem:
             answers[False] += all(d.message for d in problem.diagnostics)
     assert min(answers.values()) > 5
+
+
+def test_semicolons_and_decimal_commas_are_read_as_commas_and_points(tmp_path):
+    plain = (ROOT / "samples/recordings/every-column/moves.csv").read_text("utf-8")
+    log = "t_s,q1_deg,q2_deg,move,mode\n" + "".join(f"{i}.5,1.25,-2.75,-1,a\n" for i in range(10, 30))
+    found = []
+    for change in (str, of_half_of_europe):
+        write(tmp_path, change(plain))
+        write(tmp_path, change(log), "log.csv")
+        found.append(read_recording(tmp_path).sha256)
+    assert found[0] == found[1]
+
+
+def of_half_of_europe(text):
+    return re.sub(r"(?<=\d)\.(?=\d)", ",", text.replace(",", ";"))
+
+
+@pytest.mark.parametrize("row", ["1;2,5;'a, b'", '1;2,5;"a"'])
+def test_semicolons_that_cannot_be_understood_are_told_with_what_can(row, tmp_path, capsys):
+    from olp.__main__ import main
+
+    write(tmp_path, f"move;duration_s;note\n{row}\n")
+    assert main(["recording", "check", str(tmp_path)]) == 2
+    assert "or with semicolons and decimal commas and without quotes" in capsys.readouterr().err

@@ -1,8 +1,8 @@
 """A table of a recording before anything is made of it: names, cells, and where each cell stands in its file.
 
-CSV (UTF-8, comma, point as decimal mark), the same gzipped, or Parquet. Codes: D002 unreadable, D003 too large,
-D004 no library for Parquet, D011 a header that names a column twice or not at all, D013 a row of another width,
-D022 rows left out.
+CSV (UTF-8, comma and decimal point, or semicolon and decimal comma), the same gzipped, or Parquet. Codes: D002
+unreadable, D003 too large, D004 no library for Parquet, D011 a header that names a column twice or not at all, D013 a
+row of another width, D022 rows left out.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import gzip
 import io
+import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -123,7 +124,23 @@ def read_bytes(path: Path) -> bytes:
     if _has_endless_line(raw):
         says = f"a line has more than {_LONGEST_LINE // 1_000_000} MB"
         raise OlpError(error("D003", says, file=file, help="each row stands on a line of its own"))
-    return raw
+    return with_commas(raw)
+
+
+_DECIMAL = re.compile(rb"(?<=\d),(?=\d)")
+
+
+def with_commas(raw: bytes) -> bytes:
+    """A table that semicolons separate, as spreadsheets of half of Europe write it, with commas and decimal points.
+
+    Every cell keeps its place. What is no such table stays as it is: one with commas in its header, with quotes, or
+    with commas that are no decimal marks.
+    """
+    head = raw.partition(b"\n")[0]
+    if b";" not in head or b"," in head or b'"' in raw:
+        return raw
+    pointed = _DECIMAL.sub(b".", raw)
+    return raw if b"," in pointed else pointed.replace(b";", b",")
 
 
 def _has_endless_line(raw: bytes) -> bool:
@@ -247,9 +264,9 @@ def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]
     if not any(names):
         raise OlpError(error("D002", "no header row", file=file, help="the first line names the columns"))
     if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
-        raise OlpError(
-            error("D002", "the columns are not separated by commas", Span(1), file=file, source_line=line)
-        )
+        says = "the columns are not separated by commas"
+        help = "save it as CSV with commas, or with semicolons and decimal commas and without quotes"
+        raise OlpError(error("D002", says, Span(1), file=file, source_line=line, help=help))
     if len(names) > MOST_COLUMNS:
         raise OlpError(error("D003", f"more than {MOST_COLUMNS:,} columns", file=file))
     problems = []
