@@ -1,8 +1,9 @@
 """The one way in which olp asks git: objects are read as they are stored, and nothing that a repository says is run.
 
 A repository's own configuration may name programs: filters, text conversions, hooks, file-system monitors, pagers and
-transports. Only commands that run none of them are used (`rev-parse`, `ls-tree`, `cat-file --batch`), and the
-transports by which git would fetch a missing object are closed. The settings of the user and of the system hold.
+transports. Only commands that run none of them are used (`rev-parse`, `ls-tree`, `cat-file --batch`, `merge-file`, and
+`config` to install olp), and the transports by which git would fetch a missing object are closed. The settings of the
+user and of the system hold.
 
 Codes: U002 git refused, or cannot be run.
 """
@@ -47,6 +48,17 @@ def asked_of_git(*arguments: str, cwd: str | Path | None = None, given: bytes = 
     if asked.returncode:
         raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
     return asked.stdout
+
+
+def merged_text(ours: str, base: str, theirs: str, size: int) -> tuple[bytes, bool]:
+    """Git's own merge of three plain texts, and whether it has no conflict. Raises OlpError (U002)."""
+    labels = ("-L", "ours", "-L", "base", "-L", "theirs")
+    asked = _run(("merge-file", "-p", "-q", f"--marker-size={size}", *labels, ours, base, theirs), None, b"")
+    if not 0 <= asked.returncode < 128:
+        raise OlpError(
+            error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}", file=ours)
+        )
+    return asked.stdout, asked.returncode == 0
 
 
 def files_of(revision: str, cwd: str | Path | None = None) -> dict[PurePosixPath, tuple[str, str]]:

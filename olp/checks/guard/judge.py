@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,15 +46,8 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> JudgedFile:
         why = problem.diagnostics[0].message
         return JudgedFile(path, tuple(_unknown(b, path, why) for b in budgets), findings, None, read=(path,))
     plain = timings[""]
-    found = _once([of_diagnostic(d.at(path)) for d in plain.diagnostics])
-    items: list[JudgedItem] = []
-    for budget in budgets:
-        measured = measure(timings[budget.signature], program, budget)
-        if measured.absent and budget.anywhere:
-            continue
-        item, more = _one(path, timings[budget.signature], budget, measured)
-        items.append(item)
-        found.extend(more)
+    items, more = judge_timing(path, program, timings, budgets)
+    found = [*_once([of_diagnostic(d.at(path)) for d in plain.diagnostics]), *more]
     read_files = tuple(
         dict.fromkeys([path, *(s.path for s in plain.plan.sources), *(s.path for s in program.companions)])
     )
@@ -62,6 +55,23 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> JudgedFile:
     total = plain.total_s if whole else None
     sums = (plain.motion_s, plain.wait_s, plain.io_s, plain.high_s)
     return JudgedFile(path, tuple(items), tuple(found), total, *sums, read_files)
+
+
+def judge_timing(
+    path: str, program: Program, timings: Mapping[str, Timing], budgets: Sequence[Budget]
+) -> tuple[list[JudgedItem], list[OutcomeFinding]]:
+    """What `budgets` say of a program that is timed. `timings`: by the signature that a budget asks for."""
+    items: list[JudgedItem] = []
+    found: list[OutcomeFinding] = []
+    for budget in budgets:
+        timing = timings[budget.signature]
+        measured = measure(timing, program, budget)
+        if measured.absent and budget.anywhere:
+            continue
+        item, more = _one(path, timing, budget, measured)
+        items.append(item)
+        found.extend(more)
+    return items, found
 
 
 def _once(found: list[OutcomeFinding]) -> list[OutcomeFinding]:

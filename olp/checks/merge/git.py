@@ -1,0 +1,140 @@
+"""Git with olp as its merge driver and its filter for diffs, in one repository.
+
+The driver and the filter stand in the repository's configuration, which git never takes from elsewhere; for which files
+they are stands in `.gitattributes`, which is committed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from olp.core.diagnostic import OlpError, error
+from olp.core.files import from_os_error, read_input, write_output
+from olp.core.git import asked_of_git, git
+from olp.core.source import decode
+from olp.languages.merging import COUNTER, NUMBER, MergeRules, Row, Rule
+from olp.languages.vendor import find_vendor, part_of, recognise, vendor_names
+
+_FIRST, _LAST = "# olp git install: robot programs", "# olp git install: end"
+_OURS = re.compile(rf"(?:^|(?<=\n)){re.escape(_FIRST)}\n.*?{re.escape(_LAST)}\n", re.DOTALL)
+
+
+def install() -> list[str]:
+    """Sets this repository up, and says what was done. Raises OlpError (U002, C005)."""
+    top = _top()
+    command = "olp" if shutil.which("olp") else f"{shlex.quote(sys.executable)} -m olp"
+    for key, value in _settings(command).items():
+        asked_of_git("config", "--local", key, value)
+    attributes = top / ".gitattributes"
+    old = _OURS.sub("", _text(attributes))
+    old += "" if not old or old.endswith("\n") else "\n"
+    rows = [f"{pattern} merge=olp diff=olp" for pattern in _patterns()]
+    write_output(attributes, old + "\n".join([_FIRST, *rows, _LAST, ""]), in_place=True)
+    return [
+        f"merge and diff of {len(rows)} kinds of files: {command}",
+        f"commit {attributes.name}, and run this once per clone",
+    ]
+
+
+def remove() -> list[str]:
+    """Takes out what `install` set up. Raises OlpError (U002, C005)."""
+    top = _top()
+    for section in ("merge.olp", "diff.olp"):
+        git("config", "--local", "--remove-section", section)
+    attributes = top / ".gitattributes"
+    old = _text(attributes)
+    new = _OURS.sub("", old)
+    if new != old and not new.strip():
+        attributes.unlink()
+    elif new != old:
+        write_output(attributes, new, in_place=True)
+    return ["git merges and shows robot programs by itself again"]
+
+
+def _top() -> Path:
+    found = git("rev-parse", "--show-toplevel")
+    if found is None:
+        help = "go to a folder of a repository, or make one: git init"
+        raise OlpError(error("U002", "git: this is no repository with files", help=help))
+    return Path(os.fsdecode(found).rstrip("\n"))
+
+
+def _text(path: Path) -> str:
+    try:
+        return read_input(path).decode("utf-8", "surrogateescape") if path.exists() else ""
+    except OSError as problem:
+        raise OlpError(from_os_error(problem)) from None
+
+
+def _settings(command: str) -> dict[str, str]:
+    return {
+        "merge.olp.name": "robot programs: points by identity, logic by statement",
+        "merge.olp.driver": f"{command} merge --driver %P --marker-size %L %O %A %B",
+        "diff.olp.textconv": f"{command} git text",
+    }
+
+
+def _patterns() -> Iterator[str]:
+    """Patterns of all files that olp merges, letters of either case."""
+    vendors = [find_vendor(name) for name in vendor_names()]
+    packed = {".urp"}
+    suffixes = {
+        s for one in vendors for s in (*one.suffixes, *one.data_suffixes, *one.list_suffixes)
+    } - packed
+    for suffix in sorted(suffixes):
+        yield "*" + "".join(f"[{c}{c.upper()}]" if c.isalpha() else c for c in suffix)
+
+
+def shown_text(path: str) -> bytes:
+    """The program for a diff: positions stand in the moves that use them, without line numbers, dates and counts.
+
+    A file that is no program is shown as it is. Raises OlpError (C005).
+    """
+    try:
+        data = read_input(path)
+    except OSError as problem:
+        raise OlpError(from_os_error(problem)) from None
+    source = decode(data, path)
+    vendor = recognise(source)
+    rules = part_of(vendor.name, "merging") if vendor is not None and vendor.sniff(source) else None
+    return data if rules is None else "".join(_shown(rules, data.decode("latin-1"))).encode("latin-1")
+
+
+def _shown(rules: MergeRules, text: str) -> Iterator[str]:
+    cut = rules.cut(text)
+    rows = {row.use[:2]: row for some in cut.rows.values() for row in some}
+    used = {use[:2] for piece in cut.pieces for use in piece.uses}
+    for piece in cut.pieces:
+        if piece.rule is not Rule.ASK:
+            continue
+        if not piece.lines:
+            # What no move uses.
+            for row in cut.rows.get(piece.name, ()):
+                if row.use[:2] not in used:
+                    yield "".join(
+                        line.replace(NUMBER, rules.spelled(row.use, row.use.number)) + "\n"
+                        for line in row.lines
+                    )
+            continue
+        uses = iter(piece.uses)
+        for line in piece.lines:
+            head, *rest = line.lstrip(COUNTER).split(NUMBER)
+            shown = [head]
+            for part in rest:
+                use = next(uses)
+                shown.append(_place(rows.get(use[:2]), str(use.number)) + part)
+            yield "".join(shown) + "\n"
+
+
+def _place(row: Row | None, number: str) -> str:
+    """A position in a move: what its row says instead of its number."""
+    if row is None:
+        return number
+    told = " ".join(" ".join(line.split()) for line in row.lines)
+    return f"<{told.partition(NUMBER)[2].lstrip(']={ ').rstrip('}; ')}>"

@@ -1,0 +1,338 @@
+"""Three files become one: what is read, what comes out, how long it takes, and which budgets it breaks.
+
+Codes: U020 a version that cannot be merged, U021 conflict markers in a version, U022 the merged program has a
+mistake that neither side has, U023 its time is that of a part.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from olp.checks.merge.model import Hunk, MergedText, TextLine
+from olp.checks.merge.three_way import merge_texts
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
+from olp.core.files import from_os_error, read_input
+from olp.core.garbage_collection import no_garbage_collection
+from olp.core.source import decode
+from olp.languages.merging import MergeRules, lines_of
+from olp.languages.vendor import Vendor, part_of, recognise
+
+if TYPE_CHECKING:
+    from olp.ir.program import Program
+    from olp.reports.batch import Job
+    from olp.reports.outcome.model import JudgedItem
+    from olp.timing.timing import Timing
+
+_MARKER = re.compile(rb"^(?:<{7,} |>{7,} )", re.MULTILINE)
+_NAMES = ("base", "ours", "theirs")
+
+
+def merge_bytes(
+    vendor: str, base: bytes, ours: bytes, theirs: bytes, files: tuple[str, str, str] = _NAMES
+) -> MergedText:
+    """The merge of three files of one language. Raises OlpError (U020, U021) for a text that cannot be merged."""
+    rules = part_of(vendor, "merging")
+    if rules is None:
+        rules = MergeRules()
+    for name, data in zip(files, (base, ours, theirs), strict=True):
+        _check(name, data)
+    if ours == theirs or base in (ours, theirs):
+        # Nothing to decide, and no byte that could change.
+        return _settled(theirs if ours == base else ours)
+    with no_garbage_collection():
+        return merge_texts(rules, *(data.decode("latin-1") for data in (base, ours, theirs)))
+
+
+def _settled(data: bytes) -> MergedText:
+    return MergedText(tuple(TextLine(*line) for line in lines_of(data.decode("latin-1"))))
+
+
+def _check(file: str, data: bytes) -> None:
+    if b"\0" in data:
+        raise OlpError(
+            error(
+                "U020",
+                "this is no plain text: nothing can be merged in it",
+                file=file,
+                help="merge programs as their controllers save them, in an encoding of one byte or in UTF-8",
+            )
+        )
+    marker = _MARKER.search(data)
+    if marker is not None:
+        line = data.count(b"\n", 0, marker.start()) + 1
+        raise OlpError(
+            error(
+                "U021",
+                "a conflict of another merge stands here",
+                Span(line, 1, 8),
+                file=file,
+                source_line=data.splitlines()[line - 1].decode("latin-1"),
+                help="resolve it, then merge",
+            )
+        )
+
+
+# --- Files ---
+
+
+class Seconds(NamedTuple):
+    """Predicted totals [s]; None where a version cannot be timed."""
+
+    base: float | None = None
+    ours: float | None = None
+    theirs: float | None = None
+    merged: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """A merge of three files. `file`: what the program is called; `ours`, `theirs`: the times [s] of the hunks' lines.
+
+    `why`: the reason why no time can be said. `budgets`: those that the merged program breaks or comes close to.
+    """
+
+    file: str
+    text: MergedText
+    seconds: Seconds = field(default_factory=Seconds)
+    why: str = ""
+    budgets: tuple[JudgedItem, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+    hunk_seconds: tuple[tuple[float | None, float | None], ...] = ()
+
+    @property
+    def clean(self) -> bool:
+        """Nobody has to look at it."""
+        return not self.text.hunks and not any(one.is_error for one in self.diagnostics)
+
+    def to_bytes(self, size: int = 7) -> bytes:
+        """The file; conflicts say what they are about and what each side takes."""
+        return self.text.to_bytes(self._labels, size)
+
+    def _labels(self, number: int, hunk: Hunk) -> tuple[str, str]:
+        of = self.hunk_seconds[number] if number < len(self.hunk_seconds) else (None, None)
+        what = f"{hunk.what} {hunk.name}".strip()
+        sides = []
+        for word, seconds, total in zip(("ours", "theirs"), of, self.seconds[1:3], strict=True):
+            times = [f"{seconds:.3f} s"] if seconds is not None else []
+            times += [f"program {total:.3f} s"] if total is not None else []
+            sides.append(word + (f" ({', '.join(times)})" if times else ""))
+        return f"{sides[0]}: {what}: {hunk.why}", sides[1]
+
+    def as_text(self) -> str:
+        """What was merged, for people."""
+        count = len(self.text.hunks)
+        rows = [f"{self.file}: " + ("merged" if not count else f"{count} conflict{'s' * (count > 1)}")]
+        for word, taken in self.text.taken.items():
+            parts = [f"{len(taken.points)} points" if len(taken.points) != 1 else f"point {taken.points[0]}"]
+            parts += [f"{taken.statements} line{'s' * (taken.statements != 1)}"]
+            if taken.points or taken.statements:
+                rows.append(f"  from {word:6}  {', '.join(parts)}")
+        rows += [
+            f"  conflict     {hunk.what} {hunk.name}: {hunk.why}".replace(" :", ":")
+            for hunk in self.text.hunks
+        ]
+        known = {word: s for word, s in self.seconds._asdict().items() if s is not None}
+        if "merged" in known:
+            told = ", ".join(f"{word} {s:.3f}" for word, s in known.items() if word != "merged")
+            rows.append(f"  time         {known['merged']:.3f} s ({told})")
+        elif known:
+            rows.append("  time         " + ", ".join(f"{word} {s:.3f} s" for word, s in known.items()))
+        elif self.why:
+            rows.append(f"  time         not known: {self.why}")
+        rows += [f"  budget       {item.name}: {item.message}" for item in self.budgets]
+        return "\n".join(rows)
+
+    def as_json(self) -> dict[str, object]:
+        """What was merged, for scripts."""
+        return {
+            "file": self.file,
+            "clean": self.clean,
+            "seconds": self.seconds._asdict(),
+            "taken": {
+                word: {"points": list(one.points), "lines": one.statements}
+                for word, one in self.text.taken.items()
+            },
+            "conflicts": [
+                {
+                    "what": hunk.what,
+                    "name": hunk.name,
+                    "why": hunk.why,
+                    "base": list(hunk.base),
+                    "ours": [line.text for line in hunk.ours],
+                    "theirs": [line.text for line in hunk.theirs],
+                    "ours_s": of[0],
+                    "theirs_s": of[1],
+                }
+                for hunk, of in zip(
+                    self.text.hunks, self.hunk_seconds or ((None, None),) * len(self.text.hunks), strict=True
+                )
+            ],
+            "budgets": [
+                {"name": item.name, "status": str(item.status), "says": item.message, "limit_s": item.limit_s}
+                for item in self.budgets
+            ],
+            "diagnostics": [
+                {"code": one.code, "severity": str(one.severity), "line": one.line, "message": one.message}
+                for one in self.diagnostics
+            ],
+        }
+
+
+def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:
+    """The merge of three files, `home` being where the program belongs: what it calls stands there.
+
+    `job`: how it is timed, None: not at all. Raises OlpError (P002 for a language that nobody reads, P004, U020, U021).
+    """
+    texts = [_read(path) for path in paths]
+    vendor = _language(texts, home)
+    text = merge_bytes(vendor.name, texts[0], texts[1], texts[2], (paths[0], paths[1], paths[2]))
+    merged = None if text.hunks else _program(vendor, text.to_bytes(), home)
+    found = _new_mistakes(vendor, merged, texts, home) if merged is not None else ()
+    result = Merged(home, text, diagnostics=found)
+    if job is None or not _runs(vendor, home):
+        return result
+    return _timed(result, vendor, merged, texts, job)
+
+
+def text_merge(paths: Sequence[str], size: int) -> int:
+    """Git's own merge over the second file, for texts of no language. How many conflicts: 0, or 1 for any."""
+    from olp.core.files import write_output
+    from olp.core.git import merged_text
+
+    data, clean = merged_text(paths[1], paths[0], paths[2], size)
+    write_output(paths[1], data, in_place=True)
+    return 0 if clean else 1
+
+
+def _read(path: str) -> bytes:
+    try:
+        return read_input(path)
+    except OSError as problem:
+        raise OlpError(from_os_error(problem)) from None
+
+
+def _language(texts: Sequence[bytes], home: str) -> Vendor:
+    """The vendor of the first version that says whose it is: the base is empty where both sides are new."""
+    for data in texts:
+        found = recognise(decode(data, home)) if data.strip() else None
+        # Suffixes are those of other makers' files, too; a text that is none of the language stays as it is.
+        if found is not None and found.sniff(decode(data, home)):
+            return found
+    raise OlpError(
+        error(
+            "P002",
+            "this is no robot program that olp knows",
+            file=home,
+            help="merge programs and data of robots: olp vendors lists their suffixes",
+        )
+    )
+
+
+def _runs(vendor: Vendor, home: str) -> bool:
+    """Whether it is a program, and no list of data beside one."""
+    return home.lower().endswith(vendor.suffixes) and not home.lower().endswith(vendor.data_suffixes or "\0")
+
+
+def _program(vendor: Vendor, data: bytes, home: str) -> Program:
+    return vendor.read(decode(data, home))
+
+
+def _new_mistakes(
+    vendor: Vendor, merged: Program, texts: Sequence[bytes], home: str
+) -> tuple[Diagnostic, ...]:
+    """Errors of the merged program that no version has: each side was right, and together they are not."""
+    errors = [one for one in merged.diagnostics if one.is_error]
+    if not errors:
+        return ()
+    known = {
+        (one.code, one.message)
+        for data in texts[1:]
+        for one in _program(vendor, data, home).diagnostics
+        if one.is_error
+    }
+    return tuple(
+        error(
+            "U022",
+            f"neither side has this mistake, the merged program has: {one.message}",
+            Span(one.line, one.column, one.end_column) if one.line else None,
+            file=home,
+            source_line=one.source_line,
+            help=one.help,
+        )
+        for one in errors
+        if (one.code, one.message) not in known
+    )
+
+
+# --- Times ---
+
+
+def _timed(
+    result: Merged, vendor: Vendor, merged: Program | None, texts: Sequence[bytes], job: Job
+) -> Merged:
+    from olp.reports.batch import time_program
+
+    programs = [_program(vendor, data, result.file) if data.strip() else None for data in texts]
+    folder = Path(result.file).parent  # the file itself may not be there yet
+    timings: list[Timing | None] = []
+    why = ""
+    for program in (*programs, merged):
+        try:
+            timings.append(None if program is None else time_program(program, job, folder))
+        except OlpError as problem:
+            timings.append(None)
+            why = problem.diagnostics[0].message
+    totals = Seconds(*(None if one is None else one.total_s for one in timings))
+    hunks = tuple(
+        (_seconds(timings[1], hunk.ours_at), _seconds(timings[2], hunk.theirs_at))
+        for hunk in result.text.hunks
+    )
+    held = replace(result, seconds=totals, why=why, hunk_seconds=hunks)
+    if merged is None or timings[3] is None:
+        return held
+    return replace(held, budgets=_budgets(result.file, merged, timings[3]), diagnostics=(
+        *held.diagnostics, *_told(timings[3])
+    ))  # fmt: skip
+
+
+def _told(timing: Timing) -> list[Diagnostic]:
+    """What leaves the merged program's time open."""
+    count = len(timing.left_open)
+    if not count:
+        return []
+    first = timing.left_open[0]
+    return [
+        warning(
+            "U023",
+            f"the time is that of a part: {first.message}" + (f", and {count - 1} more" if count > 1 else ""),
+            Span(first.line, first.column, first.end_column) if first.line else None,
+            file=first.file,
+            source_line=first.source_line,
+            help="olp time says what is missing",
+        )
+    ]
+
+
+def _seconds(timing: Timing | None, lines: Sequence[int]) -> float | None:
+    """What these lines of the program take, all executions of each."""
+    if timing is None:
+        return None
+    wanted = set(lines)
+    plan = timing.plan
+    steps = zip(plan.source.tolist(), plan.line.tolist(), timing.duration_s.tolist(), strict=True)
+    found = [seconds for source, line, seconds in steps if source == 0 and line in wanted]
+    return sum(s for s in found if s == s) if found else None
+
+
+def _budgets(path: str, program: Program, timing: Timing) -> tuple[JudgedItem, ...]:
+    from olp.checks.guard.budget import budgets_for
+    from olp.checks.guard.judge import judge_timing
+    from olp.reports.outcome.model import Status
+
+    own = [b for known in budgets_for(path) for b in known.budgets if b.covers(path) and not b.signature]
+    items, _ = judge_timing(path, program, {"": timing}, own)
+    return tuple(item for item in items if item.status is not Status.HELD)

@@ -1,0 +1,74 @@
+"""What a merge of three texts is made of: lines that are settled, and hunks that a person has to choose in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class TextLine(NamedTuple):
+    text: str
+    end: str
+
+
+@dataclass(frozen=True, slots=True)
+class Hunk:
+    """Where both sides changed the same. `what`: a point, a statement, a record; `name`: of which one, if it has any.
+
+    `ours_at`, `theirs_at`: the lines of each version that take time with it, from 1.
+    """
+
+    what: str
+    name: str
+    why: str
+    ours: tuple[TextLine, ...]
+    theirs: tuple[TextLine, ...]
+    base: tuple[str, ...] = ()
+    ours_at: tuple[int, ...] = ()
+    theirs_at: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """What came from one side: names of the points that it changed, and how many statements it changed."""
+
+    points: tuple[str, ...] = ()
+    statements: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class MergedText:
+    """A merge. `ended`: whether the last line has an end (None: as it stands). `taken`: by "ours", "theirs" and "both"
+    (the same change).
+    """
+
+    parts: tuple[TextLine | Hunk, ...]
+    newline: str = "\n"
+    ended: bool | None = None
+    taken: Mapping[str, Taken] = field(default_factory=dict)
+
+    @property
+    def hunks(self) -> tuple[Hunk, ...]:
+        return tuple(part for part in self.parts if isinstance(part, Hunk))
+
+    def to_bytes(self, labels: Callable[[int, Hunk], tuple[str, str]] | None = None, size: int = 7) -> bytes:
+        """The file. `labels`: of each hunk's two sides; `size`: characters of a marker."""
+        found: list[TextLine] = []
+        number = 0
+        for part in self.parts:
+            if isinstance(part, TextLine):
+                found.append(part)
+                continue
+            ours, theirs = labels(number, part) if labels else ("ours", "theirs")
+            number += 1
+            found.append(TextLine(f"{'<' * size} {ours}", self.newline))
+            found += part.ours
+            found.append(TextLine("=" * size, self.newline))
+            found += part.theirs
+            found.append(TextLine(f"{'>' * size} {theirs}", self.newline))
+        last = len(found) - 1
+        if found and self.ended is not None:
+            found[-1] = TextLine(found[-1].text, (found[-1].end or self.newline) if self.ended else "")
+        whole = (text + (end or (self.newline if at < last else "")) for at, (text, end) in enumerate(found))
+        return "".join(whole).encode("latin-1", "replace")

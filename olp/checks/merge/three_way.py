@@ -1,0 +1,996 @@
+"""Three versions of one text become one: positions by their identity, statements by their place and words.
+
+A statement that one side changed is taken from that side, whatever stands beside it. Both sides changed it: a hunk.
+Numbers of positions that a controller counts anew are followed by the moves that use them, and written at the end.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import chain
+from typing import NamedTuple
+
+from olp.checks.merge.align import align, likeness, words_of
+from olp.checks.merge.model import Hunk, MergedText, Taken, TextLine
+from olp.languages.merging import (
+    COUNTER,
+    NUMBER,
+    Choice,
+    Cut,
+    MergeRules,
+    Piece,
+    Row,
+    Rule,
+    TableText,
+    Use,
+    later,
+    lines_of,
+)
+
+_FLOAT = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?")
+_WORD = re.compile(r"\w+")
+_TOUCHED = 0.3  # of the likeness of two moves: how much their points say
+
+
+class Item(NamedTuple):
+    """A piece as it stands in a merge: `ids` of its positions instead of their numbers. `at`: its place there."""
+
+    piece: Piece
+    ids: tuple[str, ...] = ()
+    at: int = -1
+
+    def same(self, other: Item) -> bool:
+        return self.piece.lines == other.piece.lines and self.ids == other.ids
+
+    @property
+    def says(self) -> tuple[str, tuple[str, ...]]:
+        """What runs."""
+        return self.piece.code, self.ids
+
+    @property
+    def words(self) -> tuple[str, tuple[str, ...]]:
+        """What runs, and the comment beside it."""
+        return " ".join(" ".join(self.piece.lines).split()), self.ids
+
+
+class Clash(NamedTuple):
+    """Items between which somebody has to choose."""
+
+    what: str
+    name: str
+    why: str
+    base: tuple[Item, ...]
+    ours: tuple[Item, ...]
+    theirs: tuple[Item, ...]
+
+
+class TableHere(NamedTuple):
+    name: str
+
+
+Settled = Item | Clash | TableHere
+
+
+def merge_texts(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedText:
+    """The merge of three texts of one language, with what only a person can decide as hunks."""
+    cuts = _unscoped([rules.cut(text) for text in (base, ours, theirs)])
+    if not all(cut.pieces for cut in cuts) or len({frozenset(cut.rows) for cut in cuts}) > 1:
+        return _whole(ours, theirs, _newline((base, ours, theirs))[0])
+    twice = _written_twice(cuts)
+    versions = [_Version(cut, twice) for cut in cuts]
+    first, *sides = versions
+    pairs = [_aligned(first, side) for side in sides]
+    fixed = frozenset(chain.from_iterable(cut.fixed for cut in cuts))
+    first.identify({})
+    for side, found in zip(sides, pairs, strict=True):
+        side.identify(_followed(first, side, found, fixed))
+    work = _Merge(rules, first, sides[0], sides[1])
+    settled = work.settled(*pairs)
+    return _Writer(work, fixed, (base, ours, theirs)).written(settled)
+
+
+def _unscoped(cuts: Sequence[Cut]) -> list[Cut]:
+    """Names that come once in every version need no routine in front: the routine may get another name."""
+    often: list[Counter[str]] = []
+    whole: dict[str, set[str]] = {}
+    for cut in cuts:
+        names = [piece.name for piece in cut.pieces if "/" in piece.name]
+        often.append(Counter(name.rpartition("/")[2] for name in names))
+        for name in names:
+            whole.setdefault(name.rpartition("/")[2], set()).add(name)
+    alone = {name for name, of in whole.items() if len(of) > 1 and all(one[name] <= 1 for one in often)}
+    if not alone:
+        return list(cuts)
+
+    def named(piece: Piece) -> Piece:
+        head, slash, name = piece.name.rpartition("/")
+        return replace(piece, name=f"/{name}") if slash and head and name in alone else piece
+
+    return [
+        replace(cut, pieces=[named(piece) if piece.name else piece for piece in cut.pieces]) for cut in cuts
+    ]
+
+
+def _whole(ours: str, theirs: str, newline: str) -> MergedText:
+    """Nothing to hold the two sides against: but for what is the same at both ends, a person chooses."""
+    mine, other = ([TextLine(*line) for line in lines_of(text)] for text in (ours, theirs))
+    most = min(len(mine), len(other))
+    start = next((k for k in range(most) if mine[k] != other[k]), most)
+    most -= start
+    stop = next((k for k in range(most) if mine[-1 - k] != other[-1 - k]), most)
+    a, b = mine[start : len(mine) - stop], other[start : len(other) - stop]
+    why = "there is no common version that it could be held against"
+    lines = tuple(range(start + 1, start + len(a) + 1)), tuple(range(start + 1, start + len(b) + 1))
+    middle = (Hunk("file", "", why, tuple(a), tuple(b), (), *lines),) if a or b else ()
+    return MergedText((*mine[:start], *middle, *mine[len(mine) - stop :]), newline)
+
+
+def _written_twice(cuts: Iterable[Cut]) -> frozenset[str]:
+    """Names that do not say which piece is meant."""
+    found: set[str] = set()
+    for cut in cuts:
+        count = Counter(piece.name for piece in cut.pieces if piece.name)
+        found.update(name for name, often in count.items() if often > 1)
+    return frozenset(found)
+
+
+class _Version:
+    """One text, with everything that is asked of it."""
+
+    def __init__(self, cut: Cut, twice: frozenset[str]) -> None:
+        self.cut, self.pieces = cut, cut.pieces
+        self.names = ["" if piece.name in twice else piece.name for piece in cut.pieces]
+        self.rows: dict[tuple[str, int], Row] = {
+            (row.use.family, row.use.number): row for rows in cut.rows.values() for row in rows
+        }
+        self.table = {
+            (row.use.family, row.use.number): name for name, rows in cut.rows.items() for row in rows
+        }
+        self.content = {key: _content(row) for key, row in self.rows.items()}
+        self.codes = [
+            f"\4{name}" if name else self._code(piece)
+            for name, piece in zip(self.names, self.pieces, strict=True)
+        ]
+        self.items: list[Item] = []
+        self.by_name: dict[str, Item] = {}
+        self.by_id: dict[str, Row] = {}
+        self.content_of: dict[str, str] = {}
+        self.table_of: dict[str, str] = {}
+
+    def _code(self, piece: Piece) -> str:
+        if not piece.uses:
+            return piece.code
+        return f"{piece.code}\5{'|'.join(self._content(use) for use in piece.uses)}"
+
+    def _content(self, use: Use) -> str:
+        return self.content.get((use.family, use.number), f"{use.family} {use.number}")
+
+    def identify(self, known: Mapping[tuple[str, int], str]) -> None:
+        """Gives every position its identity: what `known` says, else its own number."""
+
+        def name(family: str, number: int) -> str:
+            return known.get((family, number)) or f"{family} {number}"
+
+        self.items = [
+            Item(piece, tuple(name(use.family, use.number) for use in piece.uses) if piece.uses else (), at)
+            for at, piece in enumerate(self.pieces)
+        ]
+        self.by_name = {name: self.items[at] for at, name in enumerate(self.names) if name}
+        self.by_id = {name(*key): row for key, row in self.rows.items()}
+        self.content_of = {name(*key): content for key, content in self.content.items()}
+        self.table_of = {name(*key): table for key, table in self.table.items()}
+
+    def counts(self, name: str, rules: MergeRules) -> bool:
+        """Whether the record of this name tells rightly how many there are."""
+        item = self.by_name.get(name)
+        totals = Counter(family for family, _ in self.rows)
+        lines = sum(text.startswith(COUNTER) for piece in self.pieces for text in piece.lines[:1])
+        return item is not None and rules.counted(item.piece, totals, lines) == item.piece.lines[0]
+
+    @cached_property
+    def often(self) -> Counter[tuple[str, tuple[str, ...]]]:
+        """How often each statement stands here."""
+        return Counter(item.says for item in self.items)
+
+    @cached_property
+    def words(self) -> set[str]:
+        """Every word of its statements, lower case."""
+        found: set[str] = set()
+        for code in {item.piece.code for item, name in zip(self.items, self.names, strict=True) if not name}:
+            found.update(word.casefold() for word in _WORD.findall(code))
+        return found
+
+    @cached_property
+    def lines_at(self) -> list[int]:
+        """The first line of each piece, from 1."""
+        found, line = [], 1
+        for piece in self.pieces:
+            found.append(line)
+            line += len(piece.lines)
+            rows = self.cut.rows.get(piece.name, ()) if not piece.lines else ()
+            line += sum(len(row.lead) + len(row.lines) for row in rows)
+            line += len(self.cut.tails.get(piece.name, ())) if not piece.lines else 0
+        return found
+
+
+def _content(row: Row) -> str:
+    return "\6".join((*row.means, *(" ".join(line.split()) for line in row.lines)))
+
+
+# --- Which piece is which ---
+
+
+def _aligned(base: _Version, side: _Version) -> list[tuple[int, int]]:
+    known: dict[str, Counter[str]] = {}
+
+    def words(code: str) -> Counter[str]:
+        found = known.get(code)
+        if found is None:
+            found = known[code] = words_of(code)
+        return found
+
+    def alike(i: int, j: int) -> float:
+        a, b = base.pieces[i], side.pieces[j]
+        if base.names[i] or side.names[j] or len(a.uses) != len(b.uses) or a.says_nothing != b.says_nothing:
+            return 0.0
+        if not a.code or not b.code:
+            return 0.0
+        common = likeness(words(a.code), words(b.code))
+        return common - _TOUCHED * _moved(base, side, a, b) if a.uses else common
+
+    return align(base.codes, side.codes, alike)
+
+
+def _moved(base: _Version, side: _Version, a: Piece, b: Piece) -> float:
+    """How little the positions of two moves have in common [1]."""
+    parts = []
+    for one, other in zip(a.uses, b.uses, strict=True):
+        here, there = base.content.get(one[:2], ""), side.content.get(other[:2], "")
+        if here == there:
+            parts.append(0.0)
+            continue
+        far = _apart(here, there)
+        parts.append(far if one[:2] == other[:2] else 0.5 + 0.5 * far)
+    return sum(parts) / len(parts)
+
+
+def _apart(here: str, there: str) -> float:
+    a = [float(text) for text in _FLOAT.findall(here.rpartition("=")[2])]
+    b = [float(text) for text in _FLOAT.findall(there.rpartition("=")[2])]
+    if len(a) != len(b) or not a:
+        return 1.0
+    whole = sum(abs(x) + abs(y) for x, y in zip(a, b, strict=True))
+    return min(1.0, 2.0 * sum(abs(x - y) for x, y in zip(a, b, strict=True)) / whole) if whole else 0.0
+
+
+def _followed(
+    base: _Version, side: _Version, pairs: Sequence[tuple[int, int]], fixed: frozenset[str]
+) -> dict[tuple[str, int], str]:
+    """Number of a position in a side -> its identity: that of the base whose moves use it, or a new one."""
+    found: dict[tuple[str, int], str] = {}
+    claimed: set[tuple[str, int]] = set()
+
+    def claim(one: tuple[str, int], other: tuple[str, int]) -> None:
+        if one[0] == other[0] and one not in claimed and other not in found:
+            claimed.add(one)
+            found[other] = f"{one[0]} {one[1]}"
+
+    keys = set(side.rows) | {use[:2] for piece in side.pieces for use in piece.uses}
+    for key in keys:
+        if key[0] in fixed or (key not in side.rows and key not in base.rows):
+            found[key] = f"{key[0]} {key[1]}"
+    used = [
+        (one[:2], other[:2])
+        for i, j in pairs
+        if base.pieces[i].uses and len(base.pieces[i].uses) == len(side.pieces[j].uses)
+        for one, other in zip(base.pieces[i].uses, side.pieces[j].uses, strict=True)
+    ]
+    same = [pair for pair in used if base.content.get(pair[0]) == side.content.get(pair[1])]
+    for one, other in chain((p for p in same if p[0] == p[1]), same, (p for p in used if p[0] == p[1])):
+        claim(one, other)
+    for key in sorted(keys & set(base.rows)):
+        if base.content[key] == side.content.get(key):
+            claim(key, key)
+    for one, other in used:
+        claim(one, other)
+    # A position that no move uses on either side has nothing but its number.
+    busy = {use[:2] for version in (base, side) for piece in version.pieces for use in piece.uses}
+    for key in sorted((keys & set(base.rows)) - busy):
+        claim(key, key)
+    often: Counter[str] = Counter()
+    for key in sorted(keys - set(found)):
+        content = f"new {key[0]} {side.content.get(key, key[1])}"
+        often[content] += 1
+        found[key] = f"{content} {often[content]}"
+    return found
+
+
+# --- Which side holds ---
+
+
+class _Row(NamedTuple):
+    """What became of a position: `row` None: it is gone. `clash`: ours and theirs."""
+
+    row: Row | None
+    clash: tuple[Row | None, Row | None] | None = None
+    side: str = ""
+
+
+@dataclass(slots=True)
+class _Taken:
+    points: list[str] = field(default_factory=list)
+    statements: int = 0
+
+
+class _Merge:
+    """The three versions of one text while they are merged."""
+
+    def __init__(self, rules: MergeRules, base: _Version, ours: _Version, theirs: _Version) -> None:
+        self.rules, self.base, self.ours, self.theirs = rules, base, ours, theirs
+        self.taken = {"ours": _Taken(), "theirs": _Taken(), "both": _Taken()}
+        self._emitted: set[str] = set()
+        self._words: set[str] | None = None
+
+    def settled(self, ours: Sequence[tuple[int, int]], theirs: Sequence[tuple[int, int]]) -> list[Settled]:
+        """The merged pieces in order."""
+        a, b = _Matched(self.base, self.ours, ours), _Matched(self.base, self.theirs, theirs)
+        found: list[Settled] = []
+        for at in range(len(self.base.items) + 1):
+            found += self._between(a, b, at)
+            if at < len(self.base.items):
+                found += self._piece(a, b, at)
+        return list(_joined(found))
+
+    # --- what stands between two pieces of the base
+
+    def _between(self, a: _Matched, b: _Matched, at: int) -> Iterator[Settled]:
+        ours, theirs = a.inserted.get(at, ()), b.inserted.get(at, ())
+        if not ours and not theirs:
+            return
+        if [one.words for one in ours] == [one.words for one in theirs]:
+            self.taken["both"].statements += len(ours)
+            yield from self._each(_nicer(ours, theirs))
+        elif not ours or not theirs:
+            mine, other, word = (a, b, "ours") if ours else (b, a, "theirs")
+            new = ours or theirs
+            why = _context(mine, other, new, at)
+            if why:
+                yield from self._clash(why, ours, theirs)
+                return
+            self.taken[word].statements += len(new)
+            yield from self._each(new)
+        else:
+            yield from self._both(ours, theirs)
+
+    def _both(self, ours: Sequence[Item], theirs: Sequence[Item]) -> Iterator[Settled]:
+        """Both sides put something at the same place."""
+        if all(one.piece.loose or not one.piece.code for one in (*ours, *theirs)):
+            self._count(ours, theirs)
+            yield from self._each(_by_groups(ours, theirs))
+            return
+        for silent, other in ((ours, theirs), (theirs, ours)):
+            # A remark stands above what it may be about.
+            if all(one.piece.says_nothing for one in silent) and not all(
+                one.piece.says_nothing for one in other
+            ):
+                self._count(ours, theirs)
+                yield from self._each((*silent, *other))
+                return
+        start = 0
+        while start < min(len(ours), len(theirs)) and ours[start].words == theirs[start].words:
+            start += 1
+        stop = 0
+        while stop < min(len(ours), len(theirs)) - start and ours[-1 - stop].words == theirs[-1 - stop].words:
+            stop += 1
+        mine, other = ours[start : len(ours) - stop], theirs[start : len(theirs) - stop]
+        yield from self._each(_nicer(ours[:start], theirs[:start]))
+        yield from self._clash("both put something here", mine, other)
+        yield from self._each(_nicer(ours[len(ours) - stop :], theirs[len(theirs) - stop :]))
+
+    def _clash(self, why: str, ours: Sequence[Item], theirs: Sequence[Item]) -> Iterator[Settled]:
+        """Data that stand among what somebody has to choose are what they became, and chosen apart from it."""
+        after: list[Settled] = []
+
+        def side(items: Sequence[Item]) -> Iterator[Item]:
+            for item in items:
+                name = self._name(item)
+                found = list(self._named(name)) if name else [item]
+                if len(found) == 1 and isinstance(found[0], Item):
+                    yield found[0]
+                else:
+                    after.extend(found)
+
+        yield Clash("statement", "", why, (), tuple(side(ours)), tuple(side(theirs)))
+        yield from after
+
+    def _count(self, ours: Sequence[Item], theirs: Sequence[Item]) -> None:
+        self.taken["ours"].statements += len(ours)
+        self.taken["theirs"].statements += len(theirs)
+
+    def _each(self, items: Iterable[Item]) -> Iterator[Settled]:
+        for item in items:
+            name = self._name(item)
+            if not name:
+                yield item
+            elif not item.piece.lines:
+                yield TableHere(name)
+            else:
+                yield from self._named(name)
+
+    def _name(self, item: Item) -> str:
+        name = item.piece.name
+        known = (self.base.by_name, self.ours.by_name, self.theirs.by_name)
+        return name if any(name in one for one in known) else ""
+
+    # --- one piece of the base
+
+    def _piece(self, a: _Matched, b: _Matched, at: int) -> Iterator[Settled]:
+        base, name = self.base.items[at], self.base.names[at]
+        ours, theirs = a.of[at], b.of[at]
+        if name:
+            # What one side has put elsewhere is written there.
+            moved = (ours is None and name in self.ours.by_name) or (
+                theirs is None and name in self.theirs.by_name
+            )
+            if not base.piece.lines:
+                yield TableHere(name)
+            elif not moved or (ours is None and theirs is None):
+                yield from self._named(name)
+        elif ours is None and theirs is None:
+            elsewhere = self._elsewhere(base)
+            if elsewhere:
+                yield Clash("statement", "", elsewhere, (base,), (), ())
+            else:
+                self.taken["both"].statements += 1
+        elif ours is None or theirs is None:
+            kept = ours or theirs
+            assert kept is not None
+            word, other = ("ours", "theirs") if ours is None else ("theirs", "ours")
+            if kept.words == base.words:
+                self.taken[word].statements += 1
+                return
+            why = f"{word} takes it out, {other} changes it"
+            yield Clash("statement", "", why, (base,), _tuple(ours), _tuple(theirs))
+        else:
+            merged = self._merged(base, ours, theirs)
+            if merged is None:
+                yield Clash("statement", "", "both change it", (base,), (ours,), (theirs,))
+            else:
+                yield merged
+
+    def _elsewhere(self, base: Item) -> str:
+        """Says so where one side took out what the other has put elsewhere."""
+        if base.piece.says_nothing:
+            return ""
+        b, o, t = (one.often[base.says] for one in (self.base, self.ours, self.theirs))
+        if (o < b) == (t < b):
+            return ""
+        gone, moved = ("ours", "theirs") if o < b else ("theirs", "ours")
+        return f"{gone} takes it out, {moved} has it elsewhere"
+
+    def _merged(self, base: Item, ours: Item, theirs: Item) -> Item | None:
+        """None: both changed the same of it."""
+        if ours.same(theirs):
+            self.taken["both"].statements += not ours.same(base)
+            ends = base.piece.ends, ours.piece.ends, theirs.piece.ends
+            return theirs if ends[0] == ends[1] or (ends[0] != ends[2] and ends[2] > ends[1]) else ours
+        if ours.same(base) or theirs.same(base):
+            self.taken["theirs" if ours.same(base) else "ours"].statements += 1
+            return theirs if ours.same(base) else ours
+        versions = (base, ours, theirs)
+        if all(len(one.piece.lines) == 1 for one in versions):
+            return self._by_slots(base, ours, theirs)
+        if ours.words == theirs.words:
+            return _nicer([ours], [theirs])[0]
+        return ours if theirs.words == base.words else theirs if ours.words == base.words else None
+
+    def _by_slots(self, base: Item, ours: Item, theirs: Item) -> Item | None:
+        """Indentation, words and comment of a line change independently."""
+        slots = [self.rules.split(one.piece.lines[0]) for one in (base, ours, theirs)]
+        texts: list[str] = []
+        chosen = ours
+        for number, (b, o, t) in enumerate(zip(*slots, strict=True)):
+            if number == 1:
+                said = [(one.piece.code, one.ids) for one in (base, ours, theirs)]
+                if said[0] == said[1]:
+                    chosen, text = theirs, t
+                elif said[0] == said[2]:
+                    chosen, text = ours, o
+                elif said[1] == said[2]:
+                    text = min(o, t)
+                else:
+                    return None
+            elif o in (b, t) or t == b:
+                text = t if o == b else o
+            elif o.split() == t.split():
+                text = min(o, t)
+            elif o.split() == b.split() or t.split() == b.split():
+                text = t if o.split() == b.split() else o
+            else:
+                return None
+            texts.append(text)
+        for word in ("ours", "theirs"):
+            self.taken[word].statements += 1
+        line = "".join(texts)
+        piece = Piece(
+            (line,), chosen.piece.ends, chosen.piece.code, chosen.piece.name, chosen.piece.loose,
+            chosen.piece.rule, chosen.piece.uses,
+        )  # fmt: skip
+        return Item(piece, chosen.ids, chosen.at)
+
+    # --- what has a name
+
+    def _named(self, name: str) -> Iterator[Settled]:
+        if name in self._emitted:
+            return
+        self._emitted.add(name)
+        base, ours, theirs = (one.by_name.get(name) for one in (self.base, self.ours, self.theirs))
+        shown = name.rpartition("/")[2].removeprefix("head ")
+        what = "record" if "head " in name else "data"
+        if ours is None or theirs is None:
+            kept, gone = (theirs, self.ours) if ours is None else (ours, self.theirs)
+            if base is None and kept is not None:
+                self._note("theirs" if ours is None else "ours", shown)
+                yield kept
+            elif kept is not None and base is not None and not self._gone(shown, base, kept, gone):
+                if kept.words == base.words:
+                    yield kept
+                else:
+                    word, other = ("ours", "theirs") if ours is None else ("theirs", "ours")
+                    why = f"{word} takes it out, {other} changes it"
+                    yield Clash(what, shown, why, _tuple(base), _tuple(ours), _tuple(theirs))
+            return
+        rule = ours.piece.rule
+        if rule in (Rule.NEWEST, Rule.GREATEST) and not ours.same(theirs):
+            yield ours if later(ours.piece.code, theirs.piece.code) == ours.piece.code else theirs
+            return
+        if base is None:
+            merged = _nicer([ours], [theirs])[0] if ours.words == theirs.words else None
+        else:
+            merged = self._merged(base, ours, theirs)
+            if merged is not None and not merged.same(base) and what == "data":
+                self._note(_who(base.says, ours.says, theirs.says), shown)
+        if rule is Rule.COUNTED:
+            yield merged or ours
+        elif merged is None:
+            yield Clash(what, shown, "both change it", _tuple(base), (ours,), (theirs,))
+        else:
+            yield merged
+
+    def _note(self, word: str, name: str) -> None:
+        if word:
+            self.taken[word].points.append(name)
+
+    def _gone(self, name: str, base: Item, kept: Item, gone: _Version) -> bool:
+        """Whether what one side took out may go: the other neither changed it nor has begun to use it."""
+        if kept.words != base.words:
+            return False
+        word = next(iter(_WORD.findall(name)), "").casefold()
+        kept_by = self.theirs if gone is self.ours else self.ours
+        return word in gone.words or word not in kept_by.words or word not in self._new_words(kept_by)
+
+    def _new_words(self, side: _Version) -> set[str]:
+        """Words of statements that the base does not have."""
+        old = {item.says for item in self.base.items}
+        found: set[str] = set()
+        for item in side.items:
+            if item.says not in old:
+                found.update(word.casefold() for word in _WORD.findall(item.piece.code))
+        return found
+
+    # --- positions with numbers
+
+    def row(self, name: str, used: bool) -> _Row:
+        """What became of a position, `used` by a statement of the merge."""
+        ours, theirs = self.ours.by_id.get(name), self.theirs.by_id.get(name)
+        b, o, t = (one.content_of.get(name) for one in (self.base, self.ours, self.theirs))
+        if o == t:
+            return _Row(_nicer_row(ours, theirs), side="both" if o != b else "")
+        if o == b or t == b:
+            # What one side took out stays where the other has begun to use it.
+            kept, word = (theirs, "theirs") if o == b else (ours, "ours")
+            if kept is None and used:
+                return _Row(ours or theirs)
+            return _Row(kept, side=word)
+        return _Row(None, (ours, theirs))
+
+
+def _tuple(item: Item | None) -> tuple[Item, ...]:
+    return () if item is None else (item,)
+
+
+def _who(base: object, ours: object, theirs: object) -> str:
+    if ours == theirs:
+        return "both" if ours != base else ""
+    return "theirs" if ours == base else "ours" if theirs == base else "both"
+
+
+def _nicer(ours: Sequence[Item], theirs: Sequence[Item]) -> list[Item]:
+    """Of pieces that say the same the same ones, whichever side is called ours."""
+    return [min(pair, key=lambda one: one.piece.lines) for pair in zip(ours, theirs, strict=True)]
+
+
+def _nicer_row(ours: Row | None, theirs: Row | None) -> Row | None:
+    if ours is None or theirs is None:
+        return None
+    return min(ours, theirs, key=lambda row: (row.lines, row.lead, row.before))
+
+
+def _by_groups(ours: Sequence[Item], theirs: Sequence[Item]) -> list[Item]:
+    """Data of both sides in an order that does not depend on which side is which."""
+    groups: dict[str, dict[str, Item]] = {}
+    for item in (*ours, *theirs):
+        group = item.piece.name.partition("[")[0]
+        groups.setdefault(group, {}).setdefault(item.piece.name, item)
+    return [
+        one
+        for name in sorted(groups)
+        for one in sorted(groups[name].values(), key=lambda i: _closing_last(i))
+    ]
+
+
+def _closing_last(item: Item) -> tuple[bool, int, str]:
+    name = item.piece.name
+    digits = re.findall(r"\d+", name.partition("[")[2])
+    return name.endswith("["), int(digits[0]) if digits else -1, name
+
+
+class _Matched:
+    """One side beside the base. `of`: its item of each piece of the base; `inserted`: what it has before one."""
+
+    def __init__(self, base: _Version, side: _Version, pairs: Sequence[tuple[int, int]]) -> None:
+        self.version = side
+        self.of: list[Item | None] = [None] * len(base.items)
+        self.names = base.names
+        self.inserted: dict[int, list[Item]] = {}
+        last = 0
+        gap = 0
+        for i, j in (*pairs, (len(base.items), len(side.items))):
+            if j > last:
+                # After what went: a new text takes the place of the old one.
+                self.inserted[i if self._went(gap, i) else gap] = list(side.items[last:j])
+            if i < len(base.items):
+                self.of[i] = side.items[j]
+            last, gap = j + 1, i + 1
+
+    def _went(self, start: int, stop: int) -> bool:
+        return stop > start
+
+    def gone(self, at: int) -> bool:
+        """Whether it took out a piece of the base that it has put nowhere else."""
+        return self.of[at] is None and not (self.names[at] and self.names[at] in self.version.by_name)
+
+
+def _context(mine: _Matched, other: _Matched, new: Sequence[Item], at: int) -> str:
+    """Why what `mine` put before the piece `at` of the base cannot stand there; "" where it can."""
+    if all(one.piece.says_nothing or one.piece.loose for one in new):
+        return ""
+    size = len(mine.of)
+    if 0 < at < size and other.gone(at - 1) and other.gone(at):
+        return "what stood around it is gone on the other side"
+    before = at - 1
+    while before >= 0 and mine.gone(before):
+        if other.gone(before):
+            return "it takes the place of what the other side took out"
+        before -= 1
+    return ""
+
+
+def _joined(found: Sequence[Settled]) -> Iterator[Settled]:
+    """Neighbouring clashes of statements are one."""
+    held: Clash | None = None
+    for one in found:
+        if isinstance(one, Clash) and one.what == "statement":
+            if held is None:
+                held = one
+            else:
+                held = Clash(
+                    held.what, "", held.why, held.base + one.base, held.ours + one.ours,
+                    held.theirs + one.theirs,
+                )  # fmt: skip
+            continue
+        if held is not None:
+            yield held
+            held = None
+        yield one
+    if held is not None:
+        yield held
+
+
+# --- The text ---
+
+
+class _Writer:
+    """Numbers the positions and lines of a merge and writes it."""
+
+    def __init__(self, work: _Merge, fixed: frozenset[str], texts: tuple[str, str, str]) -> None:
+        self.work, self.rules, self.fixed = work, work.rules, fixed
+        self.versions = (work.base, work.ours, work.theirs)
+        self.newline, self._alike = _newline(texts)
+        base, ours, theirs = (text.endswith(("\n", "\r")) for text in texts)
+        self.ended = theirs if ours == base else ours
+        self.numbers: dict[str, int] = {}
+        self.widths: dict[str, int] = {}
+        self.counter = 0
+        self.totals: Counter[str] = Counter()
+
+    def written(self, settled: Sequence[Settled]) -> MergedText:
+        used = list(dict.fromkeys(chain.from_iterable(_ids(one) for one in settled)))
+        tables = self._tables(set(used))
+        self._number(used, tables)
+        for rows in tables.values():
+            for name in rows:
+                self.totals[_family(self.versions, name)] += 1
+        lines = sum(_counted(one) for one in settled)
+        parts: list[TextLine | Hunk] = []
+        for one in settled:
+            if isinstance(one, TableHere):
+                parts += self._table(one.name, tables.get(one.name, {}))
+            elif isinstance(one, Clash):
+                parts.append(self._hunk(one))
+            else:
+                parts += self._lines(one, lines)
+        taken = {word: Taken(tuple(one.points), one.statements) for word, one in self.work.taken.items()}
+        return MergedText(tuple(parts), self.newline, self.ended, taken)
+
+    def _tables(self, used: set[str]) -> dict[str, dict[str, _Row]]:
+        found: dict[str, dict[str, _Row]] = {}
+        seen: set[str] = set()
+        for version in self.versions:
+            for name, table in version.table_of.items():
+                if name in seen:
+                    continue
+                seen.add(name)
+                row = self.work.row(name, name in used)
+                if row.row is not None or row.clash is not None:
+                    found.setdefault(table, {})[name] = row
+        return found
+
+    # --- numbers
+
+    def _number(self, used: Sequence[str], tables: Mapping[str, Mapping[str, _Row]]) -> None:
+        rest = set(chain.from_iterable(tables.values())) - set(used)
+        names = [*used, *sorted(rest, key=lambda one: (self._wish(one), one))]
+        families: dict[str, list[str]] = {}
+        for name in names:
+            families.setdefault(_family(self.versions, name), []).append(name)
+        for family, members in families.items():
+            self.widths[family] = max(_widths(self.versions, family), default=1)
+            if family in self.fixed:
+                self.numbers.update({name: int(name.rpartition(" ")[2]) for name in members})
+            elif all(_in_order(version, family) for version in self.versions):
+                # A controller counts by the order of use, and so do all three.
+                first = min(_first(version, family) for version in self.versions)
+                self.numbers.update({name: first + k for k, name in enumerate(members)})
+            else:
+                self._by_wishes(members)
+
+    def _by_wishes(self, members: Sequence[str]) -> None:
+        wishes = {name: self._wish(name) for name in members}
+        taken: set[int] = set()
+        last = max(wishes.values(), default=0)
+        for name in sorted(members, key=lambda one: one.startswith("new ")):
+            number = wishes[name]
+            if number in taken:
+                last += 1
+                number = last
+            taken.add(number)
+            self.numbers[name] = number
+
+    def _wish(self, name: str) -> int:
+        base, ours, theirs = (_number_in(version, name) for version in self.versions)
+        if ours is None and theirs is None and base is None:
+            return int(name.rpartition(" ")[2])  # the text has no such position
+        if ours is None or theirs is None:
+            found = [one for one in (ours, theirs, base) if one is not None]
+            return found[0]
+        return theirs if ours == base else ours if theirs == base else min(ours, theirs)
+
+    # --- lines
+
+    def _lines(self, item: Item, total: int) -> Iterator[TextLine]:
+        if item.piece.rule is Rule.COUNTED and any(
+            version.counts(item.piece.name, self.rules) for version in self.versions
+        ):
+            yield TextLine(self.rules.counted(item.piece, self.totals, total), self._end(item.piece.ends[0]))
+            return
+        names = iter(item.ids)
+        uses = iter(item.piece.uses)
+        for text, end in zip(item.piece.lines, item.piece.ends, strict=True):
+            if text.startswith(COUNTER):
+                width = len(text) - len(text.lstrip(COUNTER))
+                self.counter += 1
+                text = f"{self.counter:{width}d}:{text[width:]}"
+            if NUMBER in text:
+                head, *rest = text.split(NUMBER)
+                text = head + "".join(self._spelt(next(uses), next(names)) + part for part in rest)
+            yield TextLine(text, self._end(end))
+
+    def _spelt(self, use: Use, name: str) -> str:
+        return self.rules.spelled(use._replace(width=self.widths[use.family]), self.numbers[name])
+
+    def _end(self, end: str) -> str:
+        return self.newline if end and self._alike else end
+
+    def _table(self, table: str, rows: Mapping[str, _Row]) -> Iterator[TextLine | Hunk]:
+        order = list(rows)
+        if all(_ascending(version, table) for version in self.versions):
+            rank = self._ranks(table)
+            order.sort(key=lambda name: (rank.get(_family(self.versions, name), 0), self.numbers[name]))
+        choices: list[Choice] = []
+        for name in order:
+            row = rows[name]
+            shown = self._shown(name)
+            if row.side and row.clash is None:
+                self.work.taken[row.side].points.append(shown)
+            choices.append(row.row if row.row is not None else row.clash or (None, None))
+        told = self.rules.rows(choices)
+        keys = {id(one): name for name in order for one in _rows_of(rows[name])}
+        yield from self._told(list(told), keys)
+        for text, end in self._tail(table):
+            yield TextLine(text, self._end(end))
+
+    def _told(self, lines: Sequence[TableText], keys: Mapping[int, str]) -> Iterator[TextLine | Hunk]:
+        at = 0
+        while at < len(lines):
+            if lines[at].side is None:
+                yield self._row_line(lines[at], keys)
+                at += 1
+                continue
+            sides: tuple[list[TextLine], list[TextLine]] = ([], [])
+            first = lines[at].row
+            assert first is not None
+            name = keys[id(first)]
+            while at < len(lines) and (side := lines[at].side) is not None:
+                row = lines[at].row
+                if row is None or keys[id(row)] != name:
+                    break
+                sides[side.value].append(self._row_line(lines[at], keys))
+                at += 1
+            yield self._point_hunk(name, *sides)
+
+    def _row_line(self, line: TableText, keys: Mapping[int, str]) -> TextLine:
+        text = line.text
+        if line.row is not None and NUMBER in text:
+            text = text.replace(NUMBER, self._spelt(line.row.use, keys[id(line.row)]), 1)
+        return TextLine(text, self._end(line.end))
+
+    def _point_hunk(self, name: str, ours: list[TextLine], theirs: list[TextLine]) -> Hunk:
+        base = self.work.base.by_id.get(name)
+        why = "both change it"
+        if not ours or not theirs:
+            word, other = ("ours", "theirs") if not ours else ("theirs", "ours")
+            why = f"{word} takes it out, {other} changes it"
+        users = [self._users(version, name) for version in self.versions[1:]]
+        told = () if base is None else base.lines
+        return Hunk("point", self._shown(name), why, tuple(ours), tuple(theirs), told, *users)
+
+    def _users(self, version: _Version, name: str) -> tuple[int, ...]:
+        starts = version.lines_at
+        return tuple(starts[item.at] for item in version.items if name in item.ids)
+
+    def _shown(self, name: str) -> str:
+        family = _family(self.versions, name)
+        row = next(one.by_id[name] for one in self.versions if name in one.by_id)
+        spelt = self._spelt(row.use, name)
+        text = row.lines[0].lstrip().partition(NUMBER)
+        return f"{text[0]}{spelt}{']' if text[0].endswith('[') else ''}" or family
+
+    def _ranks(self, table: str) -> dict[str, int]:
+        """Families in the order in which the tables have them."""
+        found: dict[str, int] = {}
+        for version in self.versions:
+            families = dict.fromkeys(row.use.family for row in version.cut.rows.get(table, ()))
+            for rank, family in enumerate(families):
+                found[family] = max(rank, found.get(family, 0))
+        return found
+
+    def _tail(self, table: str) -> tuple[tuple[str, str], ...]:
+        base, ours, theirs = (version.cut.tails.get(table, ()) for version in self.versions)
+        return theirs if ours == base else ours
+
+    def _hunk(self, clash: Clash) -> Hunk:
+        start = self.counter
+        ours = tuple(line for one in clash.ours for line in self._lines(one, 0))
+        most, self.counter = self.counter, start
+        theirs = tuple(line for one in clash.theirs for line in self._lines(one, 0))
+        self.counter = max(most, self.counter)
+        base = tuple(
+            line.replace(NUMBER, "#").lstrip(COUNTER) for one in clash.base for line in one.piece.lines
+        )
+        at = (
+            self._lines_of(self.work.ours, clash, clash.ours),
+            self._lines_of(self.work.theirs, clash, clash.theirs),
+        )
+        return Hunk(clash.what, clash.name, clash.why, ours, theirs, base, *at)
+
+    def _lines_of(self, version: _Version, clash: Clash, items: Sequence[Item]) -> tuple[int, ...]:
+        starts = version.lines_at
+        if clash.what == "statement":
+            return tuple(
+                starts[one.at] + k for one in items if one.at >= 0 for k in range(len(one.piece.lines))
+            )
+        word = next(iter(_WORD.findall(clash.name)), "")
+        pattern = re.compile(rf"(?<!\w){re.escape(word)}(?!\w)", re.IGNORECASE)
+        return tuple(starts[one.at] for one in version.items if word and pattern.search(one.piece.code))
+
+
+def _rows_of(row: _Row) -> Iterator[Row]:
+    for one in (row.row, *(row.clash or ())):
+        if one is not None:
+            yield one
+
+
+def _ids(one: Settled) -> Iterator[str]:
+    if isinstance(one, Item):
+        yield from one.ids
+    elif isinstance(one, Clash):
+        for item in (*one.ours, *one.theirs):
+            yield from item.ids
+
+
+def _counted(one: Settled) -> int:
+    if isinstance(one, Item):
+        return sum(text.startswith(COUNTER) for text in one.piece.lines)
+    if isinstance(one, Clash):
+        return max(sum(_counted(item) for item in side) for side in (one.ours, one.theirs))
+    return 0
+
+
+def _family(versions: Sequence[_Version], name: str) -> str:
+    for version in versions:
+        row = version.by_id.get(name)
+        if row is not None:
+            return row.use.family
+    return name.removeprefix("new ").rpartition(" ")[0]
+
+
+def _number_in(version: _Version, name: str) -> int | None:
+    row = version.by_id.get(name)
+    return None if row is None else row.use.number
+
+
+def _widths(versions: Sequence[_Version], family: str) -> Iterator[int]:
+    for version in versions:
+        for row in version.rows.values():
+            if row.use.family == family:
+                yield row.use.width
+
+
+def _in_order(version: _Version, family: str) -> bool:
+    """Whether positions are numbered one after the other, as statements use them."""
+    used = list(
+        dict.fromkeys(use.number for piece in version.pieces for use in piece.uses if use.family == family)
+    )
+    all_of = sorted(row.use.number for row in version.rows.values() if row.use.family == family)
+    first = used[0] if used else 0
+    return used == list(range(first, first + len(used))) and all_of == used
+
+
+def _first(version: _Version, family: str) -> int:
+    return min((row.use.number for row in version.rows.values() if row.use.family == family), default=1)
+
+
+def _ascending(version: _Version, table: str) -> bool:
+    by_family: dict[str, list[int]] = {}
+    for row in version.cut.rows.get(table, ()):
+        by_family.setdefault(row.use.family, []).append(row.use.number)
+    return all(numbers == sorted(numbers) for numbers in by_family.values())
+
+
+def _newline(texts: tuple[str, str, str]) -> tuple[str, bool]:
+    """The line end of the merge, and whether all lines get it: each version has but one."""
+    found, alike = [], True
+    for text in texts:
+        crlf = text.count("\r\n")
+        counts = {"\r\n": crlf, "\n": text.count("\n") - crlf, "\r": text.count("\r") - crlf}
+        alike = alike and sum(count > 0 for count in counts.values()) <= 1
+        found.append(max(counts, key=lambda end: counts[end]) if any(counts.values()) else "")
+    base, ours, theirs = found
+    if not ours or not theirs:
+        return ours or theirs or "\n", alike
+    return (theirs if ours == base else ours if theirs == base else max(ours, theirs)), alike

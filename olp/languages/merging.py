@@ -1,0 +1,246 @@
+"""A program's text in the pieces that two people change independently: statements, positions, records of the header.
+
+What a language has to say about itself stands in `merging.py` of the vendor's folder, as `MERGING`. Bytes are kept:
+texts are read as Latin-1, in which every byte is one character.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import ClassVar, NamedTuple
+
+NUMBER = "\0"  # in a piece's lines: where the number of a position stands
+COUNTER = "\1"  # as often as the number of the line has columns
+_LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
+_BLANKS = re.compile(r"\s+")
+_SIGNS = re.compile(r" ?([=,(){}\[\]:;<>]) ?")
+_NEVER = re.compile(r"(?!)")
+_DIGITS = re.compile(r"\d+")
+
+
+class Rule(Enum):
+    """Which of two texts of one record holds when both sides have changed it."""
+
+    ASK = "a person decides"
+    COUNTED = "how many there are now"
+    NEWEST = "the later date"
+    GREATEST = "the greater number"
+
+
+class Use(NamedTuple):
+    """A numbered position, of one routine. `width`: digits as written."""
+
+    family: str
+    number: int
+    width: int
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One thing that stands in a text. `lines` without their `ends`.
+
+    `name`: what it is known by wherever it stands, "" for what is known by its place and words. `loose`: its place
+    among others says nothing. `uses`: the positions whose numbers stand at `NUMBER`. `code`: its words without comment
+    and surplus blanks, by which it is found again.
+    """
+
+    lines: tuple[str, ...]
+    ends: tuple[str, ...]
+    code: str
+    name: str = ""
+    loose: bool = False
+    rule: Rule = Rule.ASK
+    uses: tuple[Use, ...] = ()
+
+    @property
+    def says_nothing(self) -> bool:
+        """A blank line or a comment: nothing runs otherwise because of it."""
+        return not self.code or self.code[0] == _SILENT
+
+
+_SILENT = "\2"  # begins the code of a comment on a line of its own
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A numbered position as a table holds it. `state`: what the records before it say; `lead`: those right before it.
+
+    `before`: what held in front of `lead`.
+    """
+
+    use: Use
+    lines: tuple[str, ...]
+    ends: tuple[str, ...]
+    state: tuple[str, ...] = ()
+    lead: tuple[tuple[str, str], ...] = ()
+    before: tuple[str, ...] = ()
+    means: tuple[str, ...] = ()  # of the state, what says where the position is
+
+
+class Side(Enum):
+    """One of the two texts that are merged."""
+
+    OURS = 0
+    THEIRS = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """A whole text. `rows`: its numbered positions in order, by the table that they stand in; in `pieces` a table is
+    one without lines that has its name. `tails`: what stands behind the last row. `fixed`: families whose numbers stay.
+    """
+
+    pieces: list[Piece]
+    rows: Mapping[str, list[Row]] = field(default_factory=dict)
+    tails: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
+    fixed: frozenset[str] = frozenset()
+
+
+# A row to write, or the two between which somebody has to choose.
+Choice = Row | tuple[Row | None, Row | None]
+
+
+class MergeRules:
+    """One language. Patterns match at the beginning of a line.
+
+    `comments`: marks behind which a comment stands, outside of quotes; `whole_comments`: those that count only where a
+    line begins. `data`: a line that defines the thing that its group 1 names, wherever it stands; `loose_data` whether
+    its place says nothing. `data_ends`: what ends such a definition where it is longer than a line. `scope`: a line
+    that opens a routine, its name the group 1. `heads`: records with what decides between two.
+    """
+
+    comments: ClassVar[tuple[str, ...]] = ()
+    whole_comments: ClassVar[tuple[str, ...]] = ()
+    data: ClassVar[re.Pattern[str]] = _NEVER
+    loose_data: ClassVar[bool] = True
+    data_ends: ClassVar[str] = ""
+    scope: ClassVar[re.Pattern[str]] = _NEVER
+    heads: ClassVar[tuple[tuple[re.Pattern[str], Rule], ...]] = ()
+
+    def cut(self, text: str) -> Cut:
+        """The pieces of a text, in order."""
+        return Cut(list(self._pieces(lines_of(text))))
+
+    def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:
+        """The lines of a table of positions."""
+        return iter(())
+
+    def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
+        """A record that tells how many positions of a family or numbered lines there are, told anew."""
+        return piece.lines[0]
+
+    def spelled(self, use: Use, number: int) -> str:
+        """The number of a position."""
+        return str(number)
+
+    def code(self, line: str) -> str:
+        """The words of a line, without comment and surplus blanks."""
+        text = self.split(line)[1]
+        words = text if '"' in text else _SIGNS.sub(r"\1", _BLANKS.sub(" ", text))
+        return words if words or not line.strip() else self.silent(line.strip())
+
+    @staticmethod
+    def silent(text: str) -> str:
+        """The code of a line that nothing runs otherwise for."""
+        return _SILENT + text
+
+    def split(self, line: str) -> tuple[str, str, str]:
+        """Indentation, code, and the comment with the blanks before it."""
+        start = len(line) - len(line.lstrip(" \t"))
+        stop = self._comment(line)
+        code = line[start : max(start, stop)]
+        kept = code.rstrip(" \t")
+        return line[:start], kept, line[start + len(kept) :]
+
+    def _comment(self, line: str) -> int:
+        if line.lstrip(" \t").startswith(self.whole_comments or "\3"):
+            return 0
+        found = [at for mark in self.comments if (at := line.find(mark)) >= 0]
+        if not found:
+            return len(line)
+        first = min(found)
+        if '"' not in line[:first]:
+            return first
+        return _outside_quotes(line, self.comments)
+
+    def _pieces(self, lines: Sequence[tuple[str, str]]) -> Iterator[Piece]:
+        known: dict[tuple[str, str], Piece] = {}
+        scope, at = "", 0
+        while at < len(lines):
+            line = lines[at]
+            piece = known.get(line)
+            if piece is None:
+                opened = self.scope.match(line[0])
+                if opened is not None:
+                    scope = (opened[1] or "").casefold()
+                piece, at = self._piece(lines, at, scope)
+                if not piece.name and opened is None:
+                    known[line] = piece
+            yield piece
+            at += 1
+
+    def _piece(self, lines: Sequence[tuple[str, str]], at: int, scope: str) -> tuple[Piece, int]:
+        """The piece that begins with line `at`, and its last line."""
+        text, end = lines[at]
+        for pattern, rule in self.heads:
+            head = pattern.match(text)
+            if head is not None:
+                return Piece((text,), (end,), self.code(text), f"head {head[0].strip()}", False, rule), at
+        name = self.data_name(text)
+        if not name:
+            return Piece((text,), (end,), self.code(text)), at
+        stop = at
+        while self.data_ends and stop < len(lines) - 1 and stop - at < 1000:
+            if self.split(lines[stop][0])[1].endswith(self.data_ends):
+                break
+            stop += 1
+        texts, ends = zip(*lines[at : stop + 1], strict=True)
+        code = " ".join(map(self.code, texts))
+        return Piece(texts, ends, code, f"{scope}/{name}", self.loose_data), stop
+
+    def data_name(self, line: str) -> str:
+        """What a line defines, "" where it defines nothing."""
+        match = self.data.match(line)
+        return match[1].casefold() if match is not None else ""
+
+
+class TableText(NamedTuple):
+    """One line of a table. `side`: it is that side's alone. `row`: whose number stands at `NUMBER`."""
+
+    text: str
+    end: str
+    side: Side | None = None
+    row: Row | None = None
+
+
+def lines_of(text: str) -> list[tuple[str, str]]:
+    """The lines of a text, each with its end."""
+    found = _LINE.findall(text)
+    if found and not found[-1][0] and not found[-1][1]:
+        found.pop()
+    return found
+
+
+def later(ours: str, theirs: str) -> str:
+    """Of two records the one with the later date or greater number."""
+    return max(ours, theirs, key=lambda text: (_moment(text), text))
+
+
+def _moment(text: str) -> tuple[int, ...]:
+    numbers = [int(one) for one in _DIGITS.findall(text)]
+    if len(numbers) > 2 and numbers[0] < 100:  # a year of two digits
+        numbers[0] += 1900 if numbers[0] >= 80 else 2000
+    return tuple(numbers)
+
+
+def _outside_quotes(line: str, marks: tuple[str, ...]) -> int:
+    inside = False
+    for at, sign in enumerate(line):
+        if sign == '"':
+            inside = not inside
+        elif not inside and line.startswith(marks, at):
+            return at
+    return len(line)

@@ -1,0 +1,33 @@
+"""What may be changed independently in an AS file: programs by their statements, tables by their names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from olp.languages.merging import MergeRules, Piece
+
+_SECTION = re.compile(r"\s*\.(\w+)")
+_TABLES = frozenset({"TRANS", "JOINTS", "REALS", "STRINGS", "INTEGER"})
+_ROW = re.compile(r"\s*([^\s=]+)[\s=]+\S")
+
+
+class AsMerging(MergeRules):
+    comments = (";",)
+    scope = re.compile(r"\s*\.PROGRAM\s+([\w.]+)", re.IGNORECASE)
+
+    def _pieces(self, lines: Sequence[tuple[str, str]]) -> Iterator[Piece]:
+        section = ""
+        for number, piece in enumerate(super()._pieces(lines)):
+            text, end = lines[number]  # no piece of AS is longer than a line
+            opened = _SECTION.match(text)
+            row = _ROW.match(text) if section in _TABLES and opened is None else None
+            section = opened[1].upper() if opened is not None else section
+            yield (
+                Piece((text,), (end,), self.code(text), f"{section}/{row[1].casefold()}", True)
+                if row
+                else piece
+            )
+
+
+MERGING = AsMerging()

@@ -1,0 +1,184 @@
+"""What may be changed independently in an INFORM job: records, rows of positions, instructions.
+
+A controller numbers the positions of a job anew whenever a step comes or goes, so a number is followed by the moves
+that use it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import ClassVar, Final
+
+from olp.languages.merging import (
+    NUMBER,
+    Choice,
+    Cut,
+    MergeRules,
+    Piece,
+    Row,
+    Rule,
+    Side,
+    TableText,
+    Use,
+    lines_of,
+)
+
+_ROW: Final = re.compile(r"\s*(BC|BP|EC|EX|C|P|E)(\d{1,9})=(.*)", re.ASCII)
+_USED: Final = re.compile(r"(?<![A-Z0-9#])(BC|EC|C|E)(\d{3,9})(?![\w(])", re.ASCII)
+_RECORD: Final = re.compile(r"///(\w+)\s*(.*)")
+_STATE: Final = ("USER", "TOOL", "POSTYPE", "KIND", "RCONF", "LIMIT")
+_KINDS: Final = ("RECTAN", "PULSE", "ANGLE")
+_COUNTS: Final = re.compile(r"\d+(?:,\d+)*")
+_FAMILIES: Final = ("C", "BC", "EC", "P", "BP", "EX")
+_TAUGHT: Final = ("C", "BC", "EC", "E")
+
+
+class InformMerging(MergeRules):
+    comments = ("//",)
+    whole_comments = ("'",)
+    heads: ClassVar[tuple[tuple[re.Pattern[str], Rule], ...]] = (
+        (re.compile(r"///DATE\b"), Rule.NEWEST),
+        (re.compile(r"///NPOS\b"), Rule.COUNTED),
+        (re.compile(r"//(?:NAME|INST)\b|/{3,4}[A-Z]+\d*"), Rule.ASK),
+    )
+
+    def cut(self, text: str) -> Cut:
+        pieces: list[Piece] = []
+        tables: dict[str, _Table] = {}
+        known: dict[tuple[str, str], Piece] = {}
+        job, table = "", None
+        lines = lines_of(text)
+        several = sum(line[0].startswith("//NAME") for line in lines) > 1  # else a job may get another name
+        for line in lines:
+            words = line[0].strip() if line[0].lstrip().startswith("/") else ""
+            if several and words.startswith("//NAME"):
+                job = words[6:].strip()
+            if words.startswith("///NPOS"):
+                at = len(pieces) - 1 if table is not None else len(pieces)
+                pieces.insert(at, self._line(line, job))
+                continue
+            if table is not None and (not words or words.startswith("///")):
+                table.take(line)
+                continue
+            table = None
+            if words == "//POS":
+                table = tables[f"table {job}"] = _Table(job)
+                here = Piece((line[0],), (line[1],), words, f"{job}:head //POS")
+                pieces += [here, Piece((), (), "", f"table {job}")]
+                continue
+            piece = known.get(line)
+            if piece is None:
+                piece = self._line(line, job)
+                if not piece.name:
+                    known[line] = piece
+            pieces.append(piece)
+            if words == "/JOB":
+                known.clear()  # numbers are those of a job
+        rows = {name: one.rows for name, one in tables.items()}
+        fixed = {row.use.family for some in rows.values() for row in some} - {
+            f"{one.job}:{family}" for one in tables.values() for family in _TAUGHT
+        }
+        return Cut(pieces, rows, {name: tuple(one.lead) for name, one in tables.items()}, frozenset(fixed))
+
+    def _line(self, line: tuple[str, str], job: str) -> Piece:
+        text, end = line
+        if text.lstrip().startswith("/"):
+            piece, _ = self._piece([line], 0, "")
+            return replace(piece, name=f"{job}:{piece.name}") if piece.name else piece
+        stop = len(text) if text.startswith("'") else self._comment(text)
+        quote = text.find('"')
+        stop = stop if quote < 0 else min(stop, quote)
+        head, uses = text[:stop], []
+        if not text.startswith("'"):
+            for found in _USED.finditer(head):
+                uses.append((found.span(2), Use(f"{job}:{found[1]}", int(found[2]), len(found[2]))))
+        for (start, last), _ in reversed(uses):
+            text = text[:start] + NUMBER + text[last:]
+        return Piece((text,), (end,), self.code(text), uses=tuple(use for _, use in uses))
+
+    def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:
+        now: tuple[str, ...] | None = _NOTHING
+        for choice in rows:
+            if isinstance(choice, Row):
+                yield from _told(choice, now)
+                now = choice.state
+                continue
+            # Only what the two sides differ in stands in a conflict.
+            holds = all(row is None or (now is not None and _means(now) == row.means) for row in choice)
+            for side, row in zip(Side, choice, strict=True):
+                for told in () if row is None else _told(row, row.state if holds else None):
+                    yield told._replace(side=side, row=row)
+            now = now if holds else None
+
+    def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
+        job = piece.name.partition(":")[0]
+        told = ",".join(str(totals.get(f"{job}:{family}", 0)) for family in _FAMILIES)
+        return _COUNTS.sub(told, piece.lines[0], 1)
+
+    def spelled(self, use: Use, number: int) -> str:
+        return f"{number:0{use.width}d}"
+
+
+_NOTHING: Final = ("",) * len(_STATE)
+
+
+class _Table:
+    """The records and rows of one //POS."""
+
+    def __init__(self, job: str) -> None:
+        self.job = job
+        self.rows: list[Row] = []
+        self.lead: list[tuple[str, str]] = []
+        self.state = self.before = _NOTHING
+
+    def take(self, line: tuple[str, str]) -> None:
+        match = _ROW.match(line[0])
+        if match is None:
+            self.lead.append(line)
+            self._record(line[0])
+            return
+        use = Use(f"{self.job}:{match[1]}", int(match[2]), len(match[2]))
+        text = f"{line[0][: match.start(2)]}{NUMBER}={match[3]}"
+        means = _means(self.state)
+        self.rows.append(Row(use, (text,), (line[1],), self.state, tuple(self.lead), self.before, means))
+        self.lead, self.before = [], self.state
+
+    def _record(self, text: str) -> None:
+        word = _is_state(text)
+        if word:
+            at = _STATE.index(word)
+            self.state = (*self.state[:at], " ".join(text.split()), *self.state[at + 1 :])
+
+
+def _is_state(text: str) -> str:
+    """What a record says of the rows behind it, "" for any other line."""
+    match = _RECORD.match(text.strip())
+    word = "" if match is None else "KIND" if match[1] in _KINDS else match[1]
+    return word if word in _STATE else ""
+
+
+def _means(state: tuple[str, ...]) -> tuple[str, ...]:
+    user, tool, kind, measure, flags, limit = state
+    if measure in ("", "///PULSE"):
+        return (tool, measure, limit)
+    return (tool, kind, measure, flags, limit, user if kind.endswith("USER") else "")
+
+
+def _told(row: Row, now: tuple[str, ...] | None) -> Iterator[TableText]:
+    """The row with the records that it needs where `now` holds."""
+    if now is not None and now == row.before and row.lead:
+        for text, end in row.lead:
+            yield TableText(text, end)
+    elif now is None or _means(now) != row.means:
+        for text, end in row.lead:
+            if not _is_state(text):
+                yield TableText(text, end)
+        for at, record in enumerate(row.state):
+            if record and (now is None or now[at] != record):
+                yield TableText(record, row.ends[0])
+    yield TableText(row.lines[0], row.ends[0], row=row)
+
+
+MERGING = InformMerging()

@@ -1,0 +1,153 @@
+"""What may be changed independently in a TP listing: attributes, numbered instructions, positions.
+
+Lines are numbered anew when the merged program is written. Positions keep their numbers, but two new ones of one
+number become two.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from olp.languages.merging import (
+    COUNTER,
+    NUMBER,
+    Choice,
+    Cut,
+    MergeRules,
+    Piece,
+    Row,
+    Rule,
+    Side,
+    TableText,
+    Use,
+    lines_of,
+)
+
+_SECTION: Final = re.compile(r"/[A-Z]+\b")
+_NUMBERED: Final = re.compile(r"\s*\d+:")
+_USED: Final = re.compile(r"(?<![\w$])P\[\s*(\d+)")
+_INDIRECT: Final = re.compile(r"(?<![\w$])P\[\s*[A-Z]")
+_HEAD: Final = re.compile(r"\s*P\s*\[\s*(\d+)")
+_TABLE: Final = "table positions"
+_FAMILY: Final = "P"
+
+
+class TpMerging(MergeRules):
+    whole_comments = ("!",)
+    heads = (
+        (re.compile(r"(?:CREATE|MODIFIED)\b"), Rule.NEWEST),
+        (re.compile(r"LINE_COUNT\b"), Rule.COUNTED),
+        (re.compile(r"(?:PROG_SIZE|MEMORY_SIZE|VERSION)\b"), Rule.GREATEST),
+        (re.compile(r"/PROG\b|[A-Z_]+(?=\s*=)"), Rule.ASK),
+    )
+
+    def cut(self, text: str) -> Cut:
+        lines = lines_of(text)
+        pieces: list[Piece] = []
+        rows: list[Row] = []
+        known: dict[tuple[str, str], Piece] = {}
+        section, at, indirect = "", 0, False
+        while at < len(lines):
+            line = lines[at]
+            opened = _SECTION.match(line[0])
+            section = opened[0] if opened is not None else section
+            if section == "/POS" and opened is None:
+                row, stop = _row(lines, at)
+                if row is not None:
+                    rows.append(row)
+                elif rows:  # a line between two positions belongs to the first
+                    before = rows[-1]
+                    rows[-1] = replace(before, lines=(*before.lines, line[0]), ends=(*before.ends, line[1]))
+                else:
+                    pieces.insert(-1, self._piece(lines, at, "")[0])
+                at = stop
+            elif section == "/MN" and opened is None:
+                stop = _last(lines, at)
+                body = _body(line[0])
+                key = (body, line[1])
+                piece = known.get(key) if stop == at else None
+                if piece is None:
+                    piece = self._instruction([(body, line[1]), *lines[at + 1 : stop + 1]])
+                    indirect = indirect or any(_INDIRECT.search(one) for one in piece.lines)
+                    if stop == at:
+                        known[key] = piece
+                pieces.append(piece)
+                at = stop
+            else:
+                piece = self._piece(lines, at, "")[0]
+                # Sections hold the two sides together.
+                pieces.append(replace(piece, name=f"head {section}") if opened is not None else piece)
+                if section == "/POS":
+                    pieces.append(Piece((), (), "", _TABLE))
+            at += 1
+        return Cut(pieces, {_TABLE: rows}, {}, frozenset({_FAMILY} if indirect else ()))
+
+    def _instruction(self, lines: Sequence[tuple[str, str]]) -> Piece:
+        uses: list[Use] = []
+
+        def numbered(match: re.Match[str]) -> str:
+            uses.append(Use(_FAMILY, int(match[1]), 1))
+            return match[0][: match.start(1) - match.start()] + NUMBER
+
+        texts = tuple(
+            text if text.lstrip(COUNTER + " ").startswith("!") else _USED.sub(numbered, text)
+            for text, _ in lines
+        )
+        code = " ".join(" ".join(text.replace(COUNTER, "").split()) for text in texts)
+        silent = code.startswith("!") or code == ";"
+        return Piece(
+            texts, tuple(end for _, end in lines), self.silent(code) if silent else code, uses=tuple(uses)
+        )
+
+    def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:
+        for choice in rows:
+            pair = (choice,) if isinstance(choice, Row) else choice
+            for row, side in zip(pair, Side, strict=False):
+                for text, end in () if row is None else zip(row.lines, row.ends, strict=True):
+                    yield TableText(text, end, None if isinstance(choice, Row) else side, row)
+
+    def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
+        return re.sub(r"\d+", str(lines), piece.lines[0], count=1)
+
+    def split(self, line: str) -> tuple[str, str, str]:
+        return "", line.rstrip(" \t"), line[len(line.rstrip(" \t")) :]
+
+
+def _body(text: str) -> str:
+    match = _NUMBERED.match(text)
+    return text if match is None else COUNTER * (match.end() - 1) + text[match.end() :]
+
+
+def _last(lines: Sequence[tuple[str, str]], at: int) -> int:
+    """The last line of the instruction that begins at `at`: a further line of it has no number."""
+    stop = at
+    while (
+        not lines[stop][0].rstrip().endswith(";")
+        and stop + 1 < len(lines)
+        and lines[stop + 1][0].lstrip().startswith(":")
+    ):
+        stop += 1
+    return stop
+
+
+def _row(lines: Sequence[tuple[str, str]], at: int) -> tuple[Row | None, int]:
+    """The position that begins at `at`, and its last line."""
+    head = _HEAD.match(lines[at][0])
+    stop = at
+    while stop + 1 < len(lines) and "}" not in lines[stop][0] and not _HEAD.match(lines[stop + 1][0]):
+        if _SECTION.match(lines[stop + 1][0]):
+            break
+        stop += 1
+    if head is None:
+        return None, at
+    texts = [text for text, _ in lines[at : stop + 1]]
+    texts[0] = texts[0][: head.start(1)] + NUMBER + texts[0][head.end(1) :]
+    return Row(
+        Use(_FAMILY, int(head[1]), 1), tuple(texts), tuple(end for _, end in lines[at : stop + 1])
+    ), stop
+
+
+MERGING = TpMerging()

@@ -1,0 +1,35 @@
+"""What may be changed independently in a VAL3 program, and in the file of its data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from olp.languages.merging import MergeRules, Piece
+
+_DATA = re.compile(r'\s*<data\b[^>]*\bname="([^"]*)"', re.IGNORECASE)
+_VALUE = re.compile(r'\s*<value\b[^>]*\bkey="([^"]*)"', re.IGNORECASE)
+_END = re.compile(r"\s*</data>", re.IGNORECASE)
+
+
+class Val3Merging(MergeRules):
+    comments = ("//",)
+
+    def _pieces(self, lines: Sequence[tuple[str, str]]) -> Iterator[Piece]:
+        """Each datum by its name, each value of an array by its place in it."""
+        inside = ""
+        for number, piece in enumerate(super()._pieces(lines)):
+            text, end = lines[number]
+            opened, value = _DATA.match(text), _VALUE.match(text) if inside else None
+            name = opened[1] if opened else f"{inside}[{value[1]}]" if value else ""
+            if opened is not None:
+                inside = opened[1]
+            elif inside and _END.match(text):
+                name, inside = f"{inside}[", ""
+            yield Piece((text,), (end,), " ".join(text.split()), name, True) if name else piece
+
+    def _comment(self, line: str) -> int:
+        return len(line) if line.lstrip().startswith("<") else super()._comment(line)
+
+
+MERGING = Val3Merging()

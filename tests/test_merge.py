@@ -1,0 +1,298 @@
+"""`olp merge`: points from the robot and logic from the office in one program, and git with it."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from bench import merge as made
+from olp.__main__ import main
+from olp.checks.merge.merge import merge_bytes
+from olp.languages.read import read
+from olp.languages.vendor import vendor_names
+
+ROOT = Path(__file__).parent.parent
+BEFORE = ROOT / "samples/inform/touch-up/before/TOUCH-UP.JBI"
+AFTER = ROOT / "samples/inform/touch-up/after/TOUCH-UP.JBI"
+
+
+def merged(base: bytes, ours: bytes, theirs: bytes, vendor: str = "inform") -> tuple[int, str]:
+    found = merge_bytes(vendor, base, ours, theirs)
+    return len(found.hunks), found.to_bytes().decode("latin-1")
+
+
+@pytest.mark.parametrize("language", vendor_names())
+def test_a_night_at_the_robot_and_a_day_in_the_office_become_what_both_meant(language):
+    for seed in range(6):
+        choose = random.Random(f"{language} {seed}")
+        base = made.program(choose)
+        made._HIGHEST[0] = len(base.steps)
+        robot, touched = made.night(base, choose)
+        office, gone = made.office(base, choose)
+        if touched & gone:
+            continue
+        want = made.both(base, robot, office, touched)
+        texts = [made.spell(language, one).encode() for one in (base, robot, office, want)]
+        assert merged(*texts[:3], language) == (0, texts[3].decode())
+        assert merged(texts[0], texts[2], texts[1], language) == (0, texts[3].decode())
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "inform/palletising/PICK.JBI", "tp/handling.ls", "krl/handling.src", "krl/handling.dat", "rapid/handling.mod",
+        "val3/handling.dtx", "val3/start.pgx", "as/handling.as", "pdl2/handling.pdl", "urscript/handling.script",
+    ],
+)  # fmt: skip
+def test_whatever_stands_in_a_program_comes_out_as_it_was(path):
+    """Taken to pieces and put together: each side changed one line, so that nothing is settled before."""
+    data = (ROOT / "samples" / path).read_bytes()
+    vendor = path.partition("/")[0]
+    end = b"\r\n" if b"\r\n" in data else b"\n"
+    lines = data.split(end)
+    middle = [
+        n for n in range(len(lines) - 1) if b"350" in lines[n] or b"0.35" in lines[n] or b"110.5" in lines[n]
+    ]
+    places = (middle[0], middle[-1]) if len(middle) > 1 else (len(lines) // 2, len(lines) - 3)
+    sides = []
+    for place in places:
+        side = list(lines)
+        side[place] = side[place].replace(b"5", b"6").replace(b"1", b"2") or b" "
+        sides.append(side)
+    both = list(sides[0])
+    both[places[1]] = sides[1][places[1]]
+    found = merge_bytes(vendor, data, end.join(sides[0]), end.join(sides[1]))
+    assert not found.hunks
+    assert found.to_bytes() == end.join(both)
+
+
+def job(points: list[str], body: list[str], date: str = "2026/01/01 08:00", counts: bool = True) -> bytes:
+    rows = [f"C{n:05d}={row}" for n, row in enumerate(points)]
+    head = ["/JOB", "//NAME A", "//POS", f"///NPOS {len(rows)},0,0,0,0,0", "///TOOL 0", "///PULSE", *rows]
+    return "\r\n".join(
+        [*head, "//INST", f"///DATE {date}", "///ATTR SC,RW", "NOP", *body, "END", ""]
+    ).encode()
+
+
+ONE, TWO, THREE, NEW = "1,2,3,4,5,6", "11,12,13,14,15,16", "21,22,23,24,25,26", "91,92,93,94,95,96"
+BODY = ["MOVJ C00000 VJ=50.00", "MOVL C00001 V=100.0", "MOVL C00002 V=100.0"]
+
+
+def test_numbers_are_followed_through_renumbering():
+    """Theirs puts a step in front: every number after it is another one; ours moved the last position."""
+    ours = job([ONE, TWO, "21,22,23,24,25,29"], BODY, "2026/01/02 03:00")
+    theirs = job(
+        [NEW, ONE, TWO, THREE],
+        ["MOVJ C00000 VJ=10.00", "MOVJ C00001 VJ=50.00", "MOVL C00002 V=100.0", "MOVL C00003 V=300.0"],
+    )
+    conflicts, text = merged(job([ONE, TWO, THREE], BODY), ours, theirs)
+    assert conflicts == 0
+    assert "///NPOS 4," in text
+    assert f"C00000={NEW}" in text
+    assert "C00003=21,22,23,24,25,29" in text
+    assert "MOVL C00003 V=300.0" in text
+    assert "///DATE 2026/01/02 03:00" in text
+
+
+def test_both_sides_new_positions_of_one_number_are_two():
+    ours = job(
+        [ONE, NEW, TWO, THREE], [BODY[0], "MOVL C00001 V=70.0", "MOVL C00002 V=100.0", "MOVL C00003 V=100.0"]
+    )
+    theirs = job([ONE, TWO, THREE, "7,7,7,7,7,7"], [*BODY, "MOVL C00003 V=80.0"])
+    conflicts, text = merged(job([ONE, TWO, THREE], BODY), ours, theirs)
+    assert conflicts == 0
+    assert f"C00001={NEW}" in text
+    assert "MOVL C00001 V=70.0" in text
+    assert "C00004=7,7,7,7,7,7" in text
+    assert "MOVL C00004 V=80.0" in text
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "what"),
+    [
+        (job([ONE, "1,1,1,1,1,1", THREE], BODY), job([ONE, "2,2,2,2,2,2", THREE], BODY), "point C00001"),
+        (
+            job([ONE, "1,1,1,1,1,1", THREE], BODY),
+            job([ONE, THREE], [BODY[0], "MOVL C00001 V=100.0"]),
+            "point C0000",
+        ),
+        (
+            job([ONE, TWO, THREE], [*BODY[:2], "MOVL C00002 V=1.0"]),
+            job([ONE, TWO, THREE], [*BODY[:2], "MOVL C00002 V=2.0"]),
+            "statement",
+        ),
+        (
+            job([ONE, TWO, THREE], [*BODY, "TIMER T=1.00"]),
+            job([ONE, TWO, THREE], [*BODY, "DOUT OT#(1) ON"]),
+            "statement",
+        ),
+    ],
+)
+def test_the_same_thing_changed_twice_is_a_conflict_with_both_in_it(ours, theirs, what):
+    found = merge_bytes("inform", job([ONE, TWO, THREE], BODY), ours, theirs)
+    assert [f"{hunk.what} {hunk.name}".startswith(what) for hunk in found.hunks] == [True]
+    shown, old = said(found.to_bytes()), said(job([ONE, TWO, THREE], BODY))
+    assert (said(ours) | said(theirs)) - old <= shown
+
+
+def said(data: bytes) -> set[bytes]:
+    """Instructions, and positions without their numbers."""
+    lines = data.split(b"\r\n")
+    return {
+        line.partition(b"=")[2] if line.startswith(b"C0") else line for line in lines if line[:2] != b"//"
+    }
+
+
+def test_a_statement_that_one_side_took_out_and_the_other_put_elsewhere_is_no_silent_choice():
+    lines = [
+        "DOUT OT#(1) ON",
+        "TIMER T=1.00",
+        "DOUT OT#(2) ON",
+        "DOUT OT#(3) ON",
+        "TIMER T=2.00",
+        "DOUT OT#(4) ON",
+    ]
+    ours = [line for line in lines if line != "TIMER T=2.00"]
+    theirs = ["TIMER T=2.00", *ours]
+    found = merge_bytes("inform", job([], lines), job([], ours), job([], theirs))
+    assert len(found.hunks) == 1
+    assert found.hunks[0].why == "ours takes it out, theirs has it elsewhere"
+
+
+def test_a_comment_and_the_words_beside_it_are_two_things():
+    base = b"MODULE M\n  PROC main()\n    MoveL p1,v100,fine,tool0; ! near\n  ENDPROC\nENDMODULE\n"
+    ours = base.replace(b"! near", b"! above the part")
+    theirs = base.replace(b"v100", b"v200").replace(b"    Move", b"      Move")
+    conflicts, text = merged(base, ours, theirs, "rapid")
+    assert (conflicts, text.splitlines()[2]) == (0, "      MoveL p1,v200,fine,tool0; ! above the part")
+
+
+def test_data_that_one_side_took_out_stay_where_the_other_begins_to_use_them():
+    base = b"MODULE M\n  CONST num a:=1;\n  CONST num b:=2;\n  PROC main()\n    x:=1;\n  ENDPROC\nENDMODULE\n"
+    ours = base.replace(b"  CONST num b:=2;\n", b"")
+    theirs = base.replace(b"    x:=1;\n", b"    x:=1;\n    y:=b;\n")
+    conflicts, text = merged(base, ours, theirs, "rapid")
+    assert conflicts == 0
+    assert "CONST num b:=2;" in text
+    assert "y:=b;" in text
+
+
+def test_line_ends_of_one_side_are_no_change_of_every_line():
+    base = job([ONE, TWO, THREE], BODY)
+    ours = base.replace(b"\r\n", b"\n")
+    theirs = base.replace(b"V=100.0", b"V=200.0", 1)
+    conflicts, text = merged(base, ours, theirs)
+    assert conflicts == 0
+    assert "\r" not in text
+    assert "MOVL C00001 V=200.0\n" in text
+
+
+def run(folder: Path, *words: object) -> tuple[int, str]:
+    environment = os.environ | {
+        "PYTHONPATH": str(ROOT),
+        "GIT_CONFIG_GLOBAL": os.devnull,
+        "GIT_EDITOR": "true",
+    }
+    done = subprocess.run(
+        [*map(str, words)], cwd=folder, capture_output=True, text=True, check=False, env=environment
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_times_conflicts_and_statuses_are_told(tmp_path, capsys):
+    ours, theirs = tmp_path / "ours.jbi", tmp_path / "theirs.jbi"
+    ours.write_bytes(BEFORE.read_bytes().replace(b"V=235.0 PL=0", b"V=300.0 PL=0", 1))
+    theirs.write_bytes(BEFORE.read_bytes().replace(b"V=187.0", b"V=150.0"))
+    (tmp_path / "olp.toml").write_text('robot = "yaskawa/ma2010"\n[[budget]]\nname = "cell"\nlimit_s = 1.0\n')
+    out = tmp_path / "out.jbi"
+    words = ["merge", str(BEFORE), str(ours), str(theirs), "-o", str(out), "--json"]
+    assert main(words) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["clean"]
+    assert [one["name"] for one in told["budgets"]] == ["cell"]
+    assert told["seconds"]["merged"] == pytest.approx(read_total(out), abs=1e-9)
+    theirs.write_bytes(BEFORE.read_bytes().replace(b"V=235.0 PL=0", b"V=100.0 PL=0", 1))
+    assert main(words) == 1
+    hunk = json.loads(capsys.readouterr().out)["conflicts"][0]
+    assert hunk["ours_s"] < hunk["theirs_s"]
+    assert b"<<<<<<< ours (" in out.read_bytes()
+    assert main(["merge", str(out), str(ours), str(theirs), "-o", str(tmp_path / "again")]) == 2
+    assert "error[U021]" in capsys.readouterr().err
+    assert main(["merge", str(BEFORE), str(ours), str(theirs), "-o", str(ours)]) == 2
+    assert "error[C006]" in capsys.readouterr().err
+
+
+def read_total(path: Path) -> float:
+    from olp.reports.batch import Job, time_program
+
+    return time_program(read(path), Job()).total_s
+
+
+def test_git_merges_rebases_and_picks_with_it(tmp_path, monkeypatch):
+    def git(*words: str) -> tuple[int, str]:
+        return run(tmp_path, "git", "-c", "user.name=a", "-c", "user.email=a@b", *words)
+
+    def commit(data: bytes, branch: str) -> None:
+        program.write_bytes(data)
+        assert git("commit", "-qam", branch)[0] == 0
+
+    program = tmp_path / "A.JBI"
+    other = tmp_path / "notes.ls"  # of no language: git's own merge
+    program.write_bytes(job([ONE, TWO, THREE], BODY))
+    other.write_text("one\ntwo\nthree\nfour\nfive\n")
+    assert git("init", "-qb", "main")[0] == 0
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert main(["git", "install"]) == 0
+    driver = git("config", "merge.olp.driver")[1].strip()
+    assert git("config", "merge.olp.driver", f"{driver} --no-time")[0] == 0
+    git("add", ".")
+    commit(program.read_bytes(), "start")
+    git("checkout", "-qb", "robot")
+    other.write_text("ONE\ntwo\nthree\nfour\nfive\n")
+    commit(job([ONE, "12,12,13,14,15,16", THREE], BODY, "2026/01/03 01:00"), "night")
+    for branch in ("office", "again", "picked"):
+        git("checkout", "-qb", branch, "main")
+        if branch == "office":
+            other.write_text("one\ntwo\nthree\nfour\nFIVE\n")
+        commit(
+            job([ONE, TWO, THREE], [BODY[0], "MOVL C00001 V=900.0", *BODY[2:]], "2026/01/02 01:00"), "logic"
+        )
+    want = job(
+        [ONE, "12,12,13,14,15,16", THREE], [BODY[0], "MOVL C00001 V=900.0", *BODY[2:]], "2026/01/03 01:00"
+    )
+    for branch, words in (
+        ("office", ["merge", "robot"]),
+        ("again", ["rebase", "robot"]),
+        ("picked", ["cherry-pick", "robot"]),
+    ):
+        git("checkout", "-q", branch)
+        assert git(*words)[0] == 0
+        assert program.read_bytes() == want
+        assert other.read_text().endswith("FIVE\n") == (branch == "office")
+    git("checkout", "-qb", "else", "main")
+    commit(job([ONE, "99,12,13,14,15,16", THREE], BODY), "another night")
+    assert git("merge", "robot")[0] == 1
+    assert git("ls-files", "-u")[1].count("A.JBI") == 3
+    assert b"point C00001: both change it" in program.read_bytes()
+    shown = git("diff", "main", "office", "--", "A.JBI")[1]
+    assert "+MOVL C<12,12,13,14,15,16> V=900.0" in shown
+    assert "DATE" not in shown
+    assert main(["git", "install", "--remove"]) == 0
+    assert not (tmp_path / ".gitattributes").exists()
+
+
+def test_a_merge_that_neither_side_would_have_written_is_told(tmp_path, capsys):
+    """Ours takes a label out that theirs begins to jump to."""
+    base, ours, theirs = (tmp_path / f"{name}.jbi" for name in ("base", "ours", "theirs"))
+    lines = ["TIMER T=1.00", "*A", "TIMER T=2.00", "DOUT OT#(1) ON", "DOUT OT#(2) ON", "TIMER T=3.00"]
+    base.write_bytes(job([], lines))
+    ours.write_bytes(job([], [line for line in lines if line != "*A"]))
+    theirs.write_bytes(job([], [*lines[:5], "JUMP *A IF IN#(1)=ON", lines[5]]))
+    assert main(["merge", str(base), str(ours), str(theirs), "-o", str(tmp_path / "out.jbi")]) == 1
+    assert "error[U022]" in capsys.readouterr().err
