@@ -75,11 +75,15 @@ class Edited(NamedTuple):
 
 
 class SpokenSpeed(NamedTuple):
-    """`speed` of the statement on `line`, written on the line `written`: of a move in KRL mostly another one."""
+    """`speed` of the statement on `line`, written on the line `written`: of a move in KRL mostly another one.
+
+    `place`: where its number stands.
+    """
 
     line: int
     speed: Speed
     written: int
+    place: WrittenSpeed
 
 
 def speed_of(program: Program, line: int) -> Speed | None:
@@ -92,7 +96,7 @@ def speeds(program: Program) -> list[SpokenSpeed]:
     """All speeds that `ChangeSpeed` can change, by line. Raises OlpError (O001)."""
     by_line = _by_line(program)
     found = ((line, _spelt(program, by_line, line)) for line in sorted(by_line))
-    return [SpokenSpeed(line, one[1], one[0].line) for line, one in found if one is not None]
+    return [SpokenSpeed(line, one[1], one[0].line, one[0]) for line, one in found if one is not None]
 
 
 def edited(

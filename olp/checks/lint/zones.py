@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from olp.languages.vendor import CornerSpelling, find_vendor
 
@@ -35,6 +36,38 @@ def smaller(vendor: str, text: str) -> Iterator[str]:
         return
     for one in sizes:
         yield f"{code[: found.start(1)]}{one:.4g}{code[found.end(1) :]}{comment}"
+
+
+class Larger(NamedTuple):
+    """A line with a larger zone, and what that is: "PL=0 → PL=1"."""
+
+    text: str
+    says: str
+
+
+def larger(vendor: str, text: str) -> Iterator[Larger]:
+    """The line with larger zones, the smallest of them first; an exact stop with those that there are."""
+    words = find_vendor(vendor).corners
+    if words is None:
+        return
+    code, comment = _split(text, words)
+    start = code
+    exact = re.search(words.exact[0], code)
+    if exact is not None and re.search(words.zone, code) is None:
+        start = re.sub(*words.exact, code, count=1)
+        yield Larger(start + comment, "stop → smallest zone")
+    found = re.search(words.zone, start)
+    if found is None:
+        return
+    size = float(found[1])
+    sizes = [one for one in words.sizes if one > size] or [
+        size * 2**n for n in range(1, 7) if not words.sizes
+    ]
+    for one in sizes:
+        yield Larger(
+            f"{start[: found.start(1)]}{one:.4g}{start[found.end(1) :]}{comment}",
+            f"zone {found[0]} → {found[0].replace(found[1], f'{one:.4g}')}",
+        )
 
 
 def _split(text: str, words: CornerSpelling) -> tuple[str, str]:

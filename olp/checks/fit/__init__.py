@@ -1,0 +1,1 @@
+"""The cheapest edits that bring a program down to a time."""

@@ -1,0 +1,119 @@
+"""What was fitted, for people and scripts, and the picture of what more and fewer edits can do."""
+
+from __future__ import annotations
+
+import json
+
+from olp.checks.fit.fit import Fit
+from olp.reports.plot import picture, refuse_unknown
+from olp.reports.plot.axes import Axes
+from olp.reports.plot.figure import Dot, Figure, TextLabel
+
+
+def as_text(fit: Fit) -> str:
+    """A table of the edits, how sure it is, and the front."""
+    total = fit.timing.total_s
+    head = f"{fit.before_s:.3f} → {total:.3f} s"
+    if fit.reached:
+        count = len(fit.edits)
+        rows = [f"{head}: {count} edit{'s' * (count != 1)} for {fit.to_s:g} s"]
+    else:
+        best = f"{head} is the best that {len(fit.edits)} edits can do"
+        rows = [f"{fit.to_s:g} s cannot be reached: {best}; nothing is written"]
+    rows += _table(fit)
+    if fit.limits:
+        rows.append("what stops it:")
+        rows += [f"  {one}" for one in fit.limits]
+    ends, needed = fit.timing.total_ends, fit.needed_s
+    if ends is not None and needed is not None:
+        rows.append(
+            f"in 95 % of cases {ends[0]:.3f} to {ends[1]:.3f} s: {fit.to_s:g} s holds in them from {needed:.3f} s on"
+        )
+    rows.append("best totals:")
+    rows += [
+        f"  {one.edits:4} edits, corners within {one.within_mm:g} mm: {one.total_s:.3f} s"
+        for one in fit.front
+    ]
+    return "\n".join(rows)
+
+
+def _table(fit: Fit) -> list[str]:
+    if not fit.edits:
+        return []
+    cells = [("line", "edit", "gained s", "mm", "limited now by")]
+    cells += [
+        (
+            str(one.choice.line),
+            one.choice.says,
+            f"{one.gained_s:.3f}",
+            f"{one.deviation_mm:.3f}" if one.choice.zone >= 0 else "",
+            one.limit,
+        )
+        for one in fit.edits
+    ]
+    widths = [max(len(row[k]) for row in cells) for k in range(5)]
+    return [
+        f"  {a:>{widths[0]}}  {b:{widths[1]}}  {c:>{widths[2]}}  {d:>{widths[3]}}  {e}".rstrip()
+        for a, b, c, d, e in cells
+    ]
+
+
+def as_json(fit: Fit) -> dict[str, object]:
+    """The same as data."""
+    ends = fit.timing.total_ends
+    return {
+        "file": fit.program.path,
+        "reached": fit.reached,
+        "to_s": fit.to_s,
+        "before_s": fit.before_s,
+        "total_s": fit.timing.total_s,
+        "low_s": None if ends is None else ends[0],
+        "high_s": None if ends is None else ends[1],
+        "needed_s": fit.needed_s,
+        "edits": [
+            {
+                "kind": one.choice.kind,
+                "line": one.choice.line,
+                "says": one.choice.says,
+                "gained_s": one.gained_s,
+                "deviation_mm": one.deviation_mm,
+                "limited_by": one.limit,
+            }
+            for one in fit.edits
+        ],
+        "limits": list(fit.limits),
+        "front": [one._asdict() for one in fit.front],
+    }
+
+
+def refuse_front(path: str) -> None:
+    """Raises OlpError (E003) for a file name that is neither JSON nor a picture."""
+    if not path.lower().endswith(".json"):
+        refuse_unknown(path)
+
+
+def front_file(fit: Fit, path: str | None) -> bytes | None:
+    """The front as `path` wants it."""
+    if path is None:
+        return None
+    if path.lower().endswith(".json"):
+        return (json.dumps([one._asdict() for one in fit.front], indent=2) + "\n").encode()
+    return picture(front_figure(fit), path)
+
+
+def front_figure(fit: Fit) -> Figure:
+    """Totals over the number of edits, and the time that is asked for."""
+    figure = Figure(640, 400, "best totals by number of edits")
+    most = max((one.edits for one in fit.front), default=1) or 1
+    seconds = [*(one.total_s for one in fit.front), fit.to_s]
+    room = 0.05 * (max(seconds) - min(seconds) or 1.0)
+    axes = Axes(figure, 70, 40, 540, 300, (0.0, most + 0.5), (min(seconds) - room, max(seconds) + room))
+    axes.frame("edits", "s", "what so many edits can do at best")
+    axes.line([0.0, most + 0.5], [fit.to_s, fit.to_s], "orange", dash=(5, 4))
+    figure.add(
+        TextLabel(axes.left + axes.width - 4, axes.y(fit.to_s) - 5, f"{fit.to_s:g} s", "orange", anchor="end")
+    )
+    points = sorted((one.edits, one.total_s) for one in fit.front)
+    axes.line([x for x, _ in points], [y for _, y in points], "blue")
+    figure.add(*(Dot(axes.x(x), axes.y(y), 3.5, "blue") for x, y in points))
+    return figure
