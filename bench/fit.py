@@ -38,6 +38,7 @@ ROBOTS = {
     "urscript": "universal-robots/ur10e",
 }
 WITHIN = 2.0  # mm
+FASTEST = 1.0  # m/s, of the tool in real programs
 TARGETS = (0.05, 0.10, 0.20)
 
 
@@ -161,15 +162,24 @@ def small(count: int, seed: int) -> None:
 
 
 def programs(folder: Path) -> Iterator[Path]:
+    """Programs below the folder, one of each of its folders in turn."""
     suffixes = vendor_suffixes()
-    for path in sorted(folder.rglob("*")):
-        if path.name.lower().endswith(suffixes) and path.is_file() and path.stat().st_size < 300_000:
-            yield path
+    rows = [
+        [
+            path
+            for path in sorted(one.rglob("*"))
+            if path.name.lower().endswith(suffixes) and path.is_file() and path.stat().st_size < 300_000
+        ]
+        for one in sorted(path for path in folder.iterdir() if path.is_dir())
+    ]
+    for number in range(max(map(len, rows), default=0)):
+        yield from (row[number] for row in rows if number < len(row))
 
 
 def real(folder: Path, most: int) -> None:
     sums: Counter[str] = Counter()
     slowest: list[tuple[float, str]] = []
+    why: Counter[str] = Counter()
     jobs = 0
     with tempfile.TemporaryDirectory() as name:
         for path in programs(folder):
@@ -195,11 +205,13 @@ def real(folder: Path, most: int) -> None:
             for share in TARGETS:
                 begin = time.process_time()
                 run = lambda one, robot=robot, path=path: timed(one, robot, path.parent)  # noqa: E731
-                found = fit(program, base.total_s * (1 - share), run, Allowed(WITHIN * mm))
+                found = fit(program, base.total_s * (1 - share), run, Allowed(WITHIN * mm, FASTEST))
                 seconds = time.process_time() - begin
                 slowest.append((seconds, f"{path.name}, {len(program.source.lines)} lines"))
                 what = "reached" if found.reached else "the best is told"
                 sums[f"{share:4.0%} faster: {what}"] += 1
+                if not found.reached and share == TARGETS[0]:
+                    why[found.limits[0].split(" s, ")[-1].partition(":")[0]] += 1
                 out = Path(name) / path.name
                 sums["answers that do not hold"] += found.reached and bool(
                     _replayed_there(found, out, path, robot)
@@ -207,6 +219,7 @@ def real(folder: Path, most: int) -> None:
     print(f"{jobs} programs")
     for key, value in sorted(sums.items()):
         print(f"{value:6} {key}")
+    print(f"what rules the longest line where {TARGETS[0]:.0%} are not reached:", dict(why.most_common(6)))
     for seconds, what in sorted(slowest)[-3:]:
         print(f"{seconds:6.2f} s of CPU: {what}")
 

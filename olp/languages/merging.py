@@ -21,7 +21,7 @@ _NEVER = re.compile(r"(?!)")
 _DIGITS = re.compile(r"\d+")
 
 
-class Rule(Enum):
+class RecordRule(Enum):
     """Which of two texts of one record holds when both sides have changed it."""
 
     ASK = "a person decides"
@@ -30,7 +30,7 @@ class Rule(Enum):
     GREATEST = "the greater number"
 
 
-class Use(NamedTuple):
+class NumberedUse(NamedTuple):
     """A numbered position, of one routine. `width`: digits as written."""
 
     family: str
@@ -52,8 +52,8 @@ class Piece:
     code: str
     name: str = ""
     loose: bool = False
-    rule: Rule = Rule.ASK
-    uses: tuple[Use, ...] = ()
+    rule: RecordRule = RecordRule.ASK
+    uses: tuple[NumberedUse, ...] = ()
 
     @property
     def says_nothing(self) -> bool:
@@ -71,7 +71,7 @@ class Row:
     `before`: what held in front of `lead`.
     """
 
-    use: Use
+    use: NumberedUse
     lines: tuple[str, ...]
     ends: tuple[str, ...]
     state: tuple[str, ...] = ()
@@ -118,7 +118,7 @@ class MergeRules:
     loose_data: ClassVar[bool] = True
     data_ends: ClassVar[str] = ""
     scope: ClassVar[re.Pattern[str]] = _NEVER
-    heads: ClassVar[tuple[tuple[re.Pattern[str], Rule], ...]] = ()
+    heads: ClassVar[tuple[tuple[re.Pattern[str], RecordRule], ...]] = ()
 
     def cut(self, text: str) -> Cut:
         """The pieces of a text, in order."""
@@ -132,7 +132,7 @@ class MergeRules:
         """A record that tells how many positions of a family or numbered lines there are, told anew."""
         return piece.lines[0]
 
-    def spelled(self, use: Use, number: int) -> str:
+    def spelled(self, use: NumberedUse, number: int) -> str:
         """The number of a position."""
         return str(number)
 

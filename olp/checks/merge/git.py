@@ -18,7 +18,7 @@ from olp.core.diagnostic import OlpError, error
 from olp.core.files import from_os_error, read_input, write_output
 from olp.core.git import asked_of_git, git
 from olp.core.source import decode
-from olp.languages.merging import COUNTER, NUMBER, MergeRules, Row, Rule
+from olp.languages.merging import COUNTER, NUMBER, MergeRules, RecordRule, Row
 from olp.languages.vendor import find_vendor, part_of, recognise, vendor_names
 
 _FIRST, _LAST = "# olp git install: robot programs", "# olp git install: end"
@@ -111,7 +111,7 @@ def _shown(rules: MergeRules, text: str) -> Iterator[str]:
     rows = {row.use[:2]: row for some in cut.rows.values() for row in some}
     used = {use[:2] for piece in cut.pieces for use in piece.uses}
     for piece in cut.pieces:
-        if piece.rule is not Rule.ASK:
+        if piece.rule is not RecordRule.ASK:
             continue
         if not piece.lines:
             # What no move uses.

@@ -22,11 +22,11 @@ from olp.languages.merging import (
     Choice,
     Cut,
     MergeRules,
+    NumberedUse,
     Piece,
+    RecordRule,
     Row,
-    Rule,
     TableText,
-    Use,
     later,
     lines_of,
 )
@@ -36,14 +36,14 @@ _WORD = re.compile(r"\w+")
 _TOUCHED = 0.3  # of the likeness of two moves: how much their points say
 
 
-class Item(NamedTuple):
+class MergeItem(NamedTuple):
     """A piece as it stands in a merge: `ids` of its positions instead of their numbers. `at`: its place there."""
 
     piece: Piece
     ids: tuple[str, ...] = ()
     at: int = -1
 
-    def same(self, other: Item) -> bool:
+    def same(self, other: MergeItem) -> bool:
         return self.piece.lines == other.piece.lines and self.ids == other.ids
 
     @property
@@ -63,16 +63,16 @@ class Clash(NamedTuple):
     what: str
     name: str
     why: str
-    base: tuple[Item, ...]
-    ours: tuple[Item, ...]
-    theirs: tuple[Item, ...]
+    base: tuple[MergeItem, ...]
+    ours: tuple[MergeItem, ...]
+    theirs: tuple[MergeItem, ...]
 
 
 class TableHere(NamedTuple):
     name: str
 
 
-Settled = Item | Clash | TableHere
+Settled = MergeItem | Clash | TableHere
 
 
 def merge_texts(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedText:
@@ -90,7 +90,7 @@ def merge_texts(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedT
         side.identify(_followed(first, side, found, fixed))
     work = _Merge(rules, first, sides[0], sides[1])
     settled = work.settled(*pairs)
-    return _Writer(work, fixed, (base, ours, theirs)).written(settled)
+    return _MergeWriter(work, fixed, (base, ours, theirs)).written(settled)
 
 
 def _unscoped(cuts: Sequence[Cut]) -> list[Cut]:
@@ -155,8 +155,8 @@ class _Version:
             f"\4{name}" if name else self._code(piece)
             for name, piece in zip(self.names, self.pieces, strict=True)
         ]
-        self.items: list[Item] = []
-        self.by_name: dict[str, Item] = {}
+        self.items: list[MergeItem] = []
+        self.by_name: dict[str, MergeItem] = {}
         self.by_id: dict[str, Row] = {}
         self.content_of: dict[str, str] = {}
         self.table_of: dict[str, str] = {}
@@ -166,7 +166,7 @@ class _Version:
             return piece.code
         return f"{piece.code}\5{'|'.join(self._content(use) for use in piece.uses)}"
 
-    def _content(self, use: Use) -> str:
+    def _content(self, use: NumberedUse) -> str:
         return self.content.get((use.family, use.number), f"{use.family} {use.number}")
 
     def identify(self, known: Mapping[tuple[str, int], str]) -> None:
@@ -176,7 +176,9 @@ class _Version:
             return known.get((family, number)) or f"{family} {number}"
 
         self.items = [
-            Item(piece, tuple(name(use.family, use.number) for use in piece.uses) if piece.uses else (), at)
+            MergeItem(
+                piece, tuple(name(use.family, use.number) for use in piece.uses) if piece.uses else (), at
+            )
             for at, piece in enumerate(self.pieces)
         ]
         self.by_name = {name: self.items[at] for at, name in enumerate(self.names) if name}
@@ -312,7 +314,7 @@ def _followed(
 # --- Which side holds ---
 
 
-class _Row(NamedTuple):
+class _MergedRow(NamedTuple):
     """What became of a position: `row` None: it is gone. `clash`: ours and theirs."""
 
     row: Row | None
@@ -366,7 +368,7 @@ class _Merge:
         else:
             yield from self._both(ours, theirs)
 
-    def _both(self, ours: Sequence[Item], theirs: Sequence[Item]) -> Iterator[Settled]:
+    def _both(self, ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> Iterator[Settled]:
         """Both sides put something at the same place."""
         if all(one.piece.loose or not one.piece.code for one in (*ours, *theirs)):
             self._count(ours, theirs)
@@ -391,15 +393,15 @@ class _Merge:
         yield from self._clash("both put something here", mine, other)
         yield from self._each(_nicer(ours[len(ours) - stop :], theirs[len(theirs) - stop :]))
 
-    def _clash(self, why: str, ours: Sequence[Item], theirs: Sequence[Item]) -> Iterator[Settled]:
+    def _clash(self, why: str, ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> Iterator[Settled]:
         """Data that stand among what somebody has to choose are what they became, and chosen apart from it."""
         after: list[Settled] = []
 
-        def side(items: Sequence[Item]) -> Iterator[Item]:
+        def side(items: Sequence[MergeItem]) -> Iterator[MergeItem]:
             for item in items:
                 name = self._name(item)
                 found = list(self._named(name)) if name else [item]
-                if len(found) == 1 and isinstance(found[0], Item):
+                if len(found) == 1 and isinstance(found[0], MergeItem):
                     yield found[0]
                 else:
                     after.extend(found)
@@ -407,11 +409,11 @@ class _Merge:
         yield Clash("statement", "", why, (), tuple(side(ours)), tuple(side(theirs)))
         yield from after
 
-    def _count(self, ours: Sequence[Item], theirs: Sequence[Item]) -> None:
+    def _count(self, ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> None:
         self.taken["ours"].statements += len(ours)
         self.taken["theirs"].statements += len(theirs)
 
-    def _each(self, items: Iterable[Item]) -> Iterator[Settled]:
+    def _each(self, items: Iterable[MergeItem]) -> Iterator[Settled]:
         for item in items:
             name = self._name(item)
             if not name:
@@ -421,7 +423,7 @@ class _Merge:
             else:
                 yield from self._named(name)
 
-    def _name(self, item: Item) -> str:
+    def _name(self, item: MergeItem) -> str:
         name = item.piece.name
         known = (self.base.by_name, self.ours.by_name, self.theirs.by_name)
         return name if any(name in one for one in known) else ""
@@ -462,7 +464,7 @@ class _Merge:
             else:
                 yield merged
 
-    def _elsewhere(self, base: Item) -> str:
+    def _elsewhere(self, base: MergeItem) -> str:
         """Says so where one side took out what the other has put elsewhere."""
         if base.piece.says_nothing:
             return ""
@@ -472,7 +474,7 @@ class _Merge:
         gone, moved = ("ours", "theirs") if o < b else ("theirs", "ours")
         return f"{gone} takes it out, {moved} has it elsewhere"
 
-    def _merged(self, base: Item, ours: Item, theirs: Item) -> Item | None:
+    def _merged(self, base: MergeItem, ours: MergeItem, theirs: MergeItem) -> MergeItem | None:
         """None: both changed the same of it."""
         if ours.same(theirs):
             self.taken["both"].statements += not ours.same(base)
@@ -488,7 +490,7 @@ class _Merge:
             return _nicer([ours], [theirs])[0]
         return ours if theirs.words == base.words else theirs if ours.words == base.words else None
 
-    def _by_slots(self, base: Item, ours: Item, theirs: Item) -> Item | None:
+    def _by_slots(self, base: MergeItem, ours: MergeItem, theirs: MergeItem) -> MergeItem | None:
         """Indentation, words and comment of a line change independently."""
         slots = [self.rules.split(one.piece.lines[0]) for one in (base, ours, theirs)]
         texts: list[str] = []
@@ -520,7 +522,7 @@ class _Merge:
             (line,), chosen.piece.ends, chosen.piece.code, chosen.piece.name, chosen.piece.loose,
             chosen.piece.rule, chosen.piece.uses,
         )  # fmt: skip
-        return Item(piece, chosen.ids, chosen.at)
+        return MergeItem(piece, chosen.ids, chosen.at)
 
     # --- what has a name
 
@@ -545,7 +547,7 @@ class _Merge:
                     yield Clash(what, shown, why, _tuple(base), _tuple(ours), _tuple(theirs))
             return
         rule = ours.piece.rule
-        if rule in (Rule.NEWEST, Rule.GREATEST) and not ours.same(theirs):
+        if rule in (RecordRule.NEWEST, RecordRule.GREATEST) and not ours.same(theirs):
             yield ours if later(ours.piece.code, theirs.piece.code) == ours.piece.code else theirs
             return
         if base is None:
@@ -554,7 +556,7 @@ class _Merge:
             merged = self._merged(base, ours, theirs)
             if merged is not None and not merged.same(base) and what == "data":
                 self._note(_who(base.says, ours.says, theirs.says), shown)
-        if rule is Rule.COUNTED:
+        if rule is RecordRule.COUNTED:
             yield merged or ours
         elif merged is None:
             yield Clash(what, shown, "both change it", _tuple(base), (ours,), (theirs,))
@@ -565,7 +567,7 @@ class _Merge:
         if word:
             self.taken[word].points.append(name)
 
-    def _gone(self, name: str, base: Item, kept: Item, gone: _Version) -> bool:
+    def _gone(self, name: str, base: MergeItem, kept: MergeItem, gone: _Version) -> bool:
         """Whether what one side took out may go: the other neither changed it nor has begun to use it."""
         if kept.words != base.words:
             return False
@@ -584,22 +586,22 @@ class _Merge:
 
     # --- positions with numbers
 
-    def row(self, name: str, used: bool) -> _Row:
+    def row(self, name: str, used: bool) -> _MergedRow:
         """What became of a position, `used` by a statement of the merge."""
         ours, theirs = self.ours.by_id.get(name), self.theirs.by_id.get(name)
         b, o, t = (one.content_of.get(name) for one in (self.base, self.ours, self.theirs))
         if o == t:
-            return _Row(_nicer_row(ours, theirs), side="both" if o != b else "")
+            return _MergedRow(_nicer_row(ours, theirs), side="both" if o != b else "")
         if o == b or t == b:
             # What one side took out stays where the other has begun to use it.
             kept, word = (theirs, "theirs") if o == b else (ours, "ours")
             if kept is None and used:
-                return _Row(ours or theirs)
-            return _Row(kept, side=word)
-        return _Row(None, (ours, theirs))
+                return _MergedRow(ours or theirs)
+            return _MergedRow(kept, side=word)
+        return _MergedRow(None, (ours, theirs))
 
 
-def _tuple(item: Item | None) -> tuple[Item, ...]:
+def _tuple(item: MergeItem | None) -> tuple[MergeItem, ...]:
     return () if item is None else (item,)
 
 
@@ -609,7 +611,7 @@ def _who(base: object, ours: object, theirs: object) -> str:
     return "theirs" if ours == base else "ours" if theirs == base else "both"
 
 
-def _nicer(ours: Sequence[Item], theirs: Sequence[Item]) -> list[Item]:
+def _nicer(ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> list[MergeItem]:
     """Of pieces that say the same the same ones, whichever side is called ours."""
     return [min(pair, key=lambda one: one.piece.lines) for pair in zip(ours, theirs, strict=True)]
 
@@ -620,9 +622,9 @@ def _nicer_row(ours: Row | None, theirs: Row | None) -> Row | None:
     return min(ours, theirs, key=lambda row: (row.lines, row.lead, row.before))
 
 
-def _by_groups(ours: Sequence[Item], theirs: Sequence[Item]) -> list[Item]:
+def _by_groups(ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> list[MergeItem]:
     """Data of both sides in an order that does not depend on which side is which."""
-    groups: dict[str, dict[str, Item]] = {}
+    groups: dict[str, dict[str, MergeItem]] = {}
     for item in (*ours, *theirs):
         group = item.piece.name.partition("[")[0]
         groups.setdefault(group, {}).setdefault(item.piece.name, item)
@@ -633,7 +635,7 @@ def _by_groups(ours: Sequence[Item], theirs: Sequence[Item]) -> list[Item]:
     ]
 
 
-def _closing_last(item: Item) -> tuple[bool, int, str]:
+def _closing_last(item: MergeItem) -> tuple[bool, int, str]:
     name = item.piece.name
     digits = re.findall(r"\d+", name.partition("[")[2])
     return name.endswith("["), int(digits[0]) if digits else -1, name
@@ -644,9 +646,9 @@ class _Matched:
 
     def __init__(self, base: _Version, side: _Version, pairs: Sequence[tuple[int, int]]) -> None:
         self.version = side
-        self.of: list[Item | None] = [None] * len(base.items)
+        self.of: list[MergeItem | None] = [None] * len(base.items)
         self.names = base.names
-        self.inserted: dict[int, list[Item]] = {}
+        self.inserted: dict[int, list[MergeItem]] = {}
         last = 0
         gap = 0
         for i, j in (*pairs, (len(base.items), len(side.items))):
@@ -665,7 +667,7 @@ class _Matched:
         return self.of[at] is None and not (self.names[at] and self.names[at] in self.version.by_name)
 
 
-def _context(mine: _Matched, other: _Matched, new: Sequence[Item], at: int) -> str:
+def _context(mine: _Matched, other: _Matched, new: Sequence[MergeItem], at: int) -> str:
     """Why what `mine` put before the piece `at` of the base cannot stand there; "" where it can."""
     if all(one.piece.says_nothing or one.piece.loose for one in new):
         return ""
@@ -704,7 +706,7 @@ def _joined(found: Sequence[Settled]) -> Iterator[Settled]:
 # --- The text ---
 
 
-class _Writer:
+class _MergeWriter:
     """Numbers the positions and lines of a merge and writes it."""
 
     def __init__(self, work: _Merge, fixed: frozenset[str], texts: tuple[str, str, str]) -> None:
@@ -737,8 +739,8 @@ class _Writer:
         taken = {word: Taken(tuple(one.points), one.statements) for word, one in self.work.taken.items()}
         return MergedText(tuple(parts), self.newline, self.ended, taken)
 
-    def _tables(self, used: set[str]) -> dict[str, dict[str, _Row]]:
-        found: dict[str, dict[str, _Row]] = {}
+    def _tables(self, used: set[str]) -> dict[str, dict[str, _MergedRow]]:
+        found: dict[str, dict[str, _MergedRow]] = {}
         seen: set[str] = set()
         for version in self.versions:
             for name, table in version.table_of.items():
@@ -752,7 +754,7 @@ class _Writer:
 
     # --- numbers
 
-    def _number(self, used: Sequence[str], tables: Mapping[str, Mapping[str, _Row]]) -> None:
+    def _number(self, used: Sequence[str], tables: Mapping[str, Mapping[str, _MergedRow]]) -> None:
         rest = set(chain.from_iterable(tables.values())) - set(used)
         names = [*used, *sorted(rest, key=lambda one: (self._wish(one), one))]
         families: dict[str, list[str]] = {}
@@ -792,8 +794,8 @@ class _Writer:
 
     # --- lines
 
-    def _lines(self, item: Item, total: int) -> Iterator[TextLine]:
-        if item.piece.rule is Rule.COUNTED and any(
+    def _lines(self, item: MergeItem, total: int) -> Iterator[TextLine]:
+        if item.piece.rule is RecordRule.COUNTED and any(
             version.counts(item.piece.name, self.rules) for version in self.versions
         ):
             yield TextLine(self.rules.counted(item.piece, self.totals, total), self._end(item.piece.ends[0]))
@@ -810,13 +812,13 @@ class _Writer:
                 text = head + "".join(self._spelt(next(uses), next(names)) + part for part in rest)
             yield TextLine(text, self._end(end))
 
-    def _spelt(self, use: Use, name: str) -> str:
+    def _spelt(self, use: NumberedUse, name: str) -> str:
         return self.rules.spelled(use._replace(width=self.widths[use.family]), self.numbers[name])
 
     def _end(self, end: str) -> str:
         return self.newline if end and self._alike else end
 
-    def _table(self, table: str, rows: Mapping[str, _Row]) -> Iterator[TextLine | Hunk]:
+    def _table(self, table: str, rows: Mapping[str, _MergedRow]) -> Iterator[TextLine | Hunk]:
         order = list(rows)
         if all(_ascending(version, table) for version in self.versions):
             rank = self._ranks(table)
@@ -908,7 +910,7 @@ class _Writer:
         )
         return Hunk(clash.what, clash.name, clash.why, ours, theirs, base, *at)
 
-    def _lines_of(self, version: _Version, clash: Clash, items: Sequence[Item]) -> tuple[int, ...]:
+    def _lines_of(self, version: _Version, clash: Clash, items: Sequence[MergeItem]) -> tuple[int, ...]:
         starts = version.lines_at
         if clash.what == "statement":
             return tuple(
@@ -919,14 +921,14 @@ class _Writer:
         return tuple(starts[one.at] for one in version.items if word and pattern.search(one.piece.code))
 
 
-def _rows_of(row: _Row) -> Iterator[Row]:
+def _rows_of(row: _MergedRow) -> Iterator[Row]:
     for one in (row.row, *(row.clash or ())):
         if one is not None:
             yield one
 
 
 def _ids(one: Settled) -> Iterator[str]:
-    if isinstance(one, Item):
+    if isinstance(one, MergeItem):
         yield from one.ids
     elif isinstance(one, Clash):
         for item in (*one.ours, *one.theirs):
@@ -934,7 +936,7 @@ def _ids(one: Settled) -> Iterator[str]:
 
 
 def _counted(one: Settled) -> int:
-    if isinstance(one, Item):
+    if isinstance(one, MergeItem):
         return sum(text.startswith(COUNTER) for text in one.piece.lines)
     if isinstance(one, Clash):
         return max(sum(_counted(item) for item in side) for side in (one.ours, one.theirs))

@@ -16,12 +16,12 @@ from olp.languages.merging import (
     Choice,
     Cut,
     MergeRules,
+    NumberedUse,
     Piece,
+    RecordRule,
     Row,
-    Rule,
     Side,
     TableText,
-    Use,
     lines_of,
 )
 
@@ -38,10 +38,10 @@ _TAUGHT: Final = ("C", "BC", "EC", "E")
 class InformMerging(MergeRules):
     comments = ("//",)
     whole_comments = ("'",)
-    heads: ClassVar[tuple[tuple[re.Pattern[str], Rule], ...]] = (
-        (re.compile(r"///DATE\b"), Rule.NEWEST),
-        (re.compile(r"///NPOS\b"), Rule.COUNTED),
-        (re.compile(r"//(?:NAME|INST)\b|/{3,4}[A-Z]+\d*"), Rule.ASK),
+    heads: ClassVar[tuple[tuple[re.Pattern[str], RecordRule], ...]] = (
+        (re.compile(r"///DATE\b"), RecordRule.NEWEST),
+        (re.compile(r"///NPOS\b"), RecordRule.COUNTED),
+        (re.compile(r"//(?:NAME|INST)\b|/{3,4}[A-Z]+\d*"), RecordRule.ASK),
     )
 
     def cut(self, text: str) -> Cut:
@@ -93,7 +93,7 @@ class InformMerging(MergeRules):
         head, uses = text[:stop], []
         if not text.startswith("'"):
             for found in _USED.finditer(head):
-                uses.append((found.span(2), Use(f"{job}:{found[1]}", int(found[2]), len(found[2]))))
+                uses.append((found.span(2), NumberedUse(f"{job}:{found[1]}", int(found[2]), len(found[2]))))
         for (start, last), _ in reversed(uses):
             text = text[:start] + NUMBER + text[last:]
         return Piece((text,), (end,), self.code(text), uses=tuple(use for _, use in uses))
@@ -117,7 +117,7 @@ class InformMerging(MergeRules):
         told = ",".join(str(totals.get(f"{job}:{family}", 0)) for family in _FAMILIES)
         return _COUNTS.sub(told, piece.lines[0], 1)
 
-    def spelled(self, use: Use, number: int) -> str:
+    def spelled(self, use: NumberedUse, number: int) -> str:
         return f"{number:0{use.width}d}"
 
 
@@ -139,7 +139,7 @@ class _Table:
             self.lead.append(line)
             self._record(line[0])
             return
-        use = Use(f"{self.job}:{match[1]}", int(match[2]), len(match[2]))
+        use = NumberedUse(f"{self.job}:{match[1]}", int(match[2]), len(match[2]))
         text = f"{line[0][: match.start(2)]}{NUMBER}={match[3]}"
         means = _means(self.state)
         self.rows.append(Row(use, (text,), (line[1],), self.state, tuple(self.lead), self.before, means))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from olp.languages.merging import Cut, MergeRules, Rule
+from olp.languages.merging import Cut, MergeRules, RecordRule
 
 _WORDS = "FOR|IF|ELSE|WHILE|UNTIL|WAIT|SWITCH|CASE|RETURN|GOTO|INTERRUPT|TRIGGER|SIGNAL|PTP|LIN|CIRC|EXT|ENUM|STRUC"
 _LIST = re.compile(r"^\s*DEFDAT\b", re.IGNORECASE | re.MULTILINE)
@@ -18,8 +18,8 @@ class KrlMerging(MergeRules):
     )
     scope = re.compile(r"\s*(?:GLOBAL\s+)?(?:DEFFCT\s+\w+(?:\[\s*\])?|DEF|DEFDAT)\s+([\w$]+)", re.IGNORECASE)
     heads = (
-        (re.compile(r"&REL\b", re.IGNORECASE), Rule.GREATEST),
-        (re.compile(r"&PARAM\s+\w+|&\w+", re.IGNORECASE), Rule.ASK),
+        (re.compile(r"&REL\b", re.IGNORECASE), RecordRule.GREATEST),
+        (re.compile(r"&PARAM\s+\w+|&\w+", re.IGNORECASE), RecordRule.ASK),
     )
 
     def cut(self, text: str) -> Cut:

@@ -17,12 +17,12 @@ from olp.languages.merging import (
     Choice,
     Cut,
     MergeRules,
+    NumberedUse,
     Piece,
+    RecordRule,
     Row,
-    Rule,
     Side,
     TableText,
-    Use,
     lines_of,
 )
 
@@ -38,10 +38,10 @@ _FAMILY: Final = "P"
 class TpMerging(MergeRules):
     whole_comments = ("!",)
     heads = (
-        (re.compile(r"(?:CREATE|MODIFIED)\b"), Rule.NEWEST),
-        (re.compile(r"LINE_COUNT\b"), Rule.COUNTED),
-        (re.compile(r"(?:PROG_SIZE|MEMORY_SIZE|VERSION)\b"), Rule.GREATEST),
-        (re.compile(r"/PROG\b|[A-Z_]+(?=\s*=)"), Rule.ASK),
+        (re.compile(r"(?:CREATE|MODIFIED)\b"), RecordRule.NEWEST),
+        (re.compile(r"LINE_COUNT\b"), RecordRule.COUNTED),
+        (re.compile(r"(?:PROG_SIZE|MEMORY_SIZE|VERSION)\b"), RecordRule.GREATEST),
+        (re.compile(r"/PROG\b|[A-Z_]+(?=\s*=)"), RecordRule.ASK),
     )
 
     def cut(self, text: str) -> Cut:
@@ -86,10 +86,10 @@ class TpMerging(MergeRules):
         return Cut(pieces, {_TABLE: rows}, {}, frozenset({_FAMILY} if indirect else ()))
 
     def _instruction(self, lines: Sequence[tuple[str, str]]) -> Piece:
-        uses: list[Use] = []
+        uses: list[NumberedUse] = []
 
         def numbered(match: re.Match[str]) -> str:
-            uses.append(Use(_FAMILY, int(match[1]), 1))
+            uses.append(NumberedUse(_FAMILY, int(match[1]), 1))
             return match[0][: match.start(1) - match.start()] + NUMBER
 
         texts = tuple(
@@ -146,7 +146,7 @@ def _row(lines: Sequence[tuple[str, str]], at: int) -> tuple[Row | None, int]:
     texts = [text for text, _ in lines[at : stop + 1]]
     texts[0] = texts[0][: head.start(1)] + NUMBER + texts[0][head.end(1) :]
     return Row(
-        Use(_FAMILY, int(head[1]), 1), tuple(texts), tuple(end for _, end in lines[at : stop + 1])
+        NumberedUse(_FAMILY, int(head[1]), 1), tuple(texts), tuple(end for _, end in lines[at : stop + 1])
     ), stop
 
 
