@@ -51,7 +51,7 @@ def run(args: Namespace) -> int:
     try:
         merged = merge_files(inputs, str(home), job)
     except OlpError as problem:
-        if args.driver is None or problem.diagnostics[0].code != "P002":
+        if args.driver is None or problem.diagnostics[0].code != "U024":
             raise
         # Other files have these suffixes, too: git's own merge is better than none.
         return text_merge(inputs, args.marker_size)

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from olp.core.diagnostic import OlpError, error
+from olp.core.diagnostic import OlpError
 from olp.core.files import from_os_error, read_input, write_output
 from olp.core.git import asked_of_git, git
 from olp.core.source import decode
@@ -58,11 +58,7 @@ def remove() -> list[str]:
 
 
 def _top() -> Path:
-    found = git("rev-parse", "--show-toplevel")
-    if found is None:
-        help = "go to a folder of a repository, or make one: git init"
-        raise OlpError(error("U002", "git: this is no repository with files", help=help))
-    return Path(os.fsdecode(found).rstrip("\n"))
+    return Path(os.fsdecode(asked_of_git("rev-parse", "--show-toplevel")).rstrip("\n"))
 
 
 def _text(path: Path) -> str:

@@ -1,7 +1,8 @@
 """Three files become one: what is read, what comes out, how long it takes, and which budgets it breaks.
 
 Codes: U020 a version that cannot be merged, U021 conflict markers in a version, U022 the merged program has a
-mistake that neither side has, U023 its time is that of a part.
+mistake that neither side has, U023 its time is that of a part, U024 no program
+of a language that is known.
 """
 
 from __future__ import annotations
@@ -185,7 +186,7 @@ class Merged:
 def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:
     """The merge of three files, `home` being where the program belongs: what it calls stands there.
 
-    `job`: how it is timed, None: not at all. Raises OlpError (P002 for a language that nobody reads, P004, U020, U021).
+    `job`: how it is timed, None: not at all. Raises OlpError (C005, U020, U021, U024).
     """
     texts = [_read(path) for path in paths]
     vendor = _language(texts, home)
@@ -224,7 +225,7 @@ def _language(texts: Sequence[bytes], home: str) -> Vendor:
             return found
     raise OlpError(
         error(
-            "P002",
+            "U024",
             "this is no robot program that olp knows",
             file=home,
             help="merge programs and data of robots: olp vendors lists their suffixes",
