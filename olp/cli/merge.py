@@ -41,20 +41,17 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.checks.merge.merge import merge_files, text_merge
+    from olp.checks.merge.merge import is_known, merge_files, text_merge
     from olp.cli.time import print_diagnostics, settings_of
 
     inputs = [args.base, args.ours, args.theirs]
     target = _target(args, inputs)
     job = None if args.no_time else settings_of(args)
     home = args.driver or (args.ours if target in (None, "-") else target)
-    try:
-        merged = merge_files(inputs, str(home), job)
-    except OlpError as problem:
-        if args.driver is None or problem.diagnostics[0].code != "U024":
-            raise
+    if args.driver is not None and not is_known(inputs, str(home)):
         # Other files have these suffixes, too: git's own merge is better than none.
         return text_merge(inputs, args.marker_size)
+    merged = merge_files(inputs, str(home), job)
     data = merged.to_bytes(args.marker_size)
     write_output(target, data, inputs=inputs, in_place=args.driver is not None)
     quiet = target in (None, "-") or args.driver is not None

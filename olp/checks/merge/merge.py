@@ -199,6 +199,11 @@ def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:
     return _timed(result, vendor, merged, texts, job)
 
 
+def is_known(paths: Sequence[str], home: str) -> bool:
+    """Whether one of three files is of a language that olp merges. Raises OlpError (C005)."""
+    return _known([_read(path) for path in paths], home) is not None
+
+
 def text_merge(paths: Sequence[str], size: int) -> int:
     """Git's own merge over the second file, for texts of no language. How many conflicts: 0, or 1 for any."""
     from olp.core.files import write_output
@@ -217,12 +222,9 @@ def _read(path: str) -> bytes:
 
 
 def _language(texts: Sequence[bytes], home: str) -> Vendor:
-    """The vendor of the first version that says whose it is: the base is empty where both sides are new."""
-    for data in texts:
-        found = recognise(decode(data, home)) if data.strip() else None
-        # Suffixes are those of other makers' files, too; a text that is none of the language stays as it is.
-        if found is not None and found.sniff(decode(data, home)):
-            return found
+    found = _known(texts, home)
+    if found is not None:
+        return found
     raise OlpError(
         error(
             "U024",
@@ -231,6 +233,16 @@ def _language(texts: Sequence[bytes], home: str) -> Vendor:
             help="merge programs and data of robots: olp vendors lists their suffixes",
         )
     )
+
+
+def _known(texts: Sequence[bytes], home: str) -> Vendor | None:
+    """The vendor of the first version that says whose it is: the base is empty where both sides are new."""
+    for data in texts:
+        found = recognise(decode(data, home)) if data.strip() else None
+        # Suffixes are those of other makers' files, too; a text that is none of the language stays as it is.
+        if found is not None and found.sniff(decode(data, home)):
+            return found
+    return None
 
 
 def _runs(vendor: Vendor, home: str) -> bool:
