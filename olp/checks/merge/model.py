@@ -30,7 +30,7 @@ class Hunk:
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class TakenChanges:
     """What came from one side: names of the points that it changed, and how many statements it changed."""
 
     points: tuple[str, ...] = ()
@@ -46,7 +46,7 @@ class MergedText:
     parts: tuple[TextLine | Hunk, ...]
     newline: str = "\n"
     ended: bool | None = None
-    taken: Mapping[str, Taken] = field(default_factory=dict)
+    taken: Mapping[str, TakenChanges] = field(default_factory=dict)
 
     @property
     def hunks(self) -> tuple[Hunk, ...]:

@@ -15,7 +15,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from olp.checks.merge.align import align, likeness, words_of
-from olp.checks.merge.model import Hunk, MergedText, Taken, TextLine
+from olp.checks.merge.model import Hunk, MergedText, TakenChanges, TextLine
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
@@ -736,7 +736,9 @@ class _MergeWriter:
                 parts.append(self._hunk(one))
             else:
                 parts += self._lines(one, lines)
-        taken = {word: Taken(tuple(one.points), one.statements) for word, one in self.work.taken.items()}
+        taken = {
+            word: TakenChanges(tuple(one.points), one.statements) for word, one in self.work.taken.items()
+        }
         return MergedText(tuple(parts), self.newline, self.ended, taken)
 
     def _tables(self, used: set[str]) -> dict[str, dict[str, _MergedRow]]:
