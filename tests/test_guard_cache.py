@@ -313,6 +313,16 @@ def test_rows_that_cannot_be_are_as_if_they_were_not_there(row, pallet, tmp_path
     assert len(again.timed) == len(first.timed)
 
 
+def test_a_cache_that_a_killed_run_has_begun_is_filled(tmp_path, monkeypatch):
+    home, cache = tmp_path / "cell", tmp_path / "cache"
+    cell(home, BUDGET)
+    with closing(sqlite3.connect(cache)) as store:
+        store.execute("pragma user_version = 1")
+    assert cache.stat().st_size
+    assert len(check(home, monkeypatch, cache).timed) == 2
+    assert check(home, monkeypatch, cache).timed == []
+
+
 def test_a_view_without_an_end_in_place_of_the_table_does_not_hang(pallet, tmp_path, monkeypatch):
     first = check(pallet, monkeypatch, tmp_path / "cache")
     with closing(sqlite3.connect(tmp_path / "cache")) as store:

@@ -65,7 +65,9 @@ class Cache:
             raise OlpError(error("M008", says, file=str(path), help=f"git rm --cached {path.name}"))
         try:
             with closing(sqlite3.connect(path, timeout=_PATIENCE_S)) as store:
-                if store.execute("pragma application_id").fetchone()[0] != _MARK:
+                tables = store.execute("select count(*) from sqlite_master").fetchone()[0]
+                # A run that was killed before it had written anything leaves a database without tables or mark.
+                if tables and store.execute("pragma application_id").fetchone()[0] != _MARK:
                     raise _refused(path)
                 found._known = _rows(store)
         except sqlite3.OperationalError:
