@@ -9,6 +9,7 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import Binary, Expression, FrameRef, Item, Named, Number, Quantity
 from olp.ir.program import (
@@ -407,6 +408,14 @@ def _counted(value: object, key: Key) -> Expression:
     return value.written if abs(factor - 1.0) < 1e-12 else Binary("*", value.written, Number(factor))
 
 
+def _chooses_by_statement(vendor: str) -> bool:
+    """Whether a language chooses tools by statements that hold from there on; nothing is asked of those only read."""
+    try:
+        return limits_of(vendor).tool_and_frame == "modal"
+    except OlpError:
+        return False
+
+
 def _lost(value: object) -> bool:
     return type(value) is FrameRef and value.kind == LOST
 
@@ -416,7 +425,7 @@ def modal(program: Program, work: TranslationContext) -> Program:
     if not _needs(program):
         return program
     own = _Modal(program, work, work.symbols(program))
-    own.unset_tool = _UNSET_TOOL if limits_of(program.vendor).tool_and_frame == "modal" else None
+    own.unset_tool = _UNSET_TOOL if _chooses_by_statement(program.vendor) else None
     kinds = _MODAL_KINDS | {Move} if work.conventions.speed_persists else _MODAL_KINDS
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)
