@@ -157,3 +157,12 @@ def test_what_cannot_be_reached_is_told_with_what_stops_it_and_nothing_is_writte
     assert "error[" in capsys.readouterr().err
     assert main([*words, "--to", "3", "--keep", "a-b"]) == 2
     assert "error[C002]" in capsys.readouterr().err
+
+
+def test_a_speed_that_a_setting_gives_counts_as_one_of_the_program_and_lengths_may_have_their_unit(tmp_path):
+    job = ROOT / "samples/inform/generations/dx200.jbi"  # its lines say V=140, SPEED says V=270
+    out = tmp_path / job.name
+    asked = ["fit", str(job), "--to", "3.5", "--within", "2mm", "-o", str(out), "--robot", "yaskawa/ma2010"]
+    assert main(asked) == 0
+    assert b"V=140.0" in job.read_bytes().splitlines()[30]
+    assert b"V=140.0" not in out.read_bytes().splitlines()[30]

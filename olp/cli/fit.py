@@ -27,7 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--within",
-        type=positive,
+        type=_millimetres,
         metavar="MM",
         help="let corners pass their points by so much (default: not at all)",
     )
@@ -35,7 +35,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--max-speed",
         type=positive,
         metavar="V",
-        help="of the tool in mm/s (default: the highest in the program)",
+        help="of the tool in mm/s (default: the highest that a move of the program has)",
     )
     parser.add_argument(
         "--keep", type=_lines, default=frozenset(), metavar="LINES", help="lines that stay: 12,20-31"
@@ -45,6 +45,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="tell the edits as JSON")
     add_timing_arguments(parser)
+
+
+def _millimetres(text: str) -> float:
+    from olp.cli.time import positive
+
+    return positive(text.strip().removesuffix("mm").rstrip())
 
 
 def _lines(text: str) -> frozenset[int]:

@@ -53,7 +53,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """How far choices may go. `speed` [m/s] of the tool; None: the highest that the program has. `within` [m]."""
+    """How far choices may go. `speed` [m/s] of the tool; None: the highest of the program's run. `within` [m]."""
 
     within: float = 0.0
     speed: float | None = None
@@ -66,7 +66,7 @@ def choices(program: Program, timing: Timing, allowed: Allowed) -> list[Choice]:
     steps = {
         int(line) for line, source in zip(timing.plan.line, timing.plan.source, strict=True) if source == 0
     }
-    found = list(_speeds(program, allowed.speed, kept, steps))
+    found = list(_speeds(program, top_speed(program, timing, allowed), kept, steps))
     if allowed.within > 0.0:
         found += _zones(program, timing, kept)
     return found
@@ -84,13 +84,18 @@ def _kept(program: Program) -> frozenset[int]:
     return frozenset(found)
 
 
-def _speeds(program: Program, most: float | None, kept: frozenset[int], steps: set[int]) -> Iterator[Choice]:
+def top_speed(program: Program, timing: Timing, allowed: Allowed) -> float:
+    """[m/s] that a line may get: what is allowed, else the highest that is written or that a move of the run has."""
+    if allowed.speed is not None:
+        return allowed.speed
+    written = [_si(one.speed) for one in speeds(program) if one.speed.unit is SpeedUnit.TRAVEL]
+    travel = timing.plan.moves.travel
+    return max([*written, *travel[np.isfinite(travel)].tolist()], default=0.0)
+
+
+def _speeds(program: Program, most: float, kept: frozenset[int], steps: set[int]) -> Iterator[Choice]:
     spoken = [one for one in speeds(program) if one.speed.unit in _UNITS]
-    known = [_si(one.speed) for one in spoken if one.speed.unit is SpeedUnit.TRAVEL]
-    highest = {
-        SpeedUnit.FRACTION: 1.0,
-        SpeedUnit.TRAVEL: most if most is not None else max(known, default=0.0),
-    }
+    highest = {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most}
     done: set[int] = set()
     for one in spoken:
         if one.line in kept or one.written in kept or one.written in done:

@@ -24,6 +24,10 @@ def as_text(fit: Fit) -> str:
     if fit.limits:
         rows.append("what stops it:")
         rows += [f"  {one}" for one in fit.limits]
+    if not fit.reached:
+        rows.append(
+            "what may help: a higher --max-speed, a larger --within, or olp fit on the programs that it calls"
+        )
     ends, needed = fit.timing.total_ends, fit.needed_s
     if ends is not None and needed is not None:
         rows.append(
