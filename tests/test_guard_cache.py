@@ -323,6 +323,14 @@ def test_a_cache_that_a_killed_run_has_begun_is_filled(tmp_path, monkeypatch):
     assert check(home, monkeypatch, cache).timed == []
 
 
+def test_a_link_that_names_itself_is_one_unknown_among_the_others(tmp_path, capsys):
+    home = tmp_path / "cell"
+    cell(home, "[[budget]]\nlimit_s = 1000\n")
+    (home / "SELF.JBI").symlink_to("SELF.JBI")
+    assert main(["check", str(home), "--no-cache", "--store", str(tmp_path / "store")]) == 2
+    assert "SELF.JBI" in capsys.readouterr().out
+
+
 def test_a_view_without_an_end_in_place_of_the_table_does_not_hang(pallet, tmp_path, monkeypatch):
     first = check(pallet, monkeypatch, tmp_path / "cache")
     with closing(sqlite3.connect(tmp_path / "cache")) as store:

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -69,7 +70,7 @@ class Budget:
 
     def covers(self, path: str) -> bool:
         """Whether the budget holds for the program in the file `path`."""
-        file = Path(path).resolve()
+        file = Path(os.path.realpath(path))  # which a link that names itself does not stop
         try:
             relative = file.relative_to(self.home).as_posix()
         except ValueError:

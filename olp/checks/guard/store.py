@@ -8,6 +8,7 @@ Codes: M004 a file that is no such store.
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Sequence
 from contextlib import closing
@@ -122,7 +123,7 @@ def _means(path: str, job: str) -> bool:
 
 def _name(path: str, root: Path) -> str:
     try:
-        name = Path(path).resolve().relative_to(root.resolve()).as_posix()
+        name = Path(os.path.realpath(path)).relative_to(os.path.realpath(root)).as_posix()
     except ValueError:
         name = Path(path).as_posix()
     return utf8(name).decode()
