@@ -95,9 +95,10 @@ def rates_of(case: MeasuredMoves, rated: Array | None, axis: int) -> Array:
 
 
 def leads(case: MeasuredMoves, axis: int) -> NDArray[np.bool_]:
-    """(n,) moves in which the axis turns farthest."""
+    """(n,) moves in which the axis takes longest at rated speeds, or turns farthest where these are not known."""
     assert case.rates is not None
     turned = np.abs(case.rates.path).mean(axis=1)
+    turned = turned / (np.ones(turned.shape[1]) if case.rates.rated is None else case.rates.rated)
     found: NDArray[np.bool_] = case.rates.known & (turned.argmax(axis=1) == axis)
     return found
 
@@ -114,8 +115,10 @@ def acceleration(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def speed_scale(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """v becomes k v, or oᵖ v; stretched: the whole duration is divided by it."""
+    """v becomes k v, or oᵖ v; stretched: the duration is divided by it; of an axis: in joint moves that it leads."""
     k = case.override ** values[0] if form.key.startswith("override") else np.full(len(case), values[0])
+    if form.axis >= 0:
+        k = np.where(case.joint & leads(case, form.axis), k, 1.0)
     if form.key in ("stretched", "override"):
         return {"rate": case.base.rate * np.where(case.moving, 1.0 / k, 1.0)}
     return {"speed": case.base.speed * k}
@@ -134,7 +137,10 @@ def payload(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """Euler: the wrist's share of the turning is slowed by 1 + k I; or its rated acceleration is."""
+    """Euler: the wrist's share of the turning is slowed by 1 + k I; or its rated acceleration is.
+
+    Real over simulated: of joint moves alone where there are any, as straight ones have a written acceleration.
+    """
     inertia = np.nan_to_num(case.payload_inertia)
     wrist = np.zeros(len(case))
     if case.rates is not None:
@@ -154,6 +160,7 @@ def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         return both(case, *factors)
     if form.key.startswith("real over simulated"):
         w = leads(case, form.axis).astype(float) if form.axis >= 0 else wrist
+        w = w * (case.joint if (case.joint & case.moving).any() else 1.0)
         simulated = np.nan_to_num(case.sim_payload_inertia)
         known = np.isfinite(case.payload_inertia + case.sim_payload_inertia) & case.moving
         ratio = (1.0 + values[0] * w * simulated) / (1.0 + values[0] * w * inertia)

@@ -173,7 +173,10 @@ class _Speeds:
         if value is None:
             return self._by_variable(s, speed, unit, found)
         times = [self._time(speed.unit, value, row) for row in found]
-        if self.work.robot is None and any(t is None for t in times):
+        lost = [row for t, row in zip(times, found, strict=True) if t is None]
+        # A way that is known and has no axes is out of reach: who wants a file all the same gets the move with a loss.
+        beyond = self.work.context.on_loss != "comment" and any(row.length == row.length for row in lost)
+        if lost and (self.work.robot is None or beyond):
             self.work.need_robot(s, "the speed of a joint move depends on its axes")
             return speed
         wanted = [self._value(s, unit, t, row) for t, row in zip(times, found, strict=True) if t is not None]
@@ -237,7 +240,8 @@ class _Speeds:
         guess = value * factor
         if unit is SpeedUnit.FRACTION:
             guess = min(max(guess, _LEAST), _MOST)
-        if any(True for _ in self.rows.of(s)):
+        executed = list(self.rows.of(s))
+        if executed and not any(map(moves_at_all, executed)):
             says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
             self.work.note_at(s, says)
         else:
