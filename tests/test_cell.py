@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 from interpreter_jobs import plan_of, write_jobs
 
@@ -129,7 +130,6 @@ def test_the_suffix_decides_about_the_format(cell: Path, capsys: pytest.CaptureF
 
 
 def test_a_workbook_holds_numbers_and_no_formula(tmp_path: Path) -> None:
-    openpyxl = pytest.importorskip("openpyxl")
     path = write_jobs(tmp_path, {"MAIN": "TIMER T=1.50"})
     strange = path.with_name("=1+1.JBI")
     path.rename(strange)

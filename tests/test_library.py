@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from pathlib import Path
 
+import matplotlib
 import pytest
 
 import olp
@@ -71,7 +72,6 @@ def test_objects_say_in_one_line_what_they_are() -> None:
 
 
 def test_a_plan_is_drawn_as_speed_over_time() -> None:
-    matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     plan = olp.read(JOB).plan("yaskawa/ma2010")
     axes = plan.plot()
