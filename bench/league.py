@@ -49,7 +49,7 @@ from olp.identification.signature import calibrate  # noqa: E402
 from olp.identification.signature.joint_moves import recorded_joint_moves  # noqa: E402
 from olp.identification.signature.motions import arc_length  # noqa: E402
 from olp.identification.signature.rows import predict_recording  # noqa: E402
-from olp.robots.controller_effects import generations_in  # noqa: E402
+from olp.robots.controller_effects import Effects, generations_in, settling_of  # noqa: E402
 from olp.robots.robot import load_robot  # noqa: E402
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION  # noqa: E402
 from olp.timing.arm import ArmTiming  # noqa: E402
@@ -327,7 +327,9 @@ def _paths(moves: RecordedMoves, recording: Recording) -> Floats:
     profile = load_model("constant").profile(
         length, speed, push, None, rolling[0] * speed, rolling[1] * speed
     )
-    return np.where(np.isfinite(moves.speed) & (length > 0), profile.duration, np.nan)
+    stop, _ = settling_of(Effects(), recording.robot)
+    duration = profile.duration + np.where(rolling[1], 0.0, stop)
+    return np.where(np.isfinite(moves.speed) & (length > 0), duration, np.nan)
 
 
 def _asked(moves: RecordedMoves, recording: Recording) -> tuple[Floats, tuple[Mask, Mask], Floats, Floats]:

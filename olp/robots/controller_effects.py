@@ -89,14 +89,16 @@ class Generation:
 
 
 _OWN_PERCENT = KnownEffect(0.0, "the percent of acceleration is a setting of its own, beside that of speed")
+_KRC_STOP = KnownEffect(
+    0.03, "recordings of a KR 3 on KSS 8.5: planned time in whole cycles of 12 ms, and two cycles more"
+)
 _KRC = Generation(
     percent_exponent=_OWN_PERCENT,
     override_exponent=KnownEffect(
         2.0, "recordings of a KR 3 on KSS 8.5: planned motions are stretched in time by the program override"
     ),
-    joint_stop=KnownEffect(
-        0.03, "recordings of a KR 3 on KSS 8.5: planned time in whole cycles of 12 ms, and two cycles more"
-    ),
+    settling=_KRC_STOP,
+    joint_stop=_KRC_STOP,
 )
 _POLYSCOPE = Generation(
     percent_exponent=_OWN_PERCENT,
