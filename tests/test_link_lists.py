@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 
 import olp
+from olp.runtime.interpreter import run
+from olp.timing.timing import time_plan
+from olp.transpile.convert import convert
 from olp.transpile.link import link
 
 
@@ -16,3 +19,43 @@ def test_a_global_list_is_found_beside_a_routine_that_is_nowhere(tmp_path, call)
         "DEFDAT lists PUBLIC\nDECL GLOBAL E6POS XPICK={X 900,Y 0,Z 900,A 0,B 90,C 0}\nENDDAT\n"
     )
     assert [d.name for d in link(olp.read(tmp_path / "p.src")).program.data] == ["XPICK"]
+
+
+def _cell(tmp_path, *rows, shared):
+    """A program whose list lies elsewhere in the robot's tree."""
+    (tmp_path / "KRC" / "R1" / "Lists").mkdir(parents=True)
+    (tmp_path / "KRC" / "R1" / "Jobs").mkdir()
+    head = ["DEFDAT SHARED PUBLIC", *shared, "ENDDAT", ""]
+    (tmp_path / "KRC" / "R1" / "Lists" / "shared.dat").write_text("\n".join(head))
+    path = tmp_path / "KRC" / "R1" / "Jobs" / "p.src"
+    path.write_text("\n".join(["DEF p ( )", *rows, "END", ""]))
+    return path
+
+
+def test_whole_numbers_of_a_list_elsewhere_are_divided_as_whole_numbers(tmp_path):
+    shared = ["DECL GLOBAL INT ALL=7", "GLOBAL INT HALF=2", "DECL GLOBAL REAL SHARE=7.0"]
+    path = _cell(tmp_path, "WAIT SEC ALL/HALF", "WAIT SEC SHARE/HALF", shared=shared)
+    timing = time_plan(run(olp.read(path), "kuka/kr16-2"))
+    assert timing.duration_s.tolist() == [3.0, 3.5]
+    text = b"".join(convert(link(olp.read(path)).program, "rapid").files.values()).decode()
+    assert "WaitTime ALL DIV HALF;" in text
+    assert "WaitTime SHARE / HALF;" in text
+
+
+def test_signals_of_a_list_elsewhere_are_signals(tmp_path):
+    shared = [
+        "GLOBAL SIGNAL doGrip $OUT[12]",
+        "DECL GLOBAL SIGNAL diReady $IN[168]",
+        "SIGNAL diPrivate $IN[3]",
+        "GLOBAL SIGNAL goKind $OUT[20] TO $OUT[23]",
+    ]
+    rows = ["doGrip=TRUE", "WAIT FOR diReady", "PULSE(doGrip,TRUE,0.5)", "goKind=5", "diPrivate=TRUE"]
+    path = _cell(tmp_path, *rows, shared=shared)
+    program = olp.read(path)
+    kinds = [type(s).__name__ for s in program.statements()]
+    assert kinds == ["SetOutput", "Wait", "PulseOutput", "SetOutput", "Assign"]
+    assert [d.name for d in program.data] == ["doGrip", "diReady", "goKind"]
+    text = b"".join(convert(link(program).program, "tp").files.values()).decode()
+    assert "DO[12]=ON" in text
+    assert "WAIT (DI[168])" in text
+    assert "DO[12]=PULSE,0.5sec" in text

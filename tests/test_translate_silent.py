@@ -304,6 +304,23 @@ def test_a_program_that_begins_with_an_output_has_no_continue_before_it():
     assert made[made.index("$OUT[2]=TRUE") - 1] == "CONTINUE"
 
 
+def test_what_follows_an_exact_stop_elsewhere_waits_for_the_arm():
+    """CONTINUE there would switch the output while the arm is still on its way to that stop."""
+    rows = ("MoveL p1,v100,fine,tool0;", "grip;", "MoveL p2,v100,z10,tool0;", "SetDO do1,1;")
+    rows += ("IF di1=1 THEN", "MoveL p1,v100,fine,tool0;", "ENDIF", "SetDO do2,1;")
+    text = module(*rows, data=TARGETS).replace(
+        "ENDMODULE", "PROC grip()\r\nSetDO do3,1;\r\nENDPROC\r\nENDMODULE"
+    )
+    made = converted(text, "rapid", "krl")
+    lines = code("\n".join(data.decode() for data in made.files.values()), ";")
+    assert lines[lines.index("$OUT[1]=TRUE") - 1] == "CONTINUE"
+    assert lines[lines.index("$OUT[2]=TRUE") - 1] == "ENDIF"  # the arm stands or passes the corner
+    assert lines[lines.index("$OUT[3]=TRUE") - 1].startswith("DEF grip")
+    told = {loss.line: loss.says for loss in made.translated.losses if loss.part in ("order", "blend")}
+    assert "advance run" in told[9]
+    assert "exact stop" in told[8]
+
+
 # --- what a statement that is left out takes with it --------------------------------------------------------
 
 

@@ -7,7 +7,7 @@ The target's controller would pass the corner and switch early: the move gets an
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -44,6 +44,7 @@ from olp.runtime.plan import BlendCode, StepKind
 from olp.runtime.signals import PERIPHERY
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.reaching_definitions import Key, reaching
 
 _STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _WAITING: Final = (PulseOutput, Wait, Dwell, Pause)
@@ -53,6 +54,14 @@ CONTINUE: Final = "continue"  # what the statement is called as which it is read
 _WORD: Final = (("", Text("CONTINUE")),)
 _SAYS: Final = "what follows waits for the arm, so it stops here whatever its blend"
 _SOMETIMES: Final = "on some ways what follows waits for the arm: an exact stop is written"
+_AHEAD: Final = (
+    "behind a corner, with CONTINUE: the advance run does it, up to $ADVANCE moves before the arm is there"
+)
+_STANDS: Final = (
+    "on some ways what follows comes behind an exact stop: it waits for the arm, which stops here then"
+)
+_LAST: Final[Key] = ("last move",)
+_STANDING: Final = frozenset({Move, Dwell, Pause})
 _UNSEEN: Final = "whether what follows waits for the arm is not seen in this run: the blend is written"
 
 
@@ -83,24 +92,38 @@ def stopped_advance(program: Program, work: TranslationContext) -> Program:
 
 
 def continued(program: Program, work: TranslationContext) -> Program:
-    """Before what would wait for the arm in the target a CONTINUE, as it does not in the source."""
-    moves = [s for s in program.statements() if isinstance(s, Move)]
-    blended = any(s.blend is None or not _is_exact(s.blend) for s in moves)
-    if not blended or not find_vendor(work.target).advance_stops:
+    """Before what would wait for the arm in the target a CONTINUE, where every way there passes a corner.
+
+    The target's controller does it ahead of the arm then, which is told. Where some ways lead there from an exact stop
+    it has to wait: else an output would switch, or an input be read, while the arm is still on its way.
+    """
+    if not find_vendor(work.target).advance_stops:
         return program
+    moves = [s for s in program.statements() if isinstance(s, Move)]
+    corners = {id(s): n for n, s in enumerate(moves, 1) if s.blend is None or not _is_exact(s.blend)}
+    if not corners or not any(waits_for_the_arm(s) for s in program.statements()):
+        return program
+
+    def last(s: Statement) -> Mapping[Key, int]:
+        return {_LAST: corners.get(id(s), 0)}  # 0: the arm stands
+
+    ways = reaching(program, last, _STANDING)
+    stopped: set[int] = set()
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
-        blended = routine is not program.routines[0]  # by the move before the call
-        for s in routine.body:
-            if isinstance(s, Move):
-                blended = s.blend is None or not _is_exact(s.blend)
-            elif blended and not isinstance(s, (Dwell, Pause)) and waits_for_the_arm(s):
-                rows.append(Process(s.line, CONTINUE, _WORD))
-            if not isinstance(s, (Move, *_QUIET, *_WAITING, Process, SetOutput, Assign)):
-                blended = True  # other ways lead here
+        for index, s in enumerate(routine.body):
+            if not isinstance(s, (Dwell, Pause)) and waits_for_the_arm(s):
+                before = ways.at(routine.name, index, _LAST)
+                if before and min(before) > 0:
+                    work.lose(s, Fate.APPROXIMATED, "order", _AHEAD)
+                    rows.append(Process(s.line, CONTINUE, _WORD))
+                else:
+                    stopped |= {n for n in before if n > 0}
             rows.append(s)
         routines.append(with_rows(routine, rows))
+    for n in sorted(stopped):
+        work.lose(moves[n - 1], Fate.APPROXIMATED, "blend", _STANDS)
     return with_routines(program, routines)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from functools import lru_cache
 from pathlib import Path
 
@@ -13,6 +14,7 @@ _TREES = ("R1", "KRC")
 _MOST_FOLDERS, _DEEPEST = 200, 6
 _CONFIG = "$config.dat"
 _LARGEST = 8 * 1024 * 1024  # bytes
+_GLOBAL = re.compile(r"\s*(?:DECL\s+)?GLOBAL\s", re.IGNORECASE)
 
 
 def find(path: str) -> tuple[Source | None, Source | None]:
@@ -61,6 +63,48 @@ def _below(root: Path) -> list[Path]:
             break
         found += sorted(p for p in one.iterdir() if p.is_dir() and not p.is_symlink() and p.name[:1] != ".")
     return found
+
+
+def lists_around(path: str) -> list[Path]:
+    """The lists of the robot's tree but those that `find` finds: any of them may hold what is GLOBAL."""
+    if not path:
+        return []
+    file = Path(path)
+    try:
+        if not file.is_file():
+            return []
+        own = file.stem.lower() + ".dat"
+        found = [p for folder in tree_of(file.parent) for p in _lists_in(folder, folder.stat().st_mtime_ns)]
+    except OSError:
+        return []
+    here = file.parent.resolve()
+    return [
+        p for p in found if p.name.lower() != _CONFIG and not (p.parent == here and p.name.lower() == own)
+    ]
+
+
+@lru_cache(maxsize=512)
+def _lists_in(folder: Path, _: int) -> tuple[Path, ...]:
+    """The lists of a folder, read again when it has changed."""
+    with os.scandir(folder) as entries:
+        return tuple(sorted(folder / one.name for one in entries if one.name.lower().endswith(".dat")))
+
+
+def shared_rows(path: Path) -> tuple[Source, tuple[int, ...]] | None:
+    """A list and the numbers of its lines that say GLOBAL; None for one that cannot be read."""
+    try:
+        status = path.stat()
+        return _shared_rows(path, (status.st_mtime_ns, status.st_size))
+    except OSError:
+        return None
+
+
+@lru_cache(maxsize=512)
+def _shared_rows(path: Path, _: tuple[int, int]) -> tuple[Source, tuple[int, ...]] | None:
+    source = _load(path)
+    if source is None:
+        return None
+    return source, tuple(n for n, line in enumerate(source.lines, 1) if _GLOBAL.match(line))
 
 
 def _holds_programs(folder: Path) -> bool:

@@ -24,6 +24,7 @@ CONFIG_MARK: Final = (
 HEAD: Final = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
 TAIL: Final = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
 NAME: Final = re.compile(r"[$A-Za-z_][\w$]*")
+_LAYOUT: Final = re.compile(r"\b(?:STRUC|ENUM)\b", re.IGNORECASE)
 _BY_NUMBER = frozenset({"FDAT_ACT", "BAS", "TOOL_DATA", "BASE_DATA", "STOOL2", "SBASE"})
 
 # The public copies of $config.dat agree in these.
@@ -66,6 +67,8 @@ def read_neighbours(
     files = tuple(one for one in (beside, config) if one is not None)
     used = _used(source, beside, _PUBLIC.keys() | {"DEFDAT"} if config is None else None)
     rows = () if config is None else _config(config, scope, findings, used)
+    if given is None:
+        rows = (*rows, *_shared(source, beside, scope))
     data: tuple[Declare, ...] = ()
     told: tuple[Diagnostic, ...] = ()
     details: dict[str, str] = {}
@@ -110,6 +113,28 @@ def _config(config: Source, scope: Scope, findings: Findings, used: frozenset[st
         )
         findings.warning("P419", message, Span(1, 1, 2), "olp takes what it needs from the others")
     return tuple(replace(one, native=one.native + CONFIG_MARK, comment="") for one in rows)
+
+
+def _shared(source: Source, beside: Source | None, scope: Scope) -> tuple[Declare, ...]:
+    """What the other lists of the tree share tells the types of names, and which of them are signals.
+
+    Without it whole numbers would be divided like others, and a signal would be a variable. Only the signals are rows
+    of the program: other data are found when they are asked for.
+    """
+    lists = [rows for path in companions.lists_around(source.path) if (rows := companions.shared_rows(path))]
+    if not any(numbers for _, numbers in lists):
+        return ()
+    used = frozenset(name for name in _used(source, beside, None) if not scope.known(name))
+    found: list[Declare] = []
+    for shared, numbers in lists:
+        told = Findings(shared)
+        reader = ListReader(told, scope, KrlLineReader(told, scope), used, placed=False)
+        for number in numbers:
+            code, _ = parsing.split(shared.lines[number - 1])
+            if not used.isdisjoint(NAME.findall(code.upper())) or _LAYOUT.search(code):
+                reader.row(code, number)
+        found += reader.finish()
+    return tuple(replace(it, native=it.native + CONFIG_MARK) for it in found if it.type == "signal")
 
 
 def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:
