@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis.case_making import case_of
-from olp.identification.diagnosis.conditions import conditioned
+from olp.identification.diagnosis.conditions import _cost, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import Gain, fallen
-from olp.identification.diagnosis.fitting import Noise, evaluate, whiten
+from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import additions, move_terms, shelf_of
 from olp.identification.recording import read_recording
@@ -333,3 +333,46 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
             assert parameter.low <= parameter.value <= parameter.high
     if way_of == "nothing":
         assert not found.findings
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_condition_that_wins_most_is_found_without_looking_at_all_pairs(tmp_path, seed):
+    start, _, way, speed = program(3)
+    case = case_of(record(tmp_path / "moves", travel(way, speed, ACCELERATION), 3)).case
+    said, rng = _said(case), np.random.default_rng(seed)
+    better = rng.normal(size=len(case)) + 3.0 * (seed % 2) * (start[:, 1] > 0.2)
+    most, pair = max(
+        (
+            float(better[(said.masks[:, a] * said.masks[:, b]) > 0].sum())
+            - (1 + (a != b)) * _cost(len(case)),
+            (a, b),
+        )
+        for a in range(len(said.statements))
+        for b in range(a, len(said.statements))
+        if said.fair[a, b]
+    )
+    gain, condition = said.best(better)
+    assert gain == pytest.approx(2.0 * most)
+    assert set(condition.statements) == {said.statements[k] for k in pair}
+    assert said.best(better, 2.0 * most + 1e-6)[0] <= 2.0 * most + 1e-6
+
+
+def test_slopes_are_those_of_the_whole_model_one_value_moved_at_a_time(tmp_path):
+    _, _, way, speed = program(5)
+    case = case_of(record(tmp_path / "moves", travel(way, speed, 0.7 * ACCELERATION) + 0.03, 5)).case
+    shelf = shelf_of(case, move_terms())
+    first = {part.term.name: part for part in reversed(shelf.parts)}
+    model = DurationModel(tuple(first[name] for name in ("clock", "jerk", "acceleration", "dispatch")))
+    fitted = fit(model, case, Noise(0.001), 3).model
+    slopes, at = slopes_of(fitted, case, Noise(0.001)), 0
+    for k, part in enumerate(fitted.parts):
+        for i, parameter in enumerate(part.form.parameters):
+            values = part.values.copy()
+            step = 1e-5 * (
+                np.log(parameter.high / parameter.low) if parameter.log else parameter.high - parameter.low
+            )
+            values[i] = values[i] * np.exp(step) if parameter.log else values[i] + step
+            parts = (*fitted.parts[:k], part._replace(values=values), *fitted.parts[k + 1 :])
+            moved = (DurationModel(parts).smooth(case) - fitted.smooth(case)) / step
+            assert slopes[:, at] == pytest.approx(moved, rel=1e-3, abs=1e-3 * np.abs(moved).max())
+            at += 1

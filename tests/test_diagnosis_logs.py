@@ -13,6 +13,7 @@ from olp.identification.diagnosis.logs import LogDiagnosis, diagnose_log, diagno
 from olp.identification.diagnosis.logs.pairing import pair
 from olp.identification.diagnosis.logs.select import LibraryColumn, best, gain, products
 from olp.identification.diagnosis.logs.series import (
+    Grid,
     Spectrum,
     autoregression,
     dropped,
@@ -448,6 +449,15 @@ def with_links(late: float, twist: float) -> Log:
         hermite(log.time, log.q, log.time - late) + twist * log.torque + 3e-6 * rng.normal(size=log.q.shape)
     )
     return replace(log, covariates={f"q{j + 1}_link_deg": np.degrees(link[:, j]) for j in range(AXES)})
+
+
+@pytest.mark.parametrize("count", [3, 4, 40])
+def test_a_curve_on_a_grid_is_read_between_its_samples_as_any_other_curve(count: int) -> None:
+    rng = np.random.default_rng(count)
+    grid = Grid(0.3, 0.004, rng.normal(size=(count, 3)))
+    instants = np.sort(np.append(rng.uniform(0.29, 0.31 + 0.004 * count, 100), grid.time))
+    for values in (grid.values, rng.normal(size=(count, 1))):
+        assert grid.at(instants, values) == pytest.approx(hermite(grid.time, values, instants), abs=1e-11)
 
 
 def test_encoders_that_are_skewed_are_a_clock_and_not_a_soft_gear() -> None:

@@ -45,15 +45,27 @@ class _Said(NamedTuple):
     masks: Floats  # (n, s) 1 where a statement holds
     fair: Mask  # (s, s) pairs that hold in enough moves, and not in enough
 
-    def best(self, better: Floats) -> tuple[float, Condition]:
+    def best(self, better: Floats, beyond: float = -math.inf) -> tuple[float, Condition]:
         """One statement or two, where what moves win by a term, `better` (n,) in log-likelihood, sums up to most, less
-        what statements cost; and twice that."""
-        worth = self.masks.T @ (better[:, None] * self.masks)
-        cost = _cost(len(better)) * (1.0 + ~np.eye(len(worth), dtype=bool))
-        worth = np.where(self.fair, worth - cost, -np.inf)
+        what statements cost; and twice that, -inf where it cannot be more than `beyond`."""
+        cost = _cost(len(better))
+        at = self._contenders(better, cost, beyond)
+        if not len(at):
+            return -math.inf, Condition(())
+        masks = self.masks[:, at]
+        worth = masks.T @ (better[:, None] * masks) - 2.0 * cost
+        worth[np.diag_indices(len(at))] += cost
+        worth[~self.fair[np.ix_(at, at)]] = -np.inf
         one, two = np.unravel_index(np.argmax(worth), worth.shape)
-        chosen = (self.statements[k] for k in {int(one), int(two)})
+        chosen = (self.statements[k] for k in {int(at[one]), int(at[two])})
         return 2.0 * float(worth[one, two]), Condition(tuple(sorted(chosen, key=lambda s: s.column)))
+
+    def _contenders(self, better: Floats, cost: float, beyond: float) -> NDArray[np.intp]:
+        """(c,) the statements that can be among the best: a pair wins no more than either in the moves that win."""
+        alone, most = np.stack([better, np.maximum(better, 0.0)]) @ self.masks
+        alone = np.where(np.diag(self.fair), alone - cost, -np.inf)
+        least = max(float(alone.max()), 0.5 * beyond)
+        return np.nonzero((most - 2.0 * cost >= least) | (alone >= least))[0]
 
 
 class _Tried(NamedTuple):
@@ -155,12 +167,13 @@ def _promising(
         of_form = tried.setdefault((part.label, part.form.key), [])
         if len(of_form) < _GUESSES:
             how, at = np.unravel_index(np.argmax(gains[:, row]), gains[:, row].shape)
-            alone = Condition((said.statements[int(at)],))
-            either_way = [(float(gains[how, row, at]), alone), *(said.best(size[:, row]) for size in sized)]
-            gain, condition = max(either_way, key=lambda t: t[0])
-            of_form.append(_Tried(gain, part._replace(condition=condition)))
-    best = sorted((max(one, key=lambda t: t.gain) for one in tried.values()), key=lambda t: -t.gain)
-    return [one for k, one in enumerate(best) if _of_label(best[:k], one) < _FORMS][:count]
+            best = (float(gains[how, row, at]), Condition((said.statements[int(at)],)))
+            for size in sized:
+                beyond = max(best[0], *(one.gain for one in of_form)) if of_form else best[0]
+                best = max(best, said.best(size[:, row], beyond), key=lambda t: t[0])
+            of_form.append(_Tried(best[0], part._replace(condition=best[1])))
+    ranked = sorted((max(one, key=lambda t: t.gain) for one in tried.values()), key=lambda t: -t.gain)
+    return [one for k, one in enumerate(ranked) if _of_label(ranked[:k], one) < _FORMS][:count]
 
 
 def _of_label(before: list[_Tried], one: _Tried) -> int:

@@ -204,13 +204,16 @@ def _slopes(
 ) -> Floats:
     """(n, p) by differences; `here`: the smooth prediction at `place`."""
     low, high = bounds
-    columns = []
-    for index in range(len(place)):
+    owners = [k for k, part in enumerate(model.parts) for _ in part.form.parameters]
+    steps, changes = [], []
+    for index, owner in enumerate(owners):
         step = _STEP * (high[index] - low[index])
-        step = -step if place[index] + step > high[index] else step
+        steps.append(-step if place[index] + step > high[index] else step)
         moved = place.copy()
-        moved[index] += step
-        columns.append((_unpack(model, moved).smooth(case) - here) / step)
+        moved[index] += steps[-1]
+        changes.append((owner, _unpack(model, moved).parts[owner]))
+    there = _unpack(model, place).smooth_with(changes, case)
+    columns = [(one - here) / step for one, step in zip(there, steps, strict=True)]
     return whiten(np.stack(columns, axis=1), noise, case)
 
 

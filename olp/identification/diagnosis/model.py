@@ -170,10 +170,25 @@ class DurationModel(NamedTuple):
         rounded = np.ceil(smooth / cycle - motion.early - 1e-6) * cycle
         return np.asarray(rounded), smooth + (0.5 - motion.early) * cycle
 
+    def smooth_with(self, changes: Sequence[tuple[int, ModelPart]], case: MeasuredMoves) -> list[Floats]:
+        """Per change (n,) [s] `smooth` with another part in the place of one; what acts before that is kept."""
+        order = sorted(range(len(self.parts)), key=lambda k: self.parts[k].term.stage)
+        before = [case.base]
+        for k in order[:-1]:
+            before.append(self.parts[k].act(before[-1], case))
+        found = []
+        for index, part in changes:
+            place = order.index(index)
+            motion = part.act(before[place], case)
+            for k in order[place + 1 :]:
+                motion = self.parts[k].act(motion, case)
+            smooth = _seconds_of(motion, case)
+            found.append(smooth if motion.cycle <= 0 else smooth + (0.5 - motion.early) * motion.cycle)
+        return found
+
     def _acted(self, case: MeasuredMoves) -> tuple[Floats, Motion]:
-        base = case.once("base", case.base.duration)
         motion = self.motion(case)
-        return np.asarray((case.simulated + motion.duration() - base) * motion.rate), motion
+        return _seconds_of(motion, case), motion
 
     def motion(self, case: MeasuredMoves) -> Motion:
         """The simulation's motion with all parts in it."""
@@ -198,6 +213,12 @@ class DurationModel(NamedTuple):
             last = self.seconds(case) - self.without(index).seconds(case)
             shares.append(0.5 * (first + last))
         return _balanced(shares, whole)
+
+
+def _seconds_of(motion: Motion, case: MeasuredMoves) -> Floats:
+    """(n,) [s] of whole durations, before they are rounded to a cycle."""
+    base = case.once("base", case.base.duration)
+    return np.asarray((case.simulated + motion.duration() - base) * motion.rate)
 
 
 def _balanced(shares: Sequence[Floats], whole: Floats) -> tuple[Floats, ...]:

@@ -9,7 +9,7 @@ Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer 2008
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -72,7 +72,7 @@ class Motion:
         if len(self.filtered) != len(self.way):
             object.__setattr__(self, "filtered", np.zeros(len(self.way)))
 
-    def with_(self, **changes: Floats | float | str | MoveCorners) -> Motion:
+    def with_(self, **changes: Floats | float | str | MoveCorners | None) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
         copy = object.__new__(Motion)
         for name in _NAMES:
@@ -131,18 +131,22 @@ class Motion:
 
     def _travel(self) -> tuple[Floats, Floats]:
         """(n,) [s] of the way alone, and (n,) [m/s] the highest speed."""
-        speed, ramps = self.speed, self._ramps(self.speed)
+        jerked = bool(np.isfinite(self.jerk).any())
+        speed, ramps = self.speed, self._ramps(self.speed, jerked)
         short = np.nonzero((speed * ramps > self.way) & (self.way > 0))[0]
         if len(short):
             speed = speed.copy()
             speed[short] = self._some(short)._peak()
-            ramps = self._ramps(speed)
+            ramps = self._ramps(speed, jerked)
         moving = self.way > 0
         return np.where(moving, self.way / np.where(moving, speed, 1.0) + ramps, 0.0), speed
 
-    def _ramps(self, speed: Floats) -> Floats:
-        """(n,) [s] half the ramps' time: what they cost beyond the way at full speed."""
-        both = _ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk)
+    def _ramps(self, speed: Floats, jerked: bool) -> Floats:
+        """(n,) [s] half the ramps' time: what they cost beyond the way at full speed; `jerked`: some build up."""
+        if jerked:
+            both = _ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk)
+        else:
+            both = speed / self.accelerate + speed / self.decelerate
         return np.asarray(0.5 * both + self.filtered)
 
     def _peak(self) -> Floats:
@@ -170,7 +174,7 @@ class Motion:
         low, high = np.zeros_like(self.speed), self.speed.copy()
         for _ in range(_STEPS):
             middle = 0.5 * (low + high)
-            over = middle * self._ramps(middle) > self.way
+            over = middle * self._ramps(middle, True) > self.way
             high, low = np.where(over, middle, high), np.where(over, low, middle)
         return 0.5 * (low + high)
 
@@ -182,12 +186,12 @@ class Motion:
     def take(self, rows: NDArray[np.intp]) -> Motion:
         """Some of the moves."""
         some = self._some(rows)
-        return some if self.corners is None else replace(some, corners=self.corners.take(rows))
+        return some if self.corners is None else some.with_(corners=self.corners.take(rows))
 
     def _some(self, rows: NDArray[np.intp]) -> Motion:
         """Some of the moves, as if each were between its like."""
         parts = {name: getattr(self, name)[rows] for name in _COLUMNS}
-        return replace(self, corners=None, **parts)
+        return self.with_(corners=None, **parts)
 
 
 _NAMES = tuple(Motion.__slots__)

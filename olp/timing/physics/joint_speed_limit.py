@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
@@ -51,16 +52,16 @@ class JointSpeedLimit(MoveTerm):
         touched = np.nonzero(_asked(case, form.axis) > values[0])[0]
         if not len(touched):
             return motion
-        mine, rate = motion.take(touched), _rates(case, form.axis)[touched].T
-        if form.key.endswith(_AT_ONCE):
-            lost = np.maximum(rate / values[0] - 1.0 / mine.top(), 0.0)
-            added = motion.added.copy()
-            added[touched] += mine.way * 0.5 * (lost[1:] + lost[:-1]).mean(axis=0)
-            return motion.with_(added=added)
-        free = np.repeat(mine.speed[None, :], len(rate), axis=0)
-        limited = np.minimum(free, values[0] / np.maximum(rate, 1e-12))
         added = motion.added.copy()
-        added[touched] += _swept(mine, limited) - _swept(mine, free)
+        if form.key.endswith(_AT_ONCE):
+            top = motion.top()[touched]
+            added[touched] += (
+                motion.way[touched] * _beyond(case, form.axis, touched, values[0] / top) / values[0]
+            )
+            return motion.with_(added=added)
+        mine, rate = motion.take(touched), _rates(case, form.axis)[touched].T
+        limited = np.minimum(mine.speed, values[0] / np.maximum(rate, 1e-12))
+        added[touched] += _swept(mine, limited) - _alone(mine, len(rate))
         return motion.with_(added=added)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
@@ -107,6 +108,24 @@ def _rates(case: MeasuredMoves, axis: int) -> Floats:
     return case.once(f"rates {axis}", finer)
 
 
+def _beyond(case: MeasuredMoves, axis: int, rows: NDArray[np.intp], least: Floats) -> Floats:
+    """(r,) [rad/m] by how much the axis' rate is above `least` (r,) in the moves `rows`, the mean over the way."""
+
+    def sorted_() -> Floats:
+        """(3, n, m + 1) rates, the highest first, and sums of their shares of the way, and of both."""
+        rate = _rates(case, axis)
+        share = np.full(rate.shape, 1.0 / (rate.shape[1] - 1))
+        share[:, [0, -1]] *= 0.5
+        order = np.argsort(-rate, axis=1)
+        rate, share = (np.take_along_axis(each, order, axis=1) for each in (rate, share))
+        sums = (rate, np.cumsum(share, axis=1), np.cumsum(share * rate, axis=1))
+        return np.stack([np.pad(each, ((0, 0), (1, 0))) for each in sums])
+
+    rate, shares, sums = case.once(f"sorted rates {axis}", sorted_)
+    above = (rate[rows, 1:] > least[:, None]).sum(axis=1)
+    return np.asarray(np.maximum(sums[rows, above] - least * shares[rows, above], 0.0))
+
+
 def _swept(motion: Motion, most: Floats) -> Floats:
     """(n,) [s] along the way, at no more than `most` (m, n) [m/s] and with no more than the ramps' accelerations.
 
@@ -122,6 +141,18 @@ def _swept(motion: Motion, most: Floats) -> Floats:
         np.minimum(square[k], square[k - 1] + gain, out=square[k])
     for k in range(len(square) - 2, -1, -1):
         np.minimum(square[k], square[k + 1] + loss, out=square[k])
+    return _along(step, square)
+
+
+def _alone(motion: Motion, places: int) -> Floats:
+    """(n,) [s] the same at no more than the programmed speed, in closed form."""
+    step, at = motion.way / (places - 1), np.arange(places)[:, None]
+    ramps = np.minimum(2.0 * motion.accelerate * step * at, 2.0 * motion.decelerate * step * at[::-1])
+    return _along(step, np.minimum(motion.speed**2, ramps))
+
+
+def _along(step: Floats, square: Floats) -> Floats:
+    """(n,) [s] with squares of the speed (m, n) at places `step` (n,) [m] apart."""
     speed = np.sqrt(square)
     return np.asarray(step * (2.0 / np.maximum(speed[1:] + speed[:-1], 1e-9)).sum(axis=0))
 

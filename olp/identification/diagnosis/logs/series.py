@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,14 @@ def hermite(time: Floats, values: Floats, at: Floats) -> Floats:
     return np.asarray(ends + u * v * step * (v * slope[i] - u * slope[i + 1]))
 
 
+class _Readings(NamedTuple):
+    """Instants between samples of an even grid: `hermite` there is a weighted sum of four samples."""
+
+    instants: Floats  # (m,) [s]
+    rows: NDArray[np.intp]  # (4, m)
+    weights: Floats  # (4, m)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
     """A curve at even instants: `values` (n, k) at `start` + i `step` [s]."""
@@ -39,18 +48,54 @@ class Grid:
     start: float
     step: float
     values: Floats
+    _asked: list[_Readings] = field(
+        default_factory=list, repr=False
+    )  # the last ones: a fit asks thousands of times
 
     @property
     def time(self) -> Floats:
         return np.asarray(self.start + self.step * np.arange(len(self.values)), dtype=np.float64)
 
     def at(self, instants: Floats, values: Floats | None = None) -> Floats:
-        """(m, k) the curve (or other `values` on the same grid) at `instants` [s]."""
+        """(m, k) the curve (or other `values` on the same grid) at `instants` [s], which nobody changes afterwards."""
         source = self.values if values is None else values
-        place = (instants - self.start) / self.step
-        if len(place) == len(source) and np.abs(place - np.arange(len(place))).max(initial=0.0) < 1e-4:
+        if len(source) < 3:
+            return hermite(self.time, source, instants)
+        places = self._places(instants)
+        if not len(places.rows):
             return source
-        return hermite(self.time, source, instants)
+        if source.shape[1] == 1:
+            column = np.ascontiguousarray(source[:, 0])
+            return np.asarray(sum(w * column[rows] for rows, w in zip(*places[1:], strict=True)))[:, None]
+        return np.asarray(sum(w[:, None] * source[rows] for rows, w in zip(*places[1:], strict=True)))
+
+    def _places(self, instants: Floats) -> _Readings:
+        """No rows: the instants are the grid's own."""
+        if self._asked and self._asked[0].instants is instants:
+            return self._asked[0]
+        count = len(self.values)
+        place = (instants - self.start) / self.step
+        if len(place) == count and np.abs(place - np.arange(count)).max(initial=0.0) < 1e-4:
+            found = _Readings(instants, np.zeros((0, 0), np.intp), np.zeros((0, 0)))
+        else:
+            found = _Readings(instants, *_weights(place, count))
+        self._asked[:] = [found]
+        return found
+
+
+def _weights(place: Floats, count: int) -> tuple[NDArray[np.intp], Floats]:
+    """(4, m) rows and weights at places (m,) in steps from the first of `count` samples; constant beyond the ends."""
+    inside = np.clip(place, 0.0, count - 1.0)
+    at = np.minimum(inside.astype(np.intp), count - 2)
+    u = inside - at
+    v = 1.0 - u
+    before, after = -0.5 * u * v * v, -0.5 * u * u * v
+    here, next_ = v * v * (1 + 2 * u) - after, u * u * (3 - 2 * u) - before
+    # Beyond the first and the last sample the curve goes on straight.
+    first, last = at == 0, at == count - 2
+    here, next_ = here + 2 * before * first - after * last, next_ + 2 * after * last - before * first
+    rows = np.stack([np.maximum(at - 1, 0), at, at + 1, np.minimum(at + 2, count - 1)])
+    return rows, np.stack([np.where(first, 0.0, before), here, next_, np.where(last, 0.0, after)])
 
 
 def even(time: Floats, values: Floats, step: float) -> Grid:
