@@ -105,7 +105,7 @@ def continued(program: Program, work: TranslationContext) -> Program:
         return program
 
     def last(s: Statement) -> Mapping[Key, int]:
-        return {_LAST: corners.get(id(s), 0)}  # 0: the arm stands
+        return {_LAST: corners.get(id(s), 0)} if type(s) in _STANDING else {}  # 0: the arm stands
 
     ways = reaching(program, last, _STANDING)
     stopped: set[int] = set()

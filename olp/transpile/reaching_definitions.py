@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from olp.ir.block_structure import ControlFlow, pair
-from olp.ir.expressions import CallValue
+from olp.ir.expressions import CallValue, Number
 from olp.ir.program import (
     Break,
     Call,
@@ -270,6 +270,8 @@ class _Graph:
                     markers.append(marker)
                     marker = flow.after.get(marker)
                 return [*markers, flow.end.get(index, onward)]
+            case For() if _runs_at_all(s):
+                return [onward]
             case While() | For():
                 return [onward, min(flow.end.get(index, index) + 1, len(body))]
             case EndWhile():
@@ -287,6 +289,15 @@ class _Graph:
 _WITH_VALUES: Final = frozenset(
     {"Assign", "If", "ElseIf", "While", "Until", "Return", "Switch", "SetOutput", "Jump"}
 )
+
+
+def _runs_at_all(s: For) -> bool:
+    """Whether the text says that a loop runs at least once."""
+    numbers = [e.value for e in (s.start, s.stop, s.step or Number(1)) if type(e) is Number]
+    if len(numbers) < 3:
+        return False
+    start, stop, step = numbers
+    return start <= stop if step > 0 else start >= stop
 
 
 def _joined(one: State, other: State) -> dict[Key, Values]:
