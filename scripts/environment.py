@@ -46,7 +46,7 @@ def only_one() -> Iterator[None]:
 
 
 def requirements(kind: str) -> list[str]:
-    """What pip is asked to install."""
+    """What pip or uv is asked to install."""
     if kind == "run":
         return ["--editable", str(ROOT)]
     import tomllib
@@ -68,12 +68,21 @@ def call(*command: str) -> None:
 
 def install(kind: str) -> None:
     """Creates the environment where there is none (or half a one) and installs `kind`."""
-    print(f"olp: setting up {VENV} (once; about a minute)", file=sys.stderr)
+    print(f"olp: setting up {VENV} (once)", file=sys.stderr)
     pip = (str(PYTHON), "-m", "pip", "--disable-pip-version-check", "--no-input")
     if not PYTHON.exists() or subprocess.run((*pip, "--version"), capture_output=True).returncode:
         call(str(getattr(sys, "_base_executable", sys.executable)), "-m", "venv", str(VENV))
-    call(*pip, "install", "--quiet", *requirements(kind))
+    if kind != "dev" or not installed_by_uv(pip):
+        call(*pip, "install", "--quiet", *requirements(kind))
     (VENV / f"olp-{kind}.stamp").write_text(stamp())
+
+
+def installed_by_uv(pip: tuple[str, ...]) -> bool:
+    """Whether uv could install what developers need: an eighth of pip's time, but it reads no pip.conf."""
+    if subprocess.run((*pip, "install", "--quiet", "uv"), capture_output=True).returncode:
+        return False
+    uv = (str(PYTHON), "-m", "uv", "pip", "install", "--quiet", "--python", str(PYTHON))
+    return not subprocess.run((*uv, *requirements("dev")), capture_output=True).returncode
 
 
 def main(kind: str) -> None:

@@ -88,8 +88,11 @@ def matches(shown: str, printed: str) -> bool:
 def differences(page: str, folder: Path) -> list[str]:
     """Every block of a page that does not do what the page shows, with both."""
     (folder / "samples").symlink_to(ROOT / "samples")
-    wrong: list[str] = []
-    python = ""
+    with PythonSession(folder) as python:
+        return list(_wrong(page, folder, python))
+
+
+def _wrong(page: str, folder: Path, python: PythonSession) -> Iterator[str]:
     status = 0
     for block in blocks(page):
         if block.title:
@@ -100,16 +103,13 @@ def differences(page: str, folder: Path) -> list[str]:
             for line, command, shown in examples(block):
                 printed, status = (f"{status}\n", status) if command == "echo $?" else run(command, folder)
                 if not matches(shown, printed):
-                    wrong.append(f"line {line}: $ {command}\nshown:\n{shown}printed:\n{printed}")
+                    yield f"line {line}: $ {command}\nshown:\n{shown}printed:\n{printed}"
             continue
-        if block.kind == "python":
-            python += block.body
-            says = run_python(python, folder)
-        else:
-            says = KINDS.get(block.kind, _unknown)(block.body)
+        says = (
+            python.run(block.body) if block.kind == "python" else KINDS.get(block.kind, _unknown)(block.body)
+        )
         if says:
-            wrong.append(f"line {block.line}: {block.kind or 'a block without a kind'}: {says}")
-    return wrong
+            yield f"line {block.line}: {block.kind or 'a block without a kind'}: {says}"
 
 
 def run(command: str, folder: Path) -> tuple[str, int]:
@@ -122,28 +122,78 @@ def run(command: str, folder: Path) -> tuple[str, int]:
     return _execute(words, folder)
 
 
-def run_python(text: str, folder: Path) -> str:
-    """What went wrong."""
-    printed, status = _execute([sys.executable, "-W", "error", "-c", text], folder)
-    return printed if status else ""
+# What a PythonSession runs: each line of its input is a block as JSON, and each line of its answer what went wrong.
+_INTERPRETER = """
+import contextlib, io, json, sys, traceback
+names = {"__name__": "__main__"}
+answers, sys.stdout = sys.stdout, io.StringIO()
+for line in sys.stdin:
+    says, printed = "", io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        try:
+            exec(compile(json.loads(line), "<page>", "exec"), names)
+        except BaseException:
+            traceback.print_exc()
+            says = printed.getvalue()
+    print(json.dumps(says), file=answers, flush=True)
+"""
 
 
-def _execute(words: list[str], folder: Path) -> tuple[str, int]:
+class PythonSession:
+    """The Python blocks of a page, one after the other in one interpreter, which begins with the first of them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.process: subprocess.Popen[str] | None = None
+
+    def __enter__(self) -> PythonSession:
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        if self.process is not None:
+            self.process.communicate()
+
+    def run(self, body: str) -> str:
+        """What went wrong in a block ("": nothing)."""
+        if self.process is None:
+            words = [sys.executable, "-W", "error", "-c", _INTERPRETER]
+            self.process = subprocess.Popen(
+                words,
+                cwd=self.folder,
+                env=_environment(),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                encoding="utf-8",
+            )
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(json.dumps(body) + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline()
+        return str(json.loads(answer)) if answer else "the interpreter ended"
+
+
+def _environment() -> dict[str, str]:
     somebody = {
         f"GIT_{who}_{what}": "a@b.example" for who in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")
     }
+    return {
+        **os.environ,
+        **somebody,
+        "PYTHONPATH": str(ROOT),
+        "COLUMNS": "100",
+        "NO_COLOR": "1",
+        "PYTHONUTF8": "1",
+        "GIT_CONFIG_GLOBAL": os.devnull,
+    }
+
+
+def _execute(words: list[str], folder: Path) -> tuple[str, int]:
     done = subprocess.run(
         words,
         cwd=folder,
-        env={
-            **os.environ,
-            **somebody,
-            "PYTHONPATH": str(ROOT),
-            "COLUMNS": "100",
-            "NO_COLOR": "1",
-            "PYTHONUTF8": "1",
-            "GIT_CONFIG_GLOBAL": os.devnull,
-        },
+        env=_environment(),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

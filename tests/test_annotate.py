@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -29,18 +30,10 @@ def timing_of(program):
     return time_plan(run(program, max_steps=20_000))
 
 
-def label(path):
-    return str(path.relative_to(SAMPLES))
-
-
-def can_be_timed(path):
-    program = read(path)
-    if any(found.is_error for found in program.diagnostics):
-        return False
-    return not any(found.is_error for found in timing_of(program).diagnostics)
-
-
-TIMED = [path for path in JOBS if can_be_timed(path)]
+@cache
+def timed():
+    """The samples that can be read and timed without an error."""
+    return [path for path in JOBS if not any(found.is_error for found in timing_of(read(path)).diagnostics)]
 
 
 def job(lines, end="\r\n", last=True, path="made.jbi"):
@@ -149,43 +142,43 @@ def test_a_line_that_is_never_executed_has_no_comment():
 
 
 def test_there_are_samples_to_try():
-    assert len(TIMED) > 20
+    assert len(timed()) > 20
 
 
-@pytest.mark.parametrize("path", TIMED, ids=label)
-def test_an_annotated_sample_is_valid_for_the_controller(path):
-    program = read(path)
-    source = annotated(program)
-    before, after = program.source, source
-    comments = comments_of(after)
-    assert comments
-    assert all(len(line) <= find_vendor("inform").comment_length and line.isascii() for line in comments)
-    assert [line for line in after.lines if not line.startswith("'olp ")] == list(before.lines)
-    assert after.encoding == before.encoding
-    again = read_source(after)
-    assert not [found.render() for found in again.diagnostics if found.is_error]
-    for routine in again.routines:
-        kinds = [type(statement).__name__ for statement in routine.body]
-        assert kinds[0] == "Begin"
-        assert kinds[-1] == "End"
-    if before.raw.count(b"\n") == before.raw.count(b"\r\n") == before.raw.count(b"\r"):
-        assert after.raw.count(b"\n") == after.raw.count(b"\r\n") == after.raw.count(b"\r")
+def test_an_annotated_sample_is_valid_for_the_controller():
+    for path in timed():
+        program = read(path)
+        source = annotated(program)
+        before, after = program.source, source
+        comments = comments_of(after)
+        assert comments
+        assert all(len(line) <= find_vendor("inform").comment_length and line.isascii() for line in comments)
+        assert [line for line in after.lines if not line.startswith("'olp ")] == list(before.lines)
+        assert after.encoding == before.encoding
+        again = read_source(after)
+        assert not [found.render() for found in again.diagnostics if found.is_error]
+        for routine in again.routines:
+            kinds = [type(statement).__name__ for statement in routine.body]
+            assert kinds[0] == "Begin"
+            assert kinds[-1] == "End"
+        if before.raw.count(b"\n") == before.raw.count(b"\r\n") == before.raw.count(b"\r"):
+            assert after.raw.count(b"\n") == after.raw.count(b"\r\n") == after.raw.count(b"\r")
 
 
-@pytest.mark.parametrize("path", TIMED, ids=label)
-def test_a_sample_annotated_and_cleaned_has_its_own_bytes(path):
-    program = read(path)
-    result = remove(annotated(program), "inform")
-    assert result.source.raw == program.to_bytes()
-    assert result.removed > 0
+def test_a_sample_annotated_and_cleaned_has_its_own_bytes():
+    for path in timed():
+        program = read(path)
+        result = remove(annotated(program), "inform")
+        assert result.source.raw == program.to_bytes()
+        assert result.removed > 0
 
 
-@pytest.mark.parametrize("path", TIMED, ids=label)
-def test_annotating_twice_is_annotating_once(path):
-    once = annotated(read(path))
-    twice = annotate(read_source(once), timing_of(read_source(once)))
-    assert twice.source.raw == once.raw
-    assert twice.written == twice.removed
+def test_annotating_twice_is_annotating_once():
+    for path in timed():
+        once = annotated(read(path))
+        twice = annotate(read_source(once), timing_of(read_source(once)))
+        assert twice.source.raw == once.raw
+        assert twice.written == twice.removed
 
 
 def test_comments_do_not_change_the_times():

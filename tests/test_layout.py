@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -17,8 +18,10 @@ def module_name(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-FILES = {module_name(path): path for path in sorted((ROOT / "olp").rglob("*.py"))}
-TREES = {name: ast.parse(path.read_bytes()) for name, path in FILES.items()}
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Every module of olp, parsed."""
+    return {module_name(path): ast.parse(path.read_bytes()) for path in sorted((ROOT / "olp").rglob("*.py"))}
 
 
 def classes_twice(trees: dict[str, ast.Module]) -> list[str]:
@@ -68,11 +71,11 @@ def circle(trees: dict[str, ast.Module]) -> list[str]:
 
 
 def test_a_class_name_is_given_once() -> None:
-    assert classes_twice(TREES) == []
+    assert classes_twice(trees()) == []
 
 
 def test_no_module_imports_itself_through_others() -> None:
-    assert circle(TREES) == []
+    assert circle(trees()) == []
 
 
 def test_what_breaks_either_is_found() -> None:

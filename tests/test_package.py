@@ -13,8 +13,6 @@ from olp import cli
 from olp.core import resources
 
 ROOT = Path(__file__).parent.parent
-# The environment is made once, so one worker runs all of these.
-pytestmark = pytest.mark.xdist_group("wheel")
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 

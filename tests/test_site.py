@@ -16,7 +16,6 @@ from olp.robots.robot import robot_names
 from olp.timing.physics import term_names
 
 ROOT = Path(__file__).parent.parent
-pytestmark = pytest.mark.xdist_group("site")
 
 
 class Anchors(HTMLParser):
