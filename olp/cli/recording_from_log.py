@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
 
 if TYPE_CHECKING:
-    from olp.identification.recording.from_log import FromLog
+    from olp.identification.recording.moves import Floats, RecordedMoves
     from olp.identification.recording.settings import RecordingSettings
     from olp.timing.timing import Timing
 
@@ -57,20 +57,23 @@ def run(args: Namespace) -> int:
     log, told, _ = read_log(Path(args.log))
     timing = plan_and_time(args.job, job_of(args, 1))
     made = moves_from_log(log, timing, args.by)
-    settings = _settings(args, timing, log.period, made.tool)
+    settings = settings_of_run(args, timing, log.period, made.tool)
     comment = (
         f"Made by olp recording from-log of {os.path.basename(args.log)} and {os.path.basename(args.job)}."
     )
     write_recording(args.output, made.moves, settings, log if args.with_log else None, comment)
-    print(_table(made, timing))
+    print(table_of_moves(made.moves, made.planned, timing, made.by))
     print_diagnostics([d.at(args.job) for d in (*timing.diagnostics, *told, *made.diagnostics)])
     return 0
 
 
-def _settings(
-    args: Namespace, timing: Timing, period: float, tool: tuple[float, ...] | None
+def settings_of_run(
+    args: Namespace, timing: Timing, period: float | None, tool: tuple[float, ...] | None
 ) -> RecordingSettings:
-    """recording.toml: instants are found between samples, so a sample is what they resolve at worst."""
+    """recording.toml of the program `args.job` in the folder `args.output`.
+
+    `period` [s]: of a log's samples, between which instants are found, so that one is what they resolve at worst.
+    """
     from olp.identification.recording.settings import RecordingSettings
     from olp.robots.robot import robot_names
 
@@ -81,7 +84,8 @@ def _settings(
     elif args.robot and args.robot.lower().endswith(".toml"):
         name = _seen_from(args.output, args.robot)
     job = _seen_from(args.output, args.job)
-    return RecordingSettings(robot=name, time_resolution=float(f"{period:.3g}"), tool=tool, job=job)
+    resolution = None if period is None else float(f"{period:.3g}")
+    return RecordingSettings(robot=name, time_resolution=resolution, tool=tool, job=job)
 
 
 def _seen_from(folder: str, path: str) -> str:
@@ -91,21 +95,18 @@ def _seen_from(folder: str, path: str) -> str:
         return Path(path).resolve().as_posix()
 
 
-def _table(made: FromLog, timing: Timing) -> str:
-    """One line per move: what the plan gives it and what was measured."""
-    moves, kinds = made.moves, made.moves.kinds
+def table_of_moves(moves: RecordedMoves, planned: Floats, timing: Timing, by: str = "") -> str:
+    """One line per move: what the plan gives it [s] and what was measured. `by`: how moves were told apart."""
+    kinds = moves.kinds
     rows = [
         f"{'move':>5} {'line':>5}  {'type':<9}{'plan s':>9}{'measured s':>12}{'differs s':>11}  statement"
     ]
     text = {s.path.replace("\\", "/").rsplit("/", 1)[-1]: s for s in timing.plan.sources}
-    for i, planned in enumerate(made.planned.tolist()):
+    for i, expected in enumerate(planned.tolist()):
         lasts = float(moves.duration[i])
         says = text[moves.job[i]].line(int(moves.line[i])).strip() if moves.job[i] in text else ""
         head = f"{moves.move[i]:>5} {moves.line[i]:>5}  {kinds[i]:<9}"
-        rows.append(f"{head}{planned:9.3f}{lasts:12.3f}{lasts - planned:+11.3f}  {says[:60]}")
-    total = float(moves.duration.sum())
-    rows += [
-        "",
-        f"{len(moves)} rows by {made.by}: measured {total:.3f} s, planned {made.planned.sum():.3f} s",
-    ]
+        rows.append(f"{head}{expected:9.3f}{lasts:12.3f}{lasts - expected:+11.3f}  {says[:60]}")
+    total, how = float(moves.duration.sum()), f" by {by}" if by else ""
+    rows += ["", f"{len(moves)} rows{how}: measured {total:.3f} s, planned {planned.sum():.3f} s"]
     return "\n".join(rows)

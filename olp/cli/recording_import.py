@@ -1,17 +1,22 @@
-"""`olp recording import`: a recording out of what a controller recorded of its own accord."""
+"""`olp recording import`: a recording out of a controller's own traces, or of a table of times."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-SUMMARY = "make a recording of a controller's own traces"
+SUMMARY = "make a recording of a controller's own traces, or of a table of times"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     from olp.cli.time import positive
 
-    parser.add_argument("files", nargs="+", metavar="FILE", help="files of the recording, or folders of them")
+    parser.add_argument(
+        "files",
+        nargs="+",
+        metavar="FILE",
+        help="files of the recording, or folders of them; with --job one table with columns line and duration_s",
+    )
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="the folder, made if need be")
     parser.add_argument(
         "--sim",
@@ -20,6 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="FILE",
         help="the same of a simulated controller: its durations become sim_s",
     )
+    parser.add_argument("--job", metavar="JOB", help="the program whose lines were timed")
     parser.add_argument("--robot", metavar="R", help="the robot (default: what the controller says)")
     parser.add_argument(
         "--override", type=positive, metavar="PCT", help="the program override, which traces do not tell"
@@ -44,9 +50,11 @@ def run(args: Namespace) -> int:
         raise OlpError(error("C009", says, file=str(folder / "moves.csv"), help=help))
     if args.robot:
         load_robot(args.robot)
-    gone = [file for file in (*args.files, *args.sim) if not Path(file).exists()]
+    gone = [file for file in (*args.files, *args.sim, *filter(None, [args.job])) if not Path(file).exists()]
     if gone:
         raise OlpError(*(error("C003", "no such file or folder", file=file) for file in gone))
+    if args.job:
+        return _import_times(args)
     made = import_runs([Path(file) for file in args.files], [Path(file) for file in args.sim], args.override)
     tool = None
     if made.tool is not None:
@@ -70,4 +78,35 @@ def run(args: Namespace) -> int:
         f"{made.count} moves, {made.seconds:.3f} s, {robot}: {', '.join(f.name for f in files)} in {folder}"
     )
     print_diagnostics(made.diagnostics)
+    return 0
+
+
+def _import_times(args: Namespace) -> int:
+    """The recording of a table of times and the program they were taken of."""
+    from olp.cli.recording_from_log import settings_of_run, table_of_moves
+    from olp.cli.time import print_diagnostics
+    from olp.core.diagnostic import OlpError, error
+    from olp.core.files import refuse_inputs
+    from olp.core.units import percent
+    from olp.identification.recording.programmed import moved, tool_of
+    from olp.identification.recording.stop_watch import moves_from_times
+    from olp.identification.recording.table import read_table
+    from olp.identification.recording.writer import write_recording
+    from olp.identification.timing_job import TimingJob, plan_and_time
+
+    if len(args.files) > 1 or args.sim:
+        says = "with --job, one table of times is imported"
+        raise OlpError(
+            error("C001", says, help="put all times into one table; simulated ones are column sim_s")
+        )
+    refuse_inputs(Path(args.output) / "moves.csv", [args.files[0], args.job])
+    table = read_table(Path(args.files[0]))
+    override = args.override * percent if args.override else None
+    timing = plan_and_time(args.job, TimingJob(robot=args.robot, override=override))
+    moves, planned, told = moves_from_times(table, timing, override)
+    settings = settings_of_run(args, timing, None, tool_of(moved(timing)))
+    names = f"{Path(args.files[0]).name} and {Path(args.job).name}"
+    write_recording(args.output, moves, settings, comment=f"Made by olp recording import of {names}.")
+    print(table_of_moves(moves, planned, timing))
+    print_diagnostics([d.at(args.job) for d in timing.diagnostics] + list(told))
     return 0

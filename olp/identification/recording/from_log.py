@@ -7,7 +7,7 @@ log's clock, D045 how far the log's points lie off, D046 what the contract's col
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -77,7 +77,7 @@ def moves_from_log(log: Log, timing: Timing, by: By = "auto") -> FromLog:
     clock = fit_clock(np.append(moves.begin, moves.end), np.append(found.begin, found.end))
     told = _told(moves, found, clock, log)
     recorded, planned = _recorded(moves, found, log)
-    told += _unsayable(recorded, timing)
+    told += unsayable(recorded, timing)
     return FromLog(recorded, planned, chosen, tool_of(moves), clock, tuple(told))
 
 
@@ -103,30 +103,35 @@ def _recorded(moves: Moved, found: Segments, log: Log) -> tuple[RecordedMoves, F
     planned = np.where(waits, follows[owner] - moves.end[owner], moves.end[owner] - moves.begin[owner])
     rows = plan.row[moves.step[owner]]
     step = np.where(waits, np.minimum(moves.step[owner] + 1, len(plan) - 1), moves.step[owner])
-    return _columns(moves, rows, step, waits, begin, end, log), planned
+    axes, width = plan.positions.axes, len(log.slides)
+    joints = [
+        _joints(axes[chosen[rows]], log, instants, width)
+        for chosen, instants in ((plan.moves.start, begin), (plan.moves.target, end))
+    ]
+    recorded = recorded_steps(timing, rows, step, waits, (joints[0], joints[1]), log.slides)
+    return replace(recorded, duration=end - begin, t_start=begin), planned
 
 
-def _columns(
-    moves: Moved,
+def recorded_steps(
+    timing: Timing,
     rows: NDArray[np.int32],
     step: NDArray[np.intp],
     waits: NDArray[np.bool_],
-    begin: Floats,
-    end: Floats,
-    log: Log,
+    joints: tuple[Floats, Floats],
+    slides: tuple[bool, ...],
 ) -> RecordedMoves:
-    plan = moves.timing.plan
+    """Steps of a plan as rows of a recording, without their times.
+
+    `rows` (n,) of its moves, `step` (n,) whose line counts, `waits` (n,) which of them are waits behind the move;
+    `joints` (n, k) [rad | m] where each begins and ends, `slides` (k,) which axes are lengths.
+    """
+    plan = timing.plan
     asked, positions = plan.moves, plan.positions
     nothing = np.where(waits, np.nan, 0.0)
     start, target = asked.start[rows], asked.target[rows]
     kind = np.array([_KINDS.get(PATHS[code], CIRCULAR) for code in asked.path[rows].tolist()], dtype=np.int8)
     kind[waits] = WAIT
-    via = np.where((kind == CIRCULAR)[:, None], _middles(moves, rows), np.nan)
-    width = len(log.slides)
-    joints = [
-        _joints(positions.axes[chosen], log, instants, width) + nothing[:, None]
-        for chosen, instants in ((start, begin), (target, end))
-    ]
+    via = np.where((kind == CIRCULAR)[:, None], _middles(timing, rows), np.nan)
     angles = [
         angles_from_rotation(rotation_from_quaternion(positions.quaternion[chosen])) + nothing[:, None]
         for chosen in (start, target)
@@ -139,23 +144,23 @@ def _columns(
     return RecordedMoves(
         move=np.arange(1, len(rows) + 1),
         kind=kind,
-        duration=end - begin,
+        duration=np.full(len(rows), np.nan),
         sim=np.full(len(rows), np.nan),
         start=positions.position[start] + nothing[:, None],
         end=positions.position[target] + nothing[:, None],
         via=via,
         start_angles=angles[0],
         end_angles=angles[1],
-        joints_start=joints[0],
-        joints_end=joints[1],
-        slides=log.slides,
+        joints_start=joints[0] + nothing[:, None],
+        joints_end=joints[1] + nothing[:, None],
+        slides=slides,
         speed=asked.travel[rows] + nothing,
         speed_fraction=asked.fraction[rows] + nothing,
         acceleration=np.full(len(rows), np.nan),
         acceleration_fraction=np.where(full, np.nan, asked.acceleration[rows]) + nothing,
         blend=np.where(zone, asked.blend[rows], 0.0),
         level=np.full(len(rows), -1, dtype=np.int8),
-        t_start=begin,
+        t_start=np.full(len(rows), np.nan),
         cycle=np.full(len(rows), -1),
         line=plan.line[step].astype(np.int64),
         job=tuple(os.path.basename(plan.sources[s].path) for s in sources),
@@ -180,11 +185,11 @@ def _joints(axes: Floats, log: Log, instants: Floats, width: int) -> Floats:
     return chosen
 
 
-def _middles(moves: Moved, rows: NDArray[np.int32]) -> Floats:
+def _middles(timing: Timing, rows: NDArray[np.int32]) -> Floats:
     """(n, 3) [m] half-way along each move's path, as the plan's tool goes it without rounded corners."""
     from olp.runtime.paths import point_on_arc, point_on_parabola
 
-    asked, positions = moves.timing.plan.moves, moves.timing.plan.positions
+    asked, positions = timing.plan.moves, timing.plan.positions
     a, b = positions.position[asked.start[rows]], positions.position[asked.target[rows]]
     middle = (a + b) / 2
     half = np.full(len(rows), 0.5)
@@ -233,7 +238,7 @@ def _told(moves: Moved, found: Segments, clock: ClockAlignment | None, log: Log)
     return told
 
 
-def _unsayable(moves: RecordedMoves, timing: Timing) -> list[Diagnostic]:
+def unsayable(moves: RecordedMoves, timing: Timing) -> list[Diagnostic]:
     """Corners without a level, curves that are no arcs."""
     told = []
     untagged = sum(word == "untagged" for word in moves.texts["corner"])

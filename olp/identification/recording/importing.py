@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, warning
 from olp.core.terminal import csv_text
+from olp.identification.recording.table import role_of
 from olp.languages.recorders import ControllerMotion, ControllerRecorder, ControllerRun, recorders
 
 Floats = NDArray[np.float64]
@@ -106,7 +107,14 @@ def read_runs(paths: Iterable[Path]) -> list[ControllerRun]:
         help = "known are " + "; ".join(recorder.files for recorder in recorders())
         raise OlpError(
             *(
-                error("D053", "no controller's recording is known by this name", file=str(f), help=help)
+                error(
+                    "D053",
+                    "no controller's recording is known by this name",
+                    file=str(f),
+                    help=f"{help}; a table of times needs --job, the program that was timed"
+                    if role_of(f)
+                    else help,
+                )
                 for f in strange
             )
         )

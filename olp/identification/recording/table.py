@@ -1,16 +1,18 @@
 """A table of a recording before anything is made of it: names, cells, and where each cell stands in its file.
 
-CSV (UTF-8, comma and decimal point, or semicolon and decimal comma), the same gzipped, or Parquet. Codes: D002
-unreadable, D003 too large, D004 no library for Parquet, D011 a header that names a column twice or not at all, D013 a
-row of another width, D022 rows left out.
+CSV (UTF-8, comma and decimal point, or semicolon and decimal comma), the same gzipped, Parquet, or the first sheet of
+an Excel workbook. Codes: D002 unreadable, D003 too large, D004 no library for Parquet or Excel, D011 a header that
+names a column twice or not at all, D013 a row of another width, D022 rows left out.
 """
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import gzip
 import io
 import re
+import zipfile
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +36,7 @@ _LONGEST_LINE = 1_000_000  # [bytes]
 _PACKED = 200  # times smaller at best: numbers that change pack to a tenth
 _SMALL = 50_000_000  # [bytes] that may be unpacked to whatever they were packed from
 SHOWN = 20  # findings of one kind that are told one by one
-SUFFIXES = (".csv", ".csv.gz", ".parquet", ".pq")
+SUFFIXES = (".csv", ".csv.gz", ".parquet", ".pq", ".xlsx")
 
 
 class TableColumn(NamedTuple):
@@ -63,8 +65,10 @@ class RecordingTable:
     def place(self, row: int, column: int) -> tuple[Span | None, str]:
         """Where the cell stands, and the text of its line; row -1 is the header."""
         number = int(self.line[row]) if row >= 0 else 1
-        if not self.text or not number:
+        if not number or (not self.text and row < 0):
             return None, ""
+        if not self.text:  # a row of a workbook
+            return Span(number), ""
         source = self.text[number - 1].rstrip("\r\n")
         start, end = cell_extent(source, column)
         return Span(number, start, end), source
@@ -177,6 +181,8 @@ def read_table(path: Path) -> RecordingTable:
     """The table of moves in `path`. Raises OlpError with every row that has no place in it."""
     if is_parquet(path):
         return _read_parquet(path)
+    if path.name.lower().endswith(".xlsx"):
+        return _read_workbook(path)
     file = str(path)
     raw = read_bytes(path)
     if raw.count(b"\n") + raw.count(b"\r") > 4 * MOST_ROWS:  # with CRLF, and every other line empty
@@ -205,6 +211,54 @@ def read_table(path: Path) -> RecordingTable:
             error("D002", f"not CSV: {problem}", span, file=file, help="check the quotes")
         ) from None
     return _from_rows(file, tuple(lines), rows, starts)
+
+
+def _read_workbook(path: Path) -> RecordingTable:
+    """The first sheet, formulas as their last values. Raises OlpError: D002 unreadable, D003 too large, D004."""
+    file = str(path)
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        help = 'install it: pip install "olp[excel]"; or save the sheet as CSV'
+        raise OlpError(error("D004", "reading Excel needs openpyxl", file=file, help=help)) from None
+    raw = read_input(path, MOST_BYTES)
+    try:
+        with zipfile.ZipFile(io.BytesIO(raw)) as packed:
+            unpacked = sum(part.file_size for part in packed.infolist())
+        if unpacked > max(_SMALL, _PACKED * len(raw)):
+            says = f"the workbook unpacks to more than {_PACKED} times its size, which no table does"
+            raise OlpError(error("D003", says, file=file, help="save the sheet as CSV"))
+        with contextlib.closing(load_workbook(io.BytesIO(raw), read_only=True, data_only=True)) as book:
+            sheet = book.worksheets[0]
+            cells = [[_cell_text(cell) for cell in row] for row in sheet.iter_rows(values_only=True)]
+    except (
+        zipfile.BadZipFile,
+        KeyError,
+        ValueError,
+        TypeError,
+        IndexError,
+        SyntaxError,
+        AttributeError,
+    ) as problem:
+        says = f"not an Excel workbook: {problem}"
+        raise OlpError(error("D002", says, file=file, help="save the sheet as CSV UTF-8")) from None
+    if len(cells) > MOST_ROWS + 1:
+        raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=file))
+    # Sheets remember cells that were once used: what lies right of the header and is empty is no column.
+    width = max((i + 1 for i, name in enumerate(cells[0] if cells else []) if name), default=0)
+    rows = [
+        [*row[:width], *([""] * (width - len(row))), *(cell for cell in row[width:] if cell)] for row in cells
+    ]
+    return _from_rows(file, (), rows, list(range(1, len(rows) + 1)))
+
+
+def _cell_text(value: object) -> str:
+    """As CSV would have it: whole numbers without a point, nothing for an empty cell."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:.15g}"
+    return from_cell(str(value).strip())
 
 
 def _from_rows(file: str, lines: tuple[str, ...], rows: list[list[str]], starts: list[int]) -> RecordingTable:
@@ -242,15 +296,15 @@ def left_out_rows(file: str, lines: Sequence[int], why: str) -> tuple[Diagnostic
 
 
 def _wrong_width(file: str, lines: Sequence[str], line: int, found: int, width: int) -> Diagnostic:
-    source = lines[line - 1].rstrip("\r\n")
-    column = cell_extent(source, min(found, width))[0]
+    source = lines[line - 1].rstrip("\r\n") if lines else ""
+    column = cell_extent(source, min(found, width))[0] if lines else 0
     help = (
         "a decimal comma? the decimal mark is a point" if found > width else "empty cells keep their commas"
     )
     return error(
         "D013",
         f"row has {found} cells, the header {width}",
-        Span(line, column, column + 1),
+        Span(line, column, column + 1) if lines else Span(line),
         file=file,
         source_line=source,
         help=help,
