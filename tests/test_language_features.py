@@ -260,6 +260,26 @@ def test_the_lens_tells_the_total_and_every_budget(service, tmp_path) -> None:
     assert "over" in waits.text
 
 
+def test_a_broken_budget_offers_the_edits_that_hold_it(service, tmp_path) -> None:
+    path = tmp_path / "TOUCH-UP.JBI"
+    text = (SAMPLES / "inform/touch-up/before/TOUCH-UP.JBI").read_bytes().decode()
+    budgets = "[[budget]]\nname = 'cell'\nlimit_s = 3.6\n[[budget]]\nname = 'none'\nlimit_s = 0.1\n"
+    (tmp_path / "olp.toml").write_text(f'robot = "yaskawa/ma2010"\n{budgets}')
+    path.write_bytes(text.encode())
+    service.open(str(path), text)
+    analysis = service.current(str(path))
+    line = next(lens.line for lens in lenses(analysis) if lens.over)
+    (action,) = [one for one in actions(analysis, line, line) if one.title.startswith("Make it")]
+    assert action.title == f"Make it 3.6 s: {len(action.edits)} edit{'s' * (len(action.edits) != 1)}"
+    rows = text.splitlines()
+    for edit in action.edits:
+        assert (edit.column, edit.end_column, edit.line) == (1, len(rows[edit.line - 1]) + 1, edit.end_line)
+        rows[edit.line - 1] = edit.text
+    service.open(str(path), "\r\n".join([*rows, ""]))
+    assert analysis.timing.total_s > 3.6 >= service.current(str(path)).timing.total_s
+    assert not [one for one in actions(analysis, line + 1, line + 1) if one.title.startswith("Make it")]
+
+
 @pytest.mark.parametrize("name", [*LANGUAGES, "rapid/pallet.prg", "inform/generations/dx200.jbi"])
 def test_formatting_never_changes_what_a_text_means_and_is_done_once(service, name) -> None:
     chance = random.Random(name)

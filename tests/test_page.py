@@ -97,6 +97,18 @@ def test_budgets_stand_in_the_page(jobs, tmp_path):
     assert "pallet: over" in text
 
 
+def test_a_broken_budget_in_the_page_says_what_would_hold_it(tmp_path):
+    sample = Path(__file__).parent.parent / "samples/inform/touch-up/before/TOUCH-UP.JBI"
+    job = tmp_path / "TOUCH-UP.JBI"
+    job.write_bytes(sample.read_bytes())
+    for limit, says in ((3.6, r"make it 3\.6 s: \d edits? \(line \d+ "), (0.1, "no edits of speeds and acc")):
+        (tmp_path / "olp.toml").write_text(
+            f'robot = "yaskawa/ma2010"\n[[budget]]\nname = "a"\nlimit_s = {limit}\n'
+        )
+        _, text = page_of(job, out=tmp_path / "r.html")
+        assert re.search(says, text)
+
+
 def test_a_total_that_leaves_moves_out_says_at_least(jobs, tmp_path):
     job = jobs / "PICK.JBI"
     status, text = page_of(job, out=tmp_path / "r.html")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.core.files import refuse_inputs, write_output
@@ -23,7 +25,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--to", type=positive, required=True, metavar="S", help="the time in seconds that it may take"
     )
     parser.add_argument(
-        "-o", "--output", required=True, metavar="OUT", help="where to write the edited program"
+        "-o",
+        "--output",
+        required=True,
+        metavar="OUT",
+        help="where to write the edited program; a folder (FOLDER/): programs that it calls are edited there as well",
     )
     parser.add_argument(
         "--within",
@@ -36,6 +42,22 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=positive,
         metavar="V",
         help="of the tool in mm/s (default: the highest that a move of the program has)",
+    )
+    parser.add_argument(
+        "--max-acceleration",
+        type=positive,
+        metavar="A",
+        help="of straight moves in mm/s² (default: the highest that is written)",
+    )
+    parser.add_argument(
+        "--free",
+        type=_lines,
+        default=frozenset(),
+        metavar="LINES",
+        help="straight moves that may become joint moves: 12,20-31",
+    )
+    parser.add_argument(
+        "--unseen", action="store_true", help="go beyond the speeds that the signature has seen"
     )
     parser.add_argument(
         "--keep", type=_lines, default=frozenset(), metavar="LINES", help="lines that stay: 12,20-31"
@@ -64,8 +86,6 @@ def _lines(text: str) -> frozenset[int]:
 
 
 def run(args: Namespace) -> int:
-    from pathlib import Path
-
     from olp.checks.fit.choices import Allowed
     from olp.checks.fit.fit import fit
     from olp.checks.fit.told import as_json, as_text, front_file, refuse_front
@@ -75,22 +95,40 @@ def run(args: Namespace) -> int:
     from olp.reports.batch import time_program
 
     job = settings_of(args)
+    into = args.output.endswith(("/", os.sep)) or Path(args.output).is_dir()
     if args.output != "-":
-        refuse_inputs(args.output, [args.job])
+        refuse_inputs(str(Path(args.output) / Path(args.job).name) if into else args.output, [args.job])
     if args.front is not None:
         refuse_front(args.front)
     program = read(args.job, encoding=args.encoding)
     folder = Path(args.job).parent
     allowed = Allowed(
-        (args.within or 0.0) * mm, None if args.max_speed is None else args.max_speed * mm, args.keep
+        (args.within or 0.0) * mm,
+        _metres(args.max_speed),
+        args.keep,
+        _metres(args.max_acceleration),
+        args.free,
+        into,
+        args.unseen,
     )
     found = fit(program, args.to, lambda one: time_program(one, job, folder), allowed)
-    return _told(args, found, as_json(found) if args.json else as_text(found), front_file(found, args.front))
+    told = as_json(found) if args.json else as_text(found)
+    return _told(args, found, told, front_file(found, args.front), into)
 
 
-def _told(args: Namespace, found: Fit, told: object, front: bytes | None) -> int:
-    if found.reached:
-        write_output(args.output, found.program.source.raw, inputs=[args.job])
+def _metres(value: float | None) -> float | None:
+    """From mm/s or mm/s² to SI."""
+    return None if value is None else value * 1e-3
+
+
+def _told(args: Namespace, found: Fit, told: object, front: bytes | None, into: bool) -> int:
+    inputs = [args.job, *(one.path for one in found.others)]
+    if found.reached and into:
+        Path(args.output).mkdir(parents=True, exist_ok=True)
+        for one in (found.program.source, *found.others):
+            write_output(str(Path(args.output) / Path(one.path).name), one.raw, inputs=inputs)
+    elif found.reached:
+        write_output(args.output, found.program.source.raw, inputs=inputs)
     if front is not None:
         write_output(args.front, front, inputs=[args.job])
     text = told if isinstance(told, str) else json.dumps(told, indent=2, ensure_ascii=False)

@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING
 from olp.core.files import expand_paths, read_input, write_output
 
 if TYPE_CHECKING:
+    from olp.checks.guard.budget import Budget
+    from olp.ir.program import Program
     from olp.reports.batch import Job
+    from olp.reports.outcome import JudgedItem
     from olp.reports.page.page import PageEntry
 
 SUMMARY = "write one HTML page: Gantt, speed, path in 3D, text with times"
@@ -75,7 +78,29 @@ def _entry(path: str, job: Job, budgets: str | None) -> PageEntry:
         return PageEntry(path, None, tuple(d.at(path) for d in problem.diagnostics), links=links)
     own = tasks([path], budgets)[0][0].budgets
     items = judge(path, own, job).items if own else ()
+    totals = {budget.name: budget for budget in own if budget.of == "total" and not budget.routine}
+    items = tuple(_with_offer(item, totals.get(item.name), program, job) for item in items)
     return PageEntry(path, timing, tuple(d.at(path) for d in timing.diagnostics), items, links)
+
+
+def _with_offer(item: JudgedItem, budget: Budget | None, program: Program, job: Job) -> JudgedItem:
+    """A broken budget says which edits would hold it."""
+    from olp.checks.fit.fit import offer
+    from olp.identification.timing_job import time_program
+    from olp.reports.outcome import Status
+
+    if item.status is not Status.FAILED or budget is None:
+        return item
+    job = replace(job, signature=budget.signature or job.signature)
+    found = offer(program, budget.limit_s, lambda one: time_program(one, job, Path(program.path).parent))
+    if found is None:
+        return replace(item, message=f"{item.message}; no edits of speeds and accelerations hold it")
+    lines = ", ".join(f"line {one.choice.line} {one.choice.says}" for one in found.edits[:_EDITS])
+    more = f" and {len(found.edits) - _EDITS} more" if len(found.edits) > _EDITS else ""
+    return replace(item, message=f"{item.message}; make it {found.says} ({lines}{more}; olp fit writes them)")
+
+
+_EDITS = 5  # that a page names
 
 
 def _last(path: Path) -> str:

@@ -128,6 +128,7 @@ class Vendor(ABC):
     `data_suffixes`: those of `suffixes` whose files hold data of the programs beside them and nothing that runs.
     `list_suffixes`: of files beside the programs that hold data and are known by their text alone. `folders_beside`:
     seen from a program's folder, where the files stand that the controller loads with it.
+    `joint_moves`: patterns of a straight move and what makes each a joint move, `{percent}` of rated speed.
     `comment_prefix`: what opens a comment on a line of its own. `trailing_comment_prefix`: what opens one after an
     instruction, blanks included. `comment_length`: characters that the controller keeps, without the prefix.
     `shares_names`: whether a file sees the variables and routines of all others beside it. `blending`: the law in
@@ -162,6 +163,7 @@ class Vendor(ABC):
     written_suffix: ClassVar[str] = ""
     conventions: ClassVar[Conventions] = Conventions()
     corners: ClassVar[CornerSpelling | None] = None
+    joint_moves: ClassVar[tuple[tuple[str, str], ...]] = ()
     editor_names: ClassVar[tuple[str, ...]] = ()
     numbered_lines: ClassVar[bool] = False
     indented_comments: ClassVar[bool] = True

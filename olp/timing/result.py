@@ -110,6 +110,7 @@ class Timing:
     interval: CorrectionInterval | None = (
         None  # with a signature: see olp/identification/signature/correction.py
     )
+    unseen: int = 0  # paths outside what the signature learnt
 
     @property
     def low_s(self) -> float | None:

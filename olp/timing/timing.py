@@ -112,7 +112,8 @@ def time_plan(
     timing = _gather(plan, chosen.name, wanted, profile, durations, settling, joined, effects, signed)
     if signed is not None:
         seen = interval(plan, signed, wanted, joined, settling, timing.duration_s, limits.report)
-        timing = replace(timing, interval=seen)
+        unseen = 0 if signed.said is None else sum(map(bool, signed.said.reasons))
+        timing = replace(timing, interval=seen, unseen=unseen)
     else:
         given = limits.linear_acceleration or (plan.robot and plan.robot.linear_acceleration)
         ends = expected_total(plan, wanted, durations, timing.total_s, prior, given is not None)

@@ -1,4 +1,4 @@
-"""What a person would change in a program to make it faster: the speed of a line, the zone of a corner.
+"""What a person would change in a program to make it faster: a speed, an acceleration, a zone, a way that is free.
 
 A choice is a change of the text, so that the edited program is the written one, byte for byte, but for the lines of the
 choices. Taught points are never changed, nor lines that say `olp: keep`.
@@ -7,30 +7,44 @@ choices. Taught points are never changed, nor lines that say `olp: keep`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from olp.checks.edit import speeds
 from olp.checks.lint.case import LintCase
 from olp.checks.lint.rules.exact_stop import ExactStop
-from olp.checks.lint.zones import larger
+from olp.checks.lint.zones import freed, larger
+from olp.core.diagnostic import OlpError
 from olp.core.units import mm
-from olp.ir.moves import Speed, SpeedUnit
+from olp.ir.expressions import Quantity
+from olp.ir.moves import AccelerationUnit, Move, SetAcceleration, SpeedUnit
+from olp.ir.program import Path as MovePath
 from olp.ir.program import Program, like
-from olp.languages.literals import Token, WrittenSpeed, language, replaced
+from olp.languages.literals import Token, language, replaced, shortest, text_of
 from olp.languages.vendor import find_vendor
-from olp.runtime.plan import BlendCode
+from olp.runtime.folder import read_cached
+from olp.runtime.plan import BlendCode, StepKind
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from olp.core.source import Source
     from olp.timing.timing import Timing
 
 KEPT = re.compile(r"\bolp:\s*keep\b", re.IGNORECASE)
-# Of the speed that is written: steps that a person would take.
+# Of the number that is written: steps that a person would take.
 _FASTER = (1.2, 1.5, 2.0)
-_UNITS = {SpeedUnit.FRACTION: (0.01, "%"), SpeedUnit.TRAVEL: (mm, "mm/s")}
+_JOINT_SPEEDS = (0.25, 0.5, 1.0)  # of a straight move that becomes a joint move, as a share of rated speed
+_SPEED_UNITS = {SpeedUnit.FRACTION: (0.01, "%"), SpeedUnit.TRAVEL: (mm, "mm/s")}
+_RATE_UNITS = {
+    AccelerationUnit.FRACTION: (0.01, "%"),
+    AccelerationUnit.TRAVEL: (mm, "mm/s²"),
+    AccelerationUnit.AXIS: (1.0, "rad/s²"),
+}
 _DIGITS = 2  # of a new speed: nobody writes 117.3
 
 
@@ -39,37 +53,93 @@ class Choice:
     """One edit. `line`: of the move that it is about; `place`: two choices of one place exclude each other.
 
     `says`: "118 → 150 mm/s". `effort` [1]: how far it goes, where two edits do equally. `texts`: numbers that change;
-    `zone`: what the line becomes beside them, as the n-th larger zone.
+    `zone`: what the line becomes beside them, as the n-th larger zone; `joint` [1]: the share of rated speed with which
+    a straight move becomes a joint move, 0 for none. `path`: of the called program that it changes; empty: the program
+    itself. `modal`: a setting, that holds for moves of other lines.
     """
 
     kind: str
     line: int
-    place: tuple[str, int]
+    place: tuple[object, ...]
     says: str
     effort: float
     texts: tuple[tuple[Token, str], ...] = ()
     zone: int = -1
+    joint: float = 0.0
+    path: str = ""
+    modal: bool = False
+
+    @property
+    def lines(self) -> frozenset[int]:
+        """Those whose text changes."""
+        whole = {self.line} if self.zone >= 0 or self.joint > 0.0 else set()
+        return frozenset({token.line for token, _ in self.texts} | whole)
 
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """How far choices may go. `speed` [m/s] of the tool; None: the highest of the program's run. `within` [m]."""
+    """How far choices may go. `within` [m] of corners. `speed` [m/s] of the tool, `acceleration` [m/s²] of straight
+    moves; None: the highest of the program. `kept`: lines that stay; `free`: whose path is free to choose.
+    `called`: in programs that it calls as well. `unseen`: beyond what the signature has seen.
+    """
 
     within: float = 0.0
     speed: float | None = None
     kept: frozenset[int] = frozenset()
+    acceleration: float | None = None
+    free: frozenset[int] = frozenset()
+    called: bool = False
+    unseen: bool = False
+
+
+class Applied(NamedTuple):
+    """The program with edits, and the texts of the called programs that they change."""
+
+    program: Program
+    others: tuple[Source, ...] = ()
+
+
+def called_programs(program: Program, timing: Timing) -> dict[str, Program]:
+    """Programs of other files that run and can be edited, by their paths."""
+    found = {}
+    for number in np.unique(timing.plan.source).tolist():
+        path = timing.plan.sources[number].path
+        if number and path not in {one.path for one in (program.source, *program.companions)}:
+            try:
+                called = read_cached(Path(path))
+                language(called)
+            except OlpError:
+                continue
+            found[path] = called
+    return found
 
 
 def choices(program: Program, timing: Timing, allowed: Allowed) -> list[Choice]:
     """All edits that may be made, by place, the smaller ones first. Raises OlpError (O001) for other languages."""
-    kept = allowed.kept | _kept(program)
-    steps = {
-        int(line) for line, source in zip(timing.plan.line, timing.plan.source, strict=True) if source == 0
-    }
-    found = list(_speeds(program, top_speed(program, timing, allowed), kept, steps))
-    if allowed.within > 0.0:
-        found += _zones(program, timing, kept)
+    found = list(_choices_of(program, "", timing, allowed))
+    if allowed.called:
+        for path, called in called_programs(program, timing).items():
+            found += _choices_of(called, path, timing, allowed)
     return found
+
+
+def _choices_of(program: Program, path: str, timing: Timing, allowed: Allowed) -> Iterator[Choice]:
+    """Those of one file."""
+    kept = _kept(program) | (frozenset() if path else allowed.kept)
+    plan = timing.plan
+    steps = set(plan.line[plan.source == source_of(timing, path)].tolist())
+    yield from _speeds(program, path, top_speed(program, timing, allowed), kept, steps)
+    yield from _accelerations(program, path, timing, allowed, kept)
+    if allowed.within > 0.0:
+        yield from _zones(program, path, timing, kept)
+    if not path:
+        yield from _free(program, timing, allowed.free - kept)
+
+
+def source_of(timing: Timing, path: str) -> int:
+    """The number of a file among the plan's sources, that of the program itself for an empty path; -1: none."""
+    paths = [source.path for source in timing.plan.sources]
+    return 0 if not path else paths.index(path) if path in paths else -1
 
 
 def _kept(program: Program) -> frozenset[int]:
@@ -88,85 +158,207 @@ def top_speed(program: Program, timing: Timing, allowed: Allowed) -> float:
     """[m/s] that a line may get: what is allowed, else the highest that is written or that a move of the run has."""
     if allowed.speed is not None:
         return allowed.speed
-    written = [_si(one.speed) for one in speeds(program) if one.speed.unit is SpeedUnit.TRAVEL]
+    written = [_si(one.speed.value) for one in speeds(program) if one.speed.unit is SpeedUnit.TRAVEL]
     travel = timing.plan.moves.travel
     return max([*written, *travel[np.isfinite(travel)].tolist()], default=0.0)
 
 
-def _speeds(program: Program, most: float, kept: frozenset[int], steps: set[int]) -> Iterator[Choice]:
-    spoken = [one for one in speeds(program) if one.speed.unit in _UNITS]
+def _speeds(
+    program: Program, path: str, most: float, kept: frozenset[int], steps: set[int]
+) -> Iterator[Choice]:
+    """Of moves, then of settings that hold for more than one of them."""
+    spoken = [one for one in speeds(program) if one.speed.unit in _SPEED_UNITS]
     highest = {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most}
     done: set[int] = set()
-    for one in spoken:
+    for one in sorted(spoken, key=lambda one: one.line not in steps):
         if one.line in kept or one.written in kept or one.written in done:
             continue
-        if one.line not in steps and one.written not in steps:
-            continue  # never runs
         done.add(one.written)
-        yield from _faster(one.line, one.speed, one.place, highest[one.speed.unit])
+        modal = one.line not in steps
+        for value, number, says in _levels(
+            one.speed.value, *_SPEED_UNITS[one.speed.unit], highest[one.speed.unit]
+        ):
+            texts = one.place.respelt(number)
+            if texts:
+                effort = value / _si(one.speed.value) - 1.0
+                place = ("speed", one.written, path)
+                yield Choice(
+                    "speed", one.line, place, says, effort, tuple(texts.items()), path=path, modal=modal
+                )
 
 
-def _faster(line: int, speed: Speed, written: WrittenSpeed, highest: float) -> Iterator[Choice]:
-    now, (unit, name) = _si(speed), _UNITS[speed.unit]
-    if not 0.0 < now < highest:
+def _levels(now: Quantity, unit: float, name: str, highest: float) -> Iterator[tuple[float, float, str]]:
+    """What a number may become: in SI, as it is written, and "118 → 150 mm/s"."""
+    start = _si(now)
+    if not 0.0 < start < highest:
         return
-    values = [_round(now * factor / unit) * unit for factor in _FASTER]
+    values = [_round(start * factor / unit) * unit for factor in _FASTER]
     told: set[float] = set()
-    for value in (*(v for v in values if now < v < highest), highest):
-        number = float(f"{value / speed.value.scale:.9g}")
-        texts = written.respelt(number)
-        if round(value, 9) in told or not texts:
-            continue
-        told.add(round(value, 9))
-        says = f"{now / unit:g} → {value / unit:g} {name}"
-        yield Choice("speed", line, ("speed", written.line), says, value / now - 1.0, tuple(texts.items()))
+    for value in (*(v for v in values if start < v < highest), highest):
+        if round(value, 9) not in told:
+            told.add(round(value, 9))
+            number = float(f"{value / now.scale:.9g}")
+            yield value, number, f"{start / unit:g} → {value / unit:g} {name}"
 
 
-def _si(speed: Speed) -> float:
-    return float(speed.value.literal or 0.0) if speed.value.literal is not None else 0.0
+def _si(value: Quantity) -> float:
+    return float(value.literal) if value.literal is not None else 0.0
 
 
 def _round(value: float) -> float:
     return float(f"{value:.{_DIGITS}g}") if value < 1000 else float(f"{value:.{_DIGITS + 1}g}")
 
 
-def _zones(program: Program, timing: Timing, kept: frozenset[int]) -> Iterator[Choice]:
+# --- Accelerations ---
+
+
+class SpokenAcceleration(NamedTuple):
+    """An acceleration that stands as a number on `line`; `modal`: of a setting, else of the move there."""
+
+    line: int
+    unit: AccelerationUnit
+    value: Quantity
+    token: Token
+    modal: bool
+
+
+def accelerations(program: Program) -> Iterator[SpokenAcceleration]:
+    """All that are written as numbers. Raises OlpError (O001)."""
+    written = language(program).accelerations
+    told: set[Token] = set()
+    for one in program.statements():
+        if not isinstance(one, Move | SetAcceleration):
+            continue
+        known = _rates(one)
+        for token in written(program.source, one.line) if known else ():
+            number = float(text_of(program.source, token))
+            for unit, value in known:
+                if (
+                    token not in told
+                    and value.literal is not None
+                    and np.isclose(number * value.scale, value.literal)
+                ):
+                    told.add(token)
+                    yield SpokenAcceleration(one.line, unit, value, token, isinstance(one, SetAcceleration))
+
+
+def _rates(one: Move | SetAcceleration) -> list[tuple[AccelerationUnit, Quantity]]:
+    if isinstance(one, SetAcceleration):
+        return [(rate.unit, rate.value) for rate in one.rates]
+    shares = (value for value in (one.acceleration, one.deceleration) if value is not None)
+    found = [(AccelerationUnit.FRACTION, value) for value in shares]
+    return found if one.rate is None else [*found, (one.rate.unit, one.rate.value)]
+
+
+def _accelerations(
+    program: Program, path: str, timing: Timing, allowed: Allowed, kept: frozenset[int]
+) -> Iterator[Choice]:
+    spoken = list(accelerations(program))
+    highest = {
+        unit: max((_si(one.value) for one in spoken if one.unit is unit), default=0.0)
+        for unit in AccelerationUnit
+    }
+    highest[AccelerationUnit.FRACTION] = 1.0
+    if allowed.acceleration is not None:
+        highest[AccelerationUnit.TRAVEL] = allowed.acceleration
+    for one in spoken:
+        if one.line in kept:
+            continue
+        place = ("acceleration", one.line, path, one.token.start)
+        old = text_of(program.source, one.token)
+        for value, number, says in _levels(one.value, *_RATE_UNITS[one.unit], highest[one.unit]):
+            decimals = 0 if one.unit is AccelerationUnit.FRACTION else max(3, len(old.partition(".")[2]))
+            texts = ((one.token, shortest(number, decimals)),)
+            effort = value / _si(one.value) - 1.0
+            yield Choice(
+                "acceleration",
+                one.line,
+                place,
+                f"acceleration {says}",
+                effort,
+                texts,
+                path=path,
+                modal=one.modal,
+            )
+
+
+# --- Zones and paths ---
+
+
+def _zones(program: Program, path: str, timing: Timing, kept: frozenset[int]) -> Iterator[Choice]:
     """Corners with a zone may get a larger one; an exact stop one only where nothing stops there."""
-    case = LintCase(program, timing)
-    stops = {found.line for found in ExactStop().find(case)}
-    plan = timing.plan
-    for line, steps in case.lines.items():
-        code = int(plan.moves.blend_code[case.row(steps[0])])
+    plan, source = timing.plan, source_of(timing, path)
+    stops = set() if path else {found.line for found in ExactStop().find(LintCase(program, timing))}
+    steps = np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == source))
+    for line, first in zip(*np.unique(plan.line[steps], return_index=True), strict=True):
+        code = int(plan.moves.blend_code[plan.row[steps[first]]])
         if line in kept or (code == BlendCode.EXACT and line not in stops):
             continue
-        for number, text in enumerate(larger(program.vendor, program.source.line(line))):
-            yield Choice("zone", line, ("zone", line), text.says, 0.1 * (number + 1), zone=number)
+        for number, text in enumerate(larger(program.vendor, program.source.line(int(line)))):
+            place = ("zone", int(line), path)
+            yield Choice("zone", int(line), place, text.says, 0.1 * (number + 1), zone=number, path=path)
 
 
-def apply(program: Program, chosen: Sequence[Choice]) -> Program:
-    """The program with these edits. Raises OlpError where it cannot be read."""
-    source = replaced(program.source, {token: text for one in chosen for token, text in one.texts})
-    lines: dict[int, tuple[str, ...]] = {}
-    for one in chosen:
-        if one.zone >= 0:
-            zones = list(larger(program.vendor, source.line(one.line)))
-            lines[one.line] = (zones[min(one.zone, len(zones) - 1)].text,)
-    source = source.edited(lines) if lines else source
-    reread = getattr(language(program), "reread", None)
-    new = reread(source, program.companions) if reread else find_vendor(program.vendor).read(source)
+def _free(program: Program, timing: Timing, lines: frozenset[int]) -> Iterator[Choice]:
+    """Straight moves of these lines as joint moves. They exclude another speed of the line."""
+    straight = {
+        one.line for one in program.statements() if isinstance(one, Move) and one.path is MovePath.LINEAR
+    }
+    for line in sorted(lines & straight):
+        for share in _JOINT_SPEEDS:
+            if freed(program.vendor, program.source.line(line), share) is not None:
+                says = f"straight → joint move at {share:.0%}".replace("%", " %")
+                yield Choice("joint", line, ("speed", line, ""), says, 1.0 + share, joint=share)
+
+
+# --- The edited text ---
+
+
+def apply(program: Program, chosen: Sequence[Choice], called: Mapping[str, Program] | None = None) -> Applied:
+    """The program with these edits, and those of `called` that change. Raises OlpError where it cannot be read."""
+    others = []
+    for path, other in (called or {}).items():
+        mine = [one for one in chosen if one.path == path]
+        if mine:
+            others.append(_text_with(other, mine))
+    mine = [one for one in chosen if not one.path]
+    return Applied(reread(program, _text_with(program, mine)) if mine else program, tuple(others))
+
+
+def reread(program: Program, source: Source) -> Program:
+    """The program of another text of its file. Raises OlpError where it cannot be read."""
+    again = getattr(language(program), "reread", None)
+    new = again(source, program.companions) if again else find_vendor(program.vendor).read(source)
     return like(new, program)
 
 
-def seconds_of(
-    base: Timing, edited: Timing, active: Sequence[Sequence[int]]
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """What each group of lines gains [s], all steps shared out: a step counts to the active one that runs nearest."""
+def _text_with(program: Program, chosen: Sequence[Choice]) -> Source:
+    source = replaced(program.source, {token: text for one in chosen for token, text in one.texts})
+    lines: dict[int, tuple[str, ...]] = {}
+    for one in chosen:
+        if one.joint > 0.0:
+            text = freed(program.vendor, source.line(one.line), one.joint)
+            lines[one.line] = (source.line(one.line) if text is None else text,)
+    for one in chosen:
+        if one.zone >= 0:
+            text = lines.get(one.line, (source.line(one.line),))[0]
+            zones = list(larger(program.vendor, text))
+            if zones:
+                lines[one.line] = (zones[min(one.zone, len(zones) - 1)].text,)
+    return source.edited(lines) if lines else source
+
+
+def seconds_of(base: Timing, edited: Timing, groups: Sequence[NDArray[np.intp]]) -> NDArray[np.float64]:
+    """What the edits of each group of steps gain [s], all shared out: a step counts to the group that runs nearest.
+
+    A step of two groups counts to the later one.
+    """
     gained = np.nan_to_num(base.duration_s) - np.nan_to_num(edited.duration_s)
     owner = np.full(len(base.plan), -1)
-    for number, lines in enumerate(active):
-        owner[np.isin(base.plan.line, lines) & (base.plan.source == 0)] = number
+    for number, steps in enumerate(groups):
+        owner[steps] = number
     places = np.flatnonzero(owner >= 0)
-    found = np.zeros(len(active))
+    found = np.zeros(len(groups))
     if not len(places):
         return found
     steps = np.arange(len(owner))

@@ -11,19 +11,32 @@ Codes: U030 a program that cannot be timed whole, U031 a time that is none.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from olp.checks.fit.choices import Allowed, Choice, apply, choices, seconds_of
+from olp.checks.fit.choices import (
+    Allowed,
+    Applied,
+    Choice,
+    apply,
+    called_programs,
+    choices,
+    seconds_of,
+    source_of,
+)
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
+from olp.core.source import Source, drop, put, text
 from olp.core.units import mm
 from olp.ir.program import Program
+from olp.reports.cell import links_of
+from olp.runtime.folder import read_cached
 from olp.runtime.plan import StepKind
-from olp.timing.track import states
+from olp.timing.track import tool_position
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,6 +44,8 @@ if TYPE_CHECKING:
     from olp.timing.timing import Timing
 
 Run = Callable[[Program], "Timing"]
+Place = tuple[object, ...]
+Steps = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 _LEAST_S = 1e-4  # [s] a choice that gains less is none
 _APART = 4  # places that are timed at once: one in so many, so that no move has two edited neighbours
@@ -42,7 +57,10 @@ _HELD = 1e-9  # [s]
 
 @dataclass(frozen=True, slots=True)
 class FittedEdit:
-    """`gained_s` [s] in the new program; `deviation_mm`: how far its corner passes the point; `limit`: what rules."""
+    """`gained_s` [s] in the new program; `limit`: what rules there now.
+
+    `deviation_mm`: how far its corner passes the point, or a joint move leaves the straight way.
+    """
 
     choice: Choice
     gained_s: float
@@ -62,6 +80,7 @@ class FrontPoint(NamedTuple):
 class Fit:
     """`program` is the edited one, and `timing` its; `before_s` [s] the total as it was. `reached`: as fast as `to_s`.
 
+    `others`: texts of called programs that change; `shared`: who else calls each of them.
     `needed_s` [s]: the total from which on `to_s` holds in 95 % of cases; None where no interval is known.
     """
 
@@ -73,6 +92,13 @@ class Fit:
     edits: tuple[FittedEdit, ...]
     front: tuple[FrontPoint, ...]
     limits: tuple[str, ...] = ()
+    others: tuple[Source, ...] = ()
+    shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def says(self) -> str:
+        """ "8 s: 3 edits"."""
+        return f"{self.to_s:g} s: {len(self.edits)} edit{'s' * (len(self.edits) != 1)}"
 
     @property
     def needed_s(self) -> float | None:
@@ -80,9 +106,22 @@ class Fit:
         return None if ends is None or ends[1] <= 0.0 else self.to_s * self.timing.total_s / ends[1]
 
 
-def fit(program: Program, to_s: float, run: Run, allowed: Allowed) -> Fit:
+def offer(program: Program, to_s: float, run: Run) -> Fit | None:
+    """What brings a broken budget down without asking anybody: no corner rounded, nothing faster than the program is.
+
+    None where nothing does.
+    """
+    try:
+        found = fit(program, to_s, run, Allowed(), front=False)
+    except OlpError:
+        return None
+    return found if found.reached and found.edits else None
+
+
+def fit(program: Program, to_s: float, run: Run, allowed: Allowed, *, front: bool = True) -> Fit:
     """The fewest edits with which `program` takes at most `to_s` [s]; where there are none, what can be done at best.
 
+    `front`: with what more and fewer edits can do.
     Raises OlpError (O001, U030, U031).
     """
     work = _Work(program, run, allowed)
@@ -91,8 +130,7 @@ def fit(program: Program, to_s: float, run: Run, allowed: Allowed) -> Fit:
     chosen: list[Choice] = []
     if work.base.total_s > to_s + _HELD:
         chosen = work.solved(work.base.total_s - to_s)
-    front = tuple(work.front(allowed.within))
-    return work.answer(chosen, to_s, front)
+    return work.answer(chosen, to_s, tuple(work.front(allowed.within)) if front else ())
 
 
 class _Work:
@@ -104,39 +142,70 @@ class _Work:
         _check(self.base)
         self._told = {(d.code, d.line) for d in self.base.diagnostics}
         self._known: dict[frozenset[Choice], tuple[float, float]] = {}
+        self.called = called_programs(program, self.base) if allowed.called else {}
         found = choices(program, self.base, allowed)
-        self.gains = self._alone(found)
+        self.steps = self._governed(found)
+        self.gains = self._alone([one for one in found if len(self.steps[one.place])])
         self.choices = [one for one in found if self.gains.get(one, 0.0) > _LEAST_S]
+        helps = {one.place for one in self.choices}
+        idle = {one.place: one for one in self.gains if one.zone < 0 and one.place not in helps}
+        # Each kind at once: a speed that gains nothing as long as the acceleration rules, and the other way round.
+        self._idle = [
+            [one for one in idle.values() if one.kind == kind]
+            for kind in dict.fromkeys(one.kind for one in idle.values())
+        ]
 
     # --- what a choice gains
 
+    def _governed(self, found: Sequence[Choice]) -> dict[Place, Steps]:
+        """The steps that the choices of each place are about; none of a place that never runs."""
+        plan = self.base.plan
+        known: dict[Place, Steps] = {}
+        for one in found:
+            if not one.modal and one.place not in known:
+                here = np.isin(plan.line, [one.line, *one.lines])
+                known[one.place] = np.flatnonzero(here & (plan.source == source_of(self.base, one.path)))
+        for kind in dict.fromkeys(one.kind for one in found if one.modal):
+            known |= self._governed_by_settings([one for one in found if one.modal and one.kind == kind])
+        return known
+
+    def _governed_by_settings(self, found: Sequence[Choice]) -> dict[Place, Steps]:
+        """Which steps each setting holds for. Run number b changes those settings whose number has bit b.
+
+        A step has its speed from one setting, so the runs that change it spell the number of that setting.
+        """
+        most = {one.place: one for one in found}  # the last one of a place goes furthest
+        number = np.zeros(len(self.base.plan), dtype=np.intp)
+        for bit in range(len(most).bit_length()):
+            some = [one for n, one in enumerate(most.values(), 1) if n >> bit & 1]
+            timing = self._timed(some)
+            if timing is not None:
+                number[_asked_otherwise(self.base, timing)] |= 1 << bit
+        return {place: np.flatnonzero(number == n) for n, place in enumerate(most, 1)}
+
     def _alone(self, found: Sequence[Choice]) -> dict[Choice, float]:
-        """Gains of all choices, level by level, of every fourth place at once."""
-        places: dict[tuple[str, int], list[Choice]] = {}
+        """Gains of all choices, level by level, of every fourth place at once; of settings one by one."""
+        places: dict[Place, list[Choice]] = {}
         for one in found:
             places.setdefault(one.place, []).append(one)
-        order = self._order(places)
         gains: dict[Choice, float] = {}
-        ended: set[tuple[str, int]] = set()  # corners that are passed too far already
+        ended: set[Place] = set()  # corners that are passed too far already
         for level in range(max(map(len, places.values()), default=0)):
-            for kind in ("speed", "zone"):
-                for start in range(_APART):
-                    some = [
-                        places[place][level]
-                        for place in order[kind][start::_APART]
-                        if len(places[place]) > level and place not in ended
-                    ]
-                    alone = self._together(some)
-                    ended.update(one.place for one in some if one.zone >= 0 and one not in alone)
-                    gains |= alone
+            for batch in self._batches(places):
+                some = [places[p][level] for p in batch if len(places[p]) > level and p not in ended]
+                alone = self._together(some)
+                ended.update(one.place for one in some if one.zone >= 0 and one not in alone)
+                gains |= alone
         return gains
 
-    def _order(self, places: dict[tuple[str, int], list[Choice]]) -> dict[str, list[tuple[str, int]]]:
-        first: dict[int, int] = {}
-        for step, line in enumerate(self.base.plan.line.tolist()):
-            first.setdefault(line, step)
-        known = sorted(places, key=lambda place: first.get(places[place][0].line, 0))
-        return {kind: [place for place in known if place[0] == kind] for kind in ("speed", "zone")}
+    def _batches(self, places: dict[Place, list[Choice]]) -> Iterator[list[Place]]:
+        """Places of a kind that are far from each other."""
+        order = sorted(places, key=lambda place: int(self.steps[place][0]))
+        for kind in dict.fromkeys((of[0].kind, of[0].modal) for of in places.values()):
+            mine = [place for place in order if (places[place][0].kind, places[place][0].modal) == kind]
+            # What a setting holds for may stand anywhere between what others hold for.
+            apart = len(mine) if kind[1] else _APART
+            yield from (mine[start::apart] for start in range(apart))
 
     def _together(self, some: Sequence[Choice]) -> dict[Choice, float]:
         """What each of `some`, far from each other, gains; those that pass a corner too far gain nothing."""
@@ -147,28 +216,32 @@ class _Work:
             # One of them cannot be: it is in one of the halves.
             half = len(some) // 2
             return self._together(some[:half]) | self._together(some[half:]) if half else {}
-        gained = seconds_of(self.base, timing, [self._lines(one) for one in some])
-        far = deviations(timing, [one.line for one in some if one.zone >= 0])
+        gained = seconds_of(self.base, timing, [self.steps[one.place] for one in some])
+        far = passed(timing, some)
         return {
             one: seconds
             for one, seconds in zip(some, gained.tolist(), strict=True)
-            if one.zone < 0 or far[one.line] <= self.allowed.within
+            if far.get(one, 0.0) <= self.allowed.within
         }
 
-    def _lines(self, choice: Choice) -> list[int]:
-        return sorted({choice.line, choice.place[1]})
+    def timed(self, some: Sequence[Choice]) -> tuple[Applied, Timing]:
+        """The program with `some`, called programs changed as well. Raises OlpError."""
+        applied = apply(self.program, some, self.called)
+        with _in_place(applied.others):
+            return applied, self.run(applied.program)
 
     def _timed(self, some: Sequence[Choice]) -> Timing | None:
         """The program with `some`; None where it does something else, or something new is wrong."""
         try:
-            timing = self.run(apply(self.program, some))
+            _, timing = self.timed(some)
         except OlpError:
             return None
         same = len(timing.plan) == len(self.base.plan) and np.array_equal(
             timing.plan.kind, self.base.plan.kind
         )
         new = {(d.code, d.line) for d in timing.diagnostics} - self._told
-        return timing if same and not new else None
+        seen = self.allowed.unseen or timing.unseen <= self.base.unseen
+        return timing if same and seen and not new else None
 
     def total(self, chosen: Sequence[Choice]) -> tuple[float, float]:
         """Seconds of the program with these edits, and how far it passes a corner [m]; inf where it cannot be."""
@@ -178,10 +251,7 @@ class _Work:
             if timing is None:
                 self._known[key] = (np.inf, np.inf)
             else:
-                far = max(
-                    deviations(timing, [one.line for one in chosen if one.zone >= 0]).values(), default=0.0
-                )
-                self._known[key] = (timing.total_s, far)
+                self._known[key] = (timing.total_s, max(passed(timing, chosen).values(), default=0.0))
         return self._known[key]
 
     def _holds(self, chosen: Sequence[Choice], to_s: float) -> bool:
@@ -211,16 +281,22 @@ class _Work:
         return self._fewer(most, to_s) if self._holds(most, to_s) else most
 
     def most(self, some: Sequence[Choice]) -> list[Choice]:
-        """Of each place what gains most; corners give way until none is passed too far."""
-        best: dict[tuple[str, int], Choice] = {}
+        """Of each place what gains most, and what gains only beside others; corners passed too far give way."""
+        best: dict[Place, Choice] = {}
         for one in some:
-            if one.place not in best or self.gains[one] > self.gains[best[one.place]]:
+            old = best.get(one.place)
+            # What gains no more alone may do so where another edit lifts the limit that rules now.
+            if old is None or self.gains[one] > self.gains[old] - (_LEAST_S if one.zone < 0 else 0.0):
                 best[one.place] = one
         chosen = list(best.values())
+        for rest in self._idle:
+            more = [*chosen, *(one for one in rest if one.place not in best)]
+            if len(more) > len(chosen) and self.total(more)[0] < self.total(chosen)[0] - _LEAST_S:
+                chosen = more
         timing = self._timed(chosen)
         if timing is not None:
-            far = deviations(timing, [one.line for one in chosen if one.zone >= 0])
-            chosen = [one for one in chosen if one.zone < 0 or far[one.line] <= self.allowed.within]
+            far = passed(timing, chosen)
+            chosen = [one for one in chosen if far.get(one, 0.0) <= self.allowed.within]
         return chosen
 
     def _fewer(self, chosen: list[Choice], to_s: float) -> list[Choice]:
@@ -254,23 +330,78 @@ class _Work:
                 yield FrontPoint(len({c.place for c in self.choices if c.zone < 0}), 0.0, seconds)
 
     def answer(self, chosen: Sequence[Choice], to_s: float, front: tuple[FrontPoint, ...]) -> Fit:
-        chosen = sorted(chosen, key=lambda one: (one.line, one.kind))
-        program = apply(self.program, chosen) if chosen else self.program
-        timing = self.run(program)
-        gained = seconds_of(self.base, timing, [self._lines(one) for one in chosen])
-        far = deviations(timing, [one.line for one in chosen if one.zone >= 0])
+        # What a setting gains is what the moves gain that have no edit of their own.
+        chosen = sorted(chosen, key=lambda one: (not one.modal, one.path, one.line, one.kind))
+        applied, timing = self.timed(chosen)
+        gained = seconds_of(self.base, timing, [self.steps[one.place] for one in chosen])
+        far = passed(timing, chosen) | aside(timing, chosen)
         edits = tuple(
-            FittedEdit(
-                one,
-                float(seconds),
-                far[one.line] / mm if one.zone >= 0 else 0.0,
-                _limit(timing, one.line),
-            )
+            FittedEdit(one, float(seconds), far.get(one, 0.0) / mm, self._limit(timing, one))
             for one, seconds in zip(chosen, gained.tolist(), strict=True)
         )
+        edits = tuple(sorted(edits, key=lambda one: (one.choice.path, one.choice.line, one.choice.kind)))
         reached = timing.total_s <= to_s + _HELD
         limits = () if reached else tuple(_limits(timing))
-        return Fit(program, timing, self.base.total_s, to_s, reached, edits, front, limits)
+        shared = {one.path: callers(one.path, self.program) for one in applied.others}
+        return Fit(
+            applied.program,
+            timing,
+            self.base.total_s,
+            to_s,
+            reached,
+            edits,
+            front,
+            limits,
+            applied.others,
+            shared,
+        )
+
+    def _limit(self, timing: Timing, one: Choice) -> str:
+        """What rules the longest step that the edit is about."""
+        steps = self.steps[one.place]
+        return timing.limited_by[int(steps[np.argmax(timing.duration_s[steps])])] if len(steps) else ""
+
+
+@contextmanager
+def _in_place(sources: Sequence[Source]) -> Iterator[None]:
+    """These texts stand in for their files."""
+    before = {one.path: text(one.path) for one in sources}
+    for one in sources:
+        put(one.path, one.raw)
+    try:
+        yield
+    finally:
+        for path, raw in before.items():
+            if raw is None:
+                drop(path)
+            else:
+                put(path, raw)
+
+
+def _asked_otherwise(base: Timing, other: Timing) -> Steps:
+    """Steps whose moves ask for another speed or acceleration."""
+    rows = np.zeros(len(base.plan.moves), dtype=bool)
+    for name in ("travel", "fraction", "axis_speed", "turn", "rate", "acceleration", "deceleration"):
+        one, two = getattr(base.plan.moves, name), getattr(other.plan.moves, name)
+        rows |= ~np.isclose(one, two, rtol=1e-12, atol=0.0, equal_nan=True)
+    moving = np.flatnonzero(base.plan.kind == StepKind.MOVE)
+    return moving[rows[base.plan.row[moving]]]
+
+
+def callers(path: str, program: Program) -> tuple[str, ...]:
+    """Files beside a called program that call it as well."""
+    own = links_of(read_cached(Path(path))).defines
+    found = []
+    for beside in sorted(Path(path).parent.iterdir()):
+        if beside.suffix.lower() != Path(path).suffix.lower() or str(beside) in (path, program.path):
+            continue
+        try:
+            links = links_of(read_cached(beside))
+        except OlpError:
+            continue
+        if set(links.calls) & set(own):
+            found.append(beside.name)
+    return tuple(found)
 
 
 def cover(some: Sequence[Choice], gains: Mapping[Choice, float], need: float) -> list[Choice] | None:
@@ -278,7 +409,7 @@ def cover(some: Sequence[Choice], gains: Mapping[Choice, float], need: float) ->
 
     No set of so many places gains more than those that gain most. Of these each goes no further than it has to.
     """
-    levels: dict[tuple[str, int], list[Choice]] = {}
+    levels: dict[Place, list[Choice]] = {}
     for one in some:
         levels.setdefault(one.place, []).append(one)
     best = sorted((max(of, key=lambda c: gains[c]) for of in levels.values()), key=lambda c: -gains[c])
@@ -300,38 +431,63 @@ def cover(some: Sequence[Choice], gains: Mapping[Choice, float], need: float) ->
     return chosen
 
 
-def deviations(timing: Timing, lines: Sequence[int]) -> dict[int, float]:
-    """By how much the tool passes the point of the move on each line [m], first and last execution; inf: not known."""
+def passed(timing: Timing, some: Sequence[Choice]) -> dict[Choice, float]:
+    """By how much the tool passes the point of each choice with a zone [m], first and last execution.
+
+    inf: it is not known.
+    """
     plan = timing.plan
-    if not lines:
-        return {}
+    zones = [one for one in some if one.zone >= 0]
     if np.isnan(timing.duration_s).any():
-        return dict.fromkeys(lines, float("inf"))
+        return dict.fromkeys(zones, float("inf"))
     ends = np.concatenate(([0.0], timing.end_s))
-    moving = (plan.source == 0) & (plan.kind == StepKind.MOVE)
-    corners: list[tuple[int, int]] = []
-    for line in dict.fromkeys(lines):
-        steps = np.flatnonzero(moving & (plan.line == line)).tolist()
-        corners += [(line, step) for step in dict.fromkeys(steps[:1] + steps[-1:])]
+    corners: list[tuple[Choice, int]] = []
+    for one in zones:
+        steps = _moves_of(timing, one).tolist()
+        corners += [(one, step) for step in dict.fromkeys(steps[:1] + steps[-1:])]
     # Dense where one move ends and the next begins.
     place = np.linspace(-1.0, 1.0, _SAMPLES)
     times = []
     for _, step in corners:
         before, here, after = ends[step], ends[step + 1], ends[min(step + 2, len(ends) - 1)]
         times.append(here + place * abs(place) * np.where(place < 0.0, here - before, after - here))
-    position, _, _ = states(timing, np.concatenate(times) if times else np.zeros(0))
-    found = dict.fromkeys(lines, 0.0)
-    for number, (line, step) in enumerate(corners):
+    found = dict.fromkeys(zones, 0.0)
+    if not corners:
+        return found
+    position = tool_position(timing, np.concatenate(times))
+    for number, (one, step) in enumerate(corners):
         way = position[number * _SAMPLES : (number + 1) * _SAMPLES]
         target = plan.positions.position[int(plan.moves.target[int(plan.row[step])])]
         known = not (np.isnan(target).any() or np.isnan(way).any())
-        found[line] = max(found[line], _distance(target, way) if known else float("inf"))
+        found[one] = max(found[one], _distance(target, way) if known else float("inf"))
     return found
 
 
-def deviation(timing: Timing, line: int) -> float:
-    """That of one line [m]."""
-    return deviations(timing, [line])[line]
+def aside(timing: Timing, some: Sequence[Choice]) -> dict[Choice, float]:
+    """By how much the tool leaves the straight way of each choice that is a joint move now [m], every execution."""
+    plan, ends = timing.plan, np.concatenate(([0.0], timing.end_s))
+    found = {}
+    for one in some:
+        if one.joint <= 0.0:
+            continue
+        far = 0.0
+        for step in _moves_of(timing, one).tolist():
+            row = int(plan.row[step])
+            start, stop = (
+                plan.positions.position[int(of[row])] for of in (plan.moves.start, plan.moves.target)
+            )
+            way = tool_position(timing, np.linspace(ends[step], ends[step + 1], _SAMPLES))
+            far = max(far, *(_distance(point, np.stack((start, stop))) for point in way))
+        found[one] = far
+    return found
+
+
+def _moves_of(timing: Timing, one: Choice) -> Steps:
+    plan = timing.plan
+    mine = (
+        (plan.kind == StepKind.MOVE) & (plan.source == source_of(timing, one.path)) & (plan.line == one.line)
+    )
+    return np.flatnonzero(mine)
 
 
 def _distance(point: NDArray[np.float64], way: NDArray[np.float64]) -> float:
@@ -355,12 +511,6 @@ def _counts(most: int) -> list[int]:
     )
 
 
-def _limit(timing: Timing, line: int) -> str:
-    plan = timing.plan
-    steps = np.flatnonzero((plan.line == line) & (plan.source == 0))
-    return timing.limited_by[int(steps[0])] if len(steps) else ""
-
-
 def _limits(timing: Timing) -> Iterator[str]:
     """What stops the program from being faster: the lines that take longest, and what rules them."""
     plan = timing.plan
@@ -373,9 +523,9 @@ def _limits(timing: Timing) -> Iterator[str]:
         seconds[source, line] = seconds.get((source, line), 0.0) + (s if s == s else 0.0)
         rules.setdefault((source, line), rule or "a wait or a signal")
     for place in sorted(seconds, key=lambda one: -seconds[one])[:3]:
-        text = plan.sources[place[0]]
-        name = "" if place[0] == 0 else f"{Path(text.path).name} "
-        yield f"{name}line {place[1]}: {seconds[place]:.3f} s, {rules[place]}: {text.line(place[1]).strip()}"
+        file = plan.sources[place[0]]
+        name = "" if place[0] == 0 else f"{Path(file.path).name} "
+        yield f"{name}line {place[1]}: {seconds[place]:.3f} s, {rules[place]}: {file.line(place[1]).strip()}"
 
 
 def _check(timing: Timing) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 from olp.checks.fit.fit import Fit
 from olp.reports.plot import picture, refuse_unknown
@@ -15,18 +16,23 @@ def as_text(fit: Fit) -> str:
     total = fit.timing.total_s
     head = f"{fit.before_s:.3f} → {total:.3f} s"
     if fit.reached:
-        count = len(fit.edits)
-        rows = [f"{head}: {count} edit{'s' * (count != 1)} for {fit.to_s:g} s"]
+        rows = [f"{head}: {_edits(len(fit.edits))} for {fit.to_s:g} s"]
     else:
-        best = f"{head} is the best that {len(fit.edits)} edits can do"
+        best = f"{head} is the best that {_edits(len(fit.edits))} can do"
         rows = [f"{fit.to_s:g} s cannot be reached: {best}; nothing is written"]
     rows += _table(fit)
     if fit.limits:
         rows.append("what stops it:")
         rows += [f"  {one}" for one in fit.limits]
+    rows += [
+        f"{Path(path).name} is called by {', '.join(names)} as well: they become faster, too"
+        for path, names in fit.shared.items()
+        if names
+    ]
     if not fit.reached:
         rows.append(
-            "what may help: a higher --max-speed, a larger --within, or olp fit on the programs that it calls"
+            "what may help: a higher --max-speed or --max-acceleration, a larger --within, --free or --order; "
+            "with -o FOLDER/ the programs that it calls are changed as well"
         )
     ends, needed = fit.timing.total_ends, fit.needed_s
     if ends is not None and needed is not None:
@@ -41,16 +47,20 @@ def as_text(fit: Fit) -> str:
     return "\n".join(rows)
 
 
+def _edits(count: int) -> str:
+    return f"{count} edit{'s' * (count != 1)}"
+
+
 def _table(fit: Fit) -> list[str]:
     if not fit.edits:
         return []
     cells = [("line", "edit", "gained s", "mm", "limited now by")]
     cells += [
         (
-            str(one.choice.line),
+            f"{Path(one.choice.path).name + ' ' if one.choice.path else ''}{one.choice.line}",
             one.choice.says,
             f"{one.gained_s:.3f}",
-            f"{one.deviation_mm:.3f}" if one.choice.zone >= 0 else "",
+            f"{one.deviation_mm:.3f}" if one.choice.zone >= 0 or one.choice.joint > 0.0 else "",
             one.limit,
         )
         for one in fit.edits
@@ -77,7 +87,9 @@ def as_json(fit: Fit) -> dict[str, object]:
         "edits": [
             {
                 "kind": one.choice.kind,
+                "file": one.choice.path or fit.program.path,
                 "line": one.choice.line,
+                "changes": sorted(one.choice.lines),
                 "says": one.choice.says,
                 "gained_s": one.gained_s,
                 "deviation_mm": one.deviation_mm,
@@ -86,6 +98,7 @@ def as_json(fit: Fit) -> dict[str, object]:
             for one in fit.edits
         ],
         "limits": list(fit.limits),
+        "shared": {path: list(names) for path, names in fit.shared.items()},
         "front": [one._asdict() for one in fit.front],
     }
 

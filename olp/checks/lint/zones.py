@@ -70,6 +70,19 @@ def larger(vendor: str, text: str) -> Iterator[Larger]:
         )
 
 
+def freed(vendor: str, text: str, share: float) -> str | None:
+    """A straight move as a joint move at `share` [1] of rated speed, where its language says one; None for others."""
+    words = find_vendor(vendor).corners
+    if words is None:
+        return None
+    code, comment = _split(text, words)
+    for straight, joint in find_vendor(vendor).joint_moves:
+        changed, count = re.subn(straight, joint.format(percent=100.0 * share), code, count=1)
+        if count:
+            return changed + comment
+    return None
+
+
 def _split(text: str, words: CornerSpelling) -> tuple[str, str]:
     found = re.search(words.comment, text)
     return (text, "") if found is None else (text[: found.start()], text[found.start() :])

@@ -1,16 +1,20 @@
-"""Quick fixes: what findings of rules carry, a word that was meant, a finding that is excused."""
+"""Quick fixes: what findings of rules carry, a word that was meant, a finding that is excused, a budget to hold."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 
+from olp.checks.fit.fit import offer
 from olp.checks.lint.fix import Edit, fixed, fixes
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.reports.batch import time_program
 from olp.reports.outcome.model import OutcomeFinding
 from olp.servers.language.analysis import Analysis, folder_of
 from olp.servers.language.document import Action, TextEdit
+from olp.servers.language.lens import broken_totals
 
 _MEANT = re.compile(r"did you mean ([\w.$#-]+)\?")
 
@@ -18,7 +22,11 @@ _MEANT = re.compile(r"did you mean ([\w.$#-]+)\?")
 def actions(analysis: Analysis, first: int, last: int) -> list[Action]:
     """What is offered for lines `first` to `last`."""
     findings = [finding for finding in analysis.lint if first <= finding.line <= last]
-    found = [*_meant(analysis, first, last), *_fixes(analysis, findings)]
+    found = [
+        *_meant(analysis, first, last),
+        *_budgets_held(analysis, first, last),
+        *_fixes(analysis, findings),
+    ]
     for finding in findings:
         found += _excuse(analysis, finding)
     return found
@@ -35,6 +43,30 @@ def _fixes(analysis: Analysis, findings: list[OutcomeFinding]) -> Iterator[Actio
         if edit in held:
             title = f"{edit.says[:1].upper()}{edit.says[1:]} ({edit.code}{'' if edit.safe else ', changes the motion'})"
             yield Action(title, edit.code, (_text_edit(analysis, edit),), edit.safe)
+
+
+def _budgets_held(analysis: Analysis, first: int, last: int) -> Iterator[Action]:
+    """The fewest edits that bring a broken budget down, at the line that the budget is told above."""
+    program = analysis.program
+    for budget, line in broken_totals(analysis):
+        if program is None or not first <= line <= last:
+            continue
+        if budget.name not in analysis.offers:
+            job = replace(
+                analysis.settings.job, signature=budget.signature or analysis.settings.job.signature
+            )
+            folder = folder_of(analysis.path)
+            run = partial(time_program, job=job, folder=folder)
+            analysis.offers[budget.name] = offer(program, budget.limit_s, run)
+        found = analysis.offers[budget.name]
+        if found is not None:
+            new = found.program.source
+            edits = (
+                TextEdit(n, 1, n, len(old) + 1, new.line(n))
+                for n, old in enumerate(analysis.source.lines, 1)
+                if old != new.line(n)
+            )
+            yield Action(f"Make it {found.says}", "", tuple(edits))
 
 
 def _text_edit(analysis: Analysis, edit: Edit) -> TextEdit:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from olp.runtime.machine import LIMIT
 from olp.servers.language.document import OpenDocument, read_document
 from olp.servers.language.settings import EditorSettings
 from olp.timing.timing import Timing
+
+if TYPE_CHECKING:
+    from olp.checks.fit.fit import Fit
 
 
 class LineRuns(NamedTuple):
@@ -69,6 +72,11 @@ class Analysis:
         """[s] (n,) The running total at each step's end."""
         assert self.timing is not None
         return self.timing.end_s
+
+    @cached_property
+    def offers(self) -> dict[str, Fit | None]:
+        """What brings each broken budget down, by its name, as far as somebody has asked."""
+        return {}
 
     @property
     def misses(self) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from olp.checks.guard.budget import Budget, budgets_for
 from olp.checks.guard.measure import measure
 from olp.core.diagnostic import OlpError
+from olp.ir.program import Program, Routine
 from olp.runtime.plan import StepKind
 from olp.servers.language.analysis import Analysis
 from olp.timing.timing import Timing
@@ -31,7 +32,7 @@ def lenses(analysis: Analysis) -> list[Lens]:
     timing, program = analysis.timing, analysis.program
     if timing is None or program is None or not program.routines:
         return []
-    main = next((r for r in program.routines if r.name == program.main), program.routines[0])
+    main = _main(program)
     return [
         Lens(main.line, _total(timing)),
         *(_lens(analysis, budget, main.line) for budget in _budgets(analysis)),
@@ -56,6 +57,20 @@ def _budgets(analysis: Analysis) -> Iterator[Budget]:
             yield from (budget for budget in each.budgets if budget.covers(analysis.path))
     except (OSError, OlpError):
         return
+
+
+def broken_totals(analysis: Analysis) -> Iterator[tuple[Budget, int]]:
+    """Budgets of the whole program that are exceeded, and the lines that their lenses stand above."""
+    if analysis.timing is None or analysis.program is None or not analysis.program.routines:
+        return
+    main = _main(analysis.program).line
+    for budget in _budgets(analysis):
+        if budget.of == "total" and not budget.routine and _lens(analysis, budget, main).over:
+            yield budget, main
+
+
+def _main(program: Program) -> Routine:
+    return next((r for r in program.routines if r.name == program.main), program.routines[0])
 
 
 def _lens(analysis: Analysis, budget: Budget, line: int) -> Lens:

@@ -38,6 +38,7 @@ class Inform(Vendor):
         known_functions=True,
     )
     # PL as the manual counts it.
+    joint_moves = ((r"^(\s*)MOVL\b(.*?)\bV=[\d.]+", r"\1MOVJ\2VJ={percent:.2f}"),)
     corners = CornerSpelling(
         r"//|^\s*'", (r"\bPL=0\b", "PL=1"), r"\bPL=(\d)\b", (1, 2, 3, 4, 5, 6, 7, 8), exact_is_zone=True
     )

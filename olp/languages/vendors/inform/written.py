@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Number, Taught, Variable
 from olp.ir.moves import Move, SetSpeed, SpeedUnit
@@ -13,6 +14,7 @@ from olp.ir.program import Program
 from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
 
 _NUMBER = re.compile(r"[-+]?\d*\.?\d+|[-+]?\d+\.")
+_ACCELERATION = re.compile(r"(?<![A-Z])(?:ACC|DEC)\s*=\s*(\d+(?:\.\d*)?)")
 _WORDS = {SpeedUnit.FRACTION: "VJ", SpeedUnit.TRAVEL: "V", SpeedUnit.TURN: "VR"}
 SPELLING = Spelling(Orientation.XYZ, mm, deg, 0, 0)  # a controller's own columns have fixed decimals
 
@@ -45,3 +47,9 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
     return WrittenSpeed(
         statement.line, program.source, (Token(statement.line, *match.span(1)),), decimals, fixed=True
     )
+
+
+def accelerations(source: Source, line: int) -> Iterator[Token]:
+    """The numbers behind ACC= and DEC=."""
+    code = source.line(line).partition("//")[0]
+    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))

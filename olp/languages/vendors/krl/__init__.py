@@ -50,6 +50,10 @@ class Krl(Vendor):
         idle_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
         off_pulse="FALSE",
     )
+    joint_moves = (
+        (r"^(\s*)LIN\b(?!\s*\{[^}]*$)(.*\S)\s+C_(?:DIS|VEL|ORI)\b", r"\1PTP\2 C_PTP"),
+        (r"^(\s*)LIN\b", r"\1PTP"),
+    )
     corners = CornerSpelling(r";", (r"\b(LIN|CIRC)(?:_REL)?\b.*\S(?=\s*$)", r"\g<0> C_DIS"), r"(?!)")
     editor_names = ("kuka",)
 

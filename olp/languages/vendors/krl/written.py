@@ -26,6 +26,10 @@ _SETTING = re.compile(
     r"\s*(?:BAS\s*\(\s*#(?:PTP_PARAMS|CP_PARAMS|VEL_PTP|VEL_CP)\s*,|\$VEL\.CP\s*=)\s*(\d*\.?\d+)",
     re.IGNORECASE,
 )
+_ACCELERATION = re.compile(
+    r"^\s*(?:BAS\s*\(\s*#(?:ACC_PTP|ACC_CP)\s*,|\$ACC(?:\.CP|_AXIS\[\s*\d\s*\])\s*=)\s*(\d*\.?\d+)",
+    re.IGNORECASE,
+)
 _FORM = re.compile(r"\s*;FOLD\s+\w+\s.*?\bVel=\s*(\d*\.?\d+)\s*(?:%|m/s)", re.IGNORECASE)
 _FORM_PARAMETER = re.compile(r",\s*5:\s*(\d*\.?\d+)\s*,")
 _BETWEEN = (SetSpeed, SetAcceleration, SetBlend, SetFrame, SetTool, Assign, Comment)
@@ -78,7 +82,9 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
 
 
 def _own_setting(program: Program, move: Move, unit: SpeedUnit) -> SetSpeed | None:
-    """The setting that holds for this move and no other one."""
+    """The setting that holds for this move and no other one; that of the tool's speed holds for no PTP."""
+    if (unit is SpeedUnit.FRACTION) != (move.path is Path.JOINT):
+        return None
     for routine in program.routines:
         lines = [one.line for one in routine.body]
         if not lines or not lines[0] <= move.line <= lines[-1]:
@@ -119,3 +125,9 @@ def _form(source: Source, line: int) -> list[Token]:
 def reread(source: Source, companions: tuple[Source, ...]) -> Program:
     """The program of texts that are not on the disk."""
     return read_program(source, companions)
+
+
+def accelerations(source: Source, line: int) -> Iterator[Token]:
+    """The number of a setting: $ACC.CP, $ACC_AXIS[n] or BAS."""
+    code = source.line(line).partition(";")[0]
+    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))

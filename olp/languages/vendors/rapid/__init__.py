@@ -41,6 +41,7 @@ class Rapid(Vendor):
         inverting_pulse=r"PulseDO without \High inverts the output",
         local_declarations=True,
     )
+    joint_moves = ((r"^(\s*)MoveL\b", r"\1MoveJ"),)
     corners = CornerSpelling(
         r"!", (r"\bfine\b", "z1"), r"\bz(\d+)\b", (1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)
     )

@@ -23,6 +23,7 @@ _IN_MOVE = re.compile(rf"\b(Move(?:J|L|AbsJ))\s+(?:{_POSE}|{_AXES})", re.IGNOREC
 _HIDDEN = re.compile(r'"(?:[^"\n]|"")*"|![^\n]*')
 _OWN_SPEED = re.compile(r"\\V\s*:=\s*(\d*\.?\d+)", re.IGNORECASE)
 _NAMED_SPEED = re.compile(r",\s*(v\w+)(?=\s*(?:,|\\Z|\\V))", re.IGNORECASE)
+_ACCELERATION = re.compile(r"\bAccSet\s+(\d*\.?\d+)\s*,", re.IGNORECASE)
 SPELLING = Spelling(Orientation.QUATERNION, mm, deg, 3, 9)
 _JOINTS = Spelling(Orientation.QUATERNION, mm, deg, 3, 4)
 
@@ -79,3 +80,9 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
         named=token if is_predefined else None,
         names=choices,
     )
+
+
+def accelerations(source: Source, line: int) -> Iterator[Token]:
+    """The first number of AccSet."""
+    code = source.line(line).partition("!")[0]
+    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))

@@ -38,6 +38,9 @@ class Tp(Vendor):
         pulse_setting="a pulse that names no time lasts as long as $DEFPULSE says: as delivered, 0.4 s, is written",
     )
     # CNT is a percentage.
+    joint_moves = (
+        (r"^(\s*\d*:\s*)L(\s+P\[.*?\]\s+)[\d.]+(?:mm/sec|cm/min|inch/min)", r"\1J\2{percent:.0f}%"),
+    )
     corners = CornerSpelling(r"!|//", (r"\bFINE\b", "CNT10"), r"\bCNT(\d+)\b", (5, 10, 25, 50, 75, 100))
     editor_names = ("fanuc",)
     numbered_lines = True

@@ -15,6 +15,7 @@ from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, W
 
 _VALUE = re.compile(r"\b([XYZWPR]|J[1-6])\s*=\s*([-+]?\d*\.?\d+)")
 _SPEED = re.compile(r"(?<=[\s\]])(\d*\.?\d+)\s*(?:mm/sec|cm/min|inch/min|deg/sec|msec|sec|%)")
+_ACCELERATION = re.compile(r"\bACC(\d+)\b")
 _POSE, _AXES = tuple("XYZWPR"), tuple(f"J{n}" for n in range(1, 7))
 SPELLING = Spelling(Orientation.XYZ, mm, deg, 3, 3)
 
@@ -61,3 +62,9 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
         return None
     decimals = 0 if unit is SpeedUnit.FRACTION else 1
     return WrittenSpeed(statement.line, program.source, (Token(statement.line, *match.span(1)),), decimals)
+
+
+def accelerations(source: Source, line: int) -> Iterator[Token]:
+    """The numbers behind ACC."""
+    code = source.line(line).partition("!")[0]
+    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))

@@ -45,6 +45,9 @@ class UrScript(Vendor):
     conventions = Conventions(
         pose_lists=True, idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller")
     )
+    joint_moves = (  # at the speed and acceleration that movej has by itself
+        (r"^(\s*)movel\((.*?),\s*a\s*=\s*[\d.]+\s*,\s*v\s*=\s*[\d.]+", r"\1movej(\2, a=1.4, v=1.05"),
+    )
     corners = CornerSpelling(r"#", (r"\)(?=\s*$)", ", r=0.001)"), r"\br=(0?\.\d+)\b")  # r in metres
     editor_names = ("ur",)
     case_sensitive = True

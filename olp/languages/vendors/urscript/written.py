@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from olp.core.source import Source
 from olp.ir.expressions import Expression, Named
 from olp.ir.moves import Move, SetSpeed, SpeedUnit
 from olp.ir.points import PointKind
@@ -16,6 +17,7 @@ _SIX = ",".join([_N] * 6)
 _DECLARED = re.compile(rf"\s*(?:global\s+|local\s+)?(\w+)\s*=\s*(p?)\[{_SIX}\]")
 _IN_MOVE = re.compile(rf"\s*(movej|movel|movep)\s*\(\s*(?:pose\s*=\s*|q\s*=\s*)?(p?)\[{_SIX}\]")
 _SPEED = re.compile(r"[(,]\s*v\s*=\s*(\d*\.?\d+)")
+_ACCELERATION = re.compile(r"[(,]\s*a\s*=\s*(\d*\.?\d+)")
 _TIME = re.compile(r"[(,]\s*t\s*=\s*(\d*\.?\d+)")
 _CALL = re.compile(r"\s*move[jlpc]\s*\(")
 SPELLING = Spelling(Orientation.VECTOR, 1.0, 1.0, 6, 9)
@@ -71,3 +73,17 @@ def _arguments(code: str, start: int) -> list[tuple[int, int]]:
                 break
         depth += (character in "([") - (character in ")]")
     return found
+
+
+def accelerations(source: Source, line: int) -> Iterator[Token]:
+    """The argument a of a move, by its name or as the second one (movec: the third)."""
+    code = source.line(line).partition("#")[0]
+    named = _ACCELERATION.search(code)
+    if named is not None:
+        yield Token(line, *named.span(1))
+        return
+    call = _CALL.match(code)
+    arguments = _arguments(code, call.end()) if call is not None else []
+    place = 2 if call is not None and "movec" in call[0] else 1
+    if len(arguments) > place and re.fullmatch(r"\d*\.?\d+", code[slice(*arguments[place])]):
+        yield Token(line, *arguments[place])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from asyncio import to_thread
+
 from lsprotocol import types
 
 from olp.servers.language.actions import actions
@@ -40,4 +42,5 @@ def register(server: OlpLanguageServer, service: ProgramService) -> None:
             }
 
         first, last = params.range.start.line + 1, params.range.end.line + 1
-        return Raw([item(action) for action in actions(analysis, first, last)])
+        # Edits that hold a budget take many timings.
+        return Raw([item(action) for action in await to_thread(actions, analysis, first, last)])
