@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from translated_texts import converted, inform, krl, module, read, run_elsewhere, script, tp, translated
 
@@ -319,6 +320,68 @@ def test_what_follows_an_exact_stop_elsewhere_waits_for_the_arm():
     told = {loss.line: loss.says for loss in made.translated.losses if loss.part in ("order", "blend")}
     assert "advance run" in told[9]
     assert "exact stop" in told[8]
+
+
+# --- what begins with zero -----------------------------------------------------------------------------------
+
+
+def test_what_begins_with_zero_has_a_zero_where_a_variable_begins_without_a_value():
+    """KRL stops at a variable that was never set; a num of RAPID and a register of FANUC are zero."""
+    rows = (
+        "VAR num i;",
+        "VAR num late;",
+        "WHILE i<3 DO",
+        "i:=i+1;",
+        "ENDWHILE",
+        "late:=i;",
+        "x:=late+all{2}+share;",
+    )
+    data = (*TARGETS, "VAR num all{3};", "VAR num share;", "VAR bool ready;")
+    made = converted(module(*rows, "IF ready Stop;", data=data), "rapid", "krl")
+    lines = code("\n".join(data.decode() for data in made.files.values()), ";")
+    assert [row for row in lines if row.startswith(("all[", "DECL REAL share", "DECL BOOL ready"))] == [
+        "all[2]=0",
+        "DECL REAL share=0",
+        "DECL BOOL ready=FALSE",
+    ]
+    assert lines[lines.index("WHILE i<3") - 1] == "i=0"
+    assert "late=0" not in lines
+    asked = " ".join(f"{says}: {things}" for says, things in made.translated.asks.items())
+    assert "set these back before each start, as they keep their values from run to run: ('x',)" in asked
+
+
+def test_registers_have_values_in_a_list_and_the_receipt_asks_for_them():
+    made = converted(
+        tp("R[2]=R[R[1]]+R[7]", "L P[1] 100mm/sec FINE", positions=((1, 0, 1, *P1[3:]),)), "tp", "krl"
+    )
+    lines = code("\n".join(data.decode() for data in made.files.values()), ";")
+    assert sum(row.startswith("R[") and row.endswith("]=0") for row in lines) == 100
+
+
+# --- position registers -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_sums_of_position_registers_are_computed_element_by_element(target):
+    """No language but FANUC's and INFORM's adds positions with a sign; the sums are those of the elements."""
+    one, other = (1, 0, 1, 400, 100, 300, 170, 10, 20), (2, 0, 1, 10, 20, 30, 4, 5, 6)
+    rows = ("PR[3]=P[1]+P[2]", "PR[4]=PR[3]-P[2]", "PR[4]=P[2]+PR[4]", "PR[5]=LPOS-LPOS", "PR[5]=PR[5]+PR[4]")
+    head = ("UFRAME_NUM=0", "UTOOL_NUM=1", "J P[1] 10% FINE")
+    ends = []
+    for text in ((*rows, "L PR[5] 100mm/sec FINE"), ("L P[3] 100mm/sec FINE",)):
+        places = (one, other, (3, 0, 1, 410, 120, 330, 174, 15, 26))
+        plan = run_elsewhere(tp(*head, *text, positions=places), "tp", target)
+        last = plan.moves.target[plan.row[plan.kind == StepKind.MOVE][-1]]
+        ends.append([*plan.positions.position[last], *np.abs(plan.positions.quaternion[last])])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-6)
+    assert ends[0][:3] == pytest.approx([0.41, 0.12, 0.33], abs=1e-6)
+
+
+def test_a_register_that_only_an_operator_sets_is_no_zero_in_another_register():
+    made = converted(inform("SET P001 P000", "ADD P001 P002", "MOVL P001 V=100.0 PL=0"), "inform", "tp")
+    text = b"".join(made.files.values()).decode()
+    assert "PR[2,1:PV1]=PR[2,1:PV1]+PR[3,1:PV2]" in text
+    assert any("PV2" in names for names in made.translated.asks.values())
 
 
 # --- what a statement that is left out takes with it --------------------------------------------------------

@@ -170,6 +170,7 @@ class Limits:
     pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
     value_types: ValueTypes | None = None  # None: types need not fit
     has_integers: bool = False  # numbers that are whole by their type
+    unset_variables: bool = False  # a variable has no value until it is set, and reading it stops the program
     integer_type: str = (
         ""  # the only type that loops count and index with, to which an assignment rounds; "": any
     )

@@ -74,6 +74,7 @@ class Conventions:
     numbered_frame_values: bool = (
         False  # a file beside the program gives the numbered tools and frames their values
     )
+    sums_of_positions: bool = False  # registers of positions are added and subtracted element by element
     saved_variables: bool = False  # a backup beside the program holds the values of its variables
     controller_names: bool = (
         False  # the controller holds tools, frames and signals by names that no file declares
@@ -98,6 +99,7 @@ class Conventions:
     wait_limit_prefix: str = ""  # of system variables that only bound waits
     known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths
+    data_begin_anew: bool = False  # variables of a module have their first values again in each run
     local_declarations: bool = False  # what a routine declares is seen in it alone, whatever it says
     # Pulses of outputs
     off_pulse: str = ""  # how a pulse is spelt that switches off

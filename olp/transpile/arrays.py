@@ -36,7 +36,7 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
-from olp.transpile.symbols import Symbol, Symbols, symbols_of
+from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
 _ONE, _ANY = "one", "any"  # what Limits.dimensions says
 
@@ -393,6 +393,68 @@ def _rotation_vector(values: tuple[float, ...]) -> tuple[float, ...]:
     angle = 2.0 * math.atan2(size, w)
     scale = angle / size if size > 0.0 else 0.0
     return tuple(float(f"{v * scale:.12g}") for v in (x, y, z))
+
+
+# --- Sums ---
+# Position registers that FANUC and INFORM add and subtract element by element, for languages that cannot.
+
+_ELEMENTS: Final = (*_AXES, "rz", "ry", "rx")
+
+
+def sums(program: Program, work: TranslationContext) -> Program:
+    """PR[1]=PR[2]+PR[3] as a copy of the first with elements that are set one by one."""
+    if not work.conventions.sums_of_positions or work.target_conventions.sums_of_positions:
+        return program
+    own = _Sums(work, symbols_of(program))
+    routines = tuple(
+        replace(r, body=tuple([row for s in r.body for row in own.rows(s, r.name)])) for r in program.routines
+    )
+    return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+@dataclass(slots=True)
+class _Sums:
+    work: TranslationContext
+    symbols: Symbols
+    declared: list[Declare] = field(default_factory=list)
+
+    def rows(self, s: Statement, routine: str, kind: str = "") -> list[Statement]:
+        """`kind`: of the target, where the program does not declare it."""
+        if type(s) is not Assign or type(s.value) is not Binary or s.value.operator not in ("+", "-"):
+            return [s]
+        kind = kind or kind_of_value(self.symbols, routine, s.target)
+        if kind not in ("position", "joints") or isinstance(s.target, Member):
+            return [s]
+        sign, left, right = s.value.operator, s.value.left, s.value.right
+        if sign == "-" and left == right:
+            return [replace(s, value=PositionLiteral("joint" if kind == "joints" else "pose", (0.0,) * 6))]
+        rows: list[Statement] = []
+        first, second = (self._place(e, s, kind, routine, rows) for e in (left, right))
+        if left != s.target:
+            rows.append(Assign(s.line, s.target, first, s.comment))
+        for target, one, other in zip(*(_parts(e, kind) for e in (s.target, first, second)), strict=True):
+            rows.append(Assign(s.line, target, Binary(sign, one, other)))
+        return rows
+
+    def _place(
+        self, e: Expression, s: Assign, kind: str, routine: str, rows: list[Statement]
+    ) -> Named | Item:
+        """A variable that holds `e` and that the statement does not change."""
+        if isinstance(e, (Named, Item)) and e != s.target:
+            return e
+        name = Named(self.work.helper("position"))
+        self.declared.append(Declare(0, name.name, kind, None if kind == "joints" else _ZERO, shared=True))
+        if type(e) is Binary:
+            rows += self.rows(Assign(s.line, name, e), routine, kind)
+        else:
+            rows.append(Assign(s.line, name, e))
+        return name
+
+
+def _parts(e: Expression, kind: str) -> list[Expression]:
+    if kind == "joints":
+        return [Item(e, (Number(n),)) for n in range(1, 7)]
+    return [Member(e, name) for name in _ELEMENTS]
 
 
 # --- Texts ---

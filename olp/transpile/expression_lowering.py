@@ -288,11 +288,14 @@ class _Lift:
                     kind = "joints" if value.kind == "joint" else kind
                 elif kind == "position" and self.kinds.get(name.name, _POSES) <= _JOINTS:
                     kind = "joints"  # all that sets it are points by their axes
-                yield Declare(0, name.name, kind, value or _ZEROS[kind], shared=not scope)
+                if value is None and not (self.work.limits.numbered and not scope):
+                    value = _ZEROS[kind]  # a register stays what its operator has set
+                yield Declare(0, name.name, kind, value, (), _kept(scope), shared=not scope)
         for (where, store), name in self.arrays.items():
             if where == scope:
                 size = Number(max(self.largest[(where, store)], 1))
-                yield Declare(0, name.name, TYPES.get(store, "position"), None, (size,), shared=not scope)
+                kind = TYPES.get(store, "position")
+                yield Declare(0, name.name, kind, None, (size,), _kept(scope), shared=not scope)
 
     # --- routines ---------------------------------------------------------------------------------------
 
@@ -466,6 +469,11 @@ class _Lift:
         inner: Any = e.variable
         base = inner if isinstance(inner, (Named, Item)) else self.value(inner)
         return Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
+
+
+def _kept(scope: str) -> str:
+    """How a register is stored: those of the whole program keep their values when it ends."""
+    return "variable" if scope else "persistent"
 
 
 def _owner(e: Any) -> Named | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from math import prod
 from typing import Final
 
 from olp.ir.expressions import (
@@ -17,23 +18,39 @@ from olp.ir.expressions import (
     Named,
     Number,
     PositionLiteral,
+    RecordLiteral,
     Signal,
     SignalState,
     Store,
     Text,
     Unary,
+    Unknown,
     Variable,
 )
 from olp.ir.points import Point
-from olp.ir.program import Assign, Call, Clear, Declare, For, Move, Program, ReadInput, Routine, Statement
-from olp.ir.transformer import expressions_of, mapped
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Call,
+    Clear,
+    Declare,
+    For,
+    Move,
+    Program,
+    ReadInput,
+    Routine,
+    Statement,
+)
+from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.runtime.assumptions import Given
 from olp.runtime.interpreter import NUMBERS, POSITIONS, saved_position
 from olp.transpile.context import Fate, TranslationContext, world_of
-from olp.transpile.symbols import Symbols, symbols_of
+from olp.transpile.reaching_definitions import ENTRY, reaching
+from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 _PLAIN: Final = (Number, Text, SignalState, PositionLiteral, type(None))
 _LEFT: Final = (Named, Item, Binary)  # what is not known before the program runs
+_SETTING: Final = frozenset({Assign, For, ReadInput, Call})
 _DEEPEST: Final = 20  # a value that names a value that names …
 
 
@@ -100,6 +117,139 @@ def _computed(operator: str, left: float, right: float) -> Number | None:
     return None
 
 
+# --- Begun ---
+# Where a variable of the target has no value until it is set, what begins with zero in the source begins so there.
+
+_ZEROS: Final[Mapping[str, Expression]] = {
+    "integer": Number(0),
+    "real": Number(0),
+    "boolean": SignalState(False),
+}
+_MOST_ZEROS: Final = 1000  # elements of an array that are written out
+UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
+_ANEW: Final = "set these back before each start, as they keep their values from run to run"
+
+
+def begun(program: Program, work: TranslationContext) -> Program:
+    """Numbers and truth values with the zero that they begin with in the source."""
+    if not work.limits.unset_variables:
+        return program
+    _ask_anew(program, work)
+    used: dict[str, set[tuple[int, ...]] | None] = {}
+    for s in program.statements():
+        for e in expressions_of(s) if type(s) is not Declare else ():
+            if type(e) is Item and type(e.base) is Named:
+                _note_element(e, e.base.name, used)
+    data = tuple(_begun(d, used.get(d.name, set())) for d in program.data)
+    return replace(program, data=data, routines=_with_zeros(program))
+
+
+def _ask_anew(program: Program, work: TranslationContext) -> None:
+    """Data that begin anew with each run in the source, that statements change, and that the target keeps."""
+    if not work.conventions.data_begin_anew:
+        return
+    changed = {
+        base.name
+        for s in program.statements()
+        if type(s) is Assign and (base := base_of(s.target)) is not None
+    }
+    for d in program.data:
+        if d.name in changed and d.storage == "variable" and d.type in _ZEROS and d.comment != UNDECLARED:
+            work.ask(_ANEW, d.name)
+
+
+def _note_element(e: Item, name: str, used: dict[str, set[tuple[int, ...]] | None]) -> None:
+    """`used`: the elements of each array that statements name, None where an index is computed."""
+    place = tuple([int(i.value) for i in e.indices if type(i) is Number])
+    known = used.setdefault(name, set())
+    if len(place) < len(e.indices) or not place:
+        used[name] = None
+    elif known is not None:
+        known.add(place)
+
+
+def _begun(d: Declare, used: set[tuple[int, ...]] | None) -> Declare:
+    zero = _ZEROS.get(d.type)
+    if zero is None or d.value is not None or d.comment == UNDECLARED:
+        return d
+    if not d.sizes:
+        return replace(d, value=zero)
+    sizes = [int(size.value) for size in d.sizes if type(size) is Number]
+    if len(sizes) < len(d.sizes) or prod(sizes) > _MOST_ZEROS:
+        return d
+    return replace(d, value=_zeros(sizes, (), used, zero))
+
+
+def _zeros(
+    sizes: list[int], before: tuple[int, ...], used: set[tuple[int, ...]] | None, zero: Expression
+) -> Expression:
+    """Nested rows with a zero for each element that is used, `Unknown("")` for others."""
+    if not sizes:
+        return zero if used is None or before in used else Unknown("")
+    return RecordLiteral(
+        "", tuple([("", _zeros(sizes[1:], (*before, n), used, zero)) for n in range(1, sizes[0] + 1)])
+    )
+
+
+def _with_zeros(program: Program) -> tuple[Routine, ...]:
+    """Routines that set what they declare to zero, where something reads it before it is set."""
+    routines = []
+    own = {r.name: _local_zeros(r) for r in program.routines}
+    ways = None
+    for r in program.routines:
+        if not own[r.name]:
+            routines.append(r)
+            continue
+        if ways is None:
+            ways = reaching(program, lambda s: {("local", name): 1 for name in _set_by(s)}, _SETTING)
+        open_: set[str] = set()
+        for index, s in enumerate(r.body):
+            state = ways.before[r.name][index]
+            read = _names_read(s) & own[r.name].keys() if state is not None else set()
+            open_ |= {name for name in read if ENTRY in (state or {}).get(("local", name), {ENTRY})}
+        rows = [Assign(0, Named(name), own[r.name][name]) for name in own[r.name] if name in open_]
+        routines.append(replace(r, body=_behind_declarations(r.body, rows)) if rows else r)
+    return tuple(routines)
+
+
+def _local_zeros(r: Routine) -> dict[str, Expression]:
+    found = [*r.data, *(s for s in r.body if type(s) is Declare)]
+    return {
+        d.name: _ZEROS[d.type]
+        for d in found
+        if d.type in _ZEROS and d.value is None and not d.sizes and d.comment != UNDECLARED
+    }
+
+
+def _set_by(s: Statement) -> list[str]:
+    match s:
+        case Assign(target=Named(name)) | For(variable=Named(name)) | ReadInput(target=Named(name)):
+            return [name]
+        case Call(result=Named(name)):
+            return [name]
+    return []
+
+
+def _names_read(s: Statement) -> set[str]:
+    found: set[str] = set()
+    match s:
+        case Assign(target=Named()):
+            note_names(s.value, found)
+        case For(variable=Named()):
+            for e in (s.start, s.stop, s.step):
+                note_names(e, found)
+        case ReadInput(target=Named()) | Declare():
+            pass
+        case _:
+            note_names(s, found)
+    return found
+
+
+def _behind_declarations(body: tuple[Statement, ...], rows: list[Assign]) -> tuple[Statement, ...]:
+    last = max((at for at, s in enumerate(body) if isinstance(s, (Begin, Declare))), default=-1)
+    return (*body[: last + 1], *rows, *body[last + 1 :])
+
+
 # --- Saved ---
 # What numbered variables hold before a program sets them: the values of VAR.DAT and olp.toml beside it.
 #
@@ -162,9 +312,7 @@ def _tell_values(
     name_of: Callable[[Variable], Expression],
     is_set: Callable[[Expression], bool],
 ) -> None:
-    """What statements read beside the targets of moves. Where the target has registers, too, they keep their values."""
-    if work.limits.numbered:
-        return
+    """What statements read beside the targets of moves. Registers of the target hold what its operator sets."""
     told: set[str] = set()
     for s in [s for routine in routines for _, s in work.look(routine).rare]:
         for e in _read_by(s):
@@ -174,6 +322,9 @@ def _tell_values(
             if label_of(name) in told or is_set(name):
                 continue
             told.add(label_of(name))
+            if work.limits.numbered:
+                work.ask("set these registers on the controller, as nothing here does", label_of(name))
+                continue
             says = "nothing here sets all of {}, and no VAR.DAT or olp.toml holds it: it begins with zero"
             work.lose(s, Fate.APPROXIMATED, "value", says.format(label_of(name)))
             work.ask("set these values, which are zeros now", label_of(name))

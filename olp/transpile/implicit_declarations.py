@@ -58,6 +58,7 @@ from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names
 from olp.languages.vendor import conventions_of, language_of
 from olp.transpile.constant_folding import called_in, paired
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.first_values import UNDECLARED
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
 from olp.transpile.symbols import Symbols, base_of, kind_of_value
@@ -182,9 +183,7 @@ def _tell_calls(program: Program, work: TranslationContext) -> None:
 def _declaration(use: Use) -> Declare:
     storage = "persistent" if use.kind in PLACES else "variable"
     sizes = tuple(Number(size) for size in use.sizes)
-    return Declare(
-        0, use.name, use.kind, None, sizes, storage, shared=True, comment="not declared in the source"
-    )
+    return Declare(0, use.name, use.kind, None, sizes, storage, shared=True, comment=UNDECLARED)
 
 
 def _tell(use: Use, work: TranslationContext) -> None:

@@ -13,7 +13,7 @@ from olp.languages.vendor import language_of
 from olp.transpile.advance import continued, stopped_advance
 from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
-from olp.transpile.arrays import array_bounds, array_values, single_rows, texts, vectors
+from olp.transpile.arrays import array_bounds, array_values, single_rows, sums, texts, vectors
 from olp.transpile.blends import blends
 from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants, share_variables
@@ -23,7 +23,7 @@ from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, standing
 from olp.transpile.dead_code import data_alone, prune
 from olp.transpile.expression_lowering import lift
-from olp.transpile.first_values import first_values
+from olp.transpile.first_values import begun, first_values
 from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
 from olp.transpile.functions import arguments, functions
@@ -89,6 +89,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         records,
         vectors,
         lift,
+        sums,
         undeclared,
         first_values,
         array_bounds,
@@ -127,7 +128,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
             number,
             comment_texts,
         )
-    return (*first, turned_together, flow, whole_numbers, signals, names, continued, comment_texts)
+    return (*first, turned_together, flow, whole_numbers, begun, signals, names, continued, comment_texts)
 
 
 def canonical(

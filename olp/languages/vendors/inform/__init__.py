@@ -33,6 +33,7 @@ class Inform(Vendor):
         blend_levels=True,
         has_records=False,
         saved_variables=True,
+        sums_of_positions=True,
         surplus_arguments=True,
         returns_by_register=True,
         known_functions=True,

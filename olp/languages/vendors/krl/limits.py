@@ -61,6 +61,7 @@ LIMITS: Final = Limits(
     position_read_in="move",
     integer_type="INT",
     has_integers=True,
+    unset_variables=True,
     value_types=ValueTypes(signals_are_states=True),
     ordered_arguments=True,
     reference_parameters=True,  # arrays are handed over in no other way

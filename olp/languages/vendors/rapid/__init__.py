@@ -31,6 +31,7 @@ class Rapid(Vendor):
     conventions = Conventions(
         arm_flags=ArmFlags.QUARTERS,
         actions_at_ends=True,
+        data_begin_anew=True,
         joint_target_word="moveabsj",
         controller_names=True,
         numeric_booleans=True,

@@ -359,13 +359,16 @@ _MOST_ZEROS: Final = 2000  # elements of an array whose zeros are written out
 
 
 def zero(
-    kind: str, names: RapidNames, sizes: tuple[Expression, ...] = (), depth: int = 0
+    kind: str, names: RapidNames, sizes: tuple[Expression, ...] = (), depth: int = 0, plain: bool = False
 ) -> Expression | None:
-    """What a variable without a value holds at first, for structures; None where the type says enough."""
+    """What a variable without a value holds at first, for structures; None where the type says enough.
+
+    `plain`: also for numbers, truth values and texts.
+    """
     kind = names.resolved(kind)
     if sizes:
         counts = [int(one.value) for one in sizes if isinstance(one, Number)]
-        one = zero(kind, names, (), depth)
+        one = zero(kind, names, (), depth, plain)
         if one is None or len(counts) != len(sizes) or not 0 < math.prod(counts) <= _MOST_ZEROS:
             return None
         for count in reversed(counts):
@@ -377,11 +380,11 @@ def zero(
         return PositionLiteral("joint", (0.0,) * _RAX)
     members = names.members(kind)
     if members is None or depth > _DEEPEST:
-        return None
+        return _PLAIN_ZEROS.get(kind, Number(0) if kind == "num" else None) if plain else None
     values = []
     for name, of in members:
-        plain = _PLAIN_ZEROS.get(names.resolved(of), Number(0))
-        values.append((name, zero(of, names, (), depth + 1) or plain))
+        simple = _PLAIN_ZEROS.get(names.resolved(of), Number(0))
+        values.append((name, zero(of, names, (), depth + 1) or simple))
     return RecordLiteral(kind, tuple(values))
 
 

@@ -114,8 +114,13 @@ class RapidStatements(RapidMoves):
         scope = "TASK " if task else "LOCAL " if module and not s.shared else ""
         word = s.native.split()[-1] if self.own and s.native else written
         sizes = f"{{{','.join(map(self.value, s.sizes))}}}" if s.sizes else ""
+        begins = s.value
+        if begins is None and not self.own and not s.comment and (storage == "PERS" or s.sizes):
+            # A PERS has a value; positions that begin without one have no turning, and no move takes them. What the
+            # source does not declare has none on purpose, and a comment that says so.
+            begins = zero(kind, self.names, s.sizes, plain=storage == "PERS")
         unset = storage == "VAR" and self.own and s.value == zero(kind, self.names, s.sizes)
-        value = "" if s.value is None or unset else f":={self._initial(s.value, kind)}"
+        value = "" if begins is None or unset else f":={self._initial(begins, kind)}"
         return f"{scope}{storage} {word} {s.name}{sizes}{value};"
 
     def _initial(self, value: ex.Expression, kind: str) -> str:

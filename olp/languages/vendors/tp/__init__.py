@@ -29,6 +29,7 @@ class Tp(Vendor):
     comment_length = 32
     blending = "fanuc"
     conventions = Conventions(
+        sums_of_positions=True,
         arm_flags=ArmFlags.COUNTED,
         frame_spelling={"tool": "UTOOL[{}]", "user": "UFRAME[{}]"},
         wrist_target_axes=True,
