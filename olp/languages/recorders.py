@@ -1,7 +1,10 @@
 """What controllers record of their own accord: a vendor reads it, this is the form in which it hands it on.
 
-A vendor that has such files has a module `recorder` with `RECORDER`, a `ControllerRecorder`. Codes: D050 a file of the
-set is missing, D051 what a file holds is not what it says, D052 motions that no recording can hold.
+A vendor that has such files has a module `recorder` with `RECORDER`, a `ControllerRecorder`; one whose logs are tables
+with column names of their own has a module `log_columns` with `LOG_COLUMNS`, a `ControllerLog`.
+
+Codes: D050 a file of the set is missing, D051 what a file holds is not what it says, D052 motions that no recording can
+hold.
 """
 
 from __future__ import annotations
@@ -74,3 +77,23 @@ def recorders() -> Sequence[ControllerRecorder]:
     """Every recorder that a vendor reads."""
     found = (part_of(name, "recorder") for name in vendor_names())
     return [recorder for recorder in found if recorder is not None]
+
+
+class ControllerLog(ABC):
+    """A log as a table whose columns are not called as a recording's are. `files`: what writes it, for people."""
+
+    files: ClassVar[str]
+
+    @abstractmethod
+    def knows(self, names: Sequence[str]) -> bool:
+        """Whether these are the columns of such a log."""
+
+    @abstractmethod
+    def columns(self, cells: Mapping[str, Floats]) -> Mapping[str, Floats]:
+        """The columns of a recording's log in their units (docs/recording.md); `cells`: the numbers as written."""
+
+
+def controller_logs() -> Sequence[ControllerLog]:
+    """Every kind of log that a vendor knows."""
+    found = (part_of(name, "log_columns") for name in vendor_names())
+    return [log for log in found if log is not None]

@@ -1,7 +1,7 @@
 """Reads log.csv and sim_log.csv into SI.
 
 Codes: D010 a required column is missing, D012 a column that looks misspelt, D015 a value that cannot be, D020 time runs
-backwards, D022 samples left out.
+backwards, D022 samples left out, D026 a controller's own column names.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span, error
+from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span, error, info
 from olp.core.terminal import from_cell
 from olp.core.units import deg, mm
 from olp.identification.recording.columns import (
@@ -51,7 +51,7 @@ from olp.identification.recording.table import (
 
 def read_log(path: Path) -> tuple[Log, list[Diagnostic], LogTable]:
     """The log, what there is to tell, and the cells it was made of. Raises OlpError."""
-    found = read_log_table(path)
+    found = _in_our_columns(read_log_table(path))
     problems = Problems(found.table)
     _required(problems, found.table.names)
     _misspelt(problems, found.table.names)
@@ -61,6 +61,24 @@ def read_log(path: Path) -> tuple[Log, list[Diagnostic], LogTable]:
     _check_sizes(found)
     _check_samples(found)
     return _log(found), [*found.diagnostics, *problems.all()], found
+
+
+def _in_our_columns(found: LogTable) -> LogTable:
+    """A log with a controller's own column names, as a recording's. One that has a column t_s is taken as it is."""
+    from olp.languages.recorders import controller_logs
+
+    names = found.table.names
+    kind = None if "t_s" in names else next((log for log in controller_logs() if log.knows(names)), None)
+    if kind is None:
+        return found
+    texts = {name: values for name, values in found.cells.items() if isinstance(values, tuple)}
+    numbers = {name: values for name, values in found.cells.items() if name not in texts}
+    cells: Cells = {**kind.columns(numbers), **texts}
+    says = f"read as {kind.files}"
+    told = info("D026", says, file=found.table.file, help="units and axes are those of this format")
+    # Columns stand elsewhere in the file: problems are told by their rows.
+    rows = np.zeros_like(found.table.line)
+    return LogTable(replace(found.table, names=tuple(cells), line=rows), cells, (*found.diagnostics, told))
 
 
 def _check_sizes(found: LogTable) -> None:

@@ -135,14 +135,20 @@ _DECIMAL = re.compile(rb"(?<=\d),(?=\d)")
 
 
 def with_commas(raw: bytes) -> bytes:
-    """A table that semicolons separate, as spreadsheets of half of Europe write it, with commas and decimal points.
+    """A table that semicolons or single blanks separate, with commas and decimal points.
+
+    Semicolons and decimal commas are what spreadsheets of half of Europe write, blanks what some recorders do.
 
     Every cell keeps its place. What is no such table stays as it is: one with commas in its header, with quotes, or
     with commas that are no decimal marks.
     """
     head = raw.partition(b"\n")[0]
-    if b";" not in head or b"," in head or b'"' in raw:
+    if b'"' in raw or b"," in head:
         return raw
+    if b";" not in head:
+        words = head.split(b" ")
+        # Names without blanks, three or more: a recorder that separates its columns by one.
+        return raw.replace(b" ", b",") if len(words) > 2 and all(words) and b"," not in raw else raw
     pointed = _DECIMAL.sub(b".", raw)
     return raw if b"," in pointed else pointed.replace(b";", b",")
 
