@@ -384,6 +384,27 @@ def test_a_register_that_only_an_operator_sets_is_no_zero_in_another_register():
     assert any("PV2" in names for names in made.translated.asks.values())
 
 
+# --- moves that stop otherwise, and work that moves ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_data_of_a_stop_point_take_the_place_of_the_zone(target):
+    text = module("MoveL p1,v100,z10\\Inpos:=inpos50,tool0;", "MoveL p2,v100,z10,tool0;", "MoveL p1,v100,fine,tool0;",
+                  data=TARGETS)  # fmt: skip
+    for plan in (read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)):
+        assert [code == BlendCode.EXACT for code in blends(plan)] == [True, False, True]
+    waits = text.replace("inpos50", "stoptime0_5")
+    assert "Inpos" in refused(waits, "rapid", target)[6]
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_move_that_follows_a_conveyor_is_no_move_to_where_it_was(target):
+    frame = '[FALSE,FALSE,"{}",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
+    data = (*TARGETS, f"PERS wobjdata belt:={frame.format('CNV1')}", f"PERS wobjdata desk:={frame.format('')}")
+    rows = ("MoveL p1,v100,fine,tool0\\WObj:=belt;", "MoveL p2,v100,fine,tool0\\WObj:=desk;")
+    assert list(refused(module(*rows, data=data), "rapid", target)) == [8]
+
+
 # --- what a statement that is left out takes with it --------------------------------------------------------
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from olp.ir.expressions import Expression, Member, Named, PositionLiteral, RecordLiteral
+from olp.ir.expressions import Expression, Member, Named, PositionLiteral, RecordLiteral, Text
 from olp.ir.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
 from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.robots.geometry import Pose
@@ -26,15 +26,28 @@ def records(program: Program, work: TranslationContext) -> Program:
 
 
 def _refuse_held(program: Program, work: TranslationContext) -> None:
-    """Every statement with a tool that stands beside the robot, or with work that it holds."""
+    """Every statement with a tool that stands beside the robot, or with work that it or another unit moves."""
     inner = [d for r in program.routines for d in (*r.data, *(s for _, s in work.look(r).rare))]
-    names = {d.name for d in (*program.data, *inner) if isinstance(d, Declare) and _is_held(d)}
+    names: dict[str, str] = {}
+    for d in (*program.data, *inner):
+        if isinstance(d, Declare) and _is_held(d):
+            names[d.name] = "a tool that stands beside the robot, or work that it holds"
+        elif isinstance(d, Declare) and (unit := _unit_of(d)):
+            names[d.name] = f"the work on {unit}, which the move follows wherever it is"
     for s in program.statements() if names else ():
-        if not isinstance(s, Declare) and any(
-            e.name in names for e in expressions_of(s) if isinstance(e, Named)
-        ):
-            says = "a tool that stands beside the robot, or work that it holds"
+        if isinstance(s, Declare):
+            continue
+        says = next((names[e.name] for e in expressions_of(s) if isinstance(e, Named) and e.name in names), "")
+        if says:
             work.lose(s, Fate.REFUSED, "tool", says)
+
+
+def _unit_of(s: Declare) -> str:
+    """The mechanical unit (a conveyor, a positioner) that moves a work object; empty for one that stands."""
+    if s.type != "frame" or not isinstance(s.value, RecordLiteral) or s.sizes:
+        return ""
+    unit = {name.casefold(): value for name, value in s.value.members}.get("ufmec")
+    return unit.value if isinstance(unit, Text) else ""
 
 
 def _is_held(s: Declare) -> bool:

@@ -48,7 +48,9 @@ from olp.transpile.context import Fate, TranslationContext
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
 _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
 # Options that change nothing where they are left out: offsets of external axes, and names of the data set.
-_HARMLESS = frozenset({"noeoffs", "id", "inpos", "tload"})
+_HARMLESS = frozenset({"noeoffs", "id", "tload"})
+# How exactly a stop is reached; other data of stop points wait there, or follow a conveyor.
+_STOPS = frozenset({"inpos20", "inpos50", "inpos100"})
 # Options that change how a move is made, neither where it ends nor what happens on the way.
 _MANNER = frozenset(
     {
@@ -237,7 +239,7 @@ def _tables_stand(program: Program, work: TranslationContext) -> bool:
 
 def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Move:
     """Options of a move that olp keeps without understanding stand in its comment."""
-    said = [name for name, _ in s.other if name.rpartition("\\")[2].casefold() not in _HARMLESS]
+    said = [name for name, value in s.other if not _is_harmless(name, value)]
     if not said:
         return replace(s, other=())
     texts = [
@@ -257,6 +259,12 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     work.lose(s, Fate.APPROXIMATED, "option", says)
     shown = [text for text in texts if not text.startswith("$")]  # what forms set says nothing to a reader
     return replace(s, other=(), comment=" ".join([*([s.comment] if s.comment else []), *_bracketed(shown)]))
+
+
+def _is_harmless(name: str, value: Expression) -> bool:
+    """Whether an option of a move says nothing of where it ends and what happens on the way."""
+    word = name.rpartition("\\")[2].casefold()
+    return word in _HARMLESS or (word == "inpos" and type(value) is Named and value.name.casefold() in _STOPS)
 
 
 def _bracketed(words: list[str]) -> list[str]:

@@ -182,7 +182,10 @@ class _Arguments:
             return Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
         assert one.value is not None
         blend = blend_of(one.value, self.rules.names)
-        wanted = self._options("z").get("z")
+        options = self._options("z")
+        if "inpos" in options:  # the stop point's data take the place of the zone
+            return Blend(BlendKind.RADIUS, Quantity(Number(0), mm), blend.native)
+        wanted = options.get("z")
         if wanted is not None:
             return Blend(blend.kind, Quantity(self.rules.coerce(wanted, ""), mm), f"{blend.native}{OWN}Z")
         return blend
