@@ -59,3 +59,18 @@ def test_signals_of_a_list_elsewhere_are_signals(tmp_path):
     assert "DO[12]=ON" in text
     assert "WAIT (DI[168])" in text
     assert "DO[12]=PULSE,0.5sec" in text
+
+
+@pytest.mark.parametrize(
+    ("target", "set_", "asked"), [("rapid", "k:=2;", "IF at<>3 THEN"), ("tp", "]=2 ;", "]<>3) THEN")]
+)
+def test_enumerations_are_whole_numbers_elsewhere(tmp_path, target, set_, asked):
+    """KRL counts the constants of an ENUM from 1."""
+    shared = ["GLOBAL ENUM station HOME,INFEED,OUTFEED", "DECL GLOBAL station at=#HOME"]
+    rows = ["ENUM kind RED,GREEN", "DECL kind k", "k=#GREEN", "IF at<>#OUTFEED THEN", "at=#INFEED", "ENDIF"]
+    made = convert(link(olp.read(_cell(tmp_path, *rows, shared=shared))).program, target)
+    text = b"".join(made.files.values()).decode()
+    assert set_ in text
+    assert asked in text
+    assert not made.translated.losses
+    assert "kind is a whole number there: RED 1, GREEN 2" in made.translated.notes

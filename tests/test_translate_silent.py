@@ -400,7 +400,11 @@ def test_data_of_a_stop_point_take_the_place_of_the_zone(target):
 @pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
 def test_a_move_that_follows_a_conveyor_is_no_move_to_where_it_was(target):
     frame = '[FALSE,FALSE,"{}",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
-    data = (*TARGETS, f"PERS wobjdata belt:={frame.format('CNV1')}", f"PERS wobjdata desk:={frame.format('')}")
+    data = (
+        *TARGETS,
+        f"PERS wobjdata belt:={frame.format('CNV1')}",
+        f"PERS wobjdata desk:={frame.format('')}",
+    )
     rows = ("MoveL p1,v100,fine,tool0\\WObj:=belt;", "MoveL p2,v100,fine,tool0\\WObj:=desk;")
     assert list(refused(module(*rows, data=data), "rapid", target)) == [8]
 

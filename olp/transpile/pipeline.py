@@ -41,7 +41,7 @@ from olp.transpile.signals import at_ends, pulses, signals
 from olp.transpile.source_only import comment_texts, foreign_words
 from olp.transpile.speeds import accelerations, speeds
 from olp.transpile.temporaries import hoist
-from olp.transpile.typed_values import typed_values
+from olp.transpile.typed_values import enumerations, powers, typed_values
 from olp.transpile.unroll import executed
 
 if TYPE_CHECKING:
@@ -78,6 +78,8 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         at_ends,
         foreign_words,
         flat_records,
+        enumerations,
+        powers,
         texts,
         array_values,
         single_rows,

@@ -37,7 +37,9 @@ def _refuse_held(program: Program, work: TranslationContext) -> None:
     for s in program.statements() if names else ():
         if isinstance(s, Declare):
             continue
-        says = next((names[e.name] for e in expressions_of(s) if isinstance(e, Named) and e.name in names), "")
+        says = next(
+            (names[e.name] for e in expressions_of(s) if isinstance(e, Named) and e.name in names), ""
+        )
         if says:
             work.lose(s, Fate.REFUSED, "tool", says)
 

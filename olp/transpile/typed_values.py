@@ -7,19 +7,24 @@ stand in the module, never in a routine.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from olp.ir.expressions import (
     Binary,
+    CallValue,
     Compare,
     Expression,
     Function,
     Named,
     Number,
     PositionLiteral,
+    RecordLiteral,
     Signal,
     SignalState,
+    SystemValue,
+    Text,
 )
 from olp.ir.program import (
     Assign,
@@ -33,10 +38,10 @@ from olp.ir.program import (
     SetOutput,
     Statement,
 )
-from olp.ir.transformer import calls_nothing, mapped, sets_numbers
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.limits import ValueTypes
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.occurrences import changed_rare, with_routines, with_rows
 from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 
 _NUMBERS: Final = frozenset({"integer", "real"})
@@ -172,3 +177,86 @@ def whole_decimals(e: Any) -> Any:
         return e
     scale = Number(10 ** int(decimals.value))
     return Binary("/", Function(e.name, (Binary("*", number, scale),)), scale)
+
+
+# --- Enumerations ---
+# KRL's enumerations that the program or its lists declare: whole numbers, which is what their constants are.
+
+_LARGEST_POWER: Final = 4  # that is written as a product
+
+
+def enumerations(program: Program, work: TranslationContext) -> Program:
+    """Variables of an enumeration as whole numbers, its constants counted from 1 as KRL counts them."""
+    declared = [
+        d for d in _all_data(program) if d.type == "enumeration" and isinstance(d.value, RecordLiteral)
+    ]
+    if not declared or program.vendor == work.target:
+        return program
+    kinds = {d.name.casefold() for d in declared}
+    places: dict[str, set[int]] = {}
+    for d in declared:
+        for place, (_, word) in enumerate(d.value.members, 1):  # type: ignore[union-attr]
+            if isinstance(word, Text):
+                places.setdefault(word.value.casefold(), set()).add(place)
+    known = {word: min(found) for word, found in places.items() if len(found) == 1}
+    used = {e.value.casefold() for s in program.statements() for e in expressions_of(s) if type(e) is Text}
+    for d in declared:
+        words = [e.value for _, e in d.value.members if isinstance(e, Text)]  # type: ignore[union-attr]
+        if not used.isdisjoint(word.casefold() for word in words):
+            shown = ", ".join(f"{word[1:]} {place}" for place, word in enumerate(words, 1))
+            work.note_once(f"{d.name} is a whole number there: {shown}")
+
+    def change(e: Expression) -> Expression:
+        return Number(known[e.value.casefold()]) if type(e) is Text and e.value.casefold() in known else e
+
+    def plain(d: Declare) -> Declare:
+        return replace(d, type="integer", native="") if d.type.casefold() in kinds else d
+
+    routines = []
+    for r in program.routines:
+        given = tuple(
+            replace(p, type="integer", native="") if p.type.casefold() in kinds else p for p in r.parameters
+        )
+        body = tuple(
+            plain(mapped(s, change)) if type(s) is Declare else mapped(s, change)
+            for s in r.body
+            if not (type(s) is Declare and s.type == "enumeration")
+        )
+        returns = "integer" if r.returns.casefold() in kinds else r.returns
+        data = tuple(plain(mapped(d, change)) for d in r.data if d.type != "enumeration")
+        routines.append(replace(r, body=body, data=data, parameters=given, returns=returns))
+    rows = tuple(plain(mapped(d, change)) for d in program.data if d.type != "enumeration")
+    return replace(program, routines=tuple(routines), data=rows)
+
+
+def _all_data(program: Program) -> Iterator[Declare]:
+    yield from program.data
+    for r in program.routines:
+        yield from r.data
+        yield from (s for s in r.body if type(s) is Declare)
+
+
+def powers(program: Program, work: TranslationContext) -> Program:
+    """Small whole powers as products, where the target has no function for them."""
+    if work.limits.has_power:
+        return program
+
+    def change(e: Expression) -> Expression:
+        match e:
+            case Function("power", (base, Number(exponent))) if _is_cheap(base):
+                if exponent == 0.5:
+                    return Function("sqrt", (base,))
+                if float(exponent).is_integer() and 1 <= exponent <= _LARGEST_POWER:
+                    product = base
+                    for _ in range(int(exponent) - 1):
+                        product = Binary("*", product, base)
+                    return product
+        return e
+
+    routines = [changed_rare(r, work.look(r), lambda s: mapped(s, change)) for r in program.routines]
+    return with_routines(program, routines)
+
+
+def _is_cheap(e: Expression) -> bool:
+    """Whether a value may be computed more than once: nothing is called, and no signal is read."""
+    return not any(isinstance(one, (CallValue, Signal, SystemValue)) for one in expressions_of(e))

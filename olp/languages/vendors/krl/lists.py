@@ -213,7 +213,14 @@ class ListReader:
             declared = self.declared[key]
             self._set(declared, _array(declared.native, elements))
         only = self._only
-        return tuple(one for key, one in self.declared.items() if only is None or key in only)
+        if only is None:
+            return tuple(self.declared.values())
+        kinds = {one.native.upper() for key, one in self.declared.items() if key in only}
+        return tuple(
+            one
+            for key, one in self.declared.items()
+            if key in only or (one.type == "enumeration" and key in kinds)
+        )
 
 
 def _array(kind: str, elements: dict[tuple[int, ...], Expression]) -> Expression:

@@ -118,14 +118,15 @@ def _config(config: Source, scope: Scope, findings: Findings, used: frozenset[st
 def _shared(source: Source, beside: Source | None, scope: Scope) -> tuple[Declare, ...]:
     """What the other lists of the tree share tells the types of names, and which of them are signals.
 
-    Without it whole numbers would be divided like others, and a signal would be a variable. Only the signals are rows
-    of the program: other data are found when they are asked for.
+    Without it whole numbers would be divided like others, and a signal would be a variable. Only signals and
+    enumerations are rows of the program: other data are found when they are asked for.
     """
     lists = [rows for path in companions.lists_around(source.path) if (rows := companions.shared_rows(path))]
     if not any(numbers for _, numbers in lists):
         return ()
     used = frozenset(name for name in _used(source, beside, None) if not scope.known(name))
     found: list[Declare] = []
+    layouts: list[Declare] = []
     for shared, numbers in lists:
         told = Findings(shared)
         reader = ListReader(told, scope, KrlLineReader(told, scope), used, placed=False)
@@ -134,7 +135,10 @@ def _shared(source: Source, beside: Source | None, scope: Scope) -> tuple[Declar
             if not used.isdisjoint(NAME.findall(code.upper())) or _LAYOUT.search(code):
                 reader.row(code, number)
         found += reader.finish()
-    return tuple(replace(it, native=it.native + CONFIG_MARK) for it in found if it.type == "signal")
+        layouts += [it for it in reader.declared.values() if it.type == "enumeration"]
+    kinds = used | {scope.type_of_name(name) for name in used}
+    found = [it for it in found if it.type == "signal"] + [it for it in layouts if it.name.upper() in kinds]
+    return tuple(replace(it, native=it.native + CONFIG_MARK) for it in found)
 
 
 def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:

@@ -50,6 +50,7 @@ LIMITS = Limits(
     ordered_arguments=True,  # they may be left out, but have no defaults
     reference_parameters=True,  # moves take tools that are persistent only
     array_literals=True,
+    has_power=True,
     refuses=frozenset(
         {
             "Clear",

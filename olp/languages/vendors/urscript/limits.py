@@ -54,6 +54,7 @@ LIMITS: Final = Limits(
     array_literals=True,
     pose_functions=True,
     returned_parameters=True,
+    has_power=True,
     refuses=frozenset(
         {
             "Clear",
