@@ -29,7 +29,7 @@ Reads robot programs, says how long every line takes and why, and writes them ba
 commands:
 {commands}
 
-olp COMMAND --help explains one command; olp --version prints the version.
+olp help COMMAND explains one command; olp --version prints the version.
 Exit status: 0 done and held, 1 a finding, 2 the question could not be answered."""
 
 
@@ -65,10 +65,14 @@ def dispatch(words: list[str]) -> int:
     if words[0] in ("-V", "--version"):
         print("olp", __version__)
         return DONE
-    name, rest = cli.split(words)
+    asked = words[0] == "help"
+    if asked and len(words) == 1:
+        print(help_text())
+        return DONE
+    name, rest = cli.split(words[asked:])
     if not name:
-        raise OlpError(unknown(words))
-    return run(name, rest)
+        raise OlpError(unknown(words[asked:]))
+    return run(name, ["--help"] if asked else rest)
 
 
 def run(name: str, words: list[str]) -> int:
@@ -80,6 +84,10 @@ def run(name: str, words: list[str]) -> int:
         args = parser.parse_words(words)
     except SystemExit:  # --help: said all there is to say
         return DONE
+    if getattr(args, "watch", False):
+        from olp.cli._watching import watching
+
+        return watching(command.run, args)
     return command.run(args)
 
 

@@ -139,7 +139,7 @@ def test_without_a_command_the_help_is_shown_and_nothing_is_claimed_done(
     assert main([]) == 2
     output = capsys.readouterr()
     assert output.out == ""
-    assert "olp COMMAND --help" in output.err
+    assert "olp help COMMAND" in output.err
 
 
 # --- what goes wrong -------------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ _CACHE = ".olp-cache"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
+    from olp.cli._watching import add_watch
     from olp.cli.time import add_timing_arguments, positive_int
 
     parser.add_argument(
@@ -42,6 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--scheduler", metavar="ADDRESS", default="", help="of a Dask cluster that does the work"
     )
+    add_watch(parser, "paths")
     parser.add_argument(
         "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
     )

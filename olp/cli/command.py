@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from typing import NoReturn
@@ -17,7 +18,17 @@ class Parser(ArgumentParser):
         super().__init__(prog=prog, description=description, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
-        raise OlpError(error("C002", message, help=f"{self.prog} --help lists the arguments"))
+        listed = f"{self.prog} --help lists the arguments"
+        near = self._meant(message)
+        raise OlpError(error("C002", message, help=f"did you mean {near}? {listed}" if near else listed))
+
+    def _meant(self, message: str) -> str:
+        """The option that was probably meant by the first unknown one, "" where none is near."""
+        from difflib import get_close_matches
+
+        found = re.search(r"unrecognized arguments: .*?(--[\w-]+)", message)
+        options = [option for option in self._option_string_actions if option.startswith("--")]
+        return next(iter(get_close_matches(found[1], options, 1)), "") if found else ""
 
     def parse_words(self, words: Sequence[str]) -> Namespace:
         """The arguments, in any order: options may stand between paths. Raises OlpError (C002)."""

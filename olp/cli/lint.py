@@ -28,6 +28,7 @@ _WORTH_WORKERS = 24
 
 
 def add_arguments(parser: ArgumentParser) -> None:
+    from olp.cli._watching import add_watch
     from olp.cli.time import add_timing_arguments, positive_int
 
     parser.add_argument(
@@ -74,6 +75,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="one line per finding, and nothing of what held or is told besides",
     )
+    add_watch(parser, "paths")
     parser.add_argument(
         "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
     )

@@ -23,6 +23,7 @@ SUMMARY = "say how long every line of a program takes, and why"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
+    from olp.cli._watching import add_watch
     from olp.reports.formats import report_names
 
     parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
@@ -57,6 +58,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="LINE",
         help="the phases of one line and what limits each (JOB:LINE in another job); a picture with -o FILE.svg|.png",
     )
+    add_watch(parser, "jobs")
     parser.add_argument(
         "--workers", type=positive_int, default=0, metavar="N", help="processes (default: one per core)"
     )
