@@ -1,34 +1,41 @@
 """Three-way merges: how many conflicts, and whether anything was lost or is wrong.
 
-    python bench/merge.py made [COUNT [SEED]]      made programs of all languages, against what must come out
-    python bench/merge.py real FOLDER [MOST]       versions out of the repositories below FOLDER (bare ones as well)
-    python bench/merge.py speed                    a job of 10,000 lines
+    python bench/merge.py made [COUNT [SEED]]          made programs of all languages, against what must come out
+    python bench/merge.py real FOLDER [HALF [MOST [KEEP]]]   merges cut from the histories below FOLDER
+    python bench/merge.py speed                        a job of 10,000 lines: the whole command, its start included
 
-`real` cuts two merges out of three versions that follow each other: the middle one as base and the others as sides,
-and the first as base, the second as theirs and the first with three positions touched up as ours, of those that the
-second version has left alone. What is right is decided here from the lines alone, with no code of the merge: how often
-each line stands in base, ours, theirs and merge, without numbers of lines, and with positions in place of numbers.
-`git merge-file` does the same merges.
+HALF is `development`, `held-out` or `all`; MOST limits the pairs of versions of each repository, and below KEEP stands
+what was wrong. `real` has four kinds of merges. Merges that happened: both parents changed a program. Two changes that
+happened: three versions that follow each other, the middle one as base. A change that happened, points touched up: what
+a version became, and up to three positions moved of those that it left alone. A change that happened, cut in two: the
+places of one change, each given to one of two sides. Of the last two it is known what must come out, to the byte.
+`bench/merge_oracle.py` says what is right, and `git merge-file` does the same merges.
 """
 
 from __future__ import annotations
 
 import itertools
+import os
 import random
 import re
 import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from olp.checks.merge.merge import merge_bytes
+from olp.checks.merge.model import MergedText
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.languages.vendor import recognise, vendor_names
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from bench.merge_oracle import alike, both_changed, cut_in_two, lost, touched_up, wrong
 
 SUFFIXES = (
     ".jbi", ".src", ".sub", ".dat", ".mod", ".modx", ".prg", ".sys", ".ls", ".script", ".pgx", ".dtx", ".as", ".pg",
@@ -36,342 +43,254 @@ SUFFIXES = (
 )  # fmt: skip
 
 
-# --- What is right, from the lines alone ---
-
-
-def facts(language: str, text: str) -> tuple[Counter[str], Counter[str]]:
-    """Statements without the numbers of their positions, and positions as statements use them or as data have them."""
-    lines = [" ".join(line.split()) for line in re.split(r"\r\n|\n|\r", text)]
-    if language == "inform":
-        return _inform(lines)
-    if language == "tp":
-        return _tp(lines)
-    lines = [line for line in lines if line and not re.match(r"&REL\b", line)]
-    return _words(lines, _MARKS[language])
-
-
-_MARKS = {"krl": ";", "rapid": "!", "urscript": "#", "as": ";", "pdl2": "--", "val3": "//"}
-
-
-def _words(lines: list[str], mark: str) -> tuple[Counter[str], Counter[str]]:
-    """Words and remarks: one side may change the words of a line and the other what is remarked on them."""
-    split = [line.partition(mark) for line in lines]
-    return Counter(s[0].strip() for s in split if s[0].strip()), Counter(
-        s[2].strip() for s in split if s[2].strip()
-    )
-
-
-def _inform(lines: list[str]) -> tuple[Counter[str], Counter[str]]:
-    rows, state = {}, {}
-    said: Counter[str] = Counter()
-    used: Counter[str] = Counter()
-    for line in lines:
-        row = re.match(r"(BC|EC|BP|EX|C|P|E)(\d+)=(.*)", line)
-        record = re.match(r"///(TOOL|USER|POSTYPE|RECTAN|PULSE|ANGLE|RCONF)\b(.*)", line)
-        if row:
-            pulse = state.get("kind") == "PULSE"
-            keys = ("TOOL", "kind") if pulse else ("TOOL", "kind", "POSTYPE", "RCONF")
-            user = state.get("USER", "") if "USER" in state.get("POSTYPE", "") else ""
-            rows[row[1] + row[2]] = row[3] + "|".join(state.get(key, "") for key in keys) + user
-        elif record:
-            if record[1] in ("RECTAN", "PULSE", "ANGLE"):
-                state["kind"] = record[1]
-            else:
-                state[record[1]] = record[2].strip()
-        elif line.startswith(("///DATE", "///NPOS")):
-            continue
-        elif line:
-            code = (
-                line
-                if line.startswith("'")
-                else line.partition("//")[0]
-                if not line.startswith("/")
-                else line
-            )
-            found = [] if line.startswith("'") else re.findall(r"(?<![A-Z0-9#])(?:BC|EC|C)\d{3,}", code)
-            for name in found:
-                used[rows.get(name, name)] += 1
-                line = line.replace(name, "@", 1)
-            said[line] += 1
-    # A position that nothing uses is there all the same.
-    for name, row in rows.items():
-        if name[0] in "PX" or name.startswith(("BP", "EX")):
-            used[f"{name} {row}"] += 1
-    return said, used
-
-
-def _tp(lines: list[str]) -> tuple[Counter[str], Counter[str]]:
-    text = "\n".join(lines)
-    blocks = dict(re.findall(r"^P ?\[ ?(\d+)[^\]\n]*\] ?\{([^}]*)\}", text, re.MULTILINE))
-    said: Counter[str] = Counter()
-    used: Counter[str] = Counter()
-    head = text.partition("\n/POS")[0]
-    for line in head.split("\n"):
-        if re.match(r"(MODIFIED|CREATE|LINE_COUNT|PROG_SIZE|MEMORY_SIZE|VERSION)\b", line) or not line:
-            continue
-        line = re.sub(r"^\d+:", "", line).strip()
-        for number in re.findall(r"(?<![\w$])P\[ ?(\d+)", line) if not line.startswith("!") else ():
-            used[blocks.get(number, number)] += 1
-        said[re.sub(r"(?<![\w$])P\[ ?\d+", "P[@", line)] += 1
-    return said, used
-
-
-def wrong(language: str, base: str, ours: str, theirs: str, merged: str) -> list[str]:
-    """What a merge without conflicts lost, doubled, made up or put into another order."""
-    found = []
-    for of in zip(*(facts(language, text) for text in (base, ours, theirs, merged)), strict=True):
-        b, o, t, m = of
-        for fact in b.keys() | o.keys() | t.keys() | m.keys():
-            low, high = _allowed(b[fact], o[fact], t[fact])
-            if not low <= m[fact] <= high:
-                found.append(f"{b[fact]} {o[fact]} {t[fact]} -> {m[fact]}: {fact[:90]}")
-    return [*found, *_order(language, base, ours, theirs, merged)]
-
-
-def _allowed(b: int, o: int, t: int) -> tuple[int, int]:
-    if o == t:
-        return (o, o) if o == b else (min(o, 2 * o - b), max(o, 2 * o - b))
-    if o == b or t == b:
-        only = t if o == b else o
-        return only, only
-    both = o + t - b
-    return max(0, min(o, t, both)), max(o, t, both)
-
-
-def _order(language: str, base: str, ours: str, theirs: str, merged: str) -> Iterator[str]:
-    """Statements that come once in all and stand in one order on both sides keep it."""
-    if language == "inform":
-        places = [
-            _places(
-                re.sub(r"(?m)^(?:C|BC|EC|P|BP|EX)\d+=.*$|^///.*$|(?<![A-Z0-9#])(?:BC|EC|C)\d{3,}", "", text)
-            )
-            for text in (ours, theirs, merged)
-        ]
-    elif language == "tp":
-        places = [
-            _places(re.sub(r"(?m)^\s*\d+:|(?<![\w$])P\[ ?\d+", "", text.partition("/POS")[0]))
-            for text in (ours, theirs, merged)
-        ]
-    else:
-        places = [_places(text) for text in (ours, theirs, merged)]
-    o, t, m = places
-    if any(word in merged for word in ("DEFDAT", "<Data", ".TRANS")):
-        return  # lists of data have no order
-    both = sorted((line for line in m if line in o and line in t and len(line) > 3), key=lambda line: m[line])
-    for one, other in itertools.pairwise(both):
-        if o[one] > o[other] and t[one] > t[other]:
-            yield f"order: {one[:50]} before {other[:50]}"
-
-
-def _places(text: str) -> dict[str, int]:
-    lines = [" ".join(line.split()) for line in re.split(r"\r\n|\n|\r", text)]
-    often = Counter(lines)
-    return {line: at for at, line in enumerate(lines) if line and often[line] == 1}
-
-
-def lost(language: str, ours: str, theirs: str, base: str, merged: str) -> list[str]:
-    """Lines new on a side that a merge with conflicts does not show anywhere."""
-    b, o, t, m = (facts(language, text)[0] for text in (base, ours, theirs, merged))
-    return [f"not shown: {line[:90]}" for line in (o - b) | (t - b) if not m[line]]
-
-
 # --- Counting ---
 
 
 @dataclass
 class Sums:
+    """`open`: merges in which both sides changed the same, by the oracle; `ours_closed`, `git_closed`: conflicts where
+    they did not. `git_wrong`: git had no conflict, and not what must come out.
+    """
+
     merges: int = 0
     ours: int = 0
     git: int = 0
+    open: int = 0
+    ours_closed: int = 0
+    git_closed: int = 0
+    worse: int = 0
     hunks: int = 0
     git_hunks: int = 0
     bad: int = 0
+    git_wrong: int = 0
     refused: int = 0
-    examples: list[str] = field(default_factory=list)
     seconds: float = 0.0
+    examples: list[str] = field(default_factory=list)
 
 
-def by_git(folder: Path, base: bytes, ours: bytes, theirs: bytes) -> int:
-    """How many conflicts git's own merge of texts has."""
-    for name, data in (("base", base), ("ours", ours), ("theirs", theirs)):
+_COUNTED = [one.name for one in fields(Sums) if one.name != "examples"]
+
+
+class Case(NamedTuple):
+    """A merge to judge. `expected`: what must come out, where that is known."""
+
+    name: str
+    base: bytes
+    ours: bytes
+    theirs: bytes
+    expected: bytes | None = None
+
+
+def by_git(folder: Path, case: Case) -> tuple[int, bytes]:
+    """How many conflicts git's own merge of texts has, and what it writes."""
+    for name, data in (("base", case.base), ("ours", case.ours), ("theirs", case.theirs)):
         (folder / name).write_bytes(data)
     command = ["git", "merge-file", "-p", "-q", "ours", "base", "theirs"]
     done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
-    return done.returncode if done.returncode < 128 else 1
+    return (done.returncode if done.returncode < 128 else 1), done.stdout
 
 
-def judge(
-    sums: Sums,
-    name: str,
-    base: bytes,
-    ours: bytes,
-    theirs: bytes,
-    folder: Path,
-    expected: bytes | None = None,
-) -> None:
-    vendor = recognise(decode(base, name)) or recognise(decode(ours, name))
-    if vendor is None:
+def judge(sums: Sums, case: Case, folder: Path, keep: Path | None = None) -> None:
+    vendor = recognise(decode(case.base, case.name)) or recognise(decode(case.ours, case.name))
+    begin = time.process_time()
+    try:
+        merged = None if vendor is None else merge_bytes(vendor.name, case.base, case.ours, case.theirs)
+    except OlpError:
+        merged = None
+    if vendor is None or merged is None:
         sums.refused += 1
         return
+    sums.seconds += time.process_time() - begin
+    conflicts, written = by_git(folder, case)
+    base, ours, theirs = (one.decode("latin-1") for one in case[1:4])
+    shared = [] if case.expected is not None else both_changed(vendor.name, folder, base, ours, theirs)
     sums.merges += 1
-    conflicts = by_git(folder, base, ours, theirs)
     sums.git += conflicts > 0
     sums.git_hunks += conflicts
-    begin = time.perf_counter()
-    try:
-        merged = merge_bytes(vendor.name, base, ours, theirs)
-    except OlpError as problem:
-        sums.refused += 1
-        sums.merges -= 1
-        sums.git -= conflicts > 0
-        sums.git_hunks -= conflicts
-        sums.examples.append(f"{name}: refused: {problem.diagnostics[0].message}")
-        return
-    sums.seconds += time.perf_counter() - begin
     sums.ours += bool(merged.hunks)
     sums.hunks += len(merged.hunks)
+    sums.open += bool(shared)
+    sums.ours_closed += bool(merged.hunks) and not shared
+    sums.git_closed += conflicts > 0 and not shared
+    sums.worse += bool(merged.hunks) and not conflicts
+    sums.git_wrong += case.expected is not None and not conflicts and written != case.expected
+    found = list(_faults(vendor.name, case, merged))
+    sums.bad += bool(found)
+    told = [f"{len(merged.hunks)} conflicts, none by the oracle"] if merged.hunks and not shared else []
+    for text in [*found[:1], *told]:
+        sums.examples.append(f"{case.name}: {text}")
+    if keep is not None and (found or told):
+        place = keep / re.sub(r"[^\w.#-]", "_", case.name)
+        place.mkdir(parents=True, exist_ok=True)
+        wanted = b"" if case.expected is None else case.expected
+        for label, data in zip(
+            ("base", "ours", "theirs", "merged", "expected", "said"),
+            (*case[1:4], merged.to_bytes(), wanted, "\n".join([*found, *shared]).encode()),
+            strict=True,
+        ):
+            (place / label).write_bytes(data)
+
+
+def _faults(language: str, case: Case, merged: MergedText) -> Iterator[str]:
+    """What is wrong with a merge. A conflict too many is none of these."""
     data = merged.to_bytes()
-    text = [one.decode("latin-1") for one in (base, ours, theirs, data)]
+    swapped = merge_bytes(language, case.base, case.theirs, case.ours)
+    if swapped.swapped() != merged or (not merged.hunks and swapped.to_bytes() != data):
+        yield "not the same with the sides swapped"
+    base, ours, theirs, text = (one.decode("latin-1") for one in (*case[1:4], data))
     if merged.hunks:
-        found = lost(vendor.name, text[1], text[2], text[0], text[3])
-        if expected is not None:
-            found.append("a conflict where there is none")
-    elif expected is not None:
-        found = [] if data == expected else ["not what must come out"]
+        yield from lost(language, ours, theirs, base, text)
+    elif case.expected is not None:
+        if not alike(language, text, case.expected.decode("latin-1")):
+            yield "not what must come out"
     else:
-        found = wrong(vendor.name, *text)
-    swapped = merge_bytes(vendor.name, base, theirs, ours)
-    if not merged.hunks and swapped.to_bytes() != data:
-        found.append("another text with the sides swapped")
-    if found:
-        sums.bad += 1
-        sums.examples.append(
-            f"{name}: {found[0]}" + (f" (and {len(found) - 1} more)" if len(found) > 1 else "")
-        )
-        keep = folder.parent / f"bad-{len(sums.examples)}"
-        if folder.name == "kept":
-            keep.mkdir(exist_ok=True)
-            for label, one in zip(
-                ("base", "ours", "theirs", "merged"), (base, ours, theirs, data), strict=True
-            ):
-                (keep / label).write_bytes(one)
+        yield from wrong(language, base, ours, theirs, text)
 
 
-def table(rows: dict[str, Sums]) -> None:
+def table(rows: dict[str, Sums], examples: int = 10) -> None:
     print(
-        f"{'language':10} {'merges':>6} {'with conflicts':>14} {'git':>5} {'fewer':>6}"
-        f" {'hunks':>6} {'git':>6} {'wrong':>6} {'ms each':>8}"
+        f"{'':10} {'':6} {'conflicts':>9} {'':5} {'':7} | {'nothing in common':>17} {'':7} | {'hunks':>6}"
+        f" {'':6} | {'git':>5}\n"
+        f"{'language':10} {'merges':>6} {'olp':>9} {'git':>5} {'fewer':>7} | {'olp':>11} {'git':>5} {'fewer':>7} |"
+        f" {'olp':>6} {'git':>6} | {'wrong':>5} {'worse':>6} {'wrong':>6} {'ms each':>8}"
     )
     total = Sums()
     for name, one in [*rows.items(), ("all", total)]:
         if one is not total:
-            for key in ("merges", "ours", "git", "hunks", "git_hunks", "bad", "refused", "seconds"):
+            for key in _COUNTED:
                 setattr(total, key, getattr(total, key) + getattr(one, key))
-        fewer = f"{100 * (1 - one.ours / one.git):.0f} %" if one.git else "-"
         each = 1e3 * one.seconds / one.merges if one.merges else 0.0
         print(
-            f"{name:10} {one.merges:6} {one.ours:14} {one.git:5} {fewer:>6} {one.hunks:6} {one.git_hunks:6}"
-            f" {one.bad:6} {each:8.1f}"
+            f"{name:10} {one.merges:6} {one.ours:9} {one.git:5} {_fewer(one.ours, one.git):>7} |"
+            f" {one.ours_closed:11} {one.git_closed:5} {_fewer(one.ours_closed, one.git_closed):>7} |"
+            f" {one.hunks:6} {one.git_hunks:6} | {one.git_wrong:5} {one.worse:6} {one.bad:6} {each:8.1f}"
         )
     for one in rows.values():
-        for example in one.examples[:10]:
+        for example in one.examples[:examples]:
             print("  ", example)
     if total.refused:
         print(f"{total.refused} refused: no text of a language, or conflict markers in it")
 
 
+def _fewer(ours: int, git: int) -> str:
+    return f"{100 * (1 - ours / git):.0f} %" if git else "-"
+
+
 # --- Real histories ---
 
 
-def histories(folder: Path) -> Iterator[tuple[str, str, list[bytes]]]:
-    """(repository, path, versions from the first on) of each program that has two versions or more."""
-    repositories = sorted(
-        {path.parent for path in folder.rglob("HEAD") if (path.parent / "objects").is_dir()}
+def repositories(folder: Path, half: str) -> list[tuple[str, Path, dict[str, list[str]]]]:
+    """Name, git directory and the blobs of each program's versions, of one half of the repositories ("all": of all).
+
+    In the order of how many pairs of versions they have, the first, fourth, fifth, eighth … are for development.
+    """
+    found = []
+    for place in sorted({path.parent for path in folder.rglob("HEAD") if (path.parent / "objects").is_dir()}):
+        name = next(one for one in reversed(place.relative_to(folder).parts) if one not in (".git", "repo"))
+        versions = _versions(place)
+        pairs = sum(len(blobs) - 1 for blobs in versions.values())
+        if pairs:
+            found.append((-pairs, name, place, versions))
+    return [
+        (name, place, versions)
+        for rank, (_, name, place, versions) in enumerate(sorted(found, key=lambda one: one[:2]))
+        if half in ("all", "development" if rank % 4 in (0, 3) else "held-out")
+    ]
+
+
+def _git(place: Path, *words: str) -> bytes:
+    return subprocess.run(["git", f"--git-dir={place}", *words], capture_output=True, check=False).stdout
+
+
+def _versions(place: Path) -> dict[str, list[str]]:
+    """The blobs of each program that has two versions or more, from the first on."""
+    blobs: dict[str, list[str]] = defaultdict(list)
+    log = _git(
+        place,
+        "log",
+        "--reverse",
+        "--no-merges",
+        "--no-renames",
+        "--raw",
+        "--no-abbrev",
+        "-z",
+        "--format=",
+        "HEAD",
     )
-    for repository in repositories:
-
-        def git(*words: str, where: Path = repository) -> bytes:
-            return subprocess.run(
-                ["git", f"--git-dir={where}", *words], capture_output=True, check=False
-            ).stdout
-
-        blobs: dict[str, list[str]] = defaultdict(list)
-        log = git(
-            "log",
-            "--reverse",
-            "--no-merges",
-            "--no-renames",
-            "--raw",
-            "--no-abbrev",
-            "-z",
-            "--format=",
-            "HEAD",
-        )
-        words = log.decode("utf-8", "surrogateescape").split("\0")
-        for head, path in itertools.pairwise(words):
-            row = head.lstrip("\n").split()
-            if len(row) == 5 and row[0].startswith(":") and path.lower().endswith(SUFFIXES):
-                blob = row[3]
-                if set(blob) != {"0"} and (not blobs[path] or blobs[path][-1] != blob):
-                    blobs[path].append(blob)
-        for path, versions in blobs.items():
-            if len(versions) >= 2:
-                yield repository.parent.name, path, [git("cat-file", "blob", one) for one in versions]
+    words = log.decode("utf-8", "surrogateescape").split("\0")
+    for head, path in itertools.pairwise(words):
+        row = head.lstrip("\n").split()
+        if len(row) == 5 and row[0].startswith(":") and path.lower().endswith(SUFFIXES):
+            blob = row[3]
+            if set(blob) != {"0"} and (not blobs[path] or blobs[path][-1] != blob):
+                blobs[path].append(blob)
+    return {path: some for path, some in blobs.items() if len(some) > 1}
 
 
-def touched_up(text: bytes, other: bytes, choose: random.Random) -> bytes | None:
-    """The text with up to three positions moved, as at the robot, that `other` has as they were; None without any."""
-    found = [
-        m
-        for pattern in (
-            rb"(?m)^C\d+=([-\d.]+)", rb"\bX\s*=\s*([-\d.]+)", rb"\{\s*X\s+([-\d.]+)", rb"\bx=\"([-\d.]+)\"",
-            rb":=\s*\[\s*\[\s*([-\d.]+)", rb"=\s*p?\[\s*([-\d.]+)", rb"POS\(\s*([-\d.]+)",
-        )
-        for m in re.finditer(pattern, text)
-        if text[m.start(1) : m.start(1) + 40].splitlines()[0] in other
-    ]  # fmt: skip
-    if not found:
-        return None
-    pieces, last = [], 0
-    for match in sorted(choose.sample(found, min(3, len(found))), key=lambda m: m.start(1)):
-        if match.start(1) < last:
-            continue
-        number = match[1].decode()
-        decimals = len(number.partition(".")[2])
-        new = f"{float(number) + choose.choice((1, -1, 2)) * 10.0 ** -min(decimals, 1) * 3:.{decimals}f}"
-        pieces += [text[last : match.start(1)], new.encode()]
-        last = match.end(1)
-    return b"".join([*pieces, text[last:]])
+KINDS = {
+    "merge": "merges that happened",
+    "two": "two changes that happened",
+    "night": "a change that happened, points touched up",
+    "cut": "a change that happened, cut in two",
+}
 
 
-def real(folder: Path, most: int) -> None:
-    choose = random.Random(1)
-    kinds: dict[str, dict[str, Sums]] = {
-        "two changes that happened": {},
-        "a change that happened, points touched up": {},
-    }
-    places: Counter[str] = Counter()
+def cases(folder: Path, half: str, most: int) -> Iterator[tuple[str, Case]]:
+    """The kind of each merge that is cut from the histories, and the merge."""
     with tempfile.TemporaryDirectory() as made:
-        kept = Path(made) / "kept"
-        kept.mkdir()
-        for repository, path, versions in histories(folder):
-            for at in range(len(versions) - 1):
-                if places[repository] >= most:
-                    break
-                places[repository] += 1
-                first, second = versions[at], versions[at + 1]
-                name = f"{repository}/{path}#{at}"
-                suffix = Path(path).suffix.lower()
-                if at + 2 < len(versions):
-                    sums = kinds["two changes that happened"].setdefault(suffix, Sums())
-                    judge(sums, name, second, first, versions[at + 2], kept)
-                touched = touched_up(first, second, choose)
-                if touched is not None:
-                    sums = kinds["a change that happened, points touched up"].setdefault(suffix, Sums())
-                    judge(sums, name, first, touched, second, kept)
-        for kind, rows in kinds.items():
-            print(f"\n{kind}")
-            table(dict(sorted(rows.items())))
+        for repository, place, versions in repositories(folder, half):
+            for case in itertools.islice(_happened(repository, place), most):
+                yield "merge", case
+            pairs = (
+                (path, at, blobs[at : at + 3])
+                for path, blobs in versions.items()
+                for at in range(len(blobs) - 1)
+            )
+            for path, at, blobs in itertools.islice(pairs, most):
+                texts = [_git(place, "cat-file", "blob", one) for one in blobs]
+                yield from _cut(Path(made), f"{repository}/{path}#{at}", texts)
+
+
+def _cut(folder: Path, name: str, texts: list[bytes]) -> Iterator[tuple[str, Case]]:
+    choose = random.Random(name)
+    if len(texts) > 2:
+        yield "two", Case(name, texts[1], texts[0], texts[2])
+    touched = touched_up(texts[0], texts[1], choose)
+    if touched is not None:
+        yield "night", Case(name, texts[0], *touched)
+    numbered = name.lower().partition("#")[0].endswith((".jbi", ".ls"))
+    cut = None if numbered else cut_in_two(folder, texts[0], texts[1], choose)
+    if cut is not None:
+        yield "cut", Case(name, texts[0], *cut)
+
+
+def _happened(repository: str, place: Path) -> Iterator[Case]:
+    """Merges in the history whose two sides both changed a program."""
+    for line in _git(place, "rev-list", "--merges", "--parents", "--all").decode().splitlines():
+        commit, *parents = line.split()
+        base = _git(place, "merge-base", *parents).decode().split()
+        if len(parents) != 2 or not base:
+            continue
+        words = ("diff", "--name-only", "--no-renames", "-z", base[0])
+        sides = [
+            set(_git(place, *words, one).decode("utf-8", "surrogateescape").split("\0")) for one in parents
+        ]
+        for path in sorted(sides[0] & sides[1]):
+            texts = [_git(place, "cat-file", "blob", f"{one}:{path}") for one in (base[0], *parents)]
+            if path.lower().endswith(SUFFIXES) and all(texts):
+                yield Case(f"{repository}/{path}#{commit[:7]}", *texts)
+
+
+def real(folder: Path, half: str, most: int, keep: Path | None) -> None:
+    kinds: dict[str, dict[str, Sums]] = {kind: {} for kind in KINDS}
+    with tempfile.TemporaryDirectory() as made:
+        for kind, case in cases(folder, half, most):
+            suffix = Path(case.name.partition("#")[0]).suffix.lower()
+            sums = kinds[kind].setdefault(suffix, Sums())
+            judge(sums, case, Path(made), None if keep is None else keep / kind)
+    for kind, rows in kinds.items():
+        print(f"\n{KINDS[kind]}")
+        table(dict(sorted(rows.items())))
 
 
 # --- Made programs ---
@@ -619,14 +538,18 @@ def _named(step: Step) -> tuple[str, int]:
     return step.name[:1], int(step.name[1:] or 0)
 
 
+_SUFFIX = {
+    "inform": ".jbi", "tp": ".ls", "krl": ".src", "rapid": ".mod", "as": ".as", "pdl2": ".pdl", "val3": ".dtx",
+    "urscript": ".script",
+}  # fmt: skip
+
+
 def made_ones(count: int, seed: int) -> None:
     rows: dict[str, Sums] = {}
     with tempfile.TemporaryDirectory() as folder:
         for language in vendor_names():
             sums = rows.setdefault(language, Sums())
-            suffix = {"val3": ".dtx", "inform": ".jbi", "tp": ".ls", "krl": ".src", "rapid": ".mod"}.get(
-                language, f".{language}"
-            )
+            suffix = _SUFFIX[language]
             done = 0
             while done < count:
                 choose = random.Random(f"{language} {seed} {done}")
@@ -639,31 +562,48 @@ def made_ones(count: int, seed: int) -> None:
                     continue  # both changed that position: a conflict, as it has to be
                 want = both(base, robot, changed, touched)
                 texts = [spell(language, one).encode() for one in (base, robot, changed, want)]
-                judge(sums, f"made{suffix}", *texts[:3], Path(folder), texts[3])
+                judge(sums, Case(f"made{suffix}", *texts), Path(folder))
     table(rows)
 
 
 def speed() -> None:
+    """The command in a process of its own, with and without times, and the merge alone."""
     choose = random.Random(1)
     base = Made(tuple(_step(choose, f"p{n + 1}") for n in range(5000)))
     robot, _ = night(base, choose)
     changed, _ = office(base, choose)
-    for language in ("inform", "tp", "krl", "rapid"):
-        _HIGHEST[0] = len(base.steps)
-        texts = [spell(language, one).encode() for one in (base, robot, changed)]
-        begin = time.process_time()
-        merged = merge_bytes(language, *texts)
-        seconds = time.process_time() - begin
-        print(
-            f"{language:10} {len(texts[0].splitlines()):6} lines {seconds:6.3f} s of CPU, {len(merged.hunks)} conflicts"
-        )
+    print(
+        f"{'language':10} {'lines':>6} {'merge':>8} {'command':>8} {'with times':>10}   [s of CPU, best of 3]"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        for language, suffix in _SUFFIX.items():
+            _HIGHEST[0] = len(base.steps)
+            texts = [spell(language, one).encode() for one in (base, robot, changed)]
+            paths = [Path(folder) / f"{name}{suffix}" for name in ("base", "ours", "theirs")]
+            for path, data in zip(paths, texts, strict=True):
+                path.write_bytes(data)
+            begin = time.process_time()
+            merge_bytes(language, texts[0], texts[1], texts[2])
+            alone = time.process_time() - begin
+            command = [sys.executable, "-m", "olp", "merge", *map(str, paths), "-o", "-"]
+            told = [min(_cpu([*command, *more]) for _ in range(3)) for more in (["--no-time"], [])]
+            print(f"{language:10} {len(texts[0].splitlines()):6} {alone:8.2f} {told[0]:8.2f} {told[1]:10.2f}")
+
+
+def _cpu(command: list[str]) -> float:
+    before = os.times()
+    subprocess.run(command, capture_output=True, check=True)
+    after = os.times()
+    return after.children_user + after.children_system - before.children_user - before.children_system
 
 
 def main(words: list[str]) -> None:
     if words[:1] == ["made"]:
         made_ones(int(words[1]) if len(words) > 1 else 125, int(words[2]) if len(words) > 2 else 1)
     elif words[:1] == ["real"] and len(words) > 1:
-        real(Path(words[1]), int(words[2]) if len(words) > 2 else 10**9)
+        half = words[2] if len(words) > 2 else "all"
+        most = int(words[3]) if len(words) > 3 else 10**9
+        real(Path(words[1]), half, most, Path(words[4]) if len(words) > 4 else None)
     elif words == ["speed"]:
         speed()
     else:

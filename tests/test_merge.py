@@ -26,6 +26,25 @@ def merged(base: bytes, ours: bytes, theirs: bytes, vendor: str = "inform") -> t
     return len(found.hunks), found.to_bytes().decode("latin-1")
 
 
+def test_the_sides_swapped_say_the_same_and_conflicts_have_theirs_first():
+    """Made programs changed by two offices: some merges have conflicts, some have none, all have no first side."""
+    found = {True: 0, False: 0}
+    for language in vendor_names():
+        for seed in range(8):
+            choose = random.Random(f"{language} sides {seed}")
+            base = made.program(choose)
+            made._HIGHEST[0] = len(base.steps)
+            sides = [made.office(made.night(base, choose)[0], choose)[0] for _ in range(2)]
+            texts = [made.spell(language, one).encode() for one in (base, *sides)]
+            one = merge_bytes(language, *texts)
+            other = merge_bytes(language, texts[0], texts[2], texts[1])
+            assert other.swapped() == one
+            assert bool(one.hunks) or one.to_bytes() == other.to_bytes()
+            assert [hunk.ours for hunk in one.hunks] == [hunk.theirs for hunk in other.hunks]
+            found[bool(one.hunks)] += 1
+    assert min(found.values()) > 5
+
+
 @pytest.mark.parametrize("language", vendor_names())
 def test_a_night_at_the_robot_and_a_day_in_the_office_become_what_both_meant(language):
     for seed in range(6):
@@ -170,6 +189,57 @@ def test_a_comment_and_the_words_beside_it_are_two_things():
     theirs = base.replace(b"v100", b"v200").replace(b"    Move", b"      Move")
     conflicts, text = merged(base, ours, theirs, "rapid")
     assert (conflicts, text.splitlines()[2]) == (0, "      MoveL p1,v200,fine,tool0; ! above the part")
+
+
+def test_how_a_definition_is_written_and_what_it_says_are_two_things():
+    base = b"DEFDAT D\r\nGLOBAL E6POS P={X 1,Y 2}\r\nINT N = 3\r\nENDDAT\r\n"
+    ours = base.replace(b"GLOBAL E6POS", b"E6POS").replace(b"INT N = 3\r\n", b"")
+    theirs = (
+        base.replace(b"GLOBAL E6POS", b"DECL GLOBAL E6POS").replace(b"X 1", b"X 7").replace(b"N = 3", b"N=3")
+    )
+    assert merged(base, ours, theirs, "krl") == (0, "DEFDAT D\r\nE6POS P={X 7,Y 2}\r\nENDDAT\r\n")
+
+
+def test_remarks_of_both_sides_are_kept_and_folds_are_no_remarks():
+    base = b"DEF A()\r\n; here\r\nPTP HOME\r\nEND\r\n"
+    ours, theirs = base.replace(b"; here", b"; above the part"), base.replace(b"; here", b"; 20 mm above")
+    conflicts, text = merged(base, ours, theirs, "krl")
+    assert conflicts == 0
+    assert sorted(text.splitlines()[1:3]) == ["; 20 mm above", "; above the part"]
+    sides = [side.replace(b"; ", b";FOLD ") for side in (base, ours, theirs)]
+    assert merged(*sides, "krl")[0] == 1
+
+
+def test_a_byte_order_mark_and_records_of_the_header_are_no_change_of_the_program():
+    base = b"DEF A()\r\nPTP HOME\r\nEND\r\n"
+    ours = b"\xef\xbb\xbf&ACCESS RVP\r\n&REL 3\r\n" + base
+    theirs = b"&ACCESS RVP\r\n&REL 12\r\n" + base.replace(b"HOME", b"P1")
+    conflicts, text = merged(base, ours, theirs, "krl")
+    assert (conflicts, text.encode("latin-1")) == (
+        0, b"\xef\xbb\xbf&ACCESS RVP\r\n&REL 12\r\nDEF A()\r\nPTP P1\r\nEND\r\n",
+    )  # fmt: skip
+
+
+def test_what_polyscope_counts_and_names_anew_is_no_change():
+    def program(tail: str, first: int, value: str, speed: str) -> bytes:
+        name = f"Step_Counter_Thread_{tail}_5fc2_42c0_9e0d_ac41aa524d58"
+        lines = [
+            "def p():", f"  thread {name}():", "    while (True):", "      sync()", "    end", "  end",
+            f"  run {name}()",
+            f"  global a=p[{value}, 0, 0, 0, 0, 0]", f'  $ {first} "MoveJ"', f"  movej(a, v={speed})",
+            f'  $ {first + 1} "Wait"', "  sleep(1)", "  def f():", "    global a=p[0, 0, 0, 0, 0, 0]",
+            "  end", "end", "",
+        ]  # fmt: skip
+        return "\n".join(lines).encode()
+
+    base, ours, theirs = (
+        program("cf7c1445", 3, "0.1", "1"),
+        program("0badcafe", 5, "0.2", "1"),
+        program("89b7778c", 8, "0.1", "2"),
+    )
+    conflicts, text = merged(base, ours, theirs, "urscript")
+    assert conflicts == 0
+    assert text.encode() in [program("0badcafe", 8, "0.2", "2"), program("0badcafe", 5, "0.2", "2")]
 
 
 def test_data_that_one_side_took_out_stay_where_the_other_begins_to_use_them():

@@ -16,7 +16,7 @@ NUMBER = "\0"  # in a piece's lines: where the number of a position stands
 COUNTER = "\1"  # as often as the number of the line has columns
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 _BLANKS = re.compile(r"\s+")
-_SIGNS = re.compile(r" ?([=,(){}\[\]:;<>]) ?")
+_BESIDE_SIGNS = re.compile(r" (?=[=,(){}\[\]:;<>])|(?<=[=,(){}\[\]:;<>]) ")
 _NEVER = re.compile(r"(?!)")
 _DIGITS = re.compile(r"\d+")
 
@@ -99,6 +99,9 @@ class Cut:
     fixed: frozenset[str] = frozenset()
 
 
+# Pieces by line, its end and the routine or job that it stands in: versions of one program have most in common.
+Known = dict[tuple[str, str, str], Piece]
+
 # A row to write, or the two between which somebody has to choose.
 Choice = Row | tuple[Row | None, Row | None]
 
@@ -107,22 +110,28 @@ class MergeRules:
     """One language. Patterns match at the beginning of a line.
 
     `comments`: marks behind which a comment stands, outside of quotes; `whole_comments`: those that count only where a
-    line begins. `data`: a line that defines the thing that its group 1 names, wherever it stands; `loose_data` whether
+    line begins; `structure`: lines of those that something is built of.
+    `data`: a line that defines the thing that its group 1 names, wherever it stands; `loose_data` whether
     its place says nothing. `data_ends`: what ends such a definition where it is longer than a line. `scope`: a line
     that opens a routine, its name the group 1. `heads`: records with what decides between two.
     """
 
     comments: ClassVar[tuple[str, ...]] = ()
     whole_comments: ClassVar[tuple[str, ...]] = ()
+    structure: ClassVar[re.Pattern[str]] = _NEVER
     data: ClassVar[re.Pattern[str]] = _NEVER
     loose_data: ClassVar[bool] = True
     data_ends: ClassVar[str] = ""
     scope: ClassVar[re.Pattern[str]] = _NEVER
     heads: ClassVar[tuple[tuple[re.Pattern[str], RecordRule], ...]] = ()
 
-    def cut(self, text: str) -> Cut:
-        """The pieces of a text, in order."""
-        return Cut(list(self._pieces(lines_of(text))))
+    def renamed(self, base: str, ours: str, theirs: str) -> tuple[str, str, str]:
+        """The three texts, with one name for what a tool names anew whenever it writes a program."""
+        return base, ours, theirs
+
+    def cut(self, text: str, known: Known) -> Cut:
+        """The pieces of a text, in order. `known`: those of other versions, to which its own are added."""
+        return Cut(list(self._pieces(lines_of(text), known)))
 
     def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:
         """The lines of a table of positions."""
@@ -139,7 +148,7 @@ class MergeRules:
     def code(self, line: str) -> str:
         """The words of a line, without comment and surplus blanks."""
         text = self.split(line)[1]
-        words = text if '"' in text else _SIGNS.sub(r"\1", _BLANKS.sub(" ", text))
+        words = text if '"' in text else _BESIDE_SIGNS.sub("", _BLANKS.sub(" ", text))
         return words if words or not line.strip() else self.silent(line.strip())
 
     @staticmethod
@@ -166,19 +175,18 @@ class MergeRules:
             return first
         return _outside_quotes(line, self.comments)
 
-    def _pieces(self, lines: Sequence[tuple[str, str]]) -> Iterator[Piece]:
-        known: dict[tuple[str, str], Piece] = {}
+    def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         scope, at = "", 0
         while at < len(lines):
-            line = lines[at]
-            piece = known.get(line)
+            key = (*lines[at], scope)
+            piece = known.get(key)
             if piece is None:
-                opened = self.scope.match(line[0])
+                opened = self.scope.match(key[0])
                 if opened is not None:
                     scope = (opened[1] or "").casefold()
                 piece, at = self._piece(lines, at, scope)
-                if not piece.name and opened is None:
-                    known[line] = piece
+                if len(piece.lines) == 1 and opened is None:
+                    known[key] = piece
             yield piece
             at += 1
 
@@ -204,7 +212,7 @@ class MergeRules:
     def data_name(self, line: str) -> str:
         """What a line defines, "" where it defines nothing."""
         match = self.data.match(line)
-        return match[1].casefold() if match is not None else ""
+        return next(filter(None, match.groups()), "").casefold() if match is not None else ""
 
 
 class TableText(NamedTuple):

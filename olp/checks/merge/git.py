@@ -103,7 +103,7 @@ def shown_text(path: str) -> bytes:
 
 
 def _shown(rules: MergeRules, text: str) -> Iterator[str]:
-    cut = rules.cut(text)
+    cut = rules.cut(text, {})
     rows = {row.use[:2]: row for some in cut.rows.values() for row in some}
     used = {use[:2] for piece in cut.pieces for use in piece.uses}
     for piece in cut.pieces:

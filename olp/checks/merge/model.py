@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
+
+_OTHER = {"ours": "theirs", "theirs": "ours"}
+_SIDES = re.compile(r"\b(?:ours|theirs)\b")
 
 
 class TextLine(NamedTuple):
     text: str
-    end: str
+    end: str | None  # None: the next line goes on with it
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +31,12 @@ class Hunk:
     base: tuple[str, ...] = ()
     ours_at: tuple[int, ...] = ()
     theirs_at: tuple[int, ...] = ()
+
+    def swapped(self) -> Hunk:
+        """The same, the two sides named the other way round."""
+        why = _SIDES.sub(lambda match: _OTHER[match[0]], self.why)
+        sides = (self.theirs, self.ours, self.base, self.theirs_at, self.ours_at)
+        return Hunk(self.what, self.name, why, *sides)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +62,12 @@ class MergedText:
     def hunks(self) -> tuple[Hunk, ...]:
         return tuple(part for part in self.parts if isinstance(part, Hunk))
 
+    def swapped(self) -> MergedText:
+        """The same, the two sides named the other way round."""
+        parts = tuple(part.swapped() if isinstance(part, Hunk) else part for part in self.parts)
+        taken = {word: self.taken[_OTHER.get(word, word)] for word in self.taken}
+        return replace(self, parts=parts, taken=taken)
+
     def to_bytes(self, labels: Callable[[int, Hunk], tuple[str, str]] | None = None, size: int = 7) -> bytes:
         """The file. `labels`: of each hunk's two sides; `size`: characters of a marker."""
         found: list[TextLine] = []
@@ -70,5 +86,8 @@ class MergedText:
         last = len(found) - 1
         if found and self.ended is not None:
             found[-1] = TextLine(found[-1].text, (found[-1].end or self.newline) if self.ended else "")
-        whole = (text + (end or (self.newline if at < last else "")) for at, (text, end) in enumerate(found))
+        whole = (
+            text if end is None else text + (end or (self.newline if at < last else ""))
+            for at, (text, end) in enumerate(found)
+        )
         return "".join(whole).encode("latin-1", "replace")

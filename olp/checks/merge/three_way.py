@@ -21,6 +21,7 @@ from olp.languages.merging import (
     NUMBER,
     Choice,
     Cut,
+    Known,
     MergeRules,
     NumberedUse,
     Piece,
@@ -33,6 +34,7 @@ from olp.languages.merging import (
 
 _FLOAT = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?")
 _WORD = re.compile(r"\w+")
+_MARK = "\xef\xbb\xbf"  # that a text is UTF-8, in front of its first line
 _TOUCHED = 0.3  # of the likeness of two moves: how much their points say
 
 
@@ -76,8 +78,23 @@ Settled = MergeItem | Clash | TableHere
 
 
 def merge_texts(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedText:
-    """The merge of three texts of one language, with what only a person can decide as hunks."""
-    cuts = _unscoped([rules.cut(text) for text in (base, ours, theirs)])
+    """The merge of three texts of one language, with what only a person can decide as hunks.
+
+    The sides are taken in the order of their texts, whichever of them is called ours: swapped, they say the same.
+    """
+    if theirs < ours:
+        return merge_texts(rules, base, theirs, ours).swapped()
+    base, ours, theirs = rules.renamed(base, ours, theirs)
+    marks = [text.startswith(_MARK) for text in (base, ours, theirs)]
+    merged = _merged_in_order(rules, *(text.removeprefix(_MARK) for text in (base, ours, theirs)))
+    if marks[2] if marks[0] == marks[1] else marks[1]:
+        return replace(merged, parts=(TextLine(_MARK, None), *merged.parts))
+    return merged
+
+
+def _merged_in_order(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedText:
+    known: Known = {}
+    cuts = _unscoped([rules.cut(text, known) for text in (base, ours, theirs)])
     if not all(cut.pieces for cut in cuts) or len({frozenset(cut.rows) for cut in cuts}) > 1:
         return _whole(ours, theirs, _newline((base, ours, theirs))[0])
     twice = _written_twice(cuts)
@@ -202,7 +219,8 @@ class _Version:
     def words(self) -> set[str]:
         """Every word of its statements, lower case."""
         found: set[str] = set()
-        for code in {item.piece.code for item, name in zip(self.items, self.names, strict=True) if not name}:
+        pieces = zip(self.pieces, self.names, strict=True)
+        for code in {piece.code for piece, name in pieces if not name and not piece.says_nothing}:
             found.update(word.casefold() for word in _WORD.findall(code))
         return found
 
@@ -390,8 +408,22 @@ class _Merge:
             stop += 1
         mine, other = ours[start : len(ours) - stop], theirs[start : len(theirs) - stop]
         yield from self._each(_nicer(ours[:start], theirs[:start]))
-        yield from self._clash("both put something here", mine, other)
+        if all(self._remark(one) for one in (*mine, *other)):
+            # Nothing runs otherwise: every remark is kept, and the blank lines of one side.
+            self._count(mine, other)
+            said = [one for one in other if one.piece.lines[0].strip()]
+            told = any(one.piece.lines[0].strip() for one in mine)
+            yield from self._each((*mine, *(said if told else other)))
+        elif all(self._remark(one) or _is_named(one) for one in (*mine, *other)):
+            self._count(mine, other)
+            yield from self._each((*mine, *other))
+        else:
+            yield from self._clash("both put something here", mine, other)
         yield from self._each(_nicer(ours[len(ours) - stop :], theirs[len(theirs) - stop :]))
+
+    def _remark(self, item: MergeItem) -> bool:
+        """Whether it is for people alone: no statement, and no remark that something is built of."""
+        return item.piece.says_nothing and not self.rules.structure.match(item.piece.lines[0])
 
     def _clash(self, why: str, ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> Iterator[Settled]:
         """Data that stand among what somebody has to choose are what they became, and chosen apart from it."""
@@ -452,17 +484,32 @@ class _Merge:
             kept = ours or theirs
             assert kept is not None
             word, other = ("ours", "theirs") if ours is None else ("theirs", "ours")
-            if kept.words == base.words:
+            if self._as_it_was(base, kept):
                 self.taken[word].statements += 1
+                return
+            if self._remark(base) and self._remark(kept):
+                yield kept
                 return
             why = f"{word} takes it out, {other} changes it"
             yield Clash("statement", "", why, (base,), _tuple(ours), _tuple(theirs))
         else:
             merged = self._merged(base, ours, theirs)
-            if merged is None:
+            if merged is None and all(self._remark(one) for one in (base, ours, theirs)):
+                self._count((ours,), (theirs,))
+                yield from (ours, theirs)
+            elif merged is None:
                 yield Clash("statement", "", "both change it", (base,), (ours,), (theirs,))
             else:
                 yield merged
+
+    def _as_it_was(self, base: MergeItem, kept: MergeItem) -> bool:
+        """Whether nothing but blanks changed."""
+        if kept.words == base.words:
+            return True
+        if kept.says != base.says or len(kept.piece.lines) != 1 or len(base.piece.lines) != 1:
+            return False
+        remarks = [self.rules.split(one.piece.lines[0])[2].split() for one in (base, kept)]
+        return remarks[0] == remarks[1]
 
     def _elsewhere(self, base: MergeItem) -> str:
         """Says so where one side took out what the other has put elsewhere."""
@@ -496,23 +543,14 @@ class _Merge:
         texts: list[str] = []
         chosen = ours
         for number, (b, o, t) in enumerate(zip(*slots, strict=True)):
-            if number == 1:
-                said = [(one.piece.code, one.ids) for one in (base, ours, theirs)]
-                if said[0] == said[1]:
-                    chosen, text = theirs, t
-                elif said[0] == said[2]:
-                    chosen, text = ours, o
-                elif said[1] == said[2]:
-                    text = min(o, t)
-                else:
-                    return None
-            elif o in (b, t) or t == b:
-                text = t if o == b else o
-            elif o.split() == t.split():
-                text = min(o, t)
-            elif o.split() == b.split() or t.split() == b.split():
-                text = t if o.split() == b.split() else o
+            if number != 1:
+                text = _slot((b, o, t), [tuple(one.split()) for one in (b, o, t)])
             else:
+                text = _slot((b, o, t), [(one.piece.code, one.ids) for one in (base, ours, theirs)])
+                chosen = theirs if text == t else ours
+                if text is None and base.ids == ours.ids == theirs.ids:
+                    text = self._by_value((b, o, t))
+            if text is None:
                 return None
             texts.append(text)
         for word in ("ours", "theirs"):
@@ -523,6 +561,17 @@ class _Merge:
             chosen.piece.rule, chosen.piece.uses,
         )  # fmt: skip
         return MergeItem(piece, chosen.ids, chosen.at)
+
+    def _by_value(self, codes: tuple[str, str, str]) -> str | None:
+        """A definition, how it is declared and what it says taken for themselves."""
+        parts = [code.partition("=") for code in codes]
+        if any(not sign for _, sign, _ in parts) or not all(map(self.rules.data_name, codes)):
+            return None
+        found = [
+            _slot((b, o, t), [self.rules.code(one) for one in (b, o, t)])
+            for b, o, t in zip(*((head, value) for head, _, value in parts), strict=True)
+        ]
+        return None if found[0] is None or found[1] is None else f"{found[0]}={found[1]}"
 
     # --- what has a name
 
@@ -539,7 +588,7 @@ class _Merge:
                 self._note("theirs" if ours is None else "ours", shown)
                 yield kept
             elif kept is not None and base is not None and not self._gone(shown, base, kept, gone):
-                if kept.words == base.words:
+                if self._as_it_was(base, kept) or kept.piece.rule is not RecordRule.ASK:
                     yield kept
                 else:
                     word, other = ("ours", "theirs") if ours is None else ("theirs", "ours")
@@ -569,7 +618,7 @@ class _Merge:
 
     def _gone(self, name: str, base: MergeItem, kept: MergeItem, gone: _Version) -> bool:
         """Whether what one side took out may go: the other neither changed it nor has begun to use it."""
-        if kept.words != base.words:
+        if not self._as_it_was(base, kept):
             return False
         word = next(iter(_WORD.findall(name)), "").casefold()
         kept_by = self.theirs if gone is self.ours else self.ours
@@ -580,7 +629,7 @@ class _Merge:
         old = {item.says for item in self.base.items}
         found: set[str] = set()
         for item in side.items:
-            if item.says not in old:
+            if item.says not in old and not item.piece.says_nothing:
                 found.update(word.casefold() for word in _WORD.findall(item.piece.code))
         return found
 
@@ -599,6 +648,24 @@ class _Merge:
                 return _MergedRow(ours or theirs)
             return _MergedRow(kept, side=word)
         return _MergedRow(None, (ours, theirs))
+
+
+def _slot(texts: tuple[str, str, str], says: Sequence[object]) -> str | None:
+    """A part of a line, from what each version says: what one side alone changed; None where both did, differently.
+
+    Where it says the same, how it is written counts, and of two ways of writing the first.
+    """
+    for of in (says, texts):
+        base, ours, theirs = of
+        if ours != theirs:
+            return (
+                texts[2]
+                if ours == base
+                else texts[1]
+                if theirs == base
+                else (min(texts[1:]) if of is texts else None)
+            )
+    return texts[1]
 
 
 def _tuple(item: MergeItem | None) -> tuple[MergeItem, ...]:
@@ -667,9 +734,14 @@ class _Matched:
         return self.of[at] is None and not (self.names[at] and self.names[at] in self.version.by_name)
 
 
+def _is_named(item: MergeItem) -> bool:
+    """Data and records: what stands around them says nothing of them."""
+    return item.piece.loose or "head " in item.piece.name
+
+
 def _context(mine: _Matched, other: _Matched, new: Sequence[MergeItem], at: int) -> str:
     """Why what `mine` put before the piece `at` of the base cannot stand there; "" where it can."""
-    if all(one.piece.says_nothing or one.piece.loose for one in new):
+    if all(one.piece.says_nothing or _is_named(one) for one in new):
         return ""
     size = len(mine.of)
     if 0 < at < size and other.gone(at - 1) and other.gone(at):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from olp.languages.merging import MergeRules, Piece
+from olp.languages.merging import Known, MergeRules, Piece
 
 _SECTION = re.compile(r"\s*\.(\w+)")
 _TABLES = frozenset({"TRANS", "JOINTS", "REALS", "STRINGS", "INTEGER"})
@@ -16,9 +16,9 @@ class AsMerging(MergeRules):
     comments = (";",)
     scope = re.compile(r"\s*\.PROGRAM\s+([\w.]+)", re.IGNORECASE)
 
-    def _pieces(self, lines: Sequence[tuple[str, str]]) -> Iterator[Piece]:
+    def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         section = ""
-        for number, piece in enumerate(super()._pieces(lines)):
+        for number, piece in enumerate(super()._pieces(lines, known)):
             text, end = lines[number]  # no piece of AS is longer than a line
             opened = _SECTION.match(text)
             row = _ROW.match(text) if section in _TABLES and opened is None else None

@@ -15,6 +15,7 @@ from olp.languages.merging import (
     NUMBER,
     Choice,
     Cut,
+    Known,
     MergeRules,
     NumberedUse,
     Piece,
@@ -44,10 +45,9 @@ class InformMerging(MergeRules):
         (re.compile(r"//(?:NAME|INST)\b|/{3,4}[A-Z]+\d*"), RecordRule.ASK),
     )
 
-    def cut(self, text: str) -> Cut:
+    def cut(self, text: str, known: Known) -> Cut:
         pieces: list[Piece] = []
         tables: dict[str, _Table] = {}
-        known: dict[tuple[str, str], Piece] = {}
         job, table = "", None
         lines = lines_of(text)
         several = sum(line[0].startswith("//NAME") for line in lines) > 1  # else a job may get another name
@@ -68,14 +68,11 @@ class InformMerging(MergeRules):
                 here = Piece((line[0],), (line[1],), words, f"{job}:head //POS")
                 pieces += [here, Piece((), (), "", f"table {job}")]
                 continue
-            piece = known.get(line)
+            key = (*line, job)  # numbers are those of a job
+            piece = known.get(key)
             if piece is None:
-                piece = self._line(line, job)
-                if not piece.name:
-                    known[line] = piece
+                piece = known[key] = self._line(line, job)
             pieces.append(piece)
-            if words == "/JOB":
-                known.clear()  # numbers are those of a job
         rows = {name: one.rows for name, one in tables.items()}
         fixed = {row.use.family for some in rows.values() for row in some} - {
             f"{one.job}:{family}" for one in tables.values() for family in _TAUGHT

@@ -16,6 +16,7 @@ from olp.languages.merging import (
     NUMBER,
     Choice,
     Cut,
+    Known,
     MergeRules,
     NumberedUse,
     Piece,
@@ -44,11 +45,10 @@ class TpMerging(MergeRules):
         (re.compile(r"/PROG\b|[A-Z_]+(?=\s*=)"), RecordRule.ASK),
     )
 
-    def cut(self, text: str) -> Cut:
+    def cut(self, text: str, known: Known) -> Cut:
         lines = lines_of(text)
         pieces: list[Piece] = []
         rows: list[Row] = []
-        known: dict[tuple[str, str], Piece] = {}
         section, at, indirect = "", 0, False
         while at < len(lines):
             line = lines[at]
@@ -67,7 +67,7 @@ class TpMerging(MergeRules):
             elif section == "/MN" and opened is None:
                 stop = _last(lines, at)
                 body = _body(line[0])
-                key = (body, line[1])
+                key = (body, line[1], "")
                 piece = known.get(key) if stop == at else None
                 if piece is None:
                     piece = self._instruction([(body, line[1]), *lines[at + 1 : stop + 1]])

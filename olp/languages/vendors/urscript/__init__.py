@@ -57,7 +57,7 @@ class UrScript(Vendor):
             return _is_polyscope(source.raw)
         if source.raw.startswith((b"<", b"\xef\xbb\xbf<")):
             return source.raw.startswith(b"<URProgram")
-        lines = source.lines[:2000]
+        lines = (*source.lines[:2000], *source.lines[2000:][-100:])  # a long program ends far below
         defines = any(_DEFINITION.match(line) for line in lines)
         ends = any(line.strip() == "end" for line in lines)
         return (defines and ends) or any(_MOVE.match(line) for line in lines)

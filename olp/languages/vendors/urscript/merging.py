@@ -1,17 +1,65 @@
-"""What may be changed independently in a URScript program."""
+"""What may be changed independently in a URScript program.
+
+PolyScope writes a program anew as a whole: it numbers the nodes of its tree (`$ 12 "MoveL"`) and gives some names
+another tail of hexadecimal digits. Neither is a change that anybody made.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
-from olp.languages.merging import MergeRules
+from olp.languages.merging import Known, MergeRules, Piece
+
+_NODE = re.compile(r"(\s*\$\s*)\d+(?=\s)")
+_TAIL = re.compile(r"(?<![^\W_])[0-9a-f]{8}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{12}(?![^\W_])")
+_NAME = re.compile(rf"(\w+?_){_TAIL.pattern}")
+_OPENS = re.compile(r"\s*(?:(?:def|thread|sec)\s+(\w+)|(?:if|while)\b)")
+_ENDS = re.compile(r"\s*end\b")
 
 
 class UrScriptMerging(MergeRules):
     comments = ("#",)
     data = re.compile(r"\s*(?:global\s+|local\s+)?(\w+)\s*=\s*p?\[")
     loose_data = False  # an assignment runs where it stands
-    scope = re.compile(r"\s*(?:def|thread|sec)\s+(\w+)\s*\(")
+
+    def renamed(self, base: str, ours: str, theirs: str) -> tuple[str, str, str]:
+        """One tail for each name that has one in every version: that of the side that has another one."""
+        tails = [_tails(text) for text in (base, ours, theirs)]
+        texts = [base, ours, theirs]
+        for head in tails[0].keys() & tails[1].keys() & tails[2].keys():
+            b, o, t = (of[head] for of in tails)
+            kept = t if o == b else o if t == b else min(o, t)
+            for at, one in enumerate((b, o, t)):
+                texts[at] = texts[at].replace(head + one, head + kept)
+        return texts[0], texts[1], texts[2]
+
+    def code(self, line: str) -> str:
+        return _NODE.sub(r"\1", super().code(line))
+
+    def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
+        """Data by the routine that they stand in: routines stand in one another."""
+        within: list[str] = []
+        for number, piece in enumerate(super()._pieces(lines, known)):
+            words = self.split(lines[number][0])[1]  # no piece of URScript is longer than a line
+            opened = _OPENS.match(words)
+            if opened is not None:
+                within.append(opened[1] or "")
+            elif _ENDS.match(words) and within:
+                within.pop()
+            if piece.name:
+                scope = next((one for one in reversed(within) if one), "")
+                piece = replace(piece, name=f"{scope}{piece.name}")
+            yield piece
+
+
+def _tails(text: str) -> dict[str, str]:
+    """The tail of each name that has but one."""
+    found: dict[str, set[str]] = {}
+    for match in _NAME.finditer(text):
+        found.setdefault(match[1], set()).add(match[0].removeprefix(match[1]))
+    return {head: next(iter(some)) for head, some in found.items() if len(some) == 1}
 
 
 MERGING = UrScriptMerging()

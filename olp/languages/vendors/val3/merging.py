@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from olp.languages.merging import MergeRules, Piece
+from olp.languages.merging import Known, MergeRules, Piece
 
 _DATA = re.compile(r'\s*<data\b[^>]*\bname="([^"]*)"', re.IGNORECASE)
 _VALUE = re.compile(r'\s*<value\b[^>]*\bkey="([^"]*)"', re.IGNORECASE)
@@ -15,10 +15,10 @@ _END = re.compile(r"\s*</data>", re.IGNORECASE)
 class Val3Merging(MergeRules):
     comments = ("//",)
 
-    def _pieces(self, lines: Sequence[tuple[str, str]]) -> Iterator[Piece]:
+    def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         """Each datum by its name, each value of an array by its place in it."""
         inside = ""
-        for number, piece in enumerate(super()._pieces(lines)):
+        for number, piece in enumerate(super()._pieces(lines, known)):
             text, end = lines[number]
             opened, value = _DATA.match(text), _VALUE.match(text) if inside else None
             name = opened[1] if opened else f"{inside}[{value[1]}]" if value else ""
