@@ -68,10 +68,10 @@ def _changes(folders: list[Path], own: set[Path]) -> Iterator[str]:
         help = 'install it: pip install "olp[watch]"'
         raise OlpError(error("C018", "--watch needs watchfiles, which is not installed", help=help)) from None
 
-    class Programs(DefaultFilter):
+    class WatchedFiles(DefaultFilter):
         def __call__(self, change: Change, path: str) -> bool:
             file = Path(path)
             hidden = file.name.startswith(".olp-") or file.suffix == ".part"
             return super().__call__(change, path) and not hidden and file.resolve() not in own
 
-    return (min(path for _, path in batch) for batch in watch(*folders, watch_filter=Programs()))
+    return (min(path for _, path in batch) for batch in watch(*folders, watch_filter=WatchedFiles()))
