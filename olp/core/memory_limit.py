@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from threading import local
 from typing import Any, Final, TypeVar
 
 Result = TypeVar("Result")
@@ -63,31 +64,41 @@ class SupersededError(Exception):
     """Newer work has come: nobody wants the result any more."""
 
 
-_active: list[tuple[TextCache, Callable[[], bool]]] = []
+class _Rounds(local):
+    """Those under way in this thread, the innermost last."""
+
+    def __init__(self) -> None:
+        self.open: list[tuple[TextCache, Callable[[], bool]]] = []
+
+
+_rounds = _Rounds()
 
 
 @contextmanager
 def remembering(memory: TextCache, wanted: Callable[[], bool] = lambda: True) -> Iterator[None]:
-    """While it lasts, results are looked up in `memory` and put there, and `check` asks whether they are wanted."""
-    _active.append((memory, wanted))
+    """While it lasts, this thread looks results up in `memory` and puts them there; `check` asks who wants them."""
+    rounds = _rounds.open
+    rounds.append((memory, wanted))
     finished = False
     try:
         yield
         finished = True
     finally:
-        _active.pop()
+        rounds.pop()
         memory.turn(finished)
 
 
 def check() -> None:
     """For long work, now and then. Raises SupersededError where somebody has said that it is no longer wanted."""
-    if _active and not _active[-1][1]():
+    rounds = _rounds.open
+    if rounds and not rounds[-1][1]():
         raise SupersededError
 
 
 def shelf(name: str) -> CacheShelf | None:
     """The shelf of that name, None where nobody remembers."""
-    return _active[-1][0].shelf(name) if _active else None
+    rounds = _rounds.open
+    return rounds[-1][0].shelf(name) if rounds else None
 
 
 # --- work that asks others ----------------------------------------------------------------------------------

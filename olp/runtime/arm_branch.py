@@ -8,7 +8,7 @@ without a spherical wrist have no configurations that could be named.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core.memory_limit import shelf
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Path
 from olp.robots.coordinate_systems import Cell, Floats, Gap, quaternions
@@ -235,7 +236,7 @@ class PlannedArm:
         """Axes (m, k) at the first m of `targets`, one line after the other; m is 1 or more."""
         assert self.robot.geometry is not None
         if self.robot.geometry.links is None:
-            return self._step_by_step(targets[:_FEWEST], here)
+            return self._remembered(targets[:_FEWEST], here, self._step_by_step)
         from olp.robots.kinematics import clearance, configuration_of, inverse
 
         flags = configuration_of(self.robot, here)[0]
@@ -247,16 +248,35 @@ class PlannedArm:
         unsure = straight | ~(np.abs(steps - turns) < _SUDDEN).all(axis=1)
         sure = int(unsure.argmax()) if unsure.any() else len(targets)
         if not sure:
-            return self._followed(int(targets[0]), here)
+            return self._remembered(targets[:1], here, self._followed)
         calm: Floats = (joints - np.cumsum(turns, axis=0))[:sure]
         return calm
 
-    def _followed(self, target: int, here: Floats) -> Floats:
+    def _remembered(
+        self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
+    ) -> Floats:
+        """`work` on the ways from `here` to `targets`: the same for all speeds at which they are run again."""
+        known = shelf("ways")
+        if known is None:
+            return work(targets, here)
+        tool = self.cell.tool_pose(int(self.tools[targets[0]]))
+        place = (here, *self._flange(targets), tool.position, tool.rotation)
+        key = (id(self.robot), work.__name__, *(one.tobytes() for one in place))
+        found = known.get(key)
+        if found is None:
+            found = (self.robot, work(targets, here))  # with the robot, so that no other one gets its number
+            known.put(key, found)
+        axes: Floats = found[1]
+        return axes
+
+    def _followed(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """Axes (1, k) at the end of a line that is followed sample by sample."""
         from olp.robots.kinematics import track
 
-        joints = track(self.robot, *self._line(target, here, _SPACING, _TURNING, _FEWEST, _MOST), here)[-1:]
-        return self._nearest(np.array([target]), here) if np.isnan(joints).any() else joints
+        joints = track(
+            self.robot, *self._line(int(targets[0]), here, _SPACING, _TURNING, _FEWEST, _MOST), here
+        )[-1:]
+        return self._nearest(targets, here) if np.isnan(joints).any() else joints
 
     def _step_by_step(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """As `_along`, for an arm whose axes are found from those of the step before."""
@@ -269,9 +289,8 @@ class PlannedArm:
         if sure:
             return joints[:sure]
         seed = here[None]
-        for position, rotation in zip(
-            *self._line(int(targets[0]), here, _STEP, _STEP_TURN, 1, _MOST), strict=True
-        ):
+        line = self._line(int(targets[0]), here, _STEP, _STEP_TURN, 1, _MOST)
+        for position, rotation in zip(*line, strict=True):
             seed, solved = newton(self.robot, position[None], rotation[None], seed)
             if not solved[0]:
                 return self._nearest(targets[:1], here)

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -30,6 +31,7 @@ from olp.checks.fit.choices import (
     source_of,
 )
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
+from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import Source, drop, put, text
 from olp.core.units import mm
 from olp.ir.program import Program
@@ -124,21 +126,18 @@ def fit(program: Program, to_s: float, run: Run, allowed: Allowed, *, front: boo
     `front`: with what more and fewer edits can do.
     Raises OlpError (O001, U030, U031).
     """
-    work = _Work(program, run, allowed)
-    if not to_s > 0.0:
-        raise OlpError(error("U031", f"a time is above zero, not {to_s:g} s"))
-    chosen: list[Choice] = []
-    if work.base.total_s > to_s + _HELD:
-        chosen = work.solved(work.base.total_s - to_s)
-    return work.answer(chosen, to_s, tuple(work.front(allowed.within)) if front else ())
+    return FitSearch(program, run, allowed).fit(to_s, front=front)
 
 
-class _Work:
-    """A program with all its choices, and what each gains alone [s]."""
+class FitSearch:
+    """A program with all its choices, and what each gains alone [s]: for one time or several."""
 
     def __init__(self, program: Program, run: Run, allowed: Allowed) -> None:
+        """Raises OlpError (O001, U030)."""
         self.program, self.run, self.allowed = program, run, allowed
-        self.base = run(program)
+        self._memory = TextCache()
+        with remembering(self._memory):
+            self.base = run(program)
         _check(self.base)
         self._told = {(d.code, d.line) for d in self.base.diagnostics}
         self._known: dict[frozenset[Choice], tuple[float, float]] = {}
@@ -154,6 +153,15 @@ class _Work:
             [one for one in idle.values() if one.kind == kind]
             for kind in dict.fromkeys(one.kind for one in idle.values())
         ]
+
+    def fit(self, to_s: float, *, front: bool = True) -> Fit:
+        """The answer for `to_s` [s]. Raises OlpError (U031)."""
+        if not to_s > 0.0:
+            raise OlpError(error("U031", f"a time is above zero, not {to_s:g} s"))
+        chosen: list[Choice] = []
+        if self.base.total_s > to_s + _HELD:
+            chosen = self.solved(self.base.total_s - to_s)
+        return self.answer(chosen, to_s, self.front if front else ())
 
     # --- what a choice gains
 
@@ -227,7 +235,7 @@ class _Work:
     def timed(self, some: Sequence[Choice]) -> tuple[Applied, Timing]:
         """The program with `some`, called programs changed as well. Raises OlpError."""
         applied = apply(self.program, some, self.called)
-        with _in_place(applied.others):
+        with _in_place(applied.others), remembering(self._memory):
             return applied, self.run(applied.program)
 
     def _timed(self, some: Sequence[Choice]) -> Timing | None:
@@ -314,8 +322,12 @@ class _Work:
 
     # --- what is told
 
-    def front(self, within: float) -> Iterator[FrontPoint]:
-        """The best total for each number of edits, then for each share of the deviation."""
+    @cached_property
+    def front(self) -> tuple[FrontPoint, ...]:
+        """The best total for each number of edits, and without the corners."""
+        return tuple(self._front(self.allowed.within))
+
+    def _front(self, within: float) -> Iterator[FrontPoint]:
         last = self.base.total_s
         yield FrontPoint(0, 0.0, last)
         best = sorted(self.most(self.choices), key=lambda c: -self.gains[c])
