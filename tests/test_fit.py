@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 import re
+from itertools import pairwise, permutations
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from bench import fit as bench
 from olp.__main__ import main
 from olp.checks.fit.choices import Allowed, Choice, choices
 from olp.checks.fit.fit import cover, fit
+from olp.checks.fit.order import OrderSearch, covering, held_karp, improved
 from olp.core.units import mm
 from olp.languages.read import read
 from olp.reports.batch import Job, time_program
@@ -323,3 +325,179 @@ def test_a_free_line_becomes_a_joint_move_and_says_how_far_it_leaves_the_straigh
     off = np.linalg.norm((way - start) - ((way - start) @ along)[:, None] * along, axis=1).max()
     assert edit["deviation_mm"] == pytest.approx(off / mm, rel=1e-3)
     assert edit["deviation_mm"] > 1.0
+
+
+def picks(count: int, choose: random.Random) -> tuple[str, list[tuple[int, int]]]:
+    """A job that goes to points one after the other, down and up again at each; and the lines of each group."""
+    rows, body = ["900.000,0.000,600.000"], ["MOVJ C00000 VJ=50.00"]
+    for n in range(count):
+        x, y = choose.uniform(750, 1100), (-1) ** n * choose.uniform(100, 400)
+        rows += [f"{x:.3f},{y:.3f},500.000", f"{x:.3f},{y:.3f},450.000"]
+        body += [
+            f"MOVJ C{2 * n + 1:05d} VJ=25.00",
+            f"MOVL C{2 * n + 2:05d} V=200.0 PL=0",
+            f"DOUT OT#({n + 1}) ON",
+        ]
+        body += [f"MOVL C{2 * n + 1:05d} V=200.0"]
+    points = [f"C{n:05d}={row},180.0000,0.0000,0.0000" for n, row in enumerate(rows)]
+    head = [
+        "/JOB",
+        "//NAME PICKS",
+        "//POS",
+        f"///NPOS {len(rows)},0,0,0,0,0",
+        "///TOOL 0",
+        "///POSTYPE BASE",
+        "///RECTAN",
+    ]
+    head += [
+        "///RCONF 1,0,0,0,0,0,0,0",
+        *points,
+        "//INST",
+        "///DATE 2026/01/01 08:00",
+        "///ATTR SC,RW",
+        "///GROUP1 RB1",
+        "NOP",
+    ]
+    first = len(head) + 2
+    groups = [(first + 4 * n, first + 4 * n + 3) for n in range(count)]
+    return "\r\n".join([*head, *body, "MOVJ C00000 VJ=50.00", "END", ""]), groups
+
+
+def shuffled(text: str, groups: list[tuple[int, int]], order: tuple[int, ...]) -> str:
+    rows = text.split("\r\n")
+    moved = [row for n in order for row in rows[groups[n][0] - 1 : groups[n][1]]]
+    return "\r\n".join([*rows[: groups[0][0] - 1], *moved, *rows[groups[-1][1] :]])
+
+
+def test_groups_whose_order_is_free_come_in_the_fastest_one(tmp_path, capsys):
+    text, groups = picks(4, random.Random(5))
+    path, out = tmp_path / "PICKS.JBI", tmp_path / "OUT.JBI"
+    path.write_bytes(text.encode())
+
+    def total(order: tuple[int, ...]) -> float:
+        out.write_bytes(shuffled(text, groups, order).encode())
+        return seconds(out, tmp_path)
+
+    best = min(permutations(range(4)), key=total)
+    least, before = total(best), seconds(path, tmp_path)
+    assert least < before - 0.05
+    words = [
+        "fit",
+        str(path),
+        "--to",
+        str(least + 1e-6),
+        "-o",
+        str(out),
+        "--robot",
+        ROBOT,
+        "--json",
+        "--keep",
+        "1-99",
+    ]
+    said = ",".join(f"{first}-{last}" for first, last in groups)
+    assert main(words) == 1
+    capsys.readouterr()
+    assert main([*words[:-2], "--order", said]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert seconds(out, tmp_path) == pytest.approx(least, abs=1e-9)
+    assert told["total_s"] == pytest.approx(least, abs=1e-9)
+    assert sum(one["kind"] == "order" for one in told["edits"]) == 1
+    lines = out.read_bytes().splitlines(keepends=True)
+    assert sorted(lines) == sorted(text.encode().splitlines(keepends=True))
+    old = text.encode().splitlines(keepends=True)
+    assert {n for n, (a, b) in enumerate(zip(old, lines, strict=True), 1) if a != b} == {
+        line for one in told["edits"] for line in one["changes"]
+    }
+
+
+def test_groups_that_depend_on_each_other_or_are_none_are_refused(tmp_path, capsys):
+    text, groups = picks(3, random.Random(6))
+    path = tmp_path / "PICKS.JBI"
+    words = ["fit", str(path), "--to", "0.5", "-o", str(tmp_path / "o.jbi"), "--robot", ROBOT, "--order"]
+    said = [f"{first}-{last}" for first, last in groups]
+    for code, order in (
+        ("U032", said[0]),
+        ("U032", f"{said[0]},{said[2]}"),
+        ("U032", f"{said[0]},{groups[1][0]}-999"),
+    ):
+        path.write_bytes(text.encode())
+        assert main([*words, order]) == 2
+        assert f"error[{code}]" in capsys.readouterr().err
+    path.write_bytes(text.replace("OT#(2) ON", "OT#(2) ON //olp: keep").encode())
+    assert main([*words, ",".join(said)]) == 2
+    assert "error[U032]" in capsys.readouterr().err
+    # The speed that the second group sets holds in the third one as well.
+    settings = (
+        text.replace("MOVJ C00003 VJ=25.00", "SPEED V=150.0")
+        .replace(" V=200.0 PL=0", " PL=0")
+        .replace(" V=200.0", "")
+    )
+    path.write_bytes(settings.replace("NOP", "NOP\r\nSPEED V=300.0").encode())
+    moved = ",".join(f"{first + 1}-{last + 1}" for first, last in groups)
+    assert main([*words, moved]) == 2
+    assert "error[U033]" in capsys.readouterr().err
+
+
+def test_the_order_of_measured_ways_is_the_best_one_and_that_of_many_groups_nearly():
+    chance = np.random.default_rng(3)
+
+    def cost(way, order):
+        return way[[len(order), *order], [*order, len(order)]].sum()
+
+    for _ in range(20):
+        way = chance.uniform(0.5, 2.0, (7, 7))
+        best = min(cost(way, order) for order in permutations(range(6)))
+        assert cost(way, held_karp(way)) == pytest.approx(best)
+    more = []
+    for _ in range(10):
+        place = chance.uniform(0.0, 1.0, (10, 2))
+        way = np.linalg.norm(place[:, None] - place, axis=2)
+        more.append(cost(way, improved(way)) / cost(way, held_karp(way)))
+    assert max(more) < 1.05
+    for count in range(2, 14):
+        pairs = {pair for order in covering(count) for pair in pairwise((count, *order, count))}
+        assert pairs >= {(a, b) for a in range(count + 1) for b in range(count + 1) if a != b}
+        assert all(sorted(order) == list(range(count)) for order in covering(count))
+
+
+def test_six_groups_come_in_an_order_as_good_as_the_best_of_all(tmp_path):
+    """Held and Karp on measured ways: against 60 random orders, timed."""
+    choose = random.Random(8)
+    text, groups = picks(6, choose)
+    path, out = tmp_path / "PICKS.JBI", tmp_path / "OUT.JBI"
+    path.write_bytes(text.encode())
+    program, free = read(path), tuple(range(first, last + 1) for first, last in groups)
+    found = fit(
+        program,
+        0.5,
+        lambda p: bench.timed(p, ROBOT, tmp_path),
+        Allowed(kept=frozenset(range(99)) - {*range(groups[0][0], groups[-1][1] + 1)}, order=free),
+    )
+    assert found.edits[0].choice.kind == "order"
+    base = found.before_s - found.edits[0].gained_s
+    for _ in range(60):
+        order = list(range(6))
+        choose.shuffle(order)
+        out.write_bytes(shuffled(text, groups, tuple(order)).encode())
+        assert base <= seconds(out, tmp_path) + 1e-3
+
+
+def test_line_numbers_of_the_controller_stay_where_they_are(tmp_path):
+    """TP: the text behind the number moves."""
+    path = SAMPLES["tp"]
+    program = read(path)
+    rows = [(n, text) for n, text in enumerate(program.source.lines, 1) if re.match(r"\s*\d+:[LJ] ", text)]
+    (first, one), (second, other) = next(
+        (a, b) for a, b in pairwise(rows) if b[0] == a[0] + 1 and a[1].split("]")[0] != b[1].split("]")[0]
+    )
+    search = OrderSearch(
+        program,
+        bench.timed(program, ROBOT, path.parent),
+        lambda p: None,
+        (range(first, second), range(second, second + 1)),
+    )
+    new = search.ordered((1, 0)).source
+    number = re.compile(r"\s*\d+:")
+    for line, old in ((first, other), (second, one)):
+        assert number.match(new.line(line))[0] == number.match(program.source.line(line))[0]
+        assert number.sub("", new.line(line)) == number.sub("", old)

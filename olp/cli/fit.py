@@ -57,6 +57,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="straight moves that may become joint moves: 12,20-31",
     )
     parser.add_argument(
+        "--order",
+        type=_groups,
+        default=(),
+        metavar="GROUPS",
+        help="groups of lines whose order is free, one behind the other: 12-15,16-19,20-23",
+    )
+    parser.add_argument(
         "--unseen", action="store_true", help="go beyond the speeds that the signature has seen"
     )
     parser.add_argument(
@@ -75,12 +82,19 @@ def _millimetres(text: str) -> float:
     return positive(text.strip().removesuffix("mm").rstrip())
 
 
+def _groups(text: str) -> tuple[range, ...]:
+    found = [sorted(_lines(part)) for part in text.split(",")]
+    return tuple(range(lines[0], lines[-1] + 1) for lines in sorted(found))
+
+
 def _lines(text: str) -> frozenset[int]:
     found: set[int] = set()
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
         if not first.isdecimal() or (dash and not last.isdecimal()):
             raise ArgumentTypeError(f"{part!r} is no line or range of lines: 12,20-31")
+        if int(last or first) < int(first):
+            raise ArgumentTypeError(f"{part!r} ends before it begins")
         found.update(range(int(first), int(last or first) + 1))
     return frozenset(found)
 
@@ -110,6 +124,7 @@ def run(args: Namespace) -> int:
         args.free,
         into,
         args.unseen,
+        args.order,
     )
     found = fit(program, args.to, lambda one: time_program(one, job, folder), allowed)
     told = as_json(found) if args.json else as_text(found)

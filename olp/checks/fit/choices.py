@@ -55,7 +55,7 @@ class Choice:
     `says`: "118 → 150 mm/s". `effort` [1]: how far it goes, where two edits do equally. `texts`: numbers that change;
     `zone`: what the line becomes beside them, as the n-th larger zone; `joint` [1]: the share of rated speed with which
     a straight move becomes a joint move, 0 for none. `path`: of the called program that it changes; empty: the program
-    itself. `modal`: a setting, that holds for moves of other lines.
+    itself. `modal`: a setting, that holds for moves of other lines. `moved`: lines that hold another line's text.
     """
 
     kind: str
@@ -68,19 +68,21 @@ class Choice:
     joint: float = 0.0
     path: str = ""
     modal: bool = False
+    moved: frozenset[int] = frozenset()
 
     @property
     def lines(self) -> frozenset[int]:
         """Those whose text changes."""
         whole = {self.line} if self.zone >= 0 or self.joint > 0.0 else set()
-        return frozenset({token.line for token, _ in self.texts} | whole)
+        return frozenset({token.line for token, _ in self.texts} | whole) | self.moved
 
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
     """How far choices may go. `within` [m] of corners. `speed` [m/s] of the tool, `acceleration` [m/s²] of straight
     moves; None: the highest of the program. `kept`: lines that stay; `free`: whose path is free to choose.
-    `called`: in programs that it calls as well. `unseen`: beyond what the signature has seen.
+    `called`: in programs that it calls as well. `unseen`: beyond what the signature has seen. `order`: groups of lines
+    whose order is free.
     """
 
     within: float = 0.0
@@ -90,6 +92,7 @@ class Allowed:
     free: frozenset[int] = frozenset()
     called: bool = False
     unseen: bool = False
+    order: tuple[range, ...] = ()
 
 
 class Applied(NamedTuple):
@@ -125,7 +128,7 @@ def choices(program: Program, timing: Timing, allowed: Allowed) -> list[Choice]:
 
 def _choices_of(program: Program, path: str, timing: Timing, allowed: Allowed) -> Iterator[Choice]:
     """Those of one file."""
-    kept = _kept(program) | (frozenset() if path else allowed.kept)
+    kept = kept_lines(program) | (frozenset() if path else allowed.kept)
     plan = timing.plan
     steps = set(plan.line[plan.source == source_of(timing, path)].tolist())
     yield from _speeds(program, path, top_speed(program, timing, allowed), kept, steps)
@@ -142,7 +145,7 @@ def source_of(timing: Timing, path: str) -> int:
     return 0 if not path else paths.index(path) if path in paths else -1
 
 
-def _kept(program: Program) -> frozenset[int]:
+def kept_lines(program: Program) -> frozenset[int]:
     """Lines that say so themselves, and those below a comment that does."""
     found: set[int] = set()
     prefix = find_vendor(program.vendor).comment_prefix.strip()

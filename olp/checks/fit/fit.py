@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
@@ -30,6 +30,7 @@ from olp.checks.fit.choices import (
     seconds_of,
     source_of,
 )
+from olp.checks.fit.order import best_order
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import Source, drop, put, text
@@ -126,7 +127,42 @@ def fit(program: Program, to_s: float, run: Run, allowed: Allowed, *, front: boo
     `front`: with what more and fewer edits can do.
     Raises OlpError (O001, U030, U031).
     """
-    return FitSearch(program, run, allowed).fit(to_s, front=front)
+    search = FitSearch(program, run, allowed)
+    found = search.fit(to_s, front=front)
+    if not allowed.order:
+        return found
+    known = best_order(program, search.base, run, allowed.order, allowed.kept)
+    if known is None or (found.reached and len(found.edits) <= 1):
+        return found
+    ordered, order, line = known
+    kept, free = (frozenset(line.get(n, n) for n in lines) for lines in (allowed.kept, allowed.free))
+    other = _with_order(
+        FitSearch(ordered, run, replace(allowed, kept=kept, free=free)), order, search, to_s, front
+    )
+    if found.reached and other.reached:
+        return min(found, other, key=lambda one: len(one.edits))
+    return (
+        other
+        if other.reached or (not found.reached and other.timing.total_s < found.timing.total_s)
+        else found
+    )
+
+
+def _with_order(inner: FitSearch, order: Choice, outer: FitSearch, to_s: float, front: bool) -> Fit:
+    """The answer for the program in another order, which counts as one edit more."""
+    found = inner.fit(to_s, front=front)
+    gained = outer.base.total_s - inner.base.total_s
+    edits = (FittedEdit(order, gained, 0.0, ""), *found.edits)
+    points = {one.edits: one for one in (outer.front if front else ())}
+    for one in found.front:
+        if one.edits + 1 not in points or one.total_s < points[one.edits + 1].total_s:
+            points[one.edits + 1] = one._replace(edits=one.edits + 1)
+    return replace(
+        found,
+        before_s=outer.base.total_s,
+        edits=edits,
+        front=tuple(points[count] for count in sorted(points)),
+    )
 
 
 class FitSearch:
