@@ -10,6 +10,7 @@ the held-out errors compare with those of the thesis' factors. docs/real/up20.md
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -68,8 +69,9 @@ def held_out(recording: Recording, outcome: DiagnosisOutcome) -> None:
     for name, labels in ways.items():
         chosen = selection(case, Noise(_CLOCK), Folds(name, labels), shelf_of(case, move_terms()))
         after = errors_of(case.measured - chosen.predicted, case.measured)
-        names = ", ".join(f"{n} {count}" for n, count in chosen.chosen.most_common())
-        table.append((f"held out by {name} ({chosen.folds} folds)", *_errors(after), names or "nothing"))
+        counted = Counter(name for names in chosen.sets for name in names).most_common()
+        names = ", ".join(f"{n} {count}" for n, count in counted)
+        table.append((f"held out by {name} ({len(chosen.sets)} folds)", *_errors(after), names or "nothing"))
         one = _constant(case, labels)
         table.append(
             (f"one overhead, held out by {name}", *_errors(errors_of(one, case.measured)), "one number")

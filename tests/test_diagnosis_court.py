@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis.case_making import case_of
-from olp.identification.diagnosis.conditions import _cost, _said, conditioned
+from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
-from olp.identification.diagnosis.evidence import Gain, fallen
+from olp.identification.diagnosis.evidence import Gain, drifts_on, fallen
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import additions, move_terms, shelf_of
+from olp.identification.diagnosis.waits import late_moves
 from olp.identification.recording import read_recording
 
 COUNT = 120
@@ -376,3 +377,49 @@ def test_slopes_are_those_of_the_whole_model_one_value_moved_at_a_time(tmp_path)
             moved = (DurationModel(parts).smooth(case) - fitted.smooth(case)) / step
             assert slopes[:, at] == pytest.approx(moved, rel=1e-3, abs=1e-3 * np.abs(moved).max())
             at += 1
+
+
+@pytest.mark.parametrize(("turn", "drifts"), [(0.4, True), (np.inf, False)])
+def test_a_warm_up_leaves_no_drift_or_is_none(tmp_path, turn, drifts):
+    _, _, way, speed = program(11)
+    plain, rng = travel(way, speed, ACCELERATION), np.random.default_rng(11)
+    share = np.cumsum(plain) / plain.sum()
+    drift = (
+        np.exp(-share / 0.3)
+        if np.isinf(turn)
+        else np.where(share < turn, share / turn, (1 - share) / (1 - turn))
+    )
+    case = case_of(
+        record(tmp_path / "moves", plain * (1 + 0.04 * drift) + 0.002 * rng.normal(size=COUNT), 11)
+    ).case
+    parts = [
+        p for p in shelf_of(case, move_terms()).parts if p.term.name == "warm-up" and p.form.key == "share"
+    ]
+    noise = Noise(0.001)
+    fitted = min((fit(DurationModel((part,)), case, noise, 20) for part in parts), key=lambda f: f.bic)
+    assert fitted.scale < evaluate(DurationModel(), case, noise).scale
+    assert drifts_on(fitted, 0, case) == drifts
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_moves_that_are_late_the_more_the_longer_they_take_do_not_wait(tmp_path, waits):
+    _, _, way, speed = program(12)
+    plain, rng = travel(way, speed, ACCELERATION), np.random.default_rng(12)
+    batch = (np.arange(COUNT) > 40) & (np.arange(COUNT) < 75)
+    late = rng.uniform(0.05, 0.3, COUNT) if waits else 0.1 * plain
+    case = case_of(record(tmp_path / "moves", plain + late * batch + 0.002 * rng.normal(size=COUNT), 12)).case
+    assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
+
+
+def test_what_acts_in_half_of_the_moves_is_not_said_of_all(tmp_path):
+    """A speed of all moves explains most of it; the others are likelier without it: it does not act there."""
+    _, end, way, speed = program(13)
+    where = (end[:, 1] > 0.0) & (way > 0.2)
+    plain, slow = travel(way, speed, ACCELERATION), travel(way, 0.97 * speed, ACCELERATION)
+    real = np.where(where, slow, plain) + 0.002 * np.random.default_rng(13).normal(size=COUNT)
+    case, noise = case_of(record(tmp_path / "moves", real, 13)).case, Noise(0.001)
+    part = next(p for p in shelf_of(case, move_terms()).parts if p.term.name == "speed-scale")
+    found = _restricted(fit(DurationModel((part,)), case, noise, 10), case, noise, _said(case)).model.parts
+    assert found[0].values == pytest.approx([0.97], abs=0.003)
+    said = found[0].condition.mask(case)
+    assert 2 * (said & where).sum() / (said.sum() + where.sum()) > 0.9

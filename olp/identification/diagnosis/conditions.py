@@ -80,10 +80,11 @@ def conditioned(best: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartSh
     said = _said(case)
     if not said.statements:
         return best
+    winner = _restricted(best, case, noise, said)
     beside = _promising(best, case, shelf, said, count)
-    if not beside or beside[0].gain < _WORTH:
+    if winner is best and (not beside or beside[0].gain < _WORTH):
         return best  # there is nothing left to be told
-    winner = _better(best, best, beside, case, noise, said)
+    winner = _better(winner, best, beside, case, noise, said)
     alone = [m for m in (best.model.without(k) for k in range(len(best.model.parts))) if m.parts]
     for model in (DurationModel(), *alone) if best.model.parts else ():
         bare = fit(model, case, noise, 8)
@@ -93,19 +94,60 @@ def conditioned(best: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartSh
     return winner if price(best) - price(winner) > TELLING else best
 
 
+def _restricted(best: ModelFit, case: MeasuredMoves, noise: Noise, said: _Said) -> ModelFit:
+    """The fit, or one in which a part of it acts under a condition: moves that are likelier without the part tell that
+    directly, where what all moves leave has made the scatter too large for anything else to be told."""
+    winner = best
+    for k, part in enumerate(best.model.parts):
+        if part.condition is not None or not part.conditionable:
+            continue
+        rest = best.model.without(k)
+        better = _won(rest, best.model, best.scale, case)
+        gain, condition = said.best(better, 2.0 * float(better.sum()) + TELLING)
+        if gain > 2.0 * float(better.sum()) + TELLING:
+            bare = fit(rest, case, noise, 8)
+            winner = _better(
+                winner, bare, [_Tried(gain, part._replace(condition=condition))], case, noise, said
+            )
+    return winner
+
+
+def _won(rest: DurationModel, whole: DurationModel, scale: float, case: MeasuredMoves) -> Floats:
+    """(n,) by how much each move is likelier, in log-likelihood, with `whole` than with `rest`."""
+    before, after = (
+        np.log1p(((case.measured - m.seconds(case)) / scale) ** 2 / FREEDOM) for m in (rest, whole)
+    )
+    return np.asarray(0.5 * (FREEDOM + 1.0) * (before - after))
+
+
 def _exchanged(
     winner: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartShelf, said: _Said
 ) -> ModelFit:
-    """The winner, or one with another term in the place of the part that has a condition: to first order that may have
-    promised less. The condition follows it."""
+    """The winner, or one with another term, or another form of the term, in the place of the part that has a condition:
+    to first order that may have promised less. The condition follows it."""
     at = [k for k, part in enumerate(winner.model.parts) if part.condition is not None]
-    others = swaps(winner, at[0], shelf, case, noise) if at else []
+    if not at:
+        return winner
+    others = swaps(winner, at[0], shelf, case, noise)
+    rest = evaluate(winner.model.without(at[0]), case, noise)
+    others += _other_forms(rest, winner.model.parts[at[0]], case, noise, shelf)
     first = min(others, key=price, default=winner)
     if price(first) >= price(winner):
         return winner
     part = next(part for part in first.model.parts if part.condition is not None)
-    rest = evaluate(winner.model.without(at[0]), case, noise)
     return min(first, _fitted(rest, part, case, noise, said), key=price)
+
+
+def _other_forms(
+    rest: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise, shelf: PartShelf
+) -> list[ModelFit]:
+    """Fits with the other forms of a part's term in its place, from their first guesses."""
+    forms: dict[str, list[ModelPart]] = {}
+    for other in shelf.parts:
+        if other.label == part.label and other.form.key != part.form.key:
+            forms.setdefault(other.form.key, []).append(other._replace(condition=part.condition))
+    guesses = [other for of in forms.values() for other in of[:_GUESSES]]
+    return [fit(DurationModel((*rest.model.parts, other)), case, noise, 6) for other in guesses]
 
 
 def _better(
@@ -213,11 +255,7 @@ def _moved(fitted: ModelFit, case: MeasuredMoves, said: _Said) -> DurationModel:
     assert part.condition is not None
     rest = DurationModel(fitted.model.parts[:-1])
     always = DurationModel((*rest.parts, part._replace(condition=None)))
-    losses = [
-        0.5 * (FREEDOM + 1.0) * np.log1p(((case.measured - m.seconds(case)) / fitted.scale) ** 2 / FREEDOM)
-        for m in (rest, always)
-    ]
-    better = losses[0] - losses[1]
+    better = _won(rest, always, fitted.scale, case)
     found = [_bounded(c, better, case) for c in (part.condition, said.best(better)[1])]
     worth = [float(better[c.mask(case)].sum()) - _cost(len(case)) * len(c.statements) for c in found]
     return DurationModel((*rest.parts, part._replace(condition=found[int(np.argmax(worth))])))

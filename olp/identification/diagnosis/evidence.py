@@ -27,11 +27,17 @@ Floats = NDArray[np.float64]
 FALSE_DISCOVERIES = 0.05  # of the names
 SMALL = 0.01  # of the mean square that all names explain: what a name adds beyond what the others do is more
 _CLEARLY = 1.25  # times the scatter that a set leaves: a smaller set that leaves more has lost something
-_DEVIATIONS = 1.3  # standard errors that a gain is at least
+_DEVIATIONS = 1.5  # standard errors that a gain is at least: √2 is that of two moves alone, √3 that of three
+_DRIFT = (
+    0.05  # of a drift's mean square that a law of time may leave as drift: more, and the drift is another one
+)
+_LAGS = 5  # moves over which a drift hardly changes
 _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
 _ACTS = 0.5  # of the scatter
+_BY_TIME = "warm-up"
+_SURE_DRIFT = 3.0  # standard errors
 
 
 class Gain(NamedTuple):
@@ -122,6 +128,36 @@ def fallen(gains: Sequence[Gain], tried: int) -> list[int]:
 def _sure(gain: Gain) -> bool:
     """Whether the gain is not that of a few moves alone, and the error goes down too."""
     return gain.loglik > _DEVIATIONS * gain.error and gain.after < gain.before
+
+
+def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
+    """Whether part `index`, which acts by the running time, leaves a drift that is no small part of its own.
+
+    Only what goes together over neighbouring moves is compared, as a share of their durations; scatter does not.
+    """
+    part = fitted.model.parts[index]
+    condition = part.condition.statements if part.condition is not None else ()
+    if part.term.name != _BY_TIME and all(statement.column != "time" for statement in condition):
+        return False
+    whole = fitted.model.seconds(case)
+    left, error = _together(case.measured - whole, case)
+    done, _ = _together(whole - fitted.model.without(index).seconds(case), case)
+    return left > _DRIFT * done and left > _SURE_DRIFT * error
+
+
+def _together(seconds: Floats, case: MeasuredMoves) -> tuple[float, float]:
+    """[1] mean product of neighbours' shares of their durations, and its standard error where they are independent."""
+    time = case.simulated
+    near = seconds - np.median(seconds)
+    reach = _CLIP * 1.4826 * float(np.median(np.abs(near)))
+    off = np.clip(near, -reach, reach)
+    # A time per move and a share of all durations are no drift.
+    level = np.stack([np.ones(len(off)), time], axis=1)
+    off = off - level @ np.linalg.lstsq(level, off, rcond=None)[0]
+    pairs = [(off[k:] * off[:-k], time[k:] * time[:-k]) for k in range(1, min(_LAGS, len(off) - 1) + 1)]
+    size = max(sum(float(both.sum()) for _, both in pairs), 1e-300)
+    squares = sum(float((product**2).sum()) for product, _ in pairs)
+    return sum(float(product.sum()) for product, _ in pairs) / size, math.sqrt(squares) / size
 
 
 def acts(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from olp.identification.diagnosis.evidence import (
     Gain,
     Selection,
     chosen,
+    drifts_on,
     fallen,
     gain_of,
     matters,
@@ -119,6 +120,7 @@ def _confirmed(
         gains = [gain_of(best, k, case, noise, folds) for k in range(len(best.model.parts))]
         weak = fallen(gains, tried)
         weak += [k for k in range(len(gains)) if k not in weak and _dispensable(best, k, case, noise)]
+        weak = [k for k in range(len(gains)) if drifts_on(best, k, case)] or weak
         if not weak:
             return best, tuple(gains)
         worst = min(weak, key=lambda k: gains[k].loglik)

@@ -60,6 +60,8 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
         or _chosen_by_the_motion(late, corrected, case)
     ):
         return nothing
+    if _sized_by_the_motion(residual[late], case.simulated[late]):
+        return nothing
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
     if many and _the_same_moves(residual, late, case, sigma):
         return nothing
@@ -148,6 +150,15 @@ def _chosen_by_the_motion(late: Mask, corrected: Floats, case: MeasuredMoves) ->
         if math.erfc(z / math.sqrt(2.0)) * len(columns) < _BY_CHANCE:
             return True
     return False
+
+
+def _sized_by_the_motion(waits: Floats, simulated: Floats) -> bool:
+    """Whether moves are late the more, the longer they take: a wait does not know how long the move is (C. Spearman,
+    American Journal of Psychology 15, 1904)."""
+    one, two = (ranks(values) - 0.5 * (len(waits) + 1) for values in (waits, simulated))
+    size = math.sqrt(float(one @ one) * float(two @ two))
+    z = float(one @ two) / size * math.sqrt(len(waits) - 1) if size > 0 else 0.0
+    return 0.5 * math.erfc(z / math.sqrt(2.0)) < _BY_CHANCE
 
 
 def _the_same_moves(residual: Floats, late: Mask, case: MeasuredMoves, sigma: float) -> bool:
