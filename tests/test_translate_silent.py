@@ -377,6 +377,12 @@ def test_sums_of_position_registers_are_computed_element_by_element(target):
     assert ends[0][:3] == pytest.approx([0.41, 0.12, 0.33], abs=1e-6)
 
 
+def test_what_needs_an_input_that_is_not_read_any_more_is_named():
+    text = inform("DIN B010 IG#(30)", "IFTHENEXP B009=B010", "DOUT OT#(1) ON", "ENDIF")
+    made = converted(text, "inform", "krl").translated
+    assert any("which 'DIN B010 IG#(30)' sets" in loss.says for loss in made.losses if loss.line == 10)
+
+
 def test_a_register_that_only_an_operator_sets_is_no_zero_in_another_register():
     made = converted(inform("SET P001 P000", "ADD P001 P002", "MOVL P001 V=100.0 PL=0"), "inform", "tp")
     text = b"".join(made.files.values()).decode()

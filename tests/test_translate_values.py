@@ -2,7 +2,7 @@
 
 import pytest
 from translate_programs import VENDORS
-from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script, translated
 
 import olp
 from olp.ir.expressions import Text
@@ -310,3 +310,24 @@ def test_a_register_that_holds_joint_values_is_declared_as_such(target):
 def test_a_small_power_is_a_product_where_there_is_no_function_for_it(target):
     text = module("x:=Pow(x+2,3);", "WaitTime x;", "x:=Pow(9,0.5);", "WaitTime x;", data=("VAR num x:=0;",))
     assert run_elsewhere(text, "rapid", target).durations.tolist() == pytest.approx([8.0, 3.0])
+
+
+def test_the_manual_modes_of_kuka_and_abb_are_each_others():
+    """$T1 is manual at reduced speed, $T2 at full speed; both runs are in automatic."""
+    rows = (
+        "BOOL B",
+        "IF $T1 OR $T2 THEN",
+        "WAIT SEC 1",
+        "ENDIF",
+        "B=NOT $T1",
+        "IF B THEN",
+        "WAIT SEC 2",
+        "ENDIF",
+    )
+    text = krl(*rows)
+    there = translated(text, "krl", "rapid")
+    assert "IF OpMode()=OP_MAN_PROG OR OpMode()=OP_MAN_TEST THEN" in there
+    assert run_elsewhere(text, "krl", "rapid").durations.tolist() == pytest.approx([2.0])
+    back = translated(there, "rapid", "krl")
+    assert "IF $T1 OR $T2 THEN" in back
+    assert "=NOT $T1" in back

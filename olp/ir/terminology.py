@@ -152,6 +152,8 @@ VALUES: Final[Mapping[str, str]] = {
     "current-frame": "the frame in use",
     "current-joints": "the axes' values where the arm stands",
     "current-pose": "the place where the arm stands",
+    "manual-full": "whether the mode is manual at full speed",
+    "manual-reduced": "whether the mode is manual at reduced speed",
     "position-pose": "the pose of a position",
     "returned": "the value that a call returned",
     "timed-out": "asking whether a wait has timed out",

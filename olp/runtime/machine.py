@@ -270,6 +270,9 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
         from olp.runtime.places import current
 
         return current(m, joints=value.name == "current-joints")
+    if value.name in ("manual-reduced", "manual-full"):
+        m.assume("the mode is taken to be automatic")
+        return False
     m.assume(f"system value {value.name} {value.index} is taken as 0")
     return 0
 

@@ -27,6 +27,7 @@ from olp.ir.program import (
     Declare,
     End,
     Program,
+    ReadInput,
     Routine,
     SetFrame,
     SetTool,
@@ -38,7 +39,7 @@ from olp.ir.transformer import expressions_of, note_names
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.source_only import untranslated
 
-_SETTING = (Assign, Update, Clear)
+_SETTING = (Assign, Update, Clear, ReadInput)
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
@@ -168,6 +169,8 @@ def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
 def _set_by(s: Statement) -> str | None:
     if isinstance(s, Declare):
         return s.name.casefold()
+    if isinstance(s, Call):
+        return _key(s.result)
     return _key(s.target) if isinstance(s, _SETTING) else None
 
 

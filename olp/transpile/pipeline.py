@@ -150,7 +150,10 @@ def canonical(
     plans: dict[bool, Plan | None] = {}
     for _ in range(_ROUNDS):
         result, work = _translated(program, target, context, out, plans)
-        refused = {x.line: x.says for x in work.losses if x.fate is Fate.REFUSED and x.line}
+        refused: dict[int, str] = {}
+        for loss in work.losses:
+            if loss.fate is Fate.REFUSED and loss.line:
+                refused.setdefault(loss.line, loss.says)  # the first reason has the source's own names
         if context.on_loss != "comment" or not out.add(refused):
             break
     return Translated(

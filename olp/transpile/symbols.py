@@ -19,6 +19,7 @@ from olp.ir.expressions import (
     RecordLiteral,
     Signal,
     SignalState,
+    SystemValue,
     Text,
     Unary,
 )
@@ -248,7 +249,13 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             return "integer" if isinstance(value, int) else "real"
         case Text():
             return "string"
-        case SignalState() | Compare() | Logic() | Unary("not", _):
+        case (
+            SignalState()
+            | Compare()
+            | Logic()
+            | Unary("not", _)
+            | SystemValue("manual-reduced" | "manual-full")
+        ):
             return "boolean"
         case Signal(bus):
             return ("real" if "analog" in bus else "integer") if any(w in bus for w in _FLAGS) else "boolean"

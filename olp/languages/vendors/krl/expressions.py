@@ -55,6 +55,8 @@ SYSTEM_VALUES: Final = {
     "$AXIS_ACT": "current-joints",
     "$TOOL": "current-tool",
     "$BASE": "current-frame",
+    "$T1": "manual-reduced",
+    "$T2": "manual-full",
 }
 _FRAMES: Final = frozenset({"$NULLFRAME", "$WORLD"})
 _COMPARISONS: Final = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}

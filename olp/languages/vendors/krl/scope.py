@@ -50,6 +50,12 @@ SYSTEM_TYPES: Final = {
     "$ACC": "CP",
     "$LOAD": "LOAD",
 }
+_SYSTEM_KINDS: Final = {
+    "current-pose": "E6POS",
+    "current-joints": "E6AXIS",
+    "manual-reduced": "BOOL",
+    "manual-full": "BOOL",
+}
 _STRUCTURES: Final = {
     "FDAT": {"TOOL_NO": "INT", "BASE_NO": "INT", "IPO_FRAME": "IPO_MODE", "POINT2": "CHAR"},
     "PDAT": {"VEL": "REAL", "ACC": "REAL", "APO_DIST": "REAL", "APO_MODE": "APO_MODE", "GEAR_JERK": "REAL"},
@@ -140,7 +146,7 @@ class Scope:
                 return "INT" if it.name in ("s", "t") else "REAL"
             return self.structures.get(base, {}).get(it.name.upper(), "")
         if isinstance(it, SystemValue):
-            return {"current-pose": "E6POS", "current-joints": "E6AXIS"}.get(it.name, "FRAME")
+            return _SYSTEM_KINDS.get(it.name, "FRAME")
         return ""
 
     def member(self, base: Expression, word: str) -> Expression:

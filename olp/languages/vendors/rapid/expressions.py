@@ -88,8 +88,13 @@ class RapidExpressionRules(Transformer[Token, Any]):
     def not_(self, children: list[Any]) -> Unary:
         return Unary("not", self._plain(children[1]))
 
-    def compare(self, children: list[Any]) -> Compare:
+    def compare(self, children: list[Any]) -> Expression:
         left, right = self._plain(children[0]), self._plain(children[2])
+        mode = MODES.get(right.name.lower()) if isinstance(right, Named) else None
+        if mode is not None and isinstance(left, CallValue) and left.routine.lower() == "opmode":
+            word = str(children[1])
+            if word in ("=", "<>"):
+                return SystemValue(mode) if word == "=" else Unary("not", SystemValue(mode))
         if isinstance(left, Signal):
             right = as_state(left, right)
         elif isinstance(right, Signal):
@@ -311,6 +316,7 @@ _USUAL: Final[Mapping[tuple[str, str], Expression]] = {
     ("wobj", "wobj0"): FrameRef("base"),
 }
 _EULER: Final = ("x", "y", "z")
+MODES: Final = {"op_man_prog": "manual-reduced", "op_man_test": "manual-full"}  # what OpMode() gives
 _ZEROS: Final = (Number(0), Number(0), Number(0))
 
 

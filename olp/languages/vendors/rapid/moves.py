@@ -200,7 +200,9 @@ class _Arguments:
         for role, one in self.found.items():
             for option in one.options:
                 key = option.name.lower()
-                if (role, key) in (("s", "t"), ("s", "v"), ("z", "z")):
+                if (role, key) in (("s", "t"), ("s", "v")):
+                    continue
+                if (role, key) == ("z", "z") and "inpos" not in self._options("z"):
                     continue
                 if key == "wobj" and option.value is not None:
                     frame = frame_of(self._named_or(option.value, "wobjdata"))

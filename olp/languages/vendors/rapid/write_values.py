@@ -40,6 +40,7 @@ _XYZ: Final = ("x", "y", "z")
 _ZEROS: Final = (ex.Number(0), ex.Number(0), ex.Number(0))
 
 Arguments = tuple[ex.Expression, ...]  # what a function is given
+_MODES: Final = {"manual-reduced": "OP_MAN_PROG", "manual-full": "OP_MAN_TEST"}
 
 
 class RapidValues(Generator):
@@ -287,8 +288,10 @@ class RapidValues(Generator):
     def _extra(self, it: ex.Expression) -> str:
         return self.value(it.value) if isinstance(it, ex.NamedArgument) and it.value is not None else NO_AXES
 
-    def spell_system_value(self, e: ex.SystemValue) -> str:
+    def spell_system_value(self, e: ex.SystemValue) -> Spelled:
         name, index = e.name, e.index
+        if name in _MODES:
+            return f"OpMode()={_MODES[name]}", _COMPARED
         if name == "current-pose":
             return "CRobT()"
         if name == "current-joints":
