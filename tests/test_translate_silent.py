@@ -380,7 +380,37 @@ def test_sums_of_position_registers_are_computed_element_by_element(target):
 def test_what_needs_an_input_that_is_not_read_any_more_is_named():
     text = inform("DIN B010 IG#(30)", "IFTHENEXP B009=B010", "DOUT OT#(1) ON", "ENDIF")
     made = converted(text, "inform", "krl").translated
-    assert any("which 'DIN B010 IG#(30)' sets" in loss.says for loss in made.losses if loss.line == 10)
+    assert any("which 'DIN B010 IG#(30)' sets" in loss.says for loss in made.losses if loss.line == 11)
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript", "inform"])
+def test_a_register_that_is_read_before_it_is_set_is_named(target):
+    """It is set further down, for the next round: in the first one the arm would go to the frame's origin."""
+    rows = (
+        "LBL[1]",
+        "J PR[5] 10% FINE",
+        "R[3]=R[2]",
+        "R[4]=1",
+        "R[7]=R[4]",
+        "PR[5]=P[1]",
+        "R[2]=2",
+        "JMP LBL[1]",
+    )
+    made = converted(tp(*rows, positions=((1, 0, 1, *P1[3:]),)), "tp", target).translated
+    asked = {
+        says: things for says, things in made.asks.items() if "set these" in says or "teach these" in says
+    }
+    assert [len(things) for things in asked.values()] == [1, 1], asked  # PR[5] and R[2], not R[4]
+
+
+def test_a_message_is_no_longer_than_the_pendant_takes():
+    """FANUC's MESSAGE takes 24 characters, Yaskawa's MSG 32."""
+    text = module('TPWrite "Feeder empty, add parts to feeder and press PB1";')
+    said = [row for row in translated(text, "rapid", "tp").splitlines() if "MESSAGE" in row]
+    assert [row.split("[")[1].rstrip("] ;") for row in said] == [
+        "Feeder empty, add parts",
+        "to feeder and press PB1",
+    ]
 
 
 def test_a_register_that_only_an_operator_sets_is_no_zero_in_another_register():

@@ -169,6 +169,7 @@ class Limits:
     array_literals: bool = False  # [1, 2, 3] is a value
     pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
     value_types: ValueTypes | None = None  # None: types need not fit
+    message: int = 0  # characters of a message; 0: any number
     has_power: bool = False  # a function raises a number to a power
     has_integers: bool = False  # numbers that are whole by their type
     unset_variables: bool = False  # a variable has no value until it is set, and reading it stops the program

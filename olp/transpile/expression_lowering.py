@@ -45,7 +45,7 @@ from olp.ir.program import (
 from olp.ir.transformer import expressions_of, mapped, sets_numbers
 from olp.runtime.assumptions import Given
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.first_values import label_of, saved_number, saved_points, saved_values, tell_unset
+from olp.transpile.first_values import Unset, label_of, saved_number, saved_points, saved_values
 from olp.transpile.move_lowering import Points, has_names, lifted_move
 from olp.transpile.occurrences import with_rows
 
@@ -81,7 +81,7 @@ def lift(program: Program, work: TranslationContext) -> Program:
     """Only names from here on. A program without numbers comes back as it is."""
     lifted = _Lift(program, work)
     routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
-    tell_unset(work, program.routines, lifted.variable, lifted.is_set)
+    Unset(program, work, lifted.variable, lifted.begins, lifted.is_set).tell()
     data = (*program.data, *lifted.points.declared, *lifted.global_data())
     work.states = {name: state.frame for name, state in lifted.points.states.items()}
     return replace(program, routines=routines, data=data)
@@ -201,10 +201,12 @@ class _Lift:
                 self.array_initial.insert(0, Assign(0, name, literal))  # what a header says comes after
                 self.points.states.setdefault(name.base.name, point.state)
 
+    def begins(self, name: Expression) -> bool:
+        """Whether a value is known that a variable begins with."""
+        return label_of(name) in self.initial or any(a.target == name for a in self.array_initial)
+
     def is_set(self, name: Expression) -> bool:
-        """Whether a value is known that a variable begins with, or statements give it one: a position a whole one."""
-        if any(a.target == name for a in self.array_initial) or label_of(name) in self.initial:
-            return True
+        """Whether statements give a variable a value: a position a whole one."""
         if self.changed is None:
             self.changed = {}
             for routine in self.program.routines:

@@ -6,8 +6,8 @@ declarations one after the other, and registers are set by the program.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from math import prod
 from typing import Final
 
@@ -40,17 +40,18 @@ from olp.ir.program import (
     ReadInput,
     Routine,
     Statement,
+    Update,
 )
 from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.runtime.assumptions import Given
 from olp.runtime.interpreter import NUMBERS, POSITIONS, saved_position
 from olp.transpile.context import Fate, TranslationContext, world_of
-from olp.transpile.reaching_definitions import ENTRY, reaching
+from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 _PLAIN: Final = (Number, Text, SignalState, PositionLiteral, type(None))
 _LEFT: Final = (Named, Item, Binary)  # what is not known before the program runs
-_SETTING: Final = frozenset({Assign, For, ReadInput, Call})
+_SETTING: Final = frozenset({Assign, For, ReadInput, Call, Clear})
 _DEEPEST: Final = 20  # a value that names a value that names …
 
 
@@ -295,39 +296,112 @@ def label_of(name: Expression) -> str:
     return name.name
 
 
-def tell_unset(
-    work: TranslationContext,
-    routines: Iterable[Routine],
-    name_of: Callable[[Variable], Expression],
-    is_set: Callable[[Expression], bool],
-) -> None:
-    """Positions and numbers that are read and nothing here sets; a name has to be declared with a value."""
-    _tell_positions(work, routines, name_of, is_set)
-    _tell_values(work, routines, name_of, is_set)
+@dataclass(slots=True)
+class Unset:
+    """Which variables a program reads that have no value then. `name_of`: what a variable is called in the target.
+
+    `begins`: whether a value is known that it begins with. `is_set`: whether statements set all of it anywhere.
+    """
+
+    program: Program
+    work: TranslationContext
+    name_of: Callable[[Variable], Expression]
+    begins: Callable[[Expression], bool]
+    is_set: Callable[[Expression], bool]
+    _ways: Reaching | None = None
+
+    def tell(self) -> None:
+        """Positions and numbers that are read and not set, as far as one way there shows."""
+        self._tell_positions()
+        self._tell_values()
+
+    def _why(self, e: Variable, routine: Routine, index: int) -> tuple[Expression, str] | None:
+        """The name of what a statement reads, and why it has no value there; None where it has one."""
+        if e.local or type(e.index) is not Number or e.store is Store.SYSTEM:
+            return None
+        name = self.name_of(e)
+        if self.begins(name):
+            return None
+        if not self.is_set(name):
+            return name, "nothing here sets"
+        if self._ways is None:
+            self._ways = reaching(self.program, _registers_set, _SETTING | {Update})
+        before = self._ways.at(routine.name, index, _register(e))
+        return (name, "on some way nothing has set") if UNSET in before else None
+
+    def _tell_values(self) -> None:
+        """What statements read beside the targets of moves. Registers of the target hold what its operator sets."""
+        told: set[str] = set()
+        for routine in self.program.routines:
+            for index, s in self.work.look(routine).rare:
+                for e in _read_by(s):
+                    found = self._why(e, routine, index)
+                    if found is None:
+                        self._ask_for_all(e)
+                        continue
+                    label = label_of(found[0])
+                    if label in told:
+                        continue
+                    told.add(label)
+                    if self.work.limits.numbered:
+                        self.work.ask("set these registers on the controller before it runs", label)
+                        continue
+                    says = (
+                        f"{found[1]} all of {label}, and no VAR.DAT or olp.toml holds it: it begins with zero"
+                    )
+                    self.work.lose(s, Fate.APPROXIMATED, "value", says)
+                    self.work.ask("set these values, which are zeros now", label)
+
+    def _ask_for_all(self, e: Variable) -> None:
+        """A register whose number is computed may be any of them."""
+        name = None if e.local or type(e.index) is Number else self.name_of(e)
+        if isinstance(name, Item) and isinstance(name.base, Named):
+            self.work.ask("see that those of these which are read have values", f"{name.base.name}[…]")
+
+    def _tell_positions(self) -> None:
+        numbers = bool(self.work.limits.numbered)
+        ends = "it has to be taught" if numbers else "zeros are declared"
+        told: set[str] = set()
+        for routine in self.program.routines:
+            places = (
+                (index, s, e)
+                for index, s in enumerate(routine.body)
+                if type(s) is Move
+                for e in s.targets
+                if isinstance(e, Variable)
+            )
+            for index, s, e in places:
+                found = self._why(e, routine, index)
+                if found is None or label_of(found[0]) in told:
+                    continue
+                label = label_of(found[0])
+                told.add(label)
+                says = f"{found[1]} this position, and no VAR.DAT or olp.toml holds it: {ends}"
+                self.work.lose(s, Fate.APPROXIMATED, "position", says)
+                self.work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)
 
 
-def _tell_values(
-    work: TranslationContext,
-    routines: Iterable[Routine],
-    name_of: Callable[[Variable], Expression],
-    is_set: Callable[[Expression], bool],
-) -> None:
-    """What statements read beside the targets of moves. Registers of the target hold what its operator sets."""
-    told: set[str] = set()
-    for s in [s for routine in routines for _, s in work.look(routine).rare]:
-        for e in _read_by(s):
-            if e.local or type(e.index) is not Number or e.store is Store.SYSTEM:
-                continue
-            name = name_of(e)
-            if label_of(name) in told or is_set(name):
-                continue
-            told.add(label_of(name))
-            if work.limits.numbered:
-                work.ask("set these registers on the controller, as nothing here does", label_of(name))
-                continue
-            says = "nothing here sets all of {}, and no VAR.DAT or olp.toml holds it: it begins with zero"
-            work.lose(s, Fate.APPROXIMATED, "value", says.format(label_of(name)))
-            work.ask("set these values, which are zeros now", label_of(name))
+def _register(e: Variable) -> Key:
+    assert isinstance(e.index, Number)
+    return "register", e.store, int(e.index.value)
+
+
+def _registers_set(s: Statement) -> dict[Key, int]:
+    """The registers that a statement sets as a whole."""
+    match s:
+        case (
+            Assign(target=Variable() as e) | ReadInput(target=Variable() as e) | For(variable=Variable() as e)
+        ):
+            pass
+        case Update(target=Variable() as e) | Call(result=Variable() as e):
+            pass
+        case Clear(target=Variable() as e, count=count) if type(e.index) is Number:
+            first = int(e.index.value)
+            many = int(count.value) if type(count) is Number else 1
+            return {("register", e.store, n): 1 for n in range(first, first + many)}
+        case _:
+            return {}
+    return {_register(e): 1} if type(e.index) is Number else {}
 
 
 def _read_by(s: Statement) -> Iterator[Variable]:
@@ -345,27 +419,3 @@ def _read_by(s: Statement) -> Iterator[Variable]:
     for e in expressions_of(read):
         if isinstance(e, Variable) and e not in skipped:
             yield e
-
-
-def _tell_positions(
-    work: TranslationContext,
-    routines: Iterable[Routine],
-    name_of: Callable[[Variable], Expression],
-    is_set: Callable[[Expression], bool],
-) -> None:
-    numbers = bool(work.limits.numbered)
-    says = "nothing here sets this position, and no VAR.DAT or olp.toml holds it"
-    says += ": it has to be taught" if numbers else ": zeros are declared"
-    told: set[str] = set()
-    for s in [s for routine in routines for s in work.look(routine).unnamed()]:
-        for e in s.targets:
-            if not isinstance(e, Variable) or e.local or type(e.index) is not Number:
-                continue
-            if e.store is Store.SYSTEM:
-                continue
-            name = name_of(e)
-            label = label_of(name)
-            if label not in told and not is_set(name):
-                told.add(label)
-                work.lose(s, Fate.APPROXIMATED, "position", says)
-                work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)

@@ -178,7 +178,7 @@ def _idle(s: Statement, why: str, program: Program, work: TranslationContext) ->
 
 def comment_texts(program: Program, work: TranslationContext) -> Program:
     """Comments and messages in characters that the target takes, comments in lines that it keeps whole."""
-    if not work.limits.comment and not work.limits.comment_swaps:
+    if not work.limits.comment and not work.limits.comment_swaps and not work.limits.message:
         return program
     routines = []
     for routine in program.routines:
@@ -196,7 +196,14 @@ def _with_legal_texts(s: Statement, work: TranslationContext) -> list[Statement]
     """The statement; before it its comment, where that is too long to stand behind it."""
     said: Any = s
     if isinstance(s, Message) and isinstance(s.text, Text):
-        said = replace(s, text=Text(_legal(s.text.value, work)))
+        legal, room = _legal(s.text.value, work), work.limits.message
+        if room and len(legal) > room:
+            from textwrap import wrap
+
+            work.note_at(s, f"a message of more than {room} characters: several are written")
+            parts: list[Statement] = [replace(s, text=Text(part), comment="") for part in wrap(legal, room)]
+            return [*parts[:-1], *_with_legal_texts(replace(s, text=Text(wrap(legal, room)[-1])), work)]
+        said = replace(s, text=Text(legal))
     comment = getattr(s, "comment", "")
     if not comment or isinstance(s, Case):
         return [said]

@@ -99,6 +99,7 @@ LIMITS: Final = Limits(
     has_integers=True,
     tasks=15,  # of the larger controllers; smaller ones have five
     task_name="SUB{}",
+    message=32,
     refuses=frozenset(
         {
             "Clear",

@@ -86,6 +86,7 @@ LIMITS: Final = Limits(
     first_signal=1,
     position_read_in="move",
     register_arguments=True,
+    message=24,
     refuses=frozenset(
         {
             "Clear",
