@@ -146,10 +146,11 @@ def test_joint_moves_never_exceed_rated_speed(plan):
 
 
 OVERRIDES = (1.5, 1.2, 1.0, 0.97, 0.9, 0.8, 0.7, 0.6, 0.55, 0.5, 0.45, 0.4, 0.3, 0.2, 0.1)
-PROGRAMS = sorted(
+PROGRAMS = sorted(  # those of mistakes move no further than from one point to the next
     path
     for path in Path("samples").rglob("*")
-    if path.suffix.lower() in (".jbi", ".src", ".ls", ".mod", ".script", ".pdl", ".as")
+    if path.parent.name not in ("broken", "pitfalls")
+    and path.suffix.lower() in (".jbi", ".src", ".ls", ".mod", ".script", ".pdl", ".as")
     and path.stat().st_size < 20_000
 )
 
@@ -157,10 +158,7 @@ PROGRAMS = sorted(
 @pytest.mark.parametrize("path", PROGRAMS, ids=str)
 def test_no_lower_override_makes_a_way_from_stop_to_stop_faster(path):
     """Corners included: which part of one counts for which line shifts with the speed, what both take does not fall."""
-    try:
-        plan = read(path).plan()
-    except OlpError:
-        pytest.skip("no program")
+    plan = read(path).plan()
     before = stretches(plan, OVERRIDES[0])
     for override in OVERRIDES[1:]:
         after = stretches(plan, override)
