@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -405,7 +406,7 @@ def save(folder: Path, name: str, data: bytes) -> None:
 
 
 class Run(NamedTuple):
-    """One target: how many inputs, in how many minutes, and the inputs at fault after all."""
+    """One target: how many inputs, in how many minutes of CPU, and the inputs at fault after all."""
 
     name: str
     inputs: int
@@ -421,7 +422,7 @@ def fuzz(name: str, minutes: float, found: Path) -> Run:
     for data in seeds(name):
         save(corpus, "seed", data)
     words = ["--drive", name, "--found", str(found), "--minutes", str(minutes)]
-    began = time.monotonic()
+    before = _cpu_s()
     ran = subprocess.run(
         [sys.executable, __file__, *words],
         cwd=ROOT,
@@ -435,9 +436,15 @@ def fuzz(name: str, minutes: float, found: Path) -> Run:
     covered = re.findall(r"cov: (\d+)", ran.stderr)
     if inputs is None:
         print(ran.stderr[-2_000:], file=sys.stderr)
+    spent = (_cpu_s() - before) / 60
     faults = again(name, sorted(found.glob(f"{name}-*")))
-    spent = (time.monotonic() - began) / 60
     return Run(name, int(inputs[1]) if inputs else 0, spent, covered[-1] if covered else "?", faults)
+
+
+def _cpu_s() -> float:
+    """Of the processes that were started and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def again(name: str, paths: list[Path]) -> tuple[tuple[Path | None, Fault], ...]:
@@ -531,7 +538,7 @@ def main(arguments: list[str]) -> int:
 
 def replay(name: str) -> Run:
     """The kept inputs of a target."""
-    began, faults = time.monotonic(), []
+    began, faults = time.process_time(), []
     inputs = kept(name)
     with tempfile.TemporaryDirectory() as temporary:
         warm(name, Path(temporary))
@@ -539,11 +546,11 @@ def replay(name: str) -> Run:
             problem = fault(name, data, Path(temporary))
             if problem is not None:
                 faults.append((None, problem))
-    return Run(name, len(inputs), (time.monotonic() - began) / 60, "-", tuple(faults))
+    return Run(name, len(inputs), (time.process_time() - began) / 60, "-", tuple(faults))
 
 
 def print_runs(runs: list[Run]) -> int:
-    print(f"{'target':12} {'inputs':>9} {'minutes':>8} {'covered':>8} {'faults':>7}")
+    print(f"{'target':12} {'inputs':>9} {'CPU min':>8} {'covered':>8} {'faults':>7}")
     for run in runs:
         print(f"{run.name:12} {run.inputs:9,} {run.minutes:8.2f} {run.covered:>8} {len(run.faults):7}")
         for path, problem in run.faults:

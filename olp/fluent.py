@@ -111,7 +111,7 @@ class Program(ir.Program):
         *,
         assumptions: Assumptions | None = None,
         folder: str | os.PathLike[str] | None = None,
-        max_steps: int = 2_000_000,
+        max_steps: int | None = None,
         cycles: int = 1,
     ) -> Plan:
         """Executes the program, its first routine to the end.
@@ -197,7 +197,7 @@ def run(
     *,
     assumptions: Assumptions | None = None,
     folder: str | os.PathLike[str] | None = None,
-    max_steps: int = 2_000_000,
+    max_steps: int | None = None,
     cycles: int = 1,
 ) -> Plan:
     """The plan of `program`: see `Program.plan`."""

@@ -281,7 +281,7 @@ def test_a_folder_without_programs_says_which_names_are_looked_for(tmp_path: Pat
 
 def test_everything_missing_or_empty_is_reported_at_once(tmp_path: Path) -> None:
     make_files(tmp_path, "a.jbi", "empty/readme.txt")
-    wanted = ["a.jbi", "no.jbi", "empty", "*.prg"]
+    wanted = ["no.jbi", "empty", "*.prg"]
     with pytest.raises(OlpError) as caught:
         expand_paths([tmp_path / name for name in wanted], [".jbi"])
     assert [(d.code, Path(d.file).name) for d in caught.value.diagnostics] == [
@@ -289,6 +289,17 @@ def test_everything_missing_or_empty_is_reported_at_once(tmp_path: Path) -> None
         ("C004", "empty"),
         ("C003", "*.prg"),
     ]
+
+
+@pytest.mark.parametrize("command", [["time"], ["lint"], ["check", "--no-cache"], ["annotate", "-o", "out"]])
+def test_a_file_that_is_missing_is_told_and_the_others_are_answered(command, tmp_path, monkeypatch, capsys):
+    job = Path(__file__).parent.parent / "samples" / "inform" / "palletising" / "PICK.JBI"
+    monkeypatch.chdir(tmp_path)
+    assert main([command[0], str(job), "no.jbi", "*.prg", *command[1:]]) == 2
+    told = "".join(capsys.readouterr())
+    assert "no.jbi" in told
+    assert "*.prg" in told
+    assert "PICK.JBI" in told
 
 
 # --- output files ----------------------------------------------------------------------------------------

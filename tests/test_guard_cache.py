@@ -323,12 +323,15 @@ def test_a_cache_that_a_killed_run_has_begun_is_filled(tmp_path, monkeypatch):
     assert check(home, monkeypatch, cache).timed == []
 
 
-def test_a_link_that_names_itself_is_one_unknown_among_the_others(tmp_path, capsys):
+@pytest.mark.parametrize("target", ["LINK.JBI", "/dev/zero", "no/where"])
+@pytest.mark.parametrize("budget", ['files = ["*.JBI"]', 'routine = "LINK"', 'job = "LINK"'])
+def test_a_link_that_is_no_program_is_one_unknown_among_the_others(target, budget, tmp_path, capsys):
     home = tmp_path / "cell"
-    cell(home, "[[budget]]\nlimit_s = 1000\n")
-    (home / "SELF.JBI").symlink_to("SELF.JBI")
+    cell(home, f"[[budget]]\nlimit_s = 1000\n[[budget]]\n{budget}\nlimit_s = 1000\n")
+    (home / "LINK.JBI").symlink_to(target)
     assert main(["check", str(home), "--no-cache", "--store", str(tmp_path / "store")]) == 2
-    assert "SELF.JBI" in capsys.readouterr().out
+    told = [row.split()[:3] for row in capsys.readouterr().out.splitlines()]
+    assert sum(row[0] == "unknown" and row[2].endswith("LINK.JBI") for row in told if len(row) == 3) == 2
 
 
 def test_a_view_without_an_end_in_place_of_the_table_does_not_hang(pallet, tmp_path, monkeypatch):

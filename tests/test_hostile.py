@@ -9,10 +9,12 @@ import os
 import re
 import resource
 import shutil
+import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -23,6 +25,9 @@ from olp.core.files import write_output
 from olp.core.source import decode
 from olp.core.terminal import csv_text, from_cell
 from olp.fluent import read, read_source
+from olp.ir.expressions import Function, Named, Number, PositionLiteral, Text
+from olp.ir.statements import Assign
+from olp.runtime import computing
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
@@ -342,3 +347,98 @@ def test_a_table_takes_a_name_that_is_no_text(tmp_path):
     Path(os.fsdecode(name)).write_bytes(JOB.read_bytes())
     table = read(os.fsdecode(name)).plan().time()
     assert table["file"].str.contains(r"udc83N.JBI", regex=False).all()
+
+
+ENDLESS = {
+    "P.JBI": "/JOB\n//NAME P\n//POS\n///NPOS 0,0,0,0,0,0\n//INST\n///DATE 2020/01/01 00:00\n///ATTR SC,RW\nNOP\n"
+    "*A\nDOUT OT#(1) ON\nJUMP *A\nEND\n",
+    "loop.src": "DEF loop()\nLOOP\nENDLOOP\nEND\n",
+    "true.src": "DEF true()\nINT i\nWHILE TRUE\ni = i + 1\nENDWHILE\nEND\n",
+    "wait.src": "DEF wait()\nLOOP\nWAIT SEC 0.1\nENDLOOP\nEND\n",
+    "for.src": "DEF for()\nINT i\nFOR i = 1 TO 2147483647\nWAIT SEC 0.1\nENDFOR\nEND\n",
+    "self.src": "DEF self()\nself()\nEND\n",
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_no_budget_is_held_by_a_program_that_never_ends(name, tmp_path, capsys):
+    (tmp_path / name).write_text(ENDLESS[name], encoding="utf-8")
+    (tmp_path / "olp.toml").write_text("[[budget]]\nlimit_s = 1e9\n", encoding="utf-8")
+    began = time.process_time()
+    assert main(["check", str(tmp_path), "--no-cache"]) == 2
+    assert time.process_time() - began < 4.0
+    assert re.search("I10[689]", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("turn", ["1e200, 0, 0", "0, -1e308, 1e308", "n, 0, 0"])
+def test_a_turn_without_a_measure_is_told(turn, tmp_path, capsys):
+    script = tmp_path / "a.script"
+    script.write_text(f"def a():\n  n = 1e200\n  movel(p[0.1, 0.2, 0.3, {turn}])\nend\n", encoding="utf-8")
+    assert main(["time", str(script)]) == 2
+    assert "I202" in capsys.readouterr().err
+
+
+def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe")
+    assert main(["time", str(JOB), "--format", "csv", "-o", str(tmp_path / "pipe")]) == 2
+    assert "pipe" in capsys.readouterr().err
+
+
+STORES = {
+    "a trigger": "create trigger t after insert on program begin delete from run; end",
+    "a view in place of a table": "drop table item; create view item as select 1",
+}
+
+
+@pytest.mark.parametrize("attack", STORES)
+def test_a_store_that_does_more_than_keep_is_refused(attack, tmp_path, capsys):
+    store = str(tmp_path / "store")
+    assert main(["check", str(JOB), "--no-cache", "--store", store]) in (0, 1, 2)
+    with closing(sqlite3.connect(store)) as file:
+        file.executescript(STORES[attack])
+    capsys.readouterr()
+    for command in (["check", str(JOB), "--no-cache"], ["trend", "PICK"]):
+        assert main([*command, "--store", store]) == 2
+        assert "M004" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("odd", ["x", b"\xff", 1e300, "null", "nan"])
+def test_rows_of_a_store_that_olp_cannot_have_written_are_passed_over(odd, tmp_path, capsys):
+    store = str(tmp_path / "store")
+    for _ in range(2):
+        assert main(["check", str(JOB), "--no-cache", "--store", store]) in (0, 1, 2)
+    with closing(sqlite3.connect(store)) as file:
+        file.execute("update program set total_s = ? where run = 1", (odd,))
+        file.commit()
+    capsys.readouterr()
+    assert main(["trend", "PICK", "--store", store]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+
+
+def test_lint_says_why_it_cannot_judge_a_program_in_every_format(tmp_path, capsys):
+    (tmp_path / "p.pgx").write_text('<?xml version="1.0"?>' + "<Programs>" * 60, encoding="utf-8")
+    for form in ("text", "json", "junit", "sarif", "github", "gitlab", "markdown"):
+        assert main(["lint", str(tmp_path / "p.pgx"), "--format", form]) == 2
+        assert "the file holds no routine" in capsys.readouterr().out, form
+
+
+ARGUMENTS = (Number(1), Number(1e300), Text("a"), Named("x"), PositionLiteral("pose", (0.0,) * 6))
+
+
+@pytest.mark.parametrize("argument", ARGUMENTS)
+def test_functions_with_too_few_or_absurd_arguments_are_told(argument):
+    """In a statement, and where a variable is declared, which is before anything runs."""
+    program = read_source(decode(b"def a():\n  x = 1\nend\n", "a.script"))
+    (routine,) = program.routines
+    (declared,) = routine.body
+    calls = [
+        Function(name, (argument,) * n)
+        for name in {**computing.FUNCTIONS, **computing._FURTHER}
+        for n in range(7)
+    ]
+    body = tuple(Assign(2, Named("x"), call) for call in calls)
+    data = tuple(replace(declared, name=f"y{n}", value=call) for n, call in enumerate(calls))
+    plan = replace(program, data=data, routines=(replace(routine, body=body),)).plan()
+    told = {d.code for d in plan.diagnostics}
+    assert "I222" in told
+    assert "C016" not in told

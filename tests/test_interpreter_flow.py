@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -348,3 +349,13 @@ def test_an_emptied_call_stack_ends_the_program_with_the_routine(tmp_path: Path)
         tmp_path, {"MAIN": "CALL JOB:SUB\nMOVL C00009 V=50.0", "SUB": "MOVL C00001 V=50.0\nCLEAR STACK"}
     )
     assert visited(run(read(main))) == [1]
+
+
+def test_what_a_run_is_allowed_grows_with_what_is_read_and_with_the_cycles() -> None:
+    endless = "*A\nINC D000\nJUMP *A IF D000<100000000"
+    alone = run(program(endless)).stop_reason
+    longer = run(program("SET B001 1\n" * 100 + endless)).stop_reason
+    counts = [int(re.findall(r"\d+", says)[0]) for says in (alone, longer)]
+    assert counts[1] - counts[0] == 1000
+    assert 200_000 < counts[0] < 200_200
+    assert "2000 statements" in run(program(endless), max_steps=2000).stop_reason

@@ -65,11 +65,27 @@ def run(args: Namespace) -> int:
     cache = None if args.no_cache or args.scheduler else Path(args.cache)
     settings = GuardSettings(job, args.workers, cache, args.scheduler)
     results = with_progress(len(paths), lambda done: judge_all(work.tasks, settings, done))
-    outcome = outcome_of(results, [*work.diagnostics, *work.idle(results, args.paths)])
+    outcome = outcome_of(
+        _asked_for(results, args.paths), [*work.diagnostics, *work.idle(results, args.paths)]
+    )
     told.write(outcome, paths)
     if args.store:
         store.keep(Path(args.store), results, Path.cwd())
     return outcome.exit_status
+
+
+def _asked_for(results: Sequence[JudgedFile], paths: Sequence[str]) -> list[JudgedFile]:
+    """The same; a program that was asked for by its name and cannot be read is one that cannot be judged."""
+    from olp.reports.outcome import JudgedItem, Status
+
+    def item(result: JudgedFile) -> JudgedItem:
+        why = result.findings[0].message if result.findings else "cannot be read"
+        return JudgedItem("program", result.path, Status.UNKNOWN, why, group="budget")
+
+    named = {str(Path(path)) for path in paths}
+    return [
+        replace(r, items=(item(r),)) if r.unread and not r.items and r.path in named else r for r in results
+    ]
 
 
 def outcome_of(results: Sequence[JudgedFile], problems: Sequence[Diagnostic] = ()) -> Outcome:
@@ -142,6 +158,8 @@ def _sentence(results: Sequence[JudgedFile], items: Sequence[object]) -> str:
     )
     free = sum(not result.items for result in results)
     without = f"; {free} program{'' if free == 1 else 's'} without a budget" if free else ""
+    unread = sum(result.unread and not result.items for result in results)
+    without += f", of which {unread} cannot be read" if unread else ""
     return f"{len(results)} program{'' if len(results) == 1 else 's'}: {told}{without}"
 
 

@@ -238,7 +238,7 @@ def _item(result: Linted, findings: Sequence[OutcomeFinding], fail_on: str) -> J
     status, count = Status.HELD, len(findings)
     says = f"{count} finding{'' if count == 1 else 's'}"
     if result.unreadable:
-        status, says = Status.UNKNOWN, "cannot be read"
+        status, says = Status.UNKNOWN, next((f.message for f in result.findings), "cannot be read")
     elif any(order.index(found.level) >= order.index(fail_on) for found in findings):
         status = Status.FAILED
     elif findings:

@@ -97,9 +97,8 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--max-steps",
         type=positive_int,
-        default=2_000_000,
         metavar="N",
-        help="stop after this many statements (default: 2000000)",
+        help="stop after this many statements (default: 200000 per cycle, and ten times those that are read)",
     )
     parser.add_argument(
         "--cycles", type=positive_int, default=1, metavar="N", help="rounds of an endless main loop"

@@ -45,7 +45,7 @@ def write_output(
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
         try:
-            target.write_bytes(data)  # a device or a pipe cannot be replaced, a folder says so
+            _into_device(target, data)  # a device or a pipe cannot be replaced, a folder says so
         except OSError as problem:
             raise type(problem)(problem.errno, problem.strerror, str(path)) from None
     else:
@@ -82,6 +82,15 @@ def write_together(files: Mapping[Path, bytes]) -> None:
 def _beside(target: Path) -> Path:
     """A hidden file that nobody has: one that a killed run has left is never in the way."""
     return target.with_name(f".olp-{token_hex(8)}.part")
+
+
+def _into_device(target: Path, data: bytes) -> None:
+    """Raises OSError, also for a pipe that nobody reads: it would be waited for."""
+    descriptor = os.open(target, os.O_WRONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))
+    with open(descriptor, "wb") as file:
+        if hasattr(os, "set_blocking"):
+            os.set_blocking(descriptor, True)
+        file.write(data)
 
 
 def _replace(target: Path, data: bytes) -> None:
@@ -149,28 +158,33 @@ def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[P
     """The files meant by `paths`: files as they are, folders searched for `suffixes`, patterns expanded.
 
     Suffixes are lower case with their dot (".jbi") and match either case. Every file comes once, folders in
-    sorted order. Raises OlpError naming everything that is missing, unreadable or empty.
+    sorted order. A file that is missing is one of them where there are others: whoever reads them tells of it as of
+    any that cannot be read. Raises OlpError naming everything that is unreadable or empty, or missing altogether.
     """
     found: dict[str, Path] = {}
     problems: list[Diagnostic] = []
+    missing = 0
     for path in map(Path, paths):
-        for file in _expand_one(path, tuple(suffixes), problems):
+        files = _expand_one(path, tuple(suffixes), problems)
+        for file in files:
             found.setdefault(os.path.normcase(os.path.abspath(file)), file)
-    if problems:
+        if not files and not path.is_dir():
+            missing += 1
+            problems.append(error("C003", "no such file or folder", file=str(path)))
+            found.setdefault(os.path.normcase(os.path.abspath(path)), path)
+    if len(problems) > missing or (problems and len(found) == missing):
         raise OlpError(*problems)
     return list(found.values())
 
 
 def _expand_one(path: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -> list[Path]:
+    """The files that one path means, none where it is missing."""
     if path.is_dir():
         return _search(path, suffixes, problems)
-    if path.exists():
+    if path.exists() or path.is_symlink():
         return [path]
     # Shells on Windows hand patterns over as they are.
-    matches = _glob(path)
-    if not matches:
-        problems.append(error("C003", "no such file or folder", file=str(path)))
-    return [file for match in matches for file in _expand_one(match, suffixes, problems)]
+    return [file for match in _glob(path) for file in _expand_one(match, suffixes, problems)]
 
 
 def _glob(path: Path) -> list[Path]:

@@ -26,7 +26,7 @@ class TimingJob:
     acceleration: float | None = None
     encoding: str | None = None
     assumptions: str | None = None  # path of an olp.toml, else the nearest one
-    max_steps: int = 2_000_000
+    max_steps: int | None = None  # statements of a run; None: what a cell needs
     cycles: int = 1
     override: float | None = None
     acceleration_law: str | None = None

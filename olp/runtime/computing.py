@@ -125,6 +125,8 @@ def _of_quaternion(m: Machine, arguments: Arguments) -> Value:
     size = math.sqrt(sum(v * v for v in q))
     if size == 0.0:
         raise StatementError("I202", "a quaternion of zeros is no turn", "write 1, 0, 0, 0 for none")
+    if not math.isfinite(size):
+        raise StatementError("I202", "the quaternion is too large for a turn", "check the operands")
     return pose_value(
         Pose(np.array([x, y, z]) * mm, rotation_from_quaternion(np.array([[v / size for v in q]]))[0])
     )
@@ -132,6 +134,8 @@ def _of_quaternion(m: Machine, arguments: Arguments) -> Value:
 
 def _of_vector(m: Machine, arguments: Arguments) -> Value:
     x, y, z, rx, ry, rz = _numbers(m, arguments, 6)
+    if not math.isfinite(rx * rx + ry * ry + rz * rz):
+        raise StatementError("I202", "the rotation vector is too long for a turn", "check the operands")
     return pose_value(pose_of_rotation_vector(x, y, z, (rx, ry, rz)))
 
 
@@ -268,7 +272,12 @@ _FURTHER: Mapping[str, Computes] = {
 }
 
 _LEAST_ARGUMENTS: Mapping[str, int] = {
+    "pose-add": 2,
+    "pose-distance": 2,
+    "pose-element": 2,
+    "pose-interpolate": 3,
     "pose-product": 2,
+    "pose-subtract": 2,
     "shift-between": 2,
     "part-of-text": 2,
     "position-in-text": 2,

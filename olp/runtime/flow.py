@@ -32,7 +32,7 @@ from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
 from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import RANGES, Array, Record, Value
 from olp.runtime.plan import CallSpan
-from olp.runtime.regions import Read, Region, influences, reads_of, region
+from olp.runtime.regions import Read, Region, influences, is_literal, reads_of, region
 from olp.runtime.signals import flip
 from olp.runtime.spelling import spell
 from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Loop, LoopEntry, Machine, StatementError
@@ -514,7 +514,7 @@ def _ended_from_outside(
 
     `moved`: the head of the last pass, where that moved.
     """
-    following = last + 1 if condition is not None else None
+    following = None if condition is None or is_literal(condition) else last + 1
     for index in about.exits:
         statement = m.frame.job.body[index]
         asks = statement.condition if isinstance(statement, (Jump, Return)) else None
@@ -533,7 +533,11 @@ def _ended_from_outside(
 def _stop(m: Machine, first: int, last: int, moved: bool) -> None:
     cycles = f"{m.cycles} cycle{'' if m.cycles == 1 else 's'}" if moved else "one pass without a move"
     says = f"{_lines(m, first, last)} has no end: stopped after {cycles}"
-    m.assume(says)
+    if moved:
+        m.assume(says)
+    else:
+        help = "give it an exit, or say in olp.toml the values that it asks for"
+        m.fault(StatementError("I109", says, help, Severity.WARNING))
     m.stop(says)
 
 

@@ -16,7 +16,7 @@ from olp.runtime.machine import OPERATIONS, execute
 from olp.runtime.memory import Memory, PositionValue
 from olp.runtime.recorder import Recorder
 from olp.runtime.robots import missing_robots
-from olp.runtime.state import CallFrame, Machine
+from olp.runtime.state import STEPS, CallFrame, Machine
 from olp.runtime.world import build_world
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def run(
     *,
     assumptions: Assumptions | None = None,
     folder: str | os.PathLike[str] | None = None,
-    max_steps: int = 2_000_000,
+    max_steps: int | None = None,
     cycles: int = 1,
 ) -> Plan:
     """The plan of `program`: its first routine, run to the end.
@@ -42,6 +42,7 @@ def run(
     `robot`: library name, robot file or Robot of the first arm; else olp.toml or the controller's backup decide.
     `assumptions`: what the program cannot tell; the nearest olp.toml when None. `folder`: where called routines and
     controller files are; the program's own folder when None. `cycles`: passes of an endless main loop.
+    `max_steps`: statements after which the run is stopped (None: 200,000 in each cycle, and ten times what is read).
     Raises OlpError for a robot that does not exist; everything else is in `Plan.diagnostics`.
     """
 
@@ -65,7 +66,7 @@ def start(
     robot: str | Robot | None,
     assumptions: Assumptions | None,
     folder: Path | None,
-    max_steps: int,
+    max_steps: int | None,
     cycles: int,
 ) -> Plan:
     """See `olp.runtime.interpreter.run`."""
@@ -90,10 +91,11 @@ def start(
         m.conventions = find_vendor(program.vendor).conventions
         m.case_sensitive = find_vendor(program.vendor).case_sensitive
         m.advance_stops = find_vendor(program.vendor).advance_stops
-    m.left = max_steps
+    m.allow(STEPS * cycles if max_steps is None else max_steps)
+    m.allows_more = max_steps is None
     m.load(main)
     set_initial_values(m)
-    execute(m, max_steps)
+    execute(m)
     return _finish(m)
 
 

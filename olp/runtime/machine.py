@@ -348,13 +348,12 @@ HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
 LIMIT: Final = "I108"  # of the finding that a run was not let go on
 
 
-def execute(m: Machine, max_steps: int) -> None:
-    """Runs `m` to its end, at most `max_steps` statements."""
-    m.left = max_steps
+def execute(m: Machine) -> None:
+    """Runs `m` to its end, or for as many statements as it is allowed."""
     while m.left and not m.ended and not m.stop_reason:
         _run_frame(m)
     if not m.left and not m.ended and not m.stop_reason:
-        _report_limit(m, max_steps)
+        _report_limit(m)
 
 
 def run_until(m: Machine, depth: int) -> None:
@@ -408,16 +407,16 @@ def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> N
         m.fault(StatementError(finding.code, finding.message, finding.help, finding.severity))
 
 
-def _report_limit(m: Machine, max_steps: int) -> None:
+def _report_limit(m: Machine) -> None:
     m.fault(
         StatementError(
             LIMIT,
-            f"the run was stopped after {max_steps} statements, here",
+            f"the run was stopped after {m.allowed} statements, here",
             "say in olp.toml what ends the loop, or allow more with --max-steps",
             Severity.WARNING,
         )
     )
-    m.stop(f"stopped after {max_steps} statements")
+    m.stop(f"stopped after {m.allowed} statements")
 
 
 EVALUATORS: Final[Mapping[type, Callable[[Machine, Any], Value]]] = {

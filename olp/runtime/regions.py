@@ -20,6 +20,8 @@ from olp.ir.expressions import (
     NamedArgument,
     Number,
     Signal,
+    SignalState,
+    Text,
     Unary,
     Variable,
 )
@@ -176,6 +178,17 @@ def _conditions(statement: Statement) -> Iterator[Expression]:
         yield statement.value
     elif isinstance(statement, Case):
         yield from statement.values
+
+
+def is_literal(e: Expression) -> bool:
+    """Whether an expression is the same whatever happens: literals, and operators between them."""
+    if isinstance(e, (Compare, Binary)):
+        return is_literal(e.left) and is_literal(e.right)
+    if isinstance(e, Logic):
+        return all(is_literal(part) for part in (e.first, *(condition for _, condition in e.rest)))
+    if isinstance(e, Unary):
+        return is_literal(e.operand)
+    return isinstance(e, (Number, Text, SignalState))
 
 
 def reads_of(e: Expression) -> Iterator[tuple[str, int | None, bool]]:

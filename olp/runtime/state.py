@@ -29,6 +29,17 @@ ASSUMABLE: Mapping[str, str] = {
     "I215": "start",
     "I225": "routines",
 }
+# Of findings that the run ended before the program did, and not with a cycle of it: the rest takes time, too.
+CUT_SHORT = frozenset({"I108", "I109"})
+
+
+def leaves_open(found: Diagnostic) -> bool:
+    """Whether a total leaves out what a finding tells, or had to assume it."""
+    return found.is_error or found.code in ASSUMABLE or found.code in CUT_SHORT
+
+
+# Statements of a cycle, and for each that is read: no cell has come near, and what never ends is over in a second.
+STEPS, _TIMES = 200_000, 10
 # What a handler returns: nothing (go on), the index of the next statement, or this: the call stack changed.
 OTHER_FRAME = -1
 
@@ -153,7 +164,9 @@ class Machine:
     inputs_read: dict[SignalKey, int] = field(default_factory=dict)  # -> value of `reads` at its last read
     spans: list[CallSpan] = field(default_factory=list)
     nested: int = 0  # calls within expressions under way
-    left: int = 0  # statements still allowed
+    allowed: int = 0  # statements of the run
+    left: int = 0  # of those
+    allows_more: bool = False  # the more, the longer the routines are that are run
     modules: dict[int, Scope] = field(default_factory=dict)  # file -> its named variables
     known_routines: Mapping[str, str] = field(
         default_factory=dict
@@ -247,11 +260,18 @@ class Machine:
             self.recorder.at.append(NOWHERE)
         return index
 
+    def allow(self, statements: int) -> None:
+        """Lets the run go on for so many more."""
+        self.allowed += statements
+        self.left += statements
+
     def load(self, job: RunnableRoutine) -> None:
         """Makes a routine ready: its mechanisms, and the global positions that its header sets."""
         if job.loaded:
             return
         job.loaded = True
+        if self.allows_more:
+            self.allow(_TIMES * len(job.body))
         self.operations.declare(self, job)
         self.recorder.sources = tuple(self.jobs.sources)
         names = group_names([group.mechanisms for group in job.routine.groups])

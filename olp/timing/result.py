@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, Span, info
 from olp.core.terminal import utf8
 from olp.runtime.plan import Assumption, Plan, StepKind
-from olp.runtime.state import ASSUMABLE
+from olp.runtime.state import leaves_open
 from olp.timing.corners import CornerPieces
 from olp.timing.motion import Profile
 
@@ -175,7 +175,7 @@ class Timing:
     @property
     def left_open(self) -> tuple[Diagnostic, ...]:
         """What the total leaves out or had to assume where no file says it: who compares totals must not rely on it."""
-        return tuple(d for d in self.diagnostics if d.is_error or d.code in ASSUMABLE)
+        return tuple(filter(leaves_open, self.diagnostics))
 
     @property
     def robot(self) -> str | None:

@@ -376,9 +376,12 @@ def plan_of(
     program: Program,
     robot: Robot | None,
     inputs: collections.abc.Mapping[SignalKey, tuple[int, ...]] | None,
-    most: int,
+    most: int | None,
 ) -> Plan | None:
-    """The plan of `most` statements, None where the program cannot be run. `inputs`: what olp.toml says counts more."""
+    """The plan of `most` statements (None: as usual), None where the program cannot be run.
+
+    `inputs`: what olp.toml says counts more.
+    """
     from pathlib import Path
 
     from olp.core.diagnostic import OlpError

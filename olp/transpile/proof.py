@@ -18,7 +18,7 @@ def runs_of(
     shown = split_at_ends(source)
     asked = asked_inputs(source)
     sets = [asked] if asked else []
-    first = [plan_of(shown, robots[0], None, 2_000_000)]
+    first = [plan_of(shown, robots[0], None, None)]
     first += [plan_of(shown, robots[0], inputs, MOST_AGAIN) for inputs in sets]
     try:
         there = rerun(converted, vendor, robots[1] or robots[0], source, sets)

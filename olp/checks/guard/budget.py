@@ -69,8 +69,8 @@ class Budget:
     signature: str = ""
 
     def covers(self, path: str) -> bool:
-        """Whether the budget holds for the program in the file `path`."""
-        file = Path(os.path.realpath(path))  # which a link that names itself does not stop
+        """Whether the budget holds for the program in the file `path`, wherever a link in its place may lead."""
+        file = Path(os.path.realpath(os.path.dirname(path)), os.path.basename(path))
         try:
             relative = file.relative_to(self.home).as_posix()
         except ValueError:
@@ -119,7 +119,7 @@ def budgets_for(path: str, given: str | None = None) -> list[Budgets]:
     """
     if given is not None and not Path(given).is_file():
         raise OlpError(error("M001", "no such file of budgets", file=given, help="check the path"))
-    files = [Path(given)] if given is not None else _files_above(str(Path(path).resolve().parent))
+    files = [Path(given)] if given is not None else _files_above(os.path.realpath(os.path.dirname(path)))
     return [_read(str(file.resolve()), file.stat().st_mtime_ns) for file in files if file.is_file()]
 
 

@@ -21,7 +21,7 @@ _WORST = 3  # lines that are told per budget
 
 @dataclass(frozen=True, slots=True)
 class JudgedFile:
-    """What became of one file. `read`: the files whose content decided, for the cache."""
+    """What became of one file. `read`: the files whose content decided, for the cache; `unread`: it could not be."""
 
     path: str
     items: tuple[JudgedItem, ...]
@@ -32,6 +32,7 @@ class JudgedFile:
     io_s: float = 0.0
     high_s: float | None = None
     read: tuple[str, ...] = ()
+    unread: bool = False
 
 
 def judge(path: str, budgets: Sequence[Budget], job: Job) -> JudgedFile:
@@ -44,7 +45,8 @@ def judge(path: str, budgets: Sequence[Budget], job: Job) -> JudgedFile:
     except OlpError as problem:
         findings = tuple(of_diagnostic(d, path) for d in problem.diagnostics)
         why = problem.diagnostics[0].message
-        return JudgedFile(path, tuple(_unknown(b, path, why) for b in budgets), findings, None, read=(path,))
+        unknown = tuple(_unknown(b, path, why) for b in budgets)
+        return JudgedFile(path, unknown, findings, None, read=(path,), unread=True)
     plain = timings[""]
     items, more = judge_timing(path, program, timings, budgets)
     found = [*_once([of_diagnostic(d.at(path)) for d in plain.diagnostics]), *more]
@@ -156,15 +158,14 @@ def _place(path: str, timing: Timing, measured: Measured, worst: list[OutcomeFin
 
 def _worst(path: str, timing: Timing, measured: Measured) -> list[OutcomeFinding]:
     """The lines that take longest, each summed over its executions, with what limits them."""
-    plan = timing.plan
-    lines: dict[tuple[int, int], float] = {}
-    first: dict[tuple[int, int], int] = {}
-    for step in np.flatnonzero(measured.steps).tolist():
-        key = int(plan.source[step]), int(plan.line[step])
-        lines[key] = lines.get(key, 0.0) + float(np.nan_to_num(timing.duration_s[step]))
-        first.setdefault(key, step)
-    order = sorted(lines, key=lambda key: -lines[key])[:_WORST]
-    return [_line(timing, measured, first[key], lines[key], path) for key in order if lines[key] > 0]
+    plan, steps = timing.plan, np.flatnonzero(measured.steps)
+    keys = plan.source[steps].astype(np.int64) << 32 | plan.line[steps]
+    _, first, line = np.unique(keys, return_index=True, return_inverse=True)
+    sums = np.bincount(line, np.nan_to_num(timing.duration_s[steps]), len(first))
+    order = np.lexsort((first, -sums))[:_WORST].tolist()
+    return [
+        _line(timing, measured, int(steps[first[at]]), float(sums[at]), path) for at in order if sums[at] > 0
+    ]
 
 
 def _line(timing: Timing, measured: Measured, step: int, seconds: float, path: str) -> OutcomeFinding:

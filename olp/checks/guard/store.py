@@ -22,6 +22,7 @@ from olp.core.git import git
 from olp.core.terminal import utf8
 
 _MARK = 0x6F6C7073  # SQLite's application_id: "olps"
+_MOST_S = 1e12  # of a program: 30,000 years
 _PATIENCE_S = 30.0  # for another olp that writes
 _SCHEMA = """
 create table if not exists run (id integer primary key, started text not null, version text not null,
@@ -31,6 +32,11 @@ create table if not exists program (run integer not null references run, path te
 create table if not exists item (run integer not null references run, path text not null, name text not null,
                                  status text not null, seconds real, limit_s real, primary key (run, path, name));
 create index if not exists program_path on program (path);
+"""
+# What may run without an end when a row is written or read; views of other names are whoever's queries.
+_ODD = """
+select count(*) from sqlite_master where type = 'trigger'
+    or (name in ('run', 'program', 'item') and (type != 'table' or sql like 'create virtual%'))
 """
 
 
@@ -87,7 +93,7 @@ def history(path: Path, job: str) -> list[TrendPoint]:
     )
     try:
         with closing(_opened(path)) as store:
-            return [TrendPoint(*row) for row in store.execute(query) if _means(row[2], job)]
+            return [TrendPoint(*row) for row in store.execute(query) if _can_be(row) and _means(row[2], job)]
     except sqlite3.Error as problem:
         raise _refused(path, problem) from None
 
@@ -107,12 +113,23 @@ def _opened(path: Path) -> sqlite3.Connection:
         tables = store.execute("select count(*) from sqlite_master").fetchone()[0]
         if tables and mark != _MARK:
             raise sqlite3.DatabaseError("it is another program's database")
+        if store.execute(_ODD).fetchone()[0]:
+            raise sqlite3.DatabaseError("it holds triggers, or what stands in the place of its tables")
         store.execute(f"pragma application_id = {_MARK}")
         store.executescript(_SCHEMA)
     except sqlite3.Error:
         store.close()
         raise
     return store
+
+
+def _can_be(row: Sequence[object]) -> bool:
+    """Whether olp can have written it: one that somebody else has put there is as if it were not."""
+    texts, (total, *parts) = row[:3], row[3:]
+    numbers = parts if total is None else [total, *parts]
+    return all(type(text) is str for text in texts) and all(
+        type(number) is float and abs(number) < _MOST_S for number in numbers
+    )
 
 
 def _means(path: str, job: str) -> bool:

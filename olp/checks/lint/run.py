@@ -38,7 +38,7 @@ def lint(path: str, job: Job, asked: RuleChoice | None = None) -> Linted:
         rules = rules_for(path, asked or RuleChoice())
         told = {code for rule in all_rules() if isinstance(rule, RunRule) for code in rule.codes}
         broken = [of_diagnostic(d, path) for d in program.diagnostics if d.is_error and d.code not in told]
-        if not program.routines:
+        if broken and not program.routines:
             return Linted(path, tuple(broken), unreadable=True)
         case = LintCase(program, time_program(program, job))
     except OlpError as problem:

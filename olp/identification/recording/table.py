@@ -33,6 +33,7 @@ MOST_BYTES = 2_000_000_000  # of a file, unpacked
 MOST_ROWS = 1_000_000  # of moves
 MOST_COLUMNS = 1_000
 _LONGEST_LINE = 1_000_000  # [bytes]
+_CHUNK = 1_000_000  # [bytes] that are unpacked at once
 _PACKED = 200  # times smaller at best: numbers that change pack to a tenth
 _SMALL = 50_000_000  # [bytes] that may be unpacked to whatever they were packed from
 SHOWN = 20  # findings of one kind that are told one by one
@@ -108,16 +109,7 @@ def read_bytes(path: Path) -> bytes:
         if not path.name.lower().endswith(".gz"):
             raw = read_input(path, MOST_BYTES)
         else:
-            packed = read_input(path, MOST_BYTES)
-            # A few kilobytes may unpack to any size: never ask for all of it.
-            most = min(MOST_BYTES, max(_SMALL, _PACKED * len(packed)))
-            with gzip.open(io.BytesIO(packed), "rb") as unpacked:
-                raw = unpacked.read(most + 1)
-            if len(raw) > most == MOST_BYTES:
-                raise OlpError(_too_large(file, MOST_BYTES))
-            if len(raw) > most:
-                says = f"the file unpacks to more than {_PACKED} times its size, which no table does"
-                raise OlpError(error("D003", says, file=file, help="pack the recording again, or not at all"))
+            raw = _unpacked(read_input(path, MOST_BYTES), file)
     except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
         raise OlpError(
             error("D002", f"not a whole gzip file: {problem}", file=file, help="pack it again")
@@ -129,6 +121,21 @@ def read_bytes(path: Path) -> bytes:
         says = f"a line has more than {_LONGEST_LINE // 1_000_000} MB"
         raise OlpError(error("D003", says, file=file, help="each row stands on a line of its own"))
     return with_commas(raw)
+
+
+def _unpacked(packed: bytes, file: str) -> bytes:
+    """What a gzip file holds. A few kilobytes may unpack to any size: it is refused as soon as it shows."""
+    source, chunks, size = io.BytesIO(packed), [], 0
+    with gzip.open(source, "rb") as unpacked:
+        while chunk := unpacked.read(_CHUNK):
+            chunks.append(chunk)
+            size += len(chunk)
+            if size > MOST_BYTES:
+                raise OlpError(_too_large(file, MOST_BYTES))
+            if size > max(_SMALL, _PACKED * source.tell()):
+                says = f"the file unpacks to more than {_PACKED} times its size, which no table does"
+                raise OlpError(error("D003", says, file=file, help="pack the recording again, or not at all"))
+    return b"".join(chunks)
 
 
 _DECIMAL = re.compile(rb"(?<=\d),(?=\d)")

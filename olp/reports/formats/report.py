@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.registry import file_names, load_from
-from olp.runtime.state import ASSUMABLE
+from olp.runtime.state import leaves_open
 
 if TYPE_CHECKING:
     from olp.reports.cell import BranchTime, CellLinks, ProgramCost
@@ -69,7 +69,7 @@ class ReportPart:
     @property
     def is_partial(self) -> bool:
         """Whether the total leaves something out, or had to assume what no file says."""
-        return any(d.is_error or d.code in ASSUMABLE for d in self.diagnostics)
+        return any(map(leaves_open, self.diagnostics))
 
 
 class Report(ABC):

@@ -110,8 +110,11 @@ class Timed(ToolArguments):
         max_length=1024,
         description="an olp.toml that says what inputs and waits do; default: the nearest",
     )
-    max_steps: int = Field(
-        2_000_000, ge=1, le=2_000_000, description="stop after this many executed statements"
+    max_steps: int | None = Field(
+        None,
+        ge=1,
+        le=2_000_000,
+        description="stop after this many executed statements; default: 200,000, and ten times those that are read",
     )
 
     def words(self, folder: Folder) -> Iterator[str]:
@@ -125,7 +128,8 @@ class Timed(ToolArguments):
             yield f"--accel={self.accel_mm_s2!r}"
         if self.override_pct is not None:
             yield f"--override={self.override_pct!r}"
-        yield f"--max-steps={self.max_steps}"
+        if self.max_steps is not None:
+            yield f"--max-steps={self.max_steps}"
 
 
 def robot_word(text: str, folder: Folder) -> str:

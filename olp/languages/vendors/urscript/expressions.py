@@ -219,7 +219,9 @@ def _from_one(index: Expression) -> Expression:
 
 
 def _pose_of(values: tuple[float, ...]) -> Expression:
-    if not math.isfinite(sum(values)) and not all(map(math.isfinite, values)):
+    x, y, z, rx, ry, rz = values
+    # A turn whose square no number holds is none, and the run says so.
+    if not math.isfinite(x + y + z + rx * rx + ry * ry + rz * rz):
         return Function("pose-vector", tuple(map(Number, values)))
     return pose_literal(values)
 
