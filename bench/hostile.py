@@ -8,9 +8,10 @@
     python bench/hostile.py --many 10000             a check of that many jobs, one of a hundred hostile
 
 An attack is a function that writes what is hostile into an empty folder and gives the command lines that meet it; what
-it draws from its dice makes the variants. Each command runs in a process of its own, and is held when it ends with
-status 0, 1 or 2, says why it has no answer in a line with a code, and takes no traceback, no more than 2 s of CPU and
-no more than 500 MB. Exit status 1 when anything was not held.
+it draws from its dice makes the variants. Each command runs in a process of its own that begins where olp's imports
+end, in one of twenty variants in a Python of its own; it is held when it ends with status 0, 1 or 2, says why it has no
+answer in a line with a code, and takes no traceback, no more than 2 s of CPU, no 2 s of waiting for nothing and no more
+than 500 MB. Exit status 1 when anything was not held.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ CELL = SAMPLES / "inform" / "palletising"
 JOB = CELL / "PICK.JBI"
 LIMIT_S, LIMIT_MB = 2.0, 500.0
 _GIVEN_UP_S = 30.0
+_ANEW = 20  # one of so many variants begins with Python itself
 _CODE = re.compile(r"\b[A-Z]\d{3}\b")
 _NUMBER = re.compile(rb"\d+\.?\d*")
 
@@ -615,7 +617,7 @@ GROUPS: Mapping[str, Attack] = {
 
 
 class Ran(NamedTuple):
-    """What one command did. `cpu_s` and `mb`: of its process."""
+    """What one command did. `cpu_s` and `mb`: of its process; `idle_s`: how long it neither ran nor wanted to."""
 
     words: tuple[str, ...]
     status: int
@@ -623,6 +625,7 @@ class Ran(NamedTuple):
     told: str
     cpu_s: float
     mb: float
+    idle_s: float = 0.0
 
     @property
     def fault(self) -> str:
@@ -635,11 +638,13 @@ class Ran(NamedTuple):
             return "no answer, and no code that says why"
         if self.cpu_s > LIMIT_S:
             return f"{self.cpu_s:.1f} s"
+        if self.idle_s > LIMIT_S:
+            return f"waits {self.idle_s:.1f} s"
         return f"{self.mb:.0f} MB" if self.mb > LIMIT_MB else ""
 
 
-def ran(words: Sequence[str], folder: Path) -> Ran:
-    """Runs a command line in a process of its own that begins where olp's imports end.
+def ran(words: Sequence[str], folder: Path, *, anew: bool = False) -> Ran:
+    """Runs a command line in a process of its own that begins where olp's imports end, or `anew` in another Python.
 
     Words of ours come first: `-C FOLDER`, `--terminal` for a pseudo-terminal as output, `--clock S` for a clock that
     goes back from there.
@@ -662,17 +667,21 @@ def ran(words: Sequence[str], folder: Path) -> Ran:
         if not child:
             os.dup2(theirs if terminal else said.fileno(), 1)
             os.dup2(theirs if terminal else told.fileno(), 2)
+            if anew and clock is None:
+                new_python(words, place)
             as_olp(words, place, clock)
+        began = time.monotonic()
         if terminal:
             os.close(theirs)
             drained(ours, said)
+        idle = idled(child, began)
         status, cpu, mb = waited(child)
         said.seek(0)
         told.seek(0)
         texts = [file.read().decode("utf-8", "backslashreplace") for file in (said, told)]
     if terminal and (left := _STEERS.search(re.sub(r"\x1b\[(?:0|1|2|31|33)m", "", texts[0]))):
         texts[1] += f"\nTraceback (most recent call last)\n{left[0]!r} reached the terminal"
-    return Ran(tuple(words), status, *texts, cpu, mb)
+    return Ran(tuple(words), status, *texts, cpu, mb, idle)
 
 
 _STEERS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\x80-\x9f\u202a-\u202e]")
@@ -693,6 +702,14 @@ def ready() -> None:
 
     for name in PROGRAMS.values():
         olp.fluent.read(name).plan().time()
+
+
+def new_python(words: Words, place: Path) -> None:
+    """Becomes `python -m olp WORDS`."""
+    resource.setrlimit(resource.RLIMIT_CPU, (int(_GIVEN_UP_S), int(_GIVEN_UP_S)))
+    os.chdir(place)
+    known = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
+    os.execve(sys.executable, [sys.executable, "-m", "olp", *words], known)
 
 
 def as_olp(words: Words, place: Path, clock: float | None) -> None:
@@ -731,6 +748,24 @@ def drained(terminal: int, into: object) -> None:
     os.close(terminal)
 
 
+def idled(child: int, began: float) -> float:
+    """Waits for a process: how long [s] it neither ran nor wanted to, 0 where others worked for it."""
+    os.waitid(os.P_PID, child, os.WEXITED | os.WNOWAIT)
+    lasted = time.monotonic() - began
+    try:
+        ran_ns, queued_ns, _ = map(int, Path(f"/proc/{child}/schedstat").read_text(encoding="ascii").split())
+        times = (
+            Path(f"/proc/{child}/stat")
+            .read_text(encoding="ascii", errors="replace")
+            .rpartition(")")[2]
+            .split()
+        )
+    except (OSError, ValueError):  # not Linux, or without these figures
+        return 0.0
+    works = int(times[13]) + int(times[14])  # what others that it started have used, in ticks
+    return 0.0 if works else lasted - (ran_ns + queued_ns) / 1e9
+
+
 def waited(child: int) -> tuple[int, float, float]:
     """Status (minus the signal that ended it), CPU time [s] and most memory [MB] of a process."""
     _, status, used = os.wait4(child, 0)
@@ -745,7 +780,7 @@ def attacked(group: str, seed: int) -> list[Ran]:
         folder = Path(temporary)
         try:
             for words in GROUPS[group](folder, dice):
-                done.append(ran(words, folder))
+                done.append(ran(words, folder, anew=seed % _ANEW == _ANEW - 1))
         except AssertionError as problem:
             done.append(Ran((), 3, "", str(problem), 0.0, 0.0))
     return done
@@ -916,12 +951,9 @@ KILLABLE: Mapping[str, Killable] = {
     ),
     "report": Killable(["report", "cell", "-o", "page.html"], ("page.html",)),
     "fit": Killable(
-        ["fit", "cell/PICK.JBI", "--to", "4", "-o", "F.JBI", "--json", "f.json"], ("F.JBI", "f.json")
+        ["fit", "cell/PICK.JBI", "--to", "3.15", "-o", "F.JBI", "--front", "f.json"], ("F.JBI", "f.json")
     ),
-    "merge": Killable(
-        ["merge", "cell/PICK.JBI", "ours.JBI", "theirs.JBI", "-o", "M.JBI", "--json", "m.json"],
-        ("M.JBI", "m.json"),
-    ),
+    "merge": Killable(["merge", "cell/PICK.JBI", "ours.JBI", "theirs.JBI", "-o", "M.JBI"], ("M.JBI",)),
 }
 
 
@@ -930,7 +962,7 @@ def kill_all(names: Sequence[str], moments: int) -> int:
     from olp.cli import names as commands
 
     head = f"{'command':12} {'moments':>8} {'killed':>7} {'with outputs':>13} {'left hidden':>12}"
-    print(f"{head} {'half':>5} {'other bytes':>12}")
+    print(f"{head} {'half':>5} {'run anew':>8} {'other bytes':>12}", flush=True)
     bad = 0
     for name in names:
         if name not in commands():
@@ -955,21 +987,32 @@ def killed(name: str, moments: int) -> int:
         if first.status not in (0, 1) or not whole:
             print(f"{name:12} cannot be run: status {first.status}: {first.told[-300:]}")
             return 1
-        died = partly = hidden = half = other = 0
+        died = partly = hidden = half = started_again = other = 0
         for moment in range(moments):
             home = folder / f"m{moment}"
             prepare(home)
+            before = all_of(home)
             share = dice.uniform(0.0, 1.02) if moment % 2 else dice.uniform(0.85, 1.02)
             died += interrupted(killable.words, home, share * lasts)
             found = written(home, killable)
             partly += bool(found)
             hidden += sum(".part" in path.name for path in home.rglob("*"))
             half += any(whole.get(key) != data for key, data in found.items())
+            if all_of(home) == before:  # nothing is left: started again it is the first run
+                shutil.rmtree(home)
+                continue
             again = ran(killable.words, home)
+            started_again += 1
             other += again.status != first.status or written(home, killable) not in (whole, twice)
             shutil.rmtree(home)
-    print(f"{name:12} {moments:8} {died:7} {partly:13} {hidden:12} {half:5} {other:12}", flush=True)
+    row = f"{name:12} {moments:8} {died:7} {partly:13} {hidden:12} {half:5} {started_again:8} {other:12}"
+    print(row, flush=True)
     return half + other
+
+
+def all_of(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder, with its bytes."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def prepare(folder: Path) -> None:
