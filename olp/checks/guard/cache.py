@@ -277,6 +277,8 @@ def _judged(value: object) -> JudgedFile:
         _texts([item.name, item.file, item.message, item.group, item.details])
         _numbers([item.seconds, item.limit_s])
         _wholes([item.line])
+    if type(judged.unread) is not bool:
+        raise ValueError("neither read nor unread")
     _texts([judged.path])
     _numbers([judged.total_s, judged.motion_s, judged.wait_s, judged.io_s, judged.high_s])
     return judged
