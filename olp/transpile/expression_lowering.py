@@ -45,7 +45,14 @@ from olp.ir.program import (
 from olp.ir.transformer import expressions_of, mapped, sets_numbers
 from olp.runtime.assumptions import Given
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.first_values import Unset, label_of, saved_number, saved_points, saved_values
+from olp.transpile.first_values import (
+    POSE_ELEMENTS,
+    Unset,
+    label_of,
+    saved_number,
+    saved_points,
+    saved_values,
+)
 from olp.transpile.move_lowering import Points, has_names, lifted_move
 from olp.transpile.occurrences import with_rows
 
@@ -71,10 +78,10 @@ _ZEROS: Final[dict[str, Expression]] = {
 _JOINTS: Final = frozenset({PointKind.JOINT, PointKind.PULSE})
 _POSES: Final = frozenset({PointKind.POSE})
 _KINDS: Final = {"position-pulse": PointKind.PULSE, "current-joints": PointKind.JOINT}  # where the arm stands
-_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
+_ELEMENTS: Final = (*POSE_ELEMENTS, "e1", "e2")
 _SYSTEM: Final = {"position-pose": "current-pose", "position-pulse": "current-joints"}
 _LARGEST_ARRAY: Final = 100
-_POSE: Final = frozenset(_ELEMENTS[:6])
+_POSE: Final = frozenset(POSE_ELEMENTS)
 
 
 def lift(program: Program, work: TranslationContext) -> Program:

@@ -13,8 +13,10 @@ from typing import Final
 
 from olp.ir.expressions import (
     Binary,
+    Element,
     Expression,
     Item,
+    Member,
     Named,
     Number,
     PositionLiteral,
@@ -126,6 +128,7 @@ _ZEROS: Final[Mapping[str, Expression]] = {
     "real": Number(0),
     "boolean": SignalState(False),
 }
+POSE_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz")  # in the order in which languages number them
 _MOST_ZEROS: Final = 1000  # elements of an array that are written out
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 _ANEW: Final = "set these back before each start, as they keep their values from run to run"
@@ -326,8 +329,8 @@ class Unset:
             return name, "nothing here sets"
         if self._ways is None:
             self._ways = reaching(self.program, _registers_set, _SETTING | {Update})
-        before = self._ways.at(routine.name, index, _register(e))
-        return (name, "on some way nothing has set") if UNSET in before else None
+        unset = any(UNSET in self._ways.at(routine.name, index, key) for key in _parts_of(e))
+        return (name, "on some way nothing has set") if unset else None
 
     def _tell_values(self) -> None:
         """What statements read beside the targets of moves. Registers of the target hold what its operator sets."""
@@ -381,14 +384,20 @@ class Unset:
                 self.work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)
 
 
-def _register(e: Variable) -> Key:
+def _parts_of(e: Variable) -> list[Key]:
+    """What has to be set of a register: of a position each element, of which a statement may set one."""
     assert isinstance(e.index, Number)
-    return "register", e.store, int(e.index.value)
+    store = Store.ROBOT if e.store is Store.SYSTEM else e.store  # a position of the system holds the robot's
+    return [("register", store, int(e.index.value), part) for part in POSE_ELEMENTS]
 
 
 def _registers_set(s: Statement) -> dict[Key, int]:
-    """The registers that a statement sets as a whole."""
+    """The registers that a statement sets, and elements of them."""
     match s:
+        case Assign(target=Element(Variable() as e, Number(at))) if type(e.index) is Number:
+            return dict.fromkeys(_parts_of(e)[int(at) - 1 : int(at)], 1)
+        case Assign(target=Member(Variable() as e, part)) if type(e.index) is Number:
+            return {key: 1 for key in _parts_of(e) if key[-1] == part}
         case (
             Assign(target=Variable() as e) | ReadInput(target=Variable() as e) | For(variable=Variable() as e)
         ):
@@ -398,10 +407,12 @@ def _registers_set(s: Statement) -> dict[Key, int]:
         case Clear(target=Variable() as e, count=count) if type(e.index) is Number:
             first = int(e.index.value)
             many = int(count.value) if type(count) is Number else 1
-            return {("register", e.store, n): 1 for n in range(first, first + many)}
+            return {
+                key: 1 for n in range(first, first + many) for key in _parts_of(replace(e, index=Number(n)))
+            }
         case _:
             return {}
-    return {_register(e): 1} if type(e.index) is Number else {}
+    return dict.fromkeys(_parts_of(e), 1) if type(e.index) is Number else {}
 
 
 def _read_by(s: Statement) -> Iterator[Variable]:
