@@ -71,6 +71,20 @@ def passed_by(timing: Timing, lines: set[int]) -> float:
     return far
 
 
+def travels(timing: Timing, lines: set[int]) -> float:
+    """[m/s] The fastest that the tool travels in a move on one of these lines, over 400 pieces of its time."""
+    plan, fast = timing.plan, 0.0
+    ends = np.concatenate(([0.0], timing.end_s))
+    for step in np.flatnonzero(
+        (plan.source == 0) & (plan.kind == StepKind.MOVE) & np.isin(plan.line, sorted(lines))
+    ):
+        if ends[step + 1] - ends[step] > 1e-6:
+            times = np.linspace(ends[step], ends[step + 1], 401)
+            way = np.linalg.norm(np.diff(tool_position(timing, times), axis=0), axis=1)
+            fast = max(fast, float((way / np.diff(times)).max()))
+    return fast
+
+
 def changed_lines(old: bytes, new: bytes) -> set[int] | None:
     """Numbers of the lines whose bytes differ, line ends included; None where there are more or fewer lines."""
     before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
@@ -103,6 +117,9 @@ def wrong_with(found: Fit, path: Path, robot: str, within: float) -> list[str]:
     far = passed_by(again, {one.choice.line for one in found.edits if one.choice.zone >= 0})
     if far > within * mm + 1e-6:
         wrong.append(f"corner {far / mm:.4f} mm")
+    fast = travels(again, {one.choice.line for one in found.edits if one.choice.by_axes})
+    if fast > FASTEST * 1.001:
+        wrong.append(f"tool {fast:.4f} m/s")
     return wrong
 
 
@@ -161,7 +178,7 @@ _NUMBERS = {  # what may be written in place of a number of the line
     r"(?<=\bV=)[\d.]+": lambda now: sorted({v for v in (1.5 * now, OF_MADE) if now < v <= OF_MADE}),
     r"(?<=\bPL=)\d+": lambda now: [v for v in (1, 2, 4, 8) if v > now],
 }
-OF_MADE = 900.0  # mm/s, the fastest that a made program may be told to be
+OF_MADE = 1e3 * FASTEST  # mm/s, the fastest that a made program may be told to be
 _MOST_WAYS = 6000  # of one program: some lines are then kept as they are
 
 
@@ -191,13 +208,15 @@ def all_ways(path: Path, text: str, places: list[list[tuple[int, str, str]]], ro
     """Every set of edits that passes no corner further than it may."""
     found = []
     for some in itertools.product(*([None, *of] for of in places)):
-        rows, rounded = text.split("\r\n"), set()
+        rows, rounded, turned = text.split("\r\n"), set(), set()
         for number, pattern, value in filter(None, some):
             rows[number] = re.sub(pattern, value, rows[number], count=1)
-            if "PL" in pattern:
-                rounded.add(number + 1)
+            (rounded if "PL" in pattern else turned if "VJ" in pattern else set()).add(number + 1)
         timing = timed(read_source(decode("\r\n".join(rows).encode(), str(path))), robot, path.parent)
-        if not timing.untimed and passed_by_roughly(timing, rounded) <= WITHIN * mm:
+        holds = (
+            passed_by_roughly(timing, rounded) <= WITHIN * mm and travels(timing, turned) <= FASTEST * 1.001
+        )
+        if not timing.untimed and holds:
             found.append(Way(sum(one is not None for one in some), timing.total_s))
     return found
 

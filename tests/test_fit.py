@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 import re
+from dataclasses import replace
 from itertools import pairwise, permutations
 from pathlib import Path
 
@@ -501,3 +502,36 @@ def test_line_numbers_of_the_controller_stay_where_they_are(tmp_path):
     for line, old in ((first, other), (second, one)):
         assert number.match(new.line(line))[0] == number.match(program.source.line(line))[0]
         assert number.sub("", new.line(line)) == number.sub("", old)
+
+
+def test_no_edit_takes_more_moves_out_of_what_the_signature_has_seen_unless_asked():
+    """Of the UP20's job the signature has seen 300 mm/s."""
+    path = ROOT / "samples/up20/APPR-1.JBI"
+    program = read(path)
+
+    def run(p):
+        timing = time_program(p, Job())
+        return replace(timing, unseen=int((timing.plan.moves.travel > 0.3).sum()))
+
+    base = run(program)
+    within = fit(program, 0.9 * base.total_s, run, Allowed(speed=0.6), front=False)
+    asked = fit(program, 0.9 * base.total_s, run, Allowed(speed=0.6, unseen=True), front=False)
+    assert (within.reached, within.edits) == (False, ())
+    assert asked.reached
+
+
+def test_joint_speeds_and_free_lines_make_the_tool_no_faster_than_it_may_be(tmp_path):
+    path = tmp_path / "MAIN.JBI"
+    path.write_text(job("MAIN", "MOVJ C00000 VJ=50.00\nMOVJ C00001 VJ=2.00 PL=0\nMOVL C00002 V=100.0 PL=0\n"))
+    free = frozenset({path.read_text().splitlines().index("MOVL C00002 V=100.0 PL=0") + 1})
+    reached = []
+    for most in (0.3, 0.6, None):
+        found = fit(
+            read(path), 0.01, lambda p: bench.timed(p, ROBOT, tmp_path), Allowed(speed=most, free=free)
+        )
+        position = track(found.timing, 1e-3).position
+        reached.append(float((np.linalg.norm(np.diff(position, axis=0), axis=1) / 1e-3).max()))
+        assert found.edits
+    assert reached[0] <= 0.3 * 1.01
+    assert reached[1] <= 0.6 * 1.01
+    assert reached[2] > 0.6

@@ -56,6 +56,7 @@ class Choice:
     `zone`: what the line becomes beside them, as the n-th larger zone; `joint` [1]: the share of rated speed with which
     a straight move becomes a joint move, 0 for none. `path`: of the called program that it changes; empty: the program
     itself. `modal`: a setting, that holds for moves of other lines. `moved`: lines that hold another line's text.
+    `by_axes`: it says how fast the axes turn, and the tool travels as fast as that makes it.
     """
 
     kind: str
@@ -69,6 +70,7 @@ class Choice:
     path: str = ""
     modal: bool = False
     moved: frozenset[int] = frozenset()
+    by_axes: bool = False
 
     @property
     def lines(self) -> frozenset[int]:
@@ -185,8 +187,9 @@ def _speeds(
             if texts:
                 effort = value / _si(one.speed.value) - 1.0
                 place = ("speed", one.written, path)
+                new, turns = tuple(texts.items()), one.speed.unit is SpeedUnit.FRACTION
                 yield Choice(
-                    "speed", one.line, place, says, effort, tuple(texts.items()), path=path, modal=modal
+                    "speed", one.line, place, says, effort, new, path=path, modal=modal, by_axes=turns
                 )
 
 
@@ -311,7 +314,7 @@ def _free(program: Program, timing: Timing, lines: frozenset[int]) -> Iterator[C
         for share in _JOINT_SPEEDS:
             if freed(program.vendor, program.source.line(line), share) is not None:
                 says = f"straight → joint move at {share:.0%}".replace("%", " %")
-                yield Choice("joint", line, ("speed", line, ""), says, 1.0 + share, joint=share)
+                yield Choice("joint", line, ("speed", line, ""), says, 1.0 + share, joint=share, by_axes=True)
 
 
 # --- The edited text ---

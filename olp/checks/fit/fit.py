@@ -39,7 +39,7 @@ from olp.ir.program import Program
 from olp.reports.cell import links_of
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import StepKind
-from olp.timing.track import tool_position
+from olp.timing.track import tool_position, tool_speed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,6 +56,8 @@ _ROUNDS = 12
 _SAMPLES = 161  # of the way round a corner
 _SMALL = 10  # places up to which fewer edits are looked for one by one
 _HELD = 1e-9  # [s]
+_SPEEDS = 41  # instants of a move at which the tool's speed is measured
+_SAME_SPEED = 1e-6  # of a speed, for the difference of two places
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,12 +263,27 @@ class FitSearch:
             half = len(some) // 2
             return self._together(some[:half]) | self._together(some[half:]) if half else {}
         gained = seconds_of(self.base, timing, [self.steps[one.place] for one in some])
-        far = passed(timing, some)
+        far, fast = passed(timing, some), self._too_fast(timing, some)
         return {
             one: seconds
             for one, seconds in zip(some, gained.tolist(), strict=True)
-            if far.get(one, 0.0) <= self.allowed.within
+            if far.get(one, 0.0) <= self.allowed.within and one not in fast
         }
+
+    def _too_fast(self, timing: Timing, some: Sequence[Choice]) -> set[Choice]:
+        """Those that say how fast axes turn, and make the tool travel faster than it may."""
+        most = self.allowed.speed
+        if most is None:
+            return set()
+        ends = np.concatenate(([0.0], timing.end_s))
+        found = set()
+        for one in some:
+            steps = [step for step in self.steps[one.place] if timing.plan.kind[step] == StepKind.MOVE]
+            if one.by_axes and steps:
+                times = np.concatenate([np.linspace(ends[step], ends[step + 1], _SPEEDS) for step in steps])
+                if tool_speed(timing, times).max() > most * (1.0 + _SAME_SPEED):
+                    found.add(one)
+        return found
 
     def timed(self, some: Sequence[Choice]) -> tuple[Applied, Timing]:
         """The program with `some`, called programs changed as well. Raises OlpError."""
@@ -292,7 +309,7 @@ class FitSearch:
         key = frozenset(chosen)
         if key not in self._known:
             timing = self._timed(chosen)
-            if timing is None:
+            if timing is None or self._too_fast(timing, chosen):
                 self._known[key] = (np.inf, np.inf)
             else:
                 self._known[key] = (timing.total_s, max(passed(timing, chosen).values(), default=0.0))
@@ -339,8 +356,8 @@ class FitSearch:
                 chosen = more
         timing = self._timed(chosen)
         if timing is not None:
-            far = passed(timing, chosen)
-            chosen = [one for one in chosen if far.get(one, 0.0) <= self.allowed.within]
+            far, fast = passed(timing, chosen), self._too_fast(timing, chosen)
+            chosen = [one for one in chosen if far.get(one, 0.0) <= self.allowed.within and one not in fast]
         return chosen
 
     def _fewer(self, chosen: list[Choice], to_s: float) -> list[Choice]:
