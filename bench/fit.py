@@ -1,6 +1,7 @@
 """How few edits `olp fit` needs, and whether its answers hold.
 
     python bench/fit.py small [COUNT [SEED]]   made programs of up to 8 moves against all sets of edits
+    python bench/fit.py wide [COUNT [SEED]]    the same with more places, against all sets of up to three edits
     python bench/fit.py real FOLDER [MOST [FROM]]   programs below FOLDER, 5, 10 and 20 % faster; -v tells each
     python bench/fit.py speed                  made programs of 200 and 2,000 lines
 
@@ -204,10 +205,12 @@ def spellings(
     return "\r\n".join(rows), places
 
 
-def all_ways(path: Path, text: str, places: list[list[tuple[int, str, str]]], robot: str) -> list[Way]:
-    """Every set of edits that passes no corner further than it may."""
+def all_ways(
+    path: Path, text: str, places: list[list[tuple[int, str, str]]], robot: str, every: bool = False
+) -> list[Way]:
+    """Every set of edits that passes no corner further than it may; with `every` only those of all places."""
     found = []
-    for some in itertools.product(*([None, *of] for of in places)):
+    for some in itertools.product(*(of if every else [None, *of] for of in places)):
         rows, rounded, turned = text.split("\r\n"), set(), set()
         for number, pattern, value in filter(None, some):
             rows[number] = re.sub(pattern, value, rows[number], count=1)
@@ -283,6 +286,51 @@ def _judge(
     sums["feasible and found"] += found.reached
     if found.reached:
         sums[f"edits more than the fewest: {len(found.edits) - min(enough)}"] += 1
+
+
+def wide(count: int, seed: int) -> None:
+    """Programs of 8 moves with all their places, against all sets of up to three edits that go as far as they may."""
+    robot, allowed = ROBOTS["inform"], Allowed(WITHIN * mm, OF_MADE * mm)
+    sums: Counter[str] = Counter()
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "made.jbi"
+        for number in range(count):
+            choose = random.Random(f"wide {seed} {number}")
+            text, places = spellings(job_text(choose, 8), choose, 10**9)
+            path.write_bytes(text.encode())
+            program = read(path)
+            base = timed(program, robot, path.parent)
+            furthest = []
+            for of in places:
+                holds = [way for way in of if all_ways(path, text, [[way]], robot, every=True)]
+                furthest += [holds[-1:]] if holds else []
+            best = min(
+                (way.total_s for way in all_ways(path, text, furthest, robot, every=True)), default=np.inf
+            )
+            search = FitSearch(program, lambda one: timed(one, robot, path.parent), allowed)
+            sums["programs"] += 1
+            sums["places"] += len(furthest)
+            for share in (0.05, 0.1, 0.2, 0.3):
+                to_s = base.total_s * (1 - share)
+                found = search.fit(to_s, front=False)
+                sums["targets"] += 1
+                sums["feasible with all edits"] += best <= to_s
+                sums["feasible with all edits and found"] += best <= to_s and found.reached
+                if not found.reached or len(found.edits) > 4:
+                    sums["not reached, or more than 4 edits: sets not tried"] += 1
+                    continue
+                fewest = len(found.edits)
+                for size in range(len(found.edits)):
+                    sets = (
+                        all_ways(path, text, list(some), robot, every=True)
+                        for some in itertools.combinations(furthest, size)
+                    )
+                    if any(way.total_s <= to_s + 1e-9 for ways in sets for way in ways):
+                        fewest = size
+                        break
+                sums[f"edits more than the fewest: {len(found.edits) - fewest}"] += 1
+    for key, value in sorted(sums.items()):
+        print(f"{value:6} {key}")
 
 
 # --- Real programs ---
@@ -390,6 +438,8 @@ def speed() -> None:
 def main(words: list[str]) -> None:
     if words[:1] == ["small"]:
         small(int(words[1]) if len(words) > 1 else 20, int(words[2]) if len(words) > 2 else 1)
+    elif words[:1] == ["wide"]:
+        wide(int(words[1]) if len(words) > 1 else 10, int(words[2]) if len(words) > 2 else 1)
     elif words[:1] == ["real"] and len(words) > 1:
         numbers = [int(word) for word in words[2:] if word.isdecimal()]
         real(Path(words[1]), *(numbers + [200, 0][len(numbers) :]), each="-v" in words)
