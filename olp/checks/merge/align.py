@@ -104,12 +104,20 @@ def _gap(
 _WORD = re.compile(r"\w+|[^\w\s]")
 
 
-def words_of(code: str) -> Counter[str]:
+Words = frozenset[tuple[str, int]]  # each with how often it came before
+
+
+def words_of(code: str) -> Words:
     """The words and signs of a piece."""
-    return Counter(_WORD.findall(code))
+    often: Counter[str] = Counter()
+    found = []
+    for word in _WORD.findall(code):
+        found.append((word, often[word]))
+        often[word] += 1
+    return frozenset(found)
 
 
-def likeness(one: Counter[str], other: Counter[str]) -> float:
+def likeness(one: Words, other: Words) -> float:
     """The share of words that two pieces have in common [1]."""
-    total = one.total() + other.total()
-    return 2.0 * (one & other).total() / total if total else 0.0
+    total = len(one) + len(other)
+    return 2.0 * len(one & other) / total if total else 0.0

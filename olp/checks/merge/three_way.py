@@ -14,7 +14,7 @@ from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
-from olp.checks.merge.align import align, likeness, words_of
+from olp.checks.merge.align import Words, align, likeness, words_of
 from olp.checks.merge.model import Hunk, MergedText, TakenChanges, TextLine
 from olp.languages.merging import (
     COUNTER,
@@ -245,22 +245,28 @@ def _content(row: Row) -> str:
 
 
 def _aligned(base: _Version, side: _Version) -> list[tuple[int, int]]:
-    known: dict[str, Counter[str]] = {}
+    known: dict[str, Words] = {}
 
-    def words(code: str) -> Counter[str]:
-        found = known.get(code)
-        if found is None:
-            found = known[code] = words_of(code)
-        return found
+    def kind(version: _Version, at: int) -> tuple[Words, int, bool] | None:
+        """What two pieces must have in common to be alike at all; None: a name says which it is."""
+        piece = version.pieces[at]
+        if version.names[at] or not piece.code:
+            return None
+        words = known.get(piece.code)
+        if words is None:
+            words = known[piece.code] = words_of(piece.code)
+        return words, len(piece.uses), piece.says_nothing
+
+    here: dict[int, tuple[Words, int, bool] | None] = {}
+    there: dict[int, tuple[Words, int, bool] | None] = {}
 
     def alike(i: int, j: int) -> float:
-        a, b = base.pieces[i], side.pieces[j]
-        if base.names[i] or side.names[j] or len(a.uses) != len(b.uses) or a.says_nothing != b.says_nothing:
+        one = here[i] if i in here else here.setdefault(i, kind(base, i))
+        other = there[j] if j in there else there.setdefault(j, kind(side, j))
+        if one is None or other is None or one[1:] != other[1:]:
             return 0.0
-        if not a.code or not b.code:
-            return 0.0
-        common = likeness(words(a.code), words(b.code))
-        return common - _TOUCHED * _moved(base, side, a, b) if a.uses else common
+        common = likeness(one[0], other[0])
+        return common - _TOUCHED * _moved(base, side, base.pieces[i], side.pieces[j]) if one[1] else common
 
     return align(base.codes, side.codes, alike)
 
@@ -900,9 +906,8 @@ class _MergeWriter:
         choices: list[Choice] = []
         for name in order:
             row = rows[name]
-            shown = self._shown(name)
             if row.side and row.clash is None:
-                self.work.taken[row.side].points.append(shown)
+                self.work.taken[row.side].points.append(self._shown(name))
             choices.append(row.row if row.row is not None else row.clash or (None, None))
         told = self.rules.rows(choices)
         keys = {id(one): name for name in order for one in _rows_of(rows[name])}
