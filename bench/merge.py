@@ -32,7 +32,8 @@ from olp.checks.merge.merge import merge_bytes
 from olp.checks.merge.model import MergedText
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
-from olp.languages.vendor import recognise, vendor_names
+from olp.languages.vendor import find_vendor, recognise, vendor_names
+from olp.runtime.interpreter import run
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.merge_oracle import alike, both_changed, cut_in_two, lost, touched_up, wrong
@@ -114,7 +115,7 @@ def judge(sums: Sums, case: Case, folder: Path, keep: Path | None = None) -> Non
     sums.git_closed += conflicts > 0 and not shared
     sums.worse += bool(merged.hunks) and not conflicts
     sums.git_wrong += case.expected is not None and not conflicts and written != case.expected
-    found = list(_faults(vendor.name, case, merged))
+    found = list(_faults(vendor.name, case, merged, folder))
     sums.bad += bool(found)
     told = [f"{len(merged.hunks)} conflicts, none by the oracle"] if merged.hunks and not shared else []
     for text in [*found[:1], *told]:
@@ -131,7 +132,7 @@ def judge(sums: Sums, case: Case, folder: Path, keep: Path | None = None) -> Non
             (place / label).write_bytes(data)
 
 
-def _faults(language: str, case: Case, merged: MergedText) -> Iterator[str]:
+def _faults(language: str, case: Case, merged: MergedText, folder: Path) -> Iterator[str]:
     """What is wrong with a merge. A conflict too many is none of these."""
     data = merged.to_bytes()
     swapped = merge_bytes(language, case.base, case.theirs, case.ours)
@@ -145,6 +146,46 @@ def _faults(language: str, case: Case, merged: MergedText) -> Iterator[str]:
             yield "not what must come out"
     else:
         yield from wrong(language, base, ours, theirs, text)
+        yield from _elsewhere(language, case, data, folder)
+
+
+def _elsewhere(language: str, case: Case, merged: bytes, folder: Path) -> Iterator[str]:
+    """Where the four programs go when they run: to no place that no version knows, and to all that are new on a side.
+
+    Places are those of the tool, in millimetres and in the robot's base frame; of a program without a file beside it.
+    """
+    name = case.name.partition("#")[0]
+    base, ours, theirs, came = (_places(language, data, name, folder) for data in (*case[1:4], merged))
+    if base is None or ours is None or theirs is None or came is None:
+        return
+    _RAN.append(len(came))
+    for place in sorted(came - base - ours - theirs):
+        yield f"goes to {place}, which no version does"
+    for place in sorted(((ours | theirs) - base) - came):
+        yield f"does not go to {place}, which is new"
+
+
+_RAN: list[int] = []  # of each merge that was run, how many places it goes to
+
+
+def _places(language: str, data: bytes, name: str, folder: Path) -> set[tuple[float, ...]] | None:
+    """The targets of a program's moves; None where it is not a program or has a mistake."""
+    if name.lower().endswith((".dat", ".dtx")):
+        return None
+    program = find_vendor(language).read(decode(data, name))
+    if not program.routines or any(one.is_error for one in program.diagnostics):
+        return None
+    (folder / "empty").mkdir(exist_ok=True)
+    plan = run(program, folder=folder / "empty", max_steps=20_000)
+    rows = plan.moves.target
+    known = plan.positions
+    found = set()
+    for row in {int(one) for one in rows}:
+        place = known.position[row] * 1e3
+        values = place if place[0] == place[0] else known.axes[row]
+        if all(value == value for value in values):
+            found.add(tuple(round(float(value), 4) + 0.0 for value in values))
+    return found
 
 
 def table(rows: dict[str, Sums], examples: int = 10) -> None:
@@ -291,6 +332,7 @@ def real(folder: Path, half: str, most: int, keep: Path | None) -> None:
     for kind, rows in kinds.items():
         print(f"\n{KINDS[kind]}")
         table(dict(sorted(rows.items())))
+    print(f"\n{len(_RAN)} merges without conflicts were run with their versions, to {sum(_RAN)} places")
 
 
 # --- Made programs ---

@@ -126,10 +126,14 @@ def _tp(lines: list[str]) -> tuple[Counter[str], Counter[str]]:
 def wrong(language: str, base: str, ours: str, theirs: str, merged: str) -> list[str]:
     """What a merge without conflicts lost, doubled, made up or put into another order."""
     found = []
-    for of in zip(*(facts(language, text) for text in (base, ours, theirs, merged)), strict=True):
-        b, o, t, m = of
+    kinds = zip(*(facts(language, text) for text in (base, ours, theirs, merged)), strict=True)
+    for kind, (b, o, t, m) in enumerate(kinds):
         for fact in b.keys() | o.keys() | t.keys() | m.keys():
             low, high = _allowed(b[fact], o[fact], t[fact])
+            if kind == 1 and language in _MARKS:
+                high = max(
+                    high, o[fact], t[fact]
+                )  # a remark that one side took out and the other changed stays
             if not low <= m[fact] <= high:
                 found.append(f"{b[fact]} {o[fact]} {t[fact]} -> {m[fact]}: {fact[:90]}")
     return [*found, *_order(language, base, ours, theirs, merged)]

@@ -357,6 +357,49 @@ def test_git_merges_rebases_and_picks_with_it(tmp_path, monkeypatch):
     assert not (tmp_path / ".gitattributes").exists()
 
 
+def test_git_merges_in_folders_with_blanks_and_letters_of_all_kinds_and_what_olp_cannot_merge(
+    tmp_path, monkeypatch
+):
+    def git(*words: str) -> tuple[int, str]:
+        return run(tmp_path, "git", "-c", "user.name=a", "-c", "user.email=a@b", *words)
+
+    def commit(branch: str, start: str, **files: bytes) -> None:
+        assert git("checkout", "-qb", branch, start)[0] == 0
+        for name, data in files.items():
+            (folder / f"{name} größer $1'.JBI").write_bytes(data)
+        git("add", ".")
+        assert git("commit", "-qm", branch)[0] == 0
+
+    folder = tmp_path / "Zelle 1; ü"
+    folder.mkdir()
+    assert git("init", "-qb", "main")[0] == 0
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert main(["git", "install"]) == 0
+    driver = git("config", "merge.olp.driver")[1].strip()
+    assert git("config", "merge.olp.driver", f"{driver} --no-time")[0] == 0
+    git("add", ".")
+    assert git("commit", "-qm", "start")[0] == 0
+    old = job([ONE, TWO, THREE], BODY)
+    night = job([ONE, "12,12,13,14,15,16", THREE], BODY, "2026/01/03 01:00")
+    marked = old.replace(b"END", b"<<<<<<< ours\r\n=======\r\n>>>>>>> theirs\r\nEND")
+    commit("base", "main", A=old, B=old)
+    commit("robot", "base", A=night, B=night, C=old)
+    commit("office", "base", A=job([ONE, TWO, THREE], [*BODY, "TIMER T=1.00"]), B=marked, C=night)
+    status, told = git("merge", "robot")
+    assert status == 1
+    assert (folder / "A größer $1'.JBI").read_bytes() == job(
+        [ONE, "12,12,13,14,15,16", THREE], [*BODY, "TIMER T=1.00"], "2026/01/03 01:00"
+    )
+    assert "error[U021]" in told
+    assert b"12,12,13" in (folder / "B größer $1'.JBI").read_bytes()  # git's own merge
+    shown = (folder / "C größer $1'.JBI").read_bytes()  # new on both sides
+    assert shown.count(b"<<<<<<< ") == shown.count(b">>>>>>> ") > 0
+    waiting = git("-c", "core.quotePath=false", "status", "--porcelain")[1].splitlines()
+    assert sorted(row[:2] for row in waiting) == ["AA", "M ", "M "]
+    assert not list(folder.glob(".merge_file*"))
+
+
 def test_a_merge_that_neither_side_would_have_written_is_told(tmp_path, capsys):
     """Ours takes a label out that theirs begins to jump to."""
     base, ours, theirs = (tmp_path / f"{name}.jbi" for name in ("base", "ours", "theirs"))

@@ -5,13 +5,9 @@ from __future__ import annotations
 import json
 import sys
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import refuse_inputs, write_output
-
-if TYPE_CHECKING:
-    pass
 
 SUMMARY = "merge two changes of one program: points by identity, logic by statement"
 
@@ -51,7 +47,14 @@ def run(args: Namespace) -> int:
     if args.driver is not None and not is_known(inputs, str(home)):
         # Other files have these suffixes, too: git's own merge is better than none.
         return text_merge(inputs, args.marker_size)
-    merged = merge_files(inputs, str(home), job)
+    try:
+        merged = merge_files(inputs, str(home), job)
+    except OlpError as problem:
+        if args.driver is None:
+            raise
+        # Git would leave ours there as if it were the merge, without a mark.
+        print_diagnostics(problem.diagnostics)
+        return text_merge(inputs, args.marker_size)
     data = merged.to_bytes(args.marker_size)
     write_output(target, data, inputs=inputs, in_place=args.driver is not None)
     quiet = target in (None, "-") or args.driver is not None

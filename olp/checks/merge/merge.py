@@ -290,7 +290,8 @@ def _timed(
     from olp.reports.batch import time_program
 
     programs = [_program(vendor, data, result.file) if data.strip() else None for data in texts]
-    folder = Path(result.file).parent  # the file itself may not be there yet
+    # The file itself may not be there yet, and git makes folders after it has merged what belongs into them.
+    folder = next(one for one in Path(result.file).absolute().parents if one.is_dir())
     timings: list[Timing | None] = []
     why = ""
     for program in (*programs, merged):
