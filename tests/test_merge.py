@@ -220,6 +220,15 @@ def test_a_byte_order_mark_and_records_of_the_header_are_no_change_of_the_progra
     )  # fmt: skip
 
 
+def test_what_the_controller_writes_into_the_header_is_that_of_the_side_saved_last():
+    base = b"&ACCESS RVP\r\n&REL 3\r\n&PARAM DISKPATH = KRC:\\R1\r\nDEF A()\r\nPTP HOME\r\nEND\r\n"
+    ours = base.replace(b"RVP", b"RVO1").replace(b"REL 3", b"REL 12").replace(b"R1\r", b"R1\\A\r")
+    theirs = base.replace(b"RVP", b"RV").replace(b"REL 3", b"REL 7").replace(b"R1\r", b"R1\\Z\r")
+    theirs = theirs.replace(b"HOME", b"P1")
+    assert merged(base, ours, theirs, "krl") == (0, ours.replace(b"HOME", b"P1").decode())
+    assert merged(base, theirs, ours, "krl") == (0, ours.replace(b"HOME", b"P1").decode())
+
+
 def test_what_polyscope_counts_and_names_anew_is_no_change():
     def program(tail: str, first: int, value: str, speed: str) -> bytes:
         name = f"Step_Counter_Thread_{tail}_5fc2_42c0_9e0d_ac41aa524d58"

@@ -28,6 +28,7 @@ class RecordRule(Enum):
     COUNTED = "how many there are now"
     NEWEST = "the later date"
     GREATEST = "the greater number"
+    SAVED_LAST = "that of the side with the later date or greater number"
 
 
 class NumberedUse(NamedTuple):

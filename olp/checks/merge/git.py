@@ -107,7 +107,7 @@ def _shown(rules: MergeRules, text: str) -> Iterator[str]:
     rows = {row.use[:2]: row for some in cut.rows.values() for row in some}
     used = {use[:2] for piece in cut.pieces for use in piece.uses}
     for piece in cut.pieces:
-        if piece.rule is not RecordRule.ASK:
+        if piece.rule not in (RecordRule.ASK, RecordRule.SAVED_LAST):
             continue
         if not piece.lines:
             # What no move uses.

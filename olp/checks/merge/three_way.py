@@ -591,7 +591,8 @@ class _Merge:
         if ours is None or theirs is None:
             kept, gone = (theirs, self.ours) if ours is None else (ours, self.theirs)
             if base is None and kept is not None:
-                self._note("theirs" if ours is None else "ours", shown)
+                if what == "data":
+                    self._note("theirs" if ours is None else "ours", shown)
                 yield kept
             elif kept is not None and base is not None and not self._gone(shown, base, kept, gone):
                 if self._as_it_was(base, kept) or kept.piece.rule is not RecordRule.ASK:
@@ -613,10 +614,22 @@ class _Merge:
                 self._note(_who(base.says, ours.says, theirs.says), shown)
         if rule is RecordRule.COUNTED:
             yield merged or ours
+        elif merged is None and rule is RecordRule.SAVED_LAST:
+            yield theirs if self._theirs_last else ours
         elif merged is None:
             yield Clash(what, shown, "both change it", _tuple(base), (ours,), (theirs,))
         else:
             yield merged
+
+    @cached_property
+    def _theirs_last(self) -> bool:
+        """Whether theirs was saved after ours, by the records that tell so; without any, the order of texts decides."""
+        rules = (RecordRule.NEWEST, RecordRule.GREATEST)
+        for name, item in self.ours.by_name.items():
+            other = self.theirs.by_name.get(name)
+            if item.piece.rule in rules and other is not None and item.piece.code != other.piece.code:
+                return later(item.piece.code, other.piece.code) == other.piece.code
+        return True
 
     def _note(self, word: str, name: str) -> None:
         if word:

@@ -21,7 +21,7 @@ class KrlMerging(MergeRules):
     scope = re.compile(r"\s*(?:GLOBAL\s+)?(?:DEFFCT\s+\w+(?:\[\s*\])?|DEF|DEFDAT)\s+([\w$]+)", re.IGNORECASE)
     heads = (
         (re.compile(r"&REL\b", re.IGNORECASE), RecordRule.GREATEST),
-        (re.compile(r"&PARAM\s+\w+|&\w+", re.IGNORECASE), RecordRule.ASK),
+        (re.compile(r"&PARAM\s+\w+|&\w+", re.IGNORECASE), RecordRule.SAVED_LAST),
     )
 
     def code(self, line: str) -> str:

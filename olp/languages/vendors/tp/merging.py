@@ -42,6 +42,7 @@ class TpMerging(MergeRules):
         (re.compile(r"(?:CREATE|MODIFIED)\b"), RecordRule.NEWEST),
         (re.compile(r"LINE_COUNT\b"), RecordRule.COUNTED),
         (re.compile(r"(?:PROG_SIZE|MEMORY_SIZE|VERSION)\b"), RecordRule.GREATEST),
+        (re.compile(r"(?:OWNER|FILE_NAME)\b"), RecordRule.SAVED_LAST),
         (re.compile(r"/PROG\b|[A-Z_]+(?=\s*=)"), RecordRule.ASK),
     )
 
