@@ -308,8 +308,9 @@ def test_a_register_that_holds_joint_values_is_declared_as_such(target):
 
 @pytest.mark.parametrize("target", ["krl", "tp"])
 def test_a_small_power_is_a_product_where_there_is_no_function_for_it(target):
-    text = module("x:=Pow(x+2,3);", "WaitTime x;", "x:=Pow(9,0.5);", "WaitTime x;", data=("VAR num x:=0;",))
-    assert run_elsewhere(text, "rapid", target).durations.tolist() == pytest.approx([8.0, 3.0])
+    text = module("x:=Pow(x+2,3);", "WaitTime x;", "x:=Pow(9,0.5);", "WaitTime x;", "WaitTime Pow(2,n)-1;",
+                  data=("VAR num x:=0;", "CONST num n:=3;"))  # fmt: skip
+    assert run_elsewhere(text, "rapid", target).durations.tolist() == pytest.approx([8.0, 3.0, 7.0])
 
 
 def test_the_manual_modes_of_kuka_and_abb_are_each_others():

@@ -183,6 +183,7 @@ def whole_decimals(e: Any) -> Any:
 # KRL's enumerations that the program or its lists declare: whole numbers, which is what their constants are.
 
 _LARGEST_POWER: Final = 4  # that is written as a product
+_LARGEST_EXPONENT: Final = 50  # of constants that are computed here
 
 
 def enumerations(program: Program, work: TranslationContext) -> Program:
@@ -237,13 +238,19 @@ def _all_data(program: Program) -> Iterator[Declare]:
 
 
 def powers(program: Program, work: TranslationContext) -> Program:
-    """Small whole powers as products, where the target has no function for them."""
+    """Small whole powers as products, those of constants as numbers, where the target has no function for them."""
     if work.limits.has_power:
         return program
+    symbols = work.symbols(program)
 
-    def change(e: Expression) -> Expression:
-        match e:
-            case Function("power", (base, Number(exponent))) if _is_cheap(base):
+    def change(e: Expression, routine: str) -> Expression:
+        if type(e) is not Function or e.name != "power" or len(e.arguments) != 2:
+            return e
+        known = tuple(symbols.fixed_value(routine, one) or one for one in e.arguments)
+        match known:
+            case (Number(number), Number(exponent)) if number > 0 and abs(exponent) <= _LARGEST_EXPONENT:
+                return Number(number**exponent)
+            case (_, Number(exponent)) if _is_cheap(base := e.arguments[0]):
                 if exponent == 0.5:
                     return Function("sqrt", (base,))
                 if float(exponent).is_integer() and 1 <= exponent <= _LARGEST_POWER:
@@ -253,7 +260,10 @@ def powers(program: Program, work: TranslationContext) -> Program:
                     return product
         return e
 
-    routines = [changed_rare(r, work.look(r), lambda s: mapped(s, change)) for r in program.routines]
+    routines = [
+        changed_rare(r, work.look(r), lambda s, name=r.name: mapped(s, lambda e: change(e, name)))  # type: ignore[misc]
+        for r in program.routines
+    ]
     return with_routines(program, routines)
 
 
