@@ -10,7 +10,7 @@ import pytest
 from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
-from olp.identification.diagnosis.evidence import Gain, drifts_on, fallen
+from olp.identification.diagnosis.evidence import Gain, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import additions, move_terms, shelf_of
@@ -423,3 +423,24 @@ def test_what_acts_in_half_of_the_moves_is_not_said_of_all(tmp_path):
     assert found[0].values == pytest.approx([0.97], abs=0.003)
     said = found[0].condition.mask(case)
     assert 2 * (said & where).sum() / (said.sum() + where.sum()) > 0.9
+
+
+def test_a_small_name_that_a_few_moves_alone_show_matters(tmp_path):
+    """An acceleration explains next to all of it; beside it five short moves are late by a time per move."""
+    _, _, way, speed = program(14)
+    few = np.arange(COUNT) >= COUNT - 5
+    real = (
+        travel(way, speed, 0.6 * ACCELERATION)
+        + 0.06 * few
+        + 0.001 * np.random.default_rng(14).normal(size=COUNT)
+    )
+    case, noise = case_of(record(tmp_path / "moves", real, 14)).case, Noise(0.0005)
+    parts = {p.term.name: p for p in shelf_of(case, move_terms()).parts if not p.form.key}
+    late = parts["dispatch"]._replace(
+        condition=Condition((Statement("time", above=float(case.t_start[~few].max())),))
+    )
+    fewer = fit(DurationModel((parts["acceleration"],)), case, noise, 20)
+    more = fit(DurationModel((parts["acceleration"], late)), case, noise, 20)
+    assert fewer.scale < 1.25 * more.scale
+    assert matters(fewer, more, case, 0.02)
+    assert not matters(more, more, case, 0.02)

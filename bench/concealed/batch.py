@@ -9,7 +9,7 @@ from pathlib import Path
 from bench.concealed.cases import make, schedule
 from bench.concealed.files import write
 
-SEEDS = {"dev": 20_261, "final": 86_420, "final2": 53_197}
+SEEDS = {"dev": 20_261, "final": 86_420, "final2": 53_197, "final3": 71_905}
 
 
 def _one(task: tuple[int, int, str, int, str]) -> str:

@@ -204,12 +204,17 @@ def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Findin
 def _experiment(
     told: ReportedFindings, named: NamingResult, case: MeasuredMoves, sigma: float, recording: Recording
 ) -> NextExperiment:
-    """The moves that would tell the first group apart; where a difference has no name, those that would tell apart what
-    comes nearest to it."""
+    """The moves that would tell the groups apart; where a difference has no name, those that tell apart what comes
+    nearest to it."""
     from olp.identification.diagnosis.next_experiment import design_experiment
 
     if told.rivals:
-        return design_experiment(case, told.rivals[0], sigma, recording)
+        each = [design_experiment(case, rivals, sigma, recording) for rivals in told.rivals]
+        return NextExperiment(
+            "; ".join(dict.fromkeys(one.why for one in each if one.why)),
+            tuple(dict.fromkeys(move for one in each for move in one.moves)),
+            tuple(dict.fromkeys(timer for one in each for timer in one.timers)),
+        )
     if told.findings or verdict_of(named) in ("no-mismatch", "not-judged", "explained"):
         return NextExperiment()
     nearest = nearest_single(named.shelf, named.clean, named.noise, _NEAREST)

@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 
 FALSE_DISCOVERIES = 0.05  # of the names
 SMALL = 0.01  # of the mean square that all names explain: what a name adds beyond what the others do is more
+_WITHIN = 1.5  # times the scatter: the root mean square of moves of which none is far off (Student's t: 1.2)
 _CLEARLY = 1.25  # times the scatter that a set leaves: a smaller set that leaves more has lost something
 _DEVIATIONS = 1.5  # standard errors that a gain is at least: √2 is that of two moves alone, √3 that of three
 _DRIFT = (
@@ -85,10 +86,13 @@ def worth(fewer: ModelFit, more: ModelFit) -> float:
 
 def matters(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, small: float) -> bool:
     """Whether the larger set differs from the smaller by a share `small` of all that it explains (in the mean square),
-    or leaves clearly less, or scatter where the smaller leaves a pattern."""
+    or leaves clearly less, or scatter where the smaller leaves a pattern or some moves far off."""
     if fewer.scale > _CLEARLY * more.scale:
         return True
     predicted, others = more.model.seconds(case), fewer.model.seconds(case)
+    left = rms(case.measured - predicted)
+    if left <= _WITHIN * more.scale and rms(case.measured - others) > _WITHIN * left:
+        return True
     if float(np.mean((predicted - others) ** 2)) >= small * float(np.mean((predicted - case.simulated) ** 2)):
         return True
     return (

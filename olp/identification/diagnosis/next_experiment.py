@@ -35,7 +35,7 @@ Labels = NDArray[np.int64]
 FEWEST, MOST = 4, 12  # moves
 _TOLD_APART = 6.0  # standard deviations between two rivals, after all moves
 _HOPELESS = 2.0  # less than this with every move five times is nothing to propose
-_MOST_TIMES = 5
+_LEAST_TIMES, _MOST_TIMES = 3, 5  # fewer are no evidence of a name, however far off they are
 _OFFSET = 5.0  # of the noise: what all new moves may be off by together
 _WEIGHED = 240  # candidates whose parameters' uncertainty is worked out
 _SHORT, _LONGEST = 1.0, 120.0  # [s] of timers
@@ -67,18 +67,23 @@ def design_experiment(
         says = "the recording has no straight move with tool points, so no further moves can be proposed"
         return _without_moves(models, says, timers)
     apart = _differences([_predicted(model, case, found) for model in models])
+    pairs = list(combinations(range(len(models)), 2))
+    hopeful = [
+        k for k, row in enumerate(apart) if _MOST_TIMES * float((row**2).max()) >= (_HOPELESS * scatter) ** 2
+    ]
+    if hopeful:  # a pair that no single move parts has no say in which moves part the others
+        apart, pairs = apart[hopeful], [pairs[k] for k in hopeful]
     few = _worth_weighing(found, apart)
     parts = taken(found, few)
-    spread = _spreads(models, case, parts, scatter)
+    spread = _spreads(models, pairs, case, parts, scatter)
     chosen, reached = _chosen(found, few, apart[:, few], spread, scatter)
     if reached * _MOST_TIMES < _HOPELESS**2:
         says = "no straight move inside the recorded box separates them beyond the noise of the recording"
         return _without_moves(models, says, timers)
-    times = int(np.clip(np.ceil(_TOLD_APART**2 / reached), 1, _MOST_TIMES))
+    times = int(np.clip(np.ceil(_TOLD_APART**2 / reached), _LEAST_TIMES, _MOST_TIMES))
     runs = few[np.sort(np.array(chosen))]
     hardest = int(np.argmin(np.sum(apart[:, runs] ** 2, axis=1)))
-    pair = list(combinations(range(len(models)), 2))[hardest]
-    why = sentence([models[i] for i in pair], found, apart[hardest] / scatter, runs)
+    why = sentence([models[i] for i in pairs[hardest]], found, apart[hardest] / scatter, runs)
     return NextExperiment(why, _moves(found, runs, times), timers)
 
 
@@ -154,7 +159,11 @@ def _worth_weighing(found: CandidateMoves, apart: Floats) -> Labels:
 
 
 def _spreads(
-    models: Sequence[DurationModel], case: MeasuredMoves, found: CandidateMoves, scatter: float
+    models: Sequence[DurationModel],
+    pairs: Sequence[tuple[int, int]],
+    case: MeasuredMoves,
+    found: CandidateMoves,
+    scatter: float,
 ) -> list[Floats]:
     """Per pair (runs, p) [s]: what one standard deviation of each parameter of the two models does to a run."""
     noise = Noise(scatter)
@@ -175,7 +184,7 @@ def _spreads(
         told = known.T @ known / scatter**2 + np.diag(4.0 / np.maximum(span, 1e-9) ** 2)
         # V = G C Gᵀ with C the inverse of what the recording tells: G times a root of C.
         each.append(np.linalg.solve(np.linalg.cholesky(told), slopes.T).T)
-    return [np.concatenate([first, second], axis=1) for first, second in combinations(each, 2)]
+    return [np.concatenate([each[one], each[two]], axis=1) for one, two in pairs]
 
 
 # --- the choice -------------------------------------------------------------------------------------------------------
