@@ -94,22 +94,18 @@ def changed_lines(old: bytes, new: bytes) -> set[int] | None:
     return {n for n, (a, b) in enumerate(zip(before, after, strict=True), 1) if a != b}
 
 
-def wrong_with(found: Fit, path: Path, robot: str, within: float) -> list[str]:
-    """What does not hold of an answer: written beside what it needs, read and timed anew."""
+def wrong_with(found: Fit, path: Path, out: Path, robot: str, within: float) -> list[str]:
+    """What does not hold of an answer: written to `out`, beside what it needs, read and timed anew."""
     wrong = []
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for beside in path.parent.iterdir():
-            if beside.is_file() and beside.stat().st_size < 1_000_000:
-                shutil.copyfile(beside, folder / beside.name)
-        out = folder / path.name
-        out.write_bytes(found.program.source.raw)
-        again = timed(read(out), robot, path.parent)
+    before = path.read_bytes()
+    out.write_bytes(found.program.source.raw)
+    again = timed(read(out), robot, out.parent)
+    out.write_bytes(before)
     if abs(again.total_s - found.timing.total_s) > 1e-9:
         wrong.append(f"replay {again.total_s - found.timing.total_s:+.3g} s")
     if found.reached != (again.total_s <= found.to_s + 1e-9):
         wrong.append("reached or not")
-    changed = changed_lines(path.read_bytes(), found.program.source.raw)
+    changed = changed_lines(before, found.program.source.raw)
     told = {line for one in found.edits for line in one.choice.lines}
     if changed is None or changed != told:
         wrong.append(
@@ -273,10 +269,10 @@ def _judge(
     sums: Counter[str], search: FitSearch, path: Path, robot: str, to_s: float, ways: list[Way]
 ) -> None:
     """One target of one made program."""
-    found = search.fit(to_s)
+    found, out = search.fit(to_s), path.with_name("out.jbi")
     enough = [way.edits for way in ways if way.total_s <= to_s + 1e-9]
     sums["targets"] += 1
-    for what in wrong_with(found, path, robot, WITHIN):
+    for what in wrong_with(found, path, out, robot, WITHIN):
         sums[f"does not hold: {what.split()[0]}"] += 1
     if not enough:
         sums["infeasible for the oracle"] += 1
@@ -357,6 +353,23 @@ def _in_turn(rows: list[list[Path]]) -> Iterator[Path]:
         yield from (row[number] for row in rows if number < len(row))
 
 
+def copied(folder: Path, path: Path, into: Path) -> Path:
+    """The place of a program in a copy of all that stands around it: a robot's files may be anywhere in its tree."""
+    top = path.relative_to(folder).parts[0]
+    if not (into / top).exists():
+
+        def large(at: str, names: list[str]) -> list[str]:
+            files = (Path(at) / name for name in names)
+            return [
+                one.name
+                for one in files
+                if one.is_symlink() or (one.is_file() and one.stat().st_size > 10**6)
+            ]
+
+        shutil.copytree(folder / top, into / top, ignore=large)
+    return into / path.relative_to(folder)
+
+
 def timeable(path: Path) -> tuple[Program, Timing] | None:
     """A program that moves for half a second or more and whose time is known; None for others."""
     try:
@@ -375,33 +388,38 @@ def real(folder: Path, most: int, first: int, each: bool) -> None:
     kinds: Counter[str] = Counter()
     slowest: list[tuple[float, float, str]] = []
     why: Counter[str] = Counter()
-    known_ones = ((path, known) for path in programs(folder) if (known := timeable(path)) is not None)
-    for path, known in itertools.islice(known_ones, first, first + most):
-        program, base = known
-        robot = ROBOTS[program.vendor]
-        kinds[program.vendor] += 1
-        begin = time.process_time()
-        run = lambda one, robot=robot, path=path: timed(one, robot, path.parent)  # noqa: E731
-        search = FitSearch(program, run, Allowed(WITHIN * mm, FASTEST))
-        for share in TARGETS:
-            if share != TARGETS[0]:  # the first one pays for what all of them share
-                begin = time.process_time()
-            found = search.fit(base.total_s * (1 - share))
-            seconds, lines = time.process_time() - begin, len(program.source.lines)
-            if each:
-                print(
-                    f"{seconds:6.2f} {len(found.edits)} {found.reached} {path} {lines} {len(base.plan)}",
-                    flush=True,
+    with tempfile.TemporaryDirectory() as name:
+        known_ones = ((path, known) for path in programs(folder) if (known := timeable(path)) is not None)
+        for path, known in itertools.islice(known_ones, first, first + most):
+            program, base = known
+            robot, out = ROBOTS[program.vendor], copied(folder, path, Path(name))
+            kinds[program.vendor] += 1
+            begin = time.process_time()
+            run = lambda one, robot=robot, path=path: timed(one, robot, path.parent)  # noqa: E731
+            search = FitSearch(program, run, Allowed(WITHIN * mm, FASTEST))
+            for share in TARGETS:
+                if share != TARGETS[0]:  # the first one pays for what all of them share
+                    begin = time.process_time()
+                found = search.fit(base.total_s * (1 - share))
+                seconds, lines = time.process_time() - begin, len(program.source.lines)
+                if each:
+                    print(
+                        f"{seconds:6.2f} {len(found.edits)} {found.reached} {path} {lines} {len(base.plan)}",
+                        flush=True,
+                    )
+                slowest.append(
+                    (
+                        seconds / max(5.0, 0.03 * lines),
+                        seconds,
+                        f"{path}, {lines} lines, {len(base.plan)} steps",
+                    )
                 )
-            slowest.append(
-                (seconds / max(5.0, 0.03 * lines), seconds, f"{path}, {lines} lines, {len(base.plan)} steps")
-            )
-            sums[f"{share:4.0%} faster: {'reached' if found.reached else 'the best is told'}"] += 1
-            if not found.reached and share == TARGETS[0]:
-                why[found.limits[0].split(" s, ")[-1].partition(":")[0]] += 1
-            for what in wrong_with(found, path, robot, WITHIN):
-                sums[f"does not hold: {what.split()[0]}"] += 1
-                print(f"{path}, {share:.0%}: {what}", flush=True)
+                sums[f"{share:4.0%} faster: {'reached' if found.reached else 'the best is told'}"] += 1
+                if not found.reached and share == TARGETS[0]:
+                    why[found.limits[0].split(" s, ")[-1].partition(":")[0]] += 1
+                for what in wrong_with(found, path, out, robot, WITHIN):
+                    sums[f"does not hold: {what.split()[0]}"] += 1
+                    print(f"{path}, {share:.0%}: {what}", flush=True)
     print(f"{sum(kinds.values())} programs: {dict(kinds)}")
     for key, value in sorted(sums.items()):
         print(f"{value:6} {key}")

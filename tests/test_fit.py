@@ -82,7 +82,7 @@ def test_no_set_of_edits_written_into_the_text_is_smaller(tmp_path):
         found = fit(program, to_s, lambda p: bench.timed(p, ROBOT, tmp_path), Allowed(2 * mm, bench.FASTEST))
         assert found.reached
         assert len(found.edits) <= min(way.edits for way in ways if way.total_s <= to_s + 1e-9)
-        assert not bench.wrong_with(found, path, ROBOT, 2.0)
+        assert not bench.wrong_with(found, path, tmp_path / "out.jbi", ROBOT, 2.0)
 
 
 def test_the_fewest_choices_are_those_of_a_solver_of_integer_programs():
@@ -241,6 +241,20 @@ def test_accelerations_are_raised_where_they_are_written_and_no_higher_than_anyw
     assert len(changed) == len(best.edits)
     higher = fit(read(path), 0.01, lambda p: time_program(p, Job(robot=robot)), Allowed(acceleration=5.0))
     assert (higher.timing.total_s < best.timing.total_s) == (name != "acc.mod")  # AccSet: 100 % is the most
+
+
+def test_a_joint_speed_in_radians_goes_to_the_highest_that_is_written(tmp_path):
+    path = tmp_path / "axes.script"
+    moves = [
+        f"  movej([{turn},-1.57,1.57,-1.57,-1.57,0], a=1.4, v={v})"
+        for turn, v in ((0, 0.5), (0.8, 0.5), (0, 1.0))
+    ]
+    path.write_text("\n".join(["def axes():", *moves, "end", ""]))
+    robot = "universal-robots/ur10e"
+    found = fit(read(path), 0.1, lambda p: time_program(p, Job(robot=robot)), Allowed())
+    assert [(one.choice.line, one.choice.lines) for one in found.edits] == [(3, {3})]
+    assert "a=1.4, v=1)" in found.program.source.line(3)
+    assert found.timing.total_s < found.before_s - 0.3
 
 
 def test_acc_and_dec_of_a_line_are_an_edit_each(tmp_path):

@@ -19,7 +19,7 @@ from olp.checks.lint.case import LintCase
 from olp.checks.lint.rules.exact_stop import ExactStop
 from olp.checks.lint.zones import freed, larger
 from olp.core.diagnostic import OlpError
-from olp.core.units import mm
+from olp.core.units import deg, mm
 from olp.ir.expressions import Quantity
 from olp.ir.moves import AccelerationUnit, Move, SetAcceleration, SpeedUnit
 from olp.ir.program import Path as MovePath
@@ -39,7 +39,11 @@ KEPT = re.compile(r"\bolp:\s*keep\b", re.IGNORECASE)
 # Of the number that is written: steps that a person would take.
 _FASTER = (1.2, 1.5, 2.0)
 _JOINT_SPEEDS = (0.25, 0.5, 1.0)  # of a straight move that becomes a joint move, as a share of rated speed
-_SPEED_UNITS = {SpeedUnit.FRACTION: (0.01, "%"), SpeedUnit.TRAVEL: (mm, "mm/s")}
+_SPEED_UNITS = {
+    SpeedUnit.FRACTION: (0.01, "%"),
+    SpeedUnit.TRAVEL: (mm, "mm/s"),
+    SpeedUnit.AXIS: (deg, "deg/s"),
+}
 _RATE_UNITS = {
     AccelerationUnit.FRACTION: (0.01, "%"),
     AccelerationUnit.TRAVEL: (mm, "mm/s²"),
@@ -173,7 +177,8 @@ def _speeds(
 ) -> Iterator[Choice]:
     """Of moves, then of settings that hold for more than one of them."""
     spoken = [one for one in speeds(program) if one.speed.unit in _SPEED_UNITS]
-    highest = {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most}
+    axis = max((_si(one.speed.value) for one in spoken if one.speed.unit is SpeedUnit.AXIS), default=0.0)
+    highest = {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most, SpeedUnit.AXIS: axis}
     done: set[int] = set()
     for one in sorted(spoken, key=lambda one: one.line not in steps):
         if one.line in kept or one.written in kept or one.written in done:
@@ -187,7 +192,7 @@ def _speeds(
             if texts:
                 effort = value / _si(one.speed.value) - 1.0
                 place = ("speed", one.written, path)
-                new, turns = tuple(texts.items()), one.speed.unit is SpeedUnit.FRACTION
+                new, turns = tuple(texts.items()), one.speed.unit is not SpeedUnit.TRAVEL
                 yield Choice(
                     "speed", one.line, place, says, effort, new, path=path, modal=modal, by_axes=turns
                 )
