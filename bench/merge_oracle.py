@@ -24,7 +24,7 @@ def facts(language: str, text: str) -> tuple[Counter[str], Counter[str]]:
         return _inform(lines)
     if language == "tp":
         return _tp(lines)
-    lines = [line for line in lines if line and not re.match(r"&REL\b", line)]
+    lines = [line for line in lines if line and not line.startswith("&")]
     return _words(lines, _MARKS[language])
 
 
@@ -114,7 +114,10 @@ def _tp(lines: list[str]) -> tuple[Counter[str], Counter[str]]:
     used: Counter[str] = Counter()
     head = text.partition("\n/POS")[0]
     for line in head.split("\n"):
-        if re.match(r"(MODIFIED|CREATE|LINE_COUNT|PROG_SIZE|MEMORY_SIZE|VERSION)\b", line) or not line:
+        if (
+            re.match(r"(MODIFIED|CREATE|LINE_COUNT|PROG_SIZE|MEMORY_SIZE|VERSION|OWNER|FILE_NAME)\b", line)
+            or not line
+        ):
             continue
         line = re.sub(r"^\d+:", "", line).strip()
         for number in re.findall(r"(?<![\w$])P\[ ?(\d+)", line) if not line.startswith("!") else ():
@@ -302,7 +305,7 @@ def _parts(language: str, text: str) -> tuple[list[str], Points, dict[str, str]]
         return _inform_parts(lines)
     if language == "tp":
         return _tp_parts(lines)
-    lines = [line for line in lines if line and not re.match(r"&REL\b", line)]
+    lines = [line for line in lines if line and not line.startswith("&")]
     pattern = _DATUM.get(language)
     is_list = language != "krl" or any(re.match(r"DEFDAT\b", line, re.IGNORECASE) for line in lines)
     if pattern is None or not is_list:
@@ -338,7 +341,7 @@ def _tp_parts(lines: list[str]) -> tuple[list[str], Points, dict[str, str]]:
     said, used = [], []
     for line in text.partition("\n/POS")[0].split("\n"):
         if line and not re.match(
-            r"(MODIFIED|CREATE|LINE_COUNT|PROG_SIZE|MEMORY_SIZE|VERSION|FILE_NAME)\b", line
+            r"(MODIFIED|CREATE|LINE_COUNT|PROG_SIZE|MEMORY_SIZE|VERSION|OWNER|FILE_NAME)\b", line
         ):
             line = re.sub(r"^\d+:", "", line).strip()
             used.append(tuple(re.findall(r"(?<![\w$])P\[ ?(\d+)", line)))
