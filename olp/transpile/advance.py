@@ -101,7 +101,13 @@ def continued(program: Program, work: TranslationContext) -> Program:
         return program
     moves = [s for s in program.statements() if isinstance(s, Move)]
     corners = {id(s): n for n, s in enumerate(moves, 1) if s.blend is None or not _is_exact(s.blend)}
-    if not corners or not any(waits_for_the_arm(s) for s in program.statements()):
+    waiting = {
+        (r.name, index)
+        for r in program.routines
+        for index, s in work.look(r).rare
+        if not isinstance(s, (Move, Dwell, Pause)) and waits_for_the_arm(s)
+    }
+    if not corners or not waiting:
         return program
 
     def last(s: Statement) -> Mapping[Key, int]:
@@ -113,7 +119,7 @@ def continued(program: Program, work: TranslationContext) -> Program:
     for routine in program.routines:
         rows: list[Statement] = []
         for index, s in enumerate(routine.body):
-            if not isinstance(s, (Dwell, Pause)) and waits_for_the_arm(s):
+            if (routine.name, index) in waiting:
                 before = ways.at(routine.name, index, _LAST)
                 if before and min(before) > 0:
                     work.lose(s, Fate.APPROXIMATED, "order", _AHEAD)

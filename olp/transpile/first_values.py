@@ -140,8 +140,8 @@ def begun(program: Program, work: TranslationContext) -> Program:
         return program
     _ask_anew(program, work)
     used: dict[str, set[tuple[int, ...]] | None] = {}
-    for s in program.statements():
-        for e in expressions_of(s) if type(s) is not Declare else ():
+    for s in [s for r in program.routines for _, s in work.look(r).rare if type(s) is not Declare]:
+        for e in expressions_of(s):
             if type(e) is Item and type(e.base) is Named:
                 _note_element(e, e.base.name, used)
     data = tuple(_begun(d, used.get(d.name, set())) for d in program.data)
