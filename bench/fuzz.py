@@ -259,7 +259,24 @@ _WRITTEN: dict[str, tuple[str, ...]] = {
     "mapping": (
         'set_values = false\n[tools]\n"1" = "grip"\n[signals]\n"out 3" = "7"\n[routines]\nA = "b"\n',
     ),
+    "log": ("t_s,q1_deg,q2_deg,q3_deg\n" + "".join(f"{n / 50},{n % 7},2.5,-{n}\n" for n in range(40)),),
     "totals": ("job,total_s\nA.JBI,12.5\nA.JBI,12.6\nB.JBI,3\n",),
+    "signature": (
+        '{"schema":"olp-signature","version":1,"robot":"yaskawa/up20","controller":"XRC","tool_mm_deg":null,"'
+        'payload_kg":null,"recording":{"name":"samples/up20","sha256":"660a3c8337fb4777a562ea603ca1ca7d14fd22'
+        '2bc06fa9420d160f77a018870f","moves":146,"time_resolution_s":0.01},"method":"factors","parameters":{"'
+        'nominal":{"value":400.0,"unit":"mm/s\\u00b2","sd":null},"tables":{"value":[{"plane":"horizontal","sen'
+        'se":-1,"start_mm":[1350.0,700.0,100.0],"angle_deg":[-0.0,4.4671571,8.8806567],"factor":[1.480263158,'
+        '1.441846984,1.386880392]}],"unit":"mm, deg, 1","sd":null},"mass_reference":{"value":null,"unit":"kg"'
+        ',"sd":null},"configuration_reference":{"value":"","unit":"","sd":null},"orientations":{"value":[[0.0'
+        ',-0.0,1.0,0.0,-1.0,-0.0,1.0,0.0,-0.0]],"unit":"1","sd":null},"mass_factors":{"value":[],"unit":"leve'
+        'l, 1","sd":[]},"orientation_factors":{"value":[],"unit":"level, 1","sd":[]},"configuration_factors":'
+        '{"value":[],"unit":"level, 1","sd":[]}},"errors_s2_per_m":{"near":{"half":0.078,"shared":0.003,"own"'
+        ':0.04,"groups":9},"far":{"half":0.299,"shared":0.093,"own":0.136,"groups":9}},"domain":{"speed_mm_s"'
+        ':[300.0,300.0],"length_mm":[640.0,1064.0018797],"payload_kg":null,"near_mm":50.0,"far_mm":280.0,"mov'
+        'es_mm_deg":[[1350.0,700.0,100.0,710.0,700.0,100.0,180.0,-90.0,0.0]]},"held_out_percent":{"factors":{'
+        '"moves":0.260881714012,"starts":1.04441803952,"directions":4.50671984716}},"olp":"0.1.0"}',
+    ),
     "baseline": ('{"version": 1, "findings": [{"fingerprint": "0123456789abcdef", "count": 2}]}',),
     "report": ('<html><script type="application/json" id="summary">{"A.JBI": 12.5}</script></html>',),
     "controller": (
@@ -384,7 +401,8 @@ def drive(name: str, corpus: Path, found: Path, seconds: int) -> None:
 
     words = {word for data in seeds(name)[:40] for word in re.findall(rb"[A-Za-z_$#&]{2,24}", data)}
     dictionary = corpus.parent / f"{name}.dict"
-    dictionary.write_text("".join(f'"{word.decode()}"\n' for word in sorted(words)[:600]), encoding="ascii")
+    listed = sorted(words)[:600] or [b"null"]  # libFuzzer takes no dictionary without a word
+    dictionary.write_text("".join(f'"{word.decode()}"\n' for word in listed), encoding="ascii")
     arguments = [
         f"-max_len={LONGEST}",
         f"-max_total_time={seconds}",
@@ -464,20 +482,23 @@ def again(name: str, paths: list[Path]) -> tuple[tuple[Path | None, Fault], ...]
 
 
 def keep(name: str, found: Path) -> tuple[int, int]:
-    """Keeps the smallest inputs that run all lines that any of them runs, and those of faults: (before, after)."""
+    """Keeps inputs that run the most lines that none before runs, and those of faults: (before, after)."""
     faults = [path.read_bytes() for path in sorted(found.glob(f"{name}-*"))]
     before = list(dict.fromkeys([*kept(name), *(data for data in faults if len(data) <= _LONGEST_KEPT)]))
     corpus = found / "corpora" / name
-    grown = [path.read_bytes() for path in corpus.iterdir() if path.stat().st_size <= _LONGEST_KEPT]
-    lines: set[tuple[str, int]] = set()
-    chosen: list[bytes] = []
+    grown = {path.read_bytes() for path in corpus.iterdir() if path.stat().st_size <= _LONGEST_KEPT}
     with tempfile.TemporaryDirectory() as temporary:
         warm(name, Path(temporary))
-        for data in [*before, *sorted(set(grown) - set(before), key=lambda data: (len(data), data))]:
-            new = lines_of(name, data, Path(temporary)) - lines
-            if (new and len(chosen) < _MOST_KEPT) or data in before:
-                chosen.append(data)
-                lines |= new
+        rest = {data: lines_of(name, data, Path(temporary)) for data in sorted(grown - set(before))}
+        lines = {line for data in before for line in lines_of(name, data, Path(temporary))}
+    chosen = [*before]
+    while rest and len(chosen) < _MOST_KEPT:
+        best = max(rest, key=lambda data: (len(rest[data] - lines), -len(data), data))
+        new = rest.pop(best)
+        if new <= lines:
+            break
+        chosen.append(best)
+        lines |= new
     write_kept(name, chosen)
     return len(before), len(chosen)
 

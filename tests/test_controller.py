@@ -166,6 +166,20 @@ def test_the_last_step_stands_where_the_target_is():
     assert starved(arm(), [joint(*np.degrees(goal))])[-1].joints == pytest.approx(goal, abs=1e-12)
 
 
+def test_an_arm_that_only_waits_stands_where_it_is():
+    controller = arm()
+    controller.wait(0.02)
+    controller.end()
+    steps = list(controller.run())
+    assert len(steps) >= 5
+    assert steps[-1].time == pytest.approx(0.02)
+    for step in steps:
+        np.testing.assert_allclose(step.joints, HOME, atol=1e-12)
+        np.testing.assert_allclose(step.tool.position, BASE.position, atol=1e-9)
+        np.testing.assert_allclose(step.tool.rotation, BASE.rotation, atol=1e-9)
+        assert step.speed == 0.0
+
+
 def test_a_line_to_joints_ends_in_these_very_joints():
     controller = arm()
     controller.target(line(83, 41, 0))

@@ -193,4 +193,4 @@ class Controller:
         if is_over(known, now - self._base, self.cycle):
             self._rest()  # targets where the arm already stood
             return
-        self._ready.extend(certain_steps(self._queue, known, self._base, now, self.cycle, self._frame))
+        self._ready.extend(certain_steps(self._queue, known, self._base, self._last, self.cycle, self._frame))

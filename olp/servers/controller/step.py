@@ -58,22 +58,30 @@ def is_over(known: CertainMotion, now: float, cycle: float) -> bool:
 
 
 def certain_steps(
-    queue: Queue, known: CertainMotion, base: float, now: float, cycle: float, frame: Pose
+    queue: Queue, known: CertainMotion, base: float, last: Step, cycle: float, frame: Pose
 ) -> list[Step]:
-    """The next steps that nothing can change any more, a block at most; `now` [s] is the time of the last one.
+    """The next steps that nothing can change any more, a block at most, behind the `last` one.
 
     The queue's times count from `base` [s]. Raises OlpError S009 where the arm cannot follow.
     """
+    now = last.time
     times = _instants(known, now - base, cycle)
     if known.timing is None or not len(times):
         return []
-    position, rotation, axes = _followed(queue, known, known.timing, times)
-    inverse = frame.inverse()
-    tools = [
-        Pose(p, r)
-        for p, r in zip(*compose(inverse.position, inverse.rotation, position, rotation), strict=True)
-    ]
-    speeds = tool_speed(known.timing, times).tolist()
+    if not len(known.timing.plan.moves):  # it waits where it stands
+        axes, tools, speeds = (
+            np.tile(queue.origin, (len(times), 1)),
+            [last.tool] * len(times),
+            [0.0] * len(times),
+        )
+    else:
+        position, rotation, axes = _followed(queue, known, known.timing, times)
+        inverse = frame.inverse()
+        tools = [
+            Pose(p, r)
+            for p, r in zip(*compose(inverse.position, inverse.rotation, position, rotation), strict=True)
+        ]
+        speeds = tool_speed(known.timing, times).tolist()
     numbers = [queue.items[i].number for i in _under_way(known, times, cycle)]
     clock = [now, *(times + base).tolist()]
     found = [
