@@ -81,7 +81,7 @@ def installed_by_uv(pip: tuple[str, ...]) -> bool:
     """Whether uv could install what developers need: an eighth of pip's time, but it reads no pip.conf."""
     if subprocess.run((*pip, "install", "--quiet", "uv"), capture_output=True).returncode:
         return False
-    uv = (str(PYTHON), "-m", "uv", "pip", "install", "--quiet", "--python", str(PYTHON))
+    uv = (str(PYTHON), "-m", "uv", "pip", "install", "--quiet", "--compile-bytecode", "--python", str(PYTHON))
     return not subprocess.run((*uv, *requirements("dev")), capture_output=True).returncode
 
 

@@ -68,6 +68,11 @@ class Folder(NamedTuple):
 
         words = self.all_inside(texts)
         found = expand_paths(words, suffixes)
+        gone = [
+            error("C003", "no such file or folder", file=str(path)) for path in found if not path.exists()
+        ]
+        if gone:
+            raise OlpError(*gone)
         if len(found) > self.limits.files:
             says = f"{len(found)} programs in one call, {self.limits.files} are allowed"
             raise OlpError(error("Z004", says, help="name fewer of them, or a smaller folder"))
