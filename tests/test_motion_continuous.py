@@ -15,6 +15,7 @@ import pytest
 from olp.core.diagnostic import OlpError
 from olp.fluent import read
 from olp.ir.program import Path as Kind
+from olp.languages.vendor import vendor_suffixes
 from olp.runtime.plan import PATHS, BlendCode, StepKind
 from olp.timing.motion import model_names
 from olp.timing.timing import Timing, time_plan
@@ -23,7 +24,8 @@ from olp.timing.track import states, tool_position, track
 SAMPLES = [
     path
     for path in sorted(Path("samples").rglob("*"))
-    if path.is_file() and not {"broken", "backup", "recordings"} & set(path.parts)
+    if path.name.lower().endswith(vendor_suffixes())
+    and not {"broken", "backup", "recordings"} & set(path.parts)
 ]
 _MOST = 60  # rows of a sample that are looked at
 _INSTANTS = (
