@@ -1,6 +1,6 @@
 """Fuzzes everything that reads: eight languages, TOML, CSV and JSON files, and the language service behind editors.
 
-    python bench/fuzz.py                                runs the kept inputs again (tests/test_fuzz.py does, too)
+    python bench/fuzz.py                                runs the kept inputs again (tests/test_hostile.py does, too)
     python bench/fuzz.py TARGET… --minutes 30           guided by coverage; needs `pip install atheris`
     python bench/fuzz.py TARGET… --found DIR --keep     adds to the kept inputs what runs lines that none of them runs
 
