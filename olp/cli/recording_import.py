@@ -36,7 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.cli.time import print_diagnostics
     from olp.core.diagnostic import OlpError, error
-    from olp.core.files import write_together
+    from olp.core.files import absent, write_together
     from olp.core.units import deg, mm
     from olp.identification.recording.importing import import_runs
     from olp.identification.recording.settings import FILE_NAME, RecordingSettings
@@ -50,9 +50,8 @@ def run(args: Namespace) -> int:
         raise OlpError(error("C009", says, file=str(folder / "moves.csv"), help=help))
     if args.robot:
         load_robot(args.robot)
-    gone = [file for file in (*args.files, *args.sim, *filter(None, [args.job])) if not Path(file).exists()]
-    if gone:
-        raise OlpError(*(error("C003", "no such file or folder", file=file) for file in gone))
+    if gone := absent([*args.files, *args.sim, *filter(None, [args.job])]):
+        raise OlpError(*gone)
     if args.job:
         return _import_times(args)
     made = import_runs([Path(file) for file in args.files], [Path(file) for file in args.sim], args.override)

@@ -154,6 +154,13 @@ def from_os_error(problem: OSError) -> Diagnostic:
     return error("C005", says, file=os.fsdecode(file), help=_ADVICE.get(type(problem), ""))
 
 
+def absent(paths: Iterable[str | Path]) -> list[Diagnostic]:
+    """A finding (C003) for each that does not exist."""
+    return [
+        error("C003", "no such file or folder", file=str(path)) for path in paths if not Path(path).exists()
+    ]
+
+
 def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[Path]:
     """The files meant by `paths`: files as they are, folders searched for `suffixes`, patterns expanded.
 

@@ -64,14 +64,11 @@ class Folder(NamedTuple):
 
     def programs(self, texts: Sequence[str], suffixes: Sequence[str]) -> list[str]:
         """Paths of programs or folders of them. Raises OlpError with all that is refused, missing or too much."""
-        from olp.core.files import expand_paths
+        from olp.core.files import absent, expand_paths
 
         words = self.all_inside(texts)
         found = expand_paths(words, suffixes)
-        gone = [
-            error("C003", "no such file or folder", file=str(path)) for path in found if not path.exists()
-        ]
-        if gone:
+        if gone := absent(found):
             raise OlpError(*gone)
         if len(found) > self.limits.files:
             says = f"{len(found)} programs in one call, {self.limits.files} are allowed"
