@@ -116,3 +116,22 @@ def test_a_table_without_its_program_is_told_what_is_missing(
 ) -> None:
     assert main(["recording", "import", str(written(tmp_path, ROUND)), "-o", str(tmp_path / "made")]) == 2
     assert "a table of times needs --job, the program that was timed" in capsys.readouterr().err
+
+
+def test_what_a_table_says_of_the_run_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [
+        "line,duration_s,cycle,sim_s,payload_kg,override_pct,t_start_s",
+        "41,0.66,1,0.6,1.5,85,3",
+        "43,0.36,1,,1.5,85,4",
+    ]
+    (tmp_path / "times.csv").write_text("\n".join(rows) + "\n", "utf-8")
+    assert imported(tmp_path / "times.csv") == 0
+    moves = read_recording(tmp_path / "made").moves
+    assert moves.sim[0] == pytest.approx(0.6)
+    assert np.isnan(moves.sim[1])
+    assert moves.payload.tolist() == [1.5, 1.5]
+    assert moves.override.tolist() == pytest.approx([0.85, 0.85])
+    assert moves.t_start.tolist() == [3.0, 4.0]
+    (tmp_path / "times.csv").write_text("line,duration_s,cycle\n41,0.66,1\n43,0.36,\n", "utf-8")
+    assert imported(tmp_path / "times.csv", "--force") == 2
+    assert "cycle is empty" in capsys.readouterr().err

@@ -72,11 +72,10 @@ def moves_from_times(
             problems.whole("D010", f"column {name} is missing", help)
     if any(name not in columns for name in _REQUIRED):
         raise OlpError(*problems.all())
-    value = {
-        n: checked(problems, n, columns[n], MOVE_NUMBERS[n]) for n in (*_REQUIRED, "cycle") if n in columns
-    }
+    mine = [name for name in (*_REQUIRED, "cycle", *_TOLD) if name in columns]
+    value = {name: checked(problems, name, columns[name], MOVE_NUMBERS[name]) for name in mine}
     jobs = texts(columns["job"]) if "job" in columns else ("",) * len(table)
-    for name in _REQUIRED:
+    for name in (n for n in (*_REQUIRED, "cycle") if n in columns):
         for row in np.flatnonzero(columns[name].missing).tolist():
             problems.cell("D014", f"{name} is empty", row, name)
     step, round_ = _steps(table, timing.plan, value["line"], jobs, problems)
