@@ -37,7 +37,6 @@ _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
 _ACTS = 0.5  # of the scatter
-_BY_TIME = "warm-up"
 _SURE_DRIFT = 3.0  # standard errors
 
 
@@ -141,7 +140,7 @@ def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
     """
     part = fitted.model.parts[index]
     condition = part.condition.statements if part.condition is not None else ()
-    if part.term.name != _BY_TIME and all(statement.column != "time" for statement in condition):
+    if not part.term.by_time and all(statement.column != "time" for statement in condition):
         return False
     whole = fitted.model.seconds(case)
     left, error = _together(case.measured - whole, case)

@@ -127,7 +127,7 @@ class ModelPart(NamedTuple):
     @property
     def conditionable(self) -> bool:
         """Whether the term changes moves one by one, not the way in which all of them are made."""
-        return self.term.name not in ("blending", "cycle-quantisation", "clock", "warm-up")
+        return self.term.conditionable
 
     @property
     def reversible(self) -> bool:

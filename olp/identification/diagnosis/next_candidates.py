@@ -21,6 +21,7 @@ from olp.identification.recording.moves import LINEAR, RecordedMoves
 from olp.robots.geometry import rotation_from_angles
 from olp.timing.physics._case import Floats, MeasuredMoves, Rates
 from olp.timing.physics._motion import Motion
+from olp.timing.physics.term import MoveTerm
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
@@ -79,17 +80,19 @@ class _Row(NamedTuple):
     when: float
 
 
-def candidates(case: MeasuredMoves, recording: Recording, terms: Collection[str]) -> CandidateMoves | None:
+def candidates(
+    case: MeasuredMoves, recording: Recording, terms: Collection[MoveTerm]
+) -> CandidateMoves | None:
     """Runs to choose from, None where the recording has no straight move with tool points. Raises OlpError (K…).
 
-    `terms`: names of what may be at work; loads and running time are varied only where one of them depends on it.
+    `terms`: what may be at work; loads and running time are varied only where one of them depends on it.
     """
     straight = np.nonzero(case.moving & ~case.joint & (np.nan_to_num(case.length) > SHORTEST))[0]
     if not len(straight):
         return None
     lines = lines_of(case, recording, straight)
-    loads = _loads(case) if any(name.startswith("payload") for name in terms) else _loads(case)[:1]
-    times = _times(case, "warm-up" in terms)
+    loads = _loads(case) if any(term.name.startswith("payload") for term in terms) else _loads(case)[:1]
+    times = _times(case, any(term.by_time for term in terms))
     rows = _rows(case, lines, len(loads), times, straight)
     return _as_case(case, lines, rows, loads, straight) if rows else None
 

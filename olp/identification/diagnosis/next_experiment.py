@@ -57,12 +57,12 @@ def design_experiment(
     ]
     if len(models) < 2:
         return NextExperiment()
-    names = {part.term.name for model in models for part in model.parts}
+    terms = {part.term for model in models for part in model.parts}
     scatter = (
         noise if np.isfinite(noise) and noise > 0 else max(case.resolution / np.sqrt(12.0), _LEAST_NOISE)
     )
     timers = _timers(models, scatter)
-    found = candidates(case, recording, names)
+    found = candidates(case, recording, terms)
     if found is None:
         says = "the recording has no straight move with tool points, so no further moves can be proposed"
         return _without_moves(models, says, timers)

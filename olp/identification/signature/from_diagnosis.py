@@ -199,8 +199,8 @@ def _told(outcome: DiagnosisOutcome, named: NamedModel, off: Floats, file: str) 
         if finding.term not in kept:
             why = _LEFT_OUT.get(finding.term, _IN_LOGS)
             found.append(warning("H041", f"{finding.term}: {why}", file=file))
-    if "warm-up" in kept:
-        found.append(info("H041", "warm-up: predictions are those of a warm robot", file=file))
+    for name in sorted({part.term.name for part in named.model.parts if part.term.by_time}):
+        found.append(info("H041", f"{name}: predictions are those of a warm robot", file=file))
     for group in outcome.diagnosis.indistinguishable:
         one = [name for name in group if name in kept]
         if one:

@@ -44,6 +44,7 @@ class Blending(MoveTerm):
     )
     confusable = ("settling", "dispatch")
     stage = Stage.SHAPES
+    conditionable = False
     phase = "corner"
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:

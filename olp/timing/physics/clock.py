@@ -29,6 +29,7 @@ class Clock(MoveTerm, LogTerm):
     )
 
     stage = Stage.CLOCKS
+    conditionable = False
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         rate = TermParameter("rate", "1", 0.9, 1.1, 1.0, True, "seconds of the recorder in a second")

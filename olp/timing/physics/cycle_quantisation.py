@@ -25,6 +25,7 @@ class CycleQuantisation(MoveTerm):
     source = "interpolation cycle of controllers (4, 8, 12 ms); lattice found by the coherence |Σ exp(2πi T/c)| / n"
     confusable = ("dispatch", "settling")
     stage = Stage.CLOCKS
+    conditionable = False
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         found = _found(case)

@@ -71,6 +71,8 @@ class MoveTerm(Term):
 
     stage: ClassVar[Stage]
     phase: ClassVar[str] = "whole"  # of olp.identification.diagnosis.result.PHASES: where in a move it acts
+    conditionable: ClassVar[bool] = True  # it changes moves one by one, so it may act in some of them alone
+    by_time: ClassVar[bool] = False  # its size changes with the running time
 
     @abstractmethod
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:

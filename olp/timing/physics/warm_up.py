@@ -18,6 +18,8 @@ class WarmUp(MoveTerm):
     source = "first-order thermal model: grease friction falls with exp(-t/τ) (A. C. Bittencourt, S. Gunnarsson, 2012)"
     confusable = ("clock", "speed-scale")
     stage = Stage.CLOCKS
+    conditionable = False
+    by_time = True
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if len(case) < _FEWEST or not np.isfinite(case.t_start).all() or np.ptp(case.t_start) <= 0:
