@@ -406,7 +406,7 @@ def drive(name: str, corpus: Path, found: Path, seconds: int) -> None:
     arguments = [
         f"-max_len={LONGEST}",
         f"-max_total_time={seconds}",
-        "-rss_limit_mb=1500",
+        "-rss_limit_mb=6000",  # half an hour of inputs: the instruments keep some 15 kB of each
         f"-timeout={10 * GIVEN_UP}",
         f"-dict={dictionary}",
         f"-artifact_prefix={found}/{name}-died-",
