@@ -57,12 +57,13 @@ def olp(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def in_checkout(*patterns: str) -> set[str]:
-    return {file.relative_to(ROOT).as_posix() for pattern in patterns for file in ROOT.glob(pattern)}
+    found = (file for pattern in patterns for file in ROOT.glob(pattern))
+    return {file.relative_to(ROOT).as_posix() for file in found if file.is_file()}
 
 
 def test_the_wheel_holds_the_package_its_grammars_templates_and_robots_and_nothing_else(wheel: Path) -> None:
     code = in_checkout("olp/**/*.py", "olp/robots/**/*.toml", "olp/robots/*.csv", "olp/py.typed")
-    data = {f"olp/{name}" for name in in_checkout("grammars/*", "templates/*")}
+    data = {f"olp/{name}" for name in in_checkout("grammars/*", "templates/**/*")}
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
         licences = [name for name in archive.namelist() if name.endswith(".dist-info/licenses/LICENSE")]
