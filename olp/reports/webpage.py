@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import hashlib
 import json
 from typing import Any
@@ -30,9 +31,9 @@ def render_page(template: str, values: dict[str, Any]) -> str:
     return environment.get_template(template).render(values)
 
 
-def script_of(name: str) -> tuple[Markup, str]:
-    """A script that comes with olp, and the hash by which the page's policy lets it run."""
-    script = Markup(resources.read_text(FOLDER, name))
+def script_of(*names: str) -> tuple[Markup, str]:
+    """Scripts that come with olp as one, and the hash by which the page's policy lets it run."""
+    script = Markup("\n".join(resources.read_text(FOLDER, name) for name in names))
     return script, base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
@@ -42,6 +43,12 @@ def json_in_page(value: Any) -> Markup:
     for sign in "<>&":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
     return Markup(text)
+
+
+def packed_in_page(value: Any) -> Markup:
+    """JSON that a script unpacks: gzip in base64, an eighth of the text."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return Markup(base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode())
 
 
 _KEPT = "\t\n\u00a0\u202f"  # besides printable characters: also the blanks that keep a number and its unit together

@@ -16,7 +16,8 @@ const home = join(hosts, "code-server", "profile");
 const QUIET = [
   "--headless",
   "--no-sandbox",
-  "--disable-gpu",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
   "--disable-quic",
   "--no-first-run",
   "--disable-background-networking",

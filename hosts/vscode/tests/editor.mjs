@@ -185,7 +185,9 @@ export class Editor {
     return this.view()
       .locator(canvas)
       .evaluate((drawn) => {
-        const { data } = drawn.getContext("2d").getImageData(0, 0, drawn.width, drawn.height);
+        const copy = new OffscreenCanvas(drawn.width, drawn.height).getContext("2d");
+        copy.drawImage(drawn, 0, 0); // of a picture in space, too
+        const { data } = copy.getImageData(0, 0, drawn.width, drawn.height);
         const seen = new Set(new Uint32Array(data.buffer));
         return { colours: seen.size, width: drawn.width };
       });

@@ -163,7 +163,7 @@ check("the side view shows segments and path", async () => {
   const view = editor.view();
   await view.locator("#gantt").waitFor();
   await until(async () => /^PICK\.JBI: \d\.\d{3} s$/.test(await view.locator("#view-h").innerText()));
-  for (const canvas of ["#gantt", "#space", "#speed"]) {
+  for (const canvas of ["#gantt canvas", "#space canvas", "#speed canvas"]) {
     const { colours, width } = await editor.painted(canvas);
     assert.ok(colours > 3 && width > 200, `${canvas} shows ${colours} colours on ${width} points`);
   }
@@ -190,7 +190,7 @@ check("the view keeps how it is turned when the text changes", async () => {
   await running.page.mouse.down();
   await running.page.mouse.move(x + width / 2 + 90, y + height / 2 + 40, { steps: 5 });
   await running.page.mouse.up();
-  const turned = await editor.picture("#space");
+  const turned = await editor.picture("#space canvas");
   const before = await editor.view().locator("#view-h").innerText();
   await editor.goToText("TIMER T=0.15");
   await editor.typeAtEnd("9");
@@ -198,7 +198,7 @@ check("the view keeps how it is turned when the text changes", async () => {
   await editor.sees(/TIMER T=0\.159/);
   await editor.goToText("MOVL C00000 V");
   await until(async () => (await editor.facts()).statement?.startsWith("MOVL C00000"));
-  assert.equal(await editor.picture("#space"), turned);
+  assert.equal(await editor.picture("#space canvas"), turned);
 });
 
 check("a mistake is underlined as it is typed, and the view waits", async () => {

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.units import mm
+from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.reports.webpage import printable
+from olp.robots.model import Vector
 from olp.runtime.plan import PATHS, StepKind
 from olp.timing.timing import Timing
-from olp.timing.track import tool_position, tool_speed
+from olp.timing.track import states, tool_position, tool_speed
 
 Floats = NDArray[np.float64]
 _ON_CURVE = 9  # points along an arc or spline
+_ON_LINE = 6  # at most, along any other move: between them the page moves evenly
 _CURVES = [PATHS.index(p) for p in (Path.CIRCULAR, Path.SPLINE)]
 
 
@@ -26,13 +28,14 @@ _CURVES = [PATHS.index(p) for p in (Path.CIRCULAR, Path.SPLINE)]
 class PageShare:
     """How much of one program a page holds: a page of a megabyte opens at once, whatever the program.
 
-    `segments`: the first ones. `samples`: instants of the speed profile. `points`: of the path in space. `lines`: of
-    text, all files together; beyond, only lines that take time.
+    `segments`: the first ones. `samples`: instants of the speed profile. `points`: of the path in space. `poses`: of
+    the arm. `lines`: of text, all files together; beyond, only lines that take time.
     """
 
     segments: int = 15_000
     samples: int = 4000
     points: int = 30_000
+    poses: int = 3000
     lines: int = 12_000
 
 
@@ -44,17 +47,25 @@ def shares(segments: Sequence[int]) -> list[PageShare]:
     for place, index in enumerate(sorted(range(len(segments)), key=lambda i: segments[i])):
         found[index] = min(segments[index], left // (count - place))
         left -= found[index]
-    samples, points, lines = (
-        max(size // count, least) for size, least in ((40_000, 200), (60_000, 300), (20_000, 100))
+    samples, points, poses, lines = (
+        min(max(size // count, least), most)
+        for size, least, most in (
+            (40_000, 200, whole.samples),
+            (60_000, 300, whole.points),
+            (12_000, 100, whole.poses),
+            (20_000, 100, whole.lines),
+        )
     )
-    return [
-        PageShare(n, min(samples, whole.samples), min(points, whole.points), min(lines, whole.lines))
-        for n in found
-    ]
+    return [PageShare(n, samples, points, poses, lines) for n in found]
 
 
 def program_data(timing: Timing, share: PageShare | None = None) -> dict[str, Any]:
-    """Everything of one program that fits into its share, ready for JSON. `of`: its segments in all."""
+    """Everything of one program that fits into its share, ready for JSON; templates/report.js draws it.
+
+    `of`: its segments in all. One entry per segment: `line`, `file` (number in `files`), `kind` (in `kinds`), `rule`
+    (in `rules`), `seconds`, `mm`, `speed` [mm/s] and `percent` as programmed, `reached` [mm/s], `accel` [mm/s²], `low`
+    and `high` [s]; None where unknown. `profile`, `path`, `arm`: samples of the motion as `olp track` has it; or None.
+    """
     share = share or PageShare()
     plan, first = timing.plan, slice(0, share.segments)
     limited, of_kind = timing.limited_by[first], timing.kind[first]
@@ -76,7 +87,8 @@ def program_data(timing: Timing, share: PageShare | None = None) -> dict[str, An
         "low": None if timing.interval is None else _short(timing.interval.low[first], 6),
         "high": None if timing.interval is None else _short(timing.interval.high[first], 6),
         "profile": _profile(timing, share),
-        "path": _path(timing, share),
+        "path": (path := _path(timing, share)),
+        "arm": _arm(timing, share, path),
         "files": _files(timing, share),
     }
 
@@ -99,24 +111,24 @@ def _profile(timing: Timing, share: PageShare) -> dict[str, Any] | None:
 
 
 def _path(timing: Timing, share: PageShare) -> dict[str, Any] | None:
-    """Polylines in space [mm]: points, and of each point the step that leads to it."""
+    """Polylines in space [mm]: points, the instant `t` [s] of each, and the step that leads to it."""
     plan = timing.plan
-    ends = timing.end_s
     moves = np.flatnonzero(plan.kind[: share.segments] == StepKind.MOVE)
     if not len(moves) or timing.untimed:
         return _corner_points(timing, share)
-    duration = np.nan_to_num(timing.duration_s[moves])
-    curved = np.isin(plan.moves.path[plan.row[moves]], _CURVES) & (duration > 0)
-    count = np.where(curved, _ON_CURVE, 1)
+    ends, duration = timing.end_s[moves], np.nan_to_num(timing.duration_s[moves])
+    curved = np.isin(plan.moves.path[plan.row[moves]], _CURVES)
+    on_line = min(_ON_LINE, max(1, share.points // len(moves)))
+    count = np.where(duration > 0, np.where(curved, _ON_CURVE, on_line), 1)
     of = np.repeat(np.arange(len(moves)), count)
     nth = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + 1
-    times = ends[moves][of] - duration[of] * (1.0 - nth / count[of])
-    keep = slice(None, None, 1 + len(times) // share.points)
-    chosen = times[keep]
-    order = np.argsort(chosen, kind="stable")
-    position = np.full((len(chosen), 3), np.nan)
-    position[order] = tool_position(timing, np.maximum.accumulate(chosen[order])) / mm
-    return _polyline(position, moves[of][keep].tolist())
+    rested = np.flatnonzero(
+        np.diff(moves, prepend=-2) != 1
+    )  # moves that begin after something else than a move
+    times = np.concatenate((ends[of] - duration[of] * (1.0 - nth / count[of]), (ends - duration)[rested]))
+    order = np.argsort(times, kind="stable")[:: 1 + len(times) // share.points]
+    times, steps = times[order], moves[np.concatenate((of, rested))[order]]
+    return _polyline(tool_position(timing, times) / mm, steps.tolist(), times)
 
 
 def _corner_points(timing: Timing, share: PageShare) -> dict[str, Any] | None:
@@ -127,17 +139,50 @@ def _corner_points(timing: Timing, share: PageShare) -> dict[str, Any] | None:
     return _polyline(plan.positions.position[targets] / mm, steps.tolist()) if len(steps) else None
 
 
-def _polyline(position: Floats, steps: Sequence[int]) -> dict[str, Any] | None:
+def _polyline(position: Floats, steps: Sequence[int], times: Floats | None = None) -> dict[str, Any] | None:
     known = [all(map(math.isfinite, place)) for place in position.tolist()]
     if sum(known) < 2:
         return None
     place = np.round(position[known], 2)
     return {
+        "t": None if times is None else _short(times[known], 4),
         "x": place[:, 0].tolist(),
         "y": place[:, 1].tolist(),
         "z": place[:, 2].tolist(),
         "step": [step for step, ok in zip(steps, known, strict=True) if ok],
     }
+
+
+def _arm(timing: Timing, share: PageShare, path: dict[str, Any] | None) -> dict[str, Any] | None:
+    """The arm: its chain [mm], and `axes` [deg, of a slide mm] at some of the path's instants `t` [s].
+
+    `floor`: the height of the floor in the base frame [mm]; None where nobody says. None without geometry or angles.
+    """
+    robot = timing.plan.robot
+    if robot is None or robot.geometry is None or path is None or path["t"] is None:
+        return None
+    times = np.array(path["t"])
+    times = times[:: 1 + len(times) // share.poses]
+    axes = states(timing, times)[2][:, : len(robot.axes)]
+    if np.isnan(axes).any(axis=1).all():
+        return None
+    linear, geometry = [axis.linear for axis in robot.axes], robot.geometry
+    units = np.where(linear, mm, deg)
+    return {
+        "names": list(robot.axis_names),
+        "linear": linear,
+        "t": times.tolist(),
+        "axes": [_short(column, 2) for column in (axes / units).T],
+        "joints": [
+            {"axis": j.axis, "direction": j.direction, "offset": _in_mm(j.offset)} for j in geometry.joints
+        ],
+        "flange": _in_mm(geometry.flange_offset),
+        "floor": None if geometry.base_height is None else round(-geometry.base_height / mm, 2),
+    }
+
+
+def _in_mm(offset: Vector) -> list[float]:
+    return [round(v / mm, 3) for v in offset]
 
 
 def _files(timing: Timing, share: PageShare) -> list[dict[str, Any]]:

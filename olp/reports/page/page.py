@@ -32,11 +32,14 @@ from olp.reports.diagnosis.svg import variables
 from olp.reports.formats._table import at_least
 from olp.reports.outcome.model import JudgedItem, Status
 from olp.reports.page.data import PageShare, program_data, shares
-from olp.reports.webpage import FOLDER, json_in_page, render_page, script_of
+from olp.reports.webpage import FOLDER, json_in_page, packed_in_page, render_page, script_of
 from olp.timing.causes import CAUSES
 from olp.timing.timing import Timing
 
 _TEMPLATE = "report.html.j2"
+_LIBRARIES = "vendored/libraries.js"
+_SCRIPTS = "report_charts.js", "report_space.js", "report.js"
+_STYLES = "vendored/uPlot.css", "report.css"
 _LONGEST = 25  # lines of a program that are listed without the script
 _SUMMARY = '<script type="application/json" id="summary">', "</script>"
 _MOST_S = 1e12  # [s] of a program in an earlier report
@@ -71,20 +74,39 @@ class PageEntry:
         return self.timing is not None and (told or self.timing.untimed > 0 or bool(self.timing.left_open))
 
 
+@dataclass(frozen=True, slots=True)
+class ServedPart:
+    """What a server adds to the page that it sends: `markup` above the programs, and scripts out of templates/.
+
+    The scripts run after the page's own, and may ask the server that sent the page and nobody else. They have
+
+    - `olpPage.show(data, title)` and `olpPage.renew(data, title)`: another program, or the same with other times (zoom,
+      search and what is chosen stay); `data` is `program_data` as JSON, null for a program without a time,
+    - `olpPage.at(seconds)`, `olpPage.goTo(file, line)`, `olpPage.time`, `olpPage.data`,
+    - the document's event `olp-chosen` with `detail` {file, line, step} when the reader chooses a segment.
+    """
+
+    markup: Markup
+    scripts: tuple[str, ...]
+
+
 def report_page(
     entries: Sequence[PageEntry],
     title: str = "",
     before: str = "",
     now: datetime | None = None,
     hosted: bool = False,
+    served: ServedPart | None = None,
 ) -> str:
     """One self-contained HTML file, UTF-8. `before`: the text of the last report, whose times are compared.
 
     `hosted`: for an editor's side view of one program, which has the text itself. The page then says through
     `acquireVsCodeApi` which line is clicked (`{file, line}`, the file's number as in its data) and that it is there
     (`{ready}`); messages `{select: {file, line}}` and `{program: {title, data}}` choose a line and renew the data.
+    `served`: for a server, which may also add to the page and change what it shows.
     """
-    script, script_hash = script_of("report.js")
+    more = () if served is None else served.scripts
+    scripts = [script_of(_LIBRARIES), script_of(*_SCRIPTS, *more)]
     earlier = _earlier(before)
     room = shares([0 if entry.timing is None else len(entry.timing.plan) for entry in entries])
     costs = [ProgramCost() if entry.timing is None else cost_of(entry.timing, _LONGEST) for entry in entries]
@@ -106,9 +128,10 @@ def report_page(
         "causes": _causes(whole),
         "costliest": _lines(whole, "") if len(programs) > 1 else [],
         "spelled": spelled_time(total),
-        "css": Markup(variables() + resources.read_text(FOLDER, "report.css")),
-        "js": script,
-        "js_hash": script_hash,
+        "css": Markup(variables() + "".join(resources.read_text(FOLDER, name) for name in _STYLES)),
+        "scripts": [script for script, _ in scripts],
+        "hashes": [found for _, found in scripts],
+        "served": None if served is None else served.markup,
         "made": (now or datetime.now()).strftime("%Y-%m-%d %H:%M"),
         "programs": programs,
         "first": max(programs, key=lambda p: p["total_s"] or 0.0)["index"],
@@ -153,7 +176,7 @@ def _program(
         "branches": told_branches(entry.branches, at_least),
         "assumptions": [] if timing is None else [(a.line, a.says) for a in timing.assumptions],
         "diagnostics": [(str(d.severity), d.code, d.line, d.message, d.help) for d in entry.diagnostics],
-        "data": json_in_page(None if timing is None else program_data(timing, share)),
+        "data": packed_in_page(None if timing is None else program_data(timing, share)),
     }
 
 
