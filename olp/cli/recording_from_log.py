@@ -10,6 +10,11 @@ from typing import TYPE_CHECKING
 from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from olp.core.diagnostic import Diagnostic
+    from olp.identification.recording.from_log import By
+    from olp.identification.recording.log import Log
     from olp.identification.recording.moves import Floats, RecordedMoves
     from olp.identification.recording.settings import RecordingSettings
     from olp.timing.timing import Timing
@@ -38,9 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.core.diagnostic import OlpError, error
     from olp.core.files import refuse_inputs
-    from olp.identification.recording.from_log import moves_from_log
     from olp.identification.recording.log_reader import read_log
-    from olp.identification.recording.writer import write_recording
     from olp.reports.batch import plan_and_time
 
     target = Path(args.output) / "moves.csv"
@@ -56,15 +59,30 @@ def run(args: Namespace) -> int:
     refuse_inputs(Path(args.output) / "log.csv" if args.with_log else target, [args.log, args.job])
     log, told, _ = read_log(Path(args.log))
     timing = plan_and_time(args.job, job_of(args, 1))
-    made = moves_from_log(log, timing, args.by)
+    write_from_log(args, Path(args.log), log, told, timing, args.by, args.with_log)
+    return 0
+
+
+def write_from_log(
+    args: Namespace,
+    file: Path,
+    log: Log,
+    told: Sequence[Diagnostic],
+    timing: Timing,
+    by: By = "auto",
+    with_log: bool = True,
+    maker: str = "from-log",
+) -> None:
+    """Writes the moves of the program `args.job` that `log`, read from `file`, shows, and prints them."""
+    from olp.identification.recording.from_log import moves_from_log
+    from olp.identification.recording.writer import write_recording
+
+    made = moves_from_log(log, timing, by)
     settings = settings_of_run(args, timing, log.period, made.tool)
-    comment = (
-        f"Made by olp recording from-log of {os.path.basename(args.log)} and {os.path.basename(args.job)}."
-    )
-    write_recording(args.output, made.moves, settings, log if args.with_log else None, comment)
+    comment = f"Made by olp recording {maker} of {file.name} and {os.path.basename(args.job)}."
+    write_recording(args.output, made.moves, settings, log if with_log else None, comment)
     print(table_of_moves(made.moves, made.planned, timing, made.by))
     print_diagnostics([d.at(args.job) for d in (*timing.diagnostics, *told, *made.diagnostics)])
-    return 0
 
 
 def settings_of_run(

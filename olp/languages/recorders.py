@@ -29,6 +29,7 @@ class ControllerMotion:
     """One motion as the controller carried it out: from `begin` to `end` on the recorder's clock [s].
 
     `kind`: joint, linear or circular. `says`: further columns of moves.csv in their units, such as `speed_mm_s`.
+    `job` is "" and `line` 0 where the recorder does not tell them.
     """
 
     kind: str
@@ -43,8 +44,9 @@ class ControllerMotion:
 class ControllerRun:
     """One recording of a controller. `robot`: as the controller calls it. `period` [s] of its samples.
 
-    `time` (n,) [s]; `joints` (n, k) [deg]; `tool` (n, 6) x y z [mm] and Rx Ry Rz [deg] in the robot's base, None where
-    it is not recorded so. `flange_tool`: the tool on the flange in the same units, None where it is not told.
+    `time` (n,) [s]; `joints` (n, k) [deg | mm], `slides` (k,) which axes are lengths, () for none; `tool` (n, 6) x y z
+    [mm] and Rx Ry Rz [deg] in the robot's base, None where it is not recorded so. `flange_tool`: the tool on the flange
+    in the same units, None where it is not told.
     """
 
     name: str
@@ -57,6 +59,7 @@ class ControllerRun:
     flange_tool: tuple[float, ...] | None = None
     controller: str = ""
     diagnostics: tuple[Diagnostic, ...] = ()
+    slides: tuple[bool, ...] = ()
 
 
 class ControllerRecorder(ABC):
@@ -80,9 +83,13 @@ def recorders() -> Sequence[ControllerRecorder]:
 
 
 class ControllerLog(ABC):
-    """A log as a table whose columns are not called as a recording's are. `files`: what writes it, for people."""
+    """A log as a table whose columns are not called as a recording's are. `files`: what writes it, for people.
+
+    `joint_names`: how the names of the axes end where ROS records them, from the base on; () where they are numbered.
+    """
 
     files: ClassVar[str]
+    joint_names: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def knows(self, names: Sequence[str]) -> bool:

@@ -1,7 +1,7 @@
-"""Makes a recording out of what a controller recorded of its own accord.
+"""Makes a recording out of what a controller, a client or ROS recorded of its own accord.
 
-Codes: D050 to D052 of `olp.languages.recorders`, D053 a file that no vendor's recorder wrote, D054 simulated motions
-that do not belong to the measured ones.
+Codes: D050 to D052 of `olp.languages.recorders`, D053 a file that no known recorder wrote, D054 simulated motions that
+do not belong to the measured ones.
 """
 
 from __future__ import annotations
@@ -10,14 +10,30 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic, OlpError, error, warning
+from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.core.terminal import csv_text
-from olp.identification.recording.table import role_of
-from olp.languages.recorders import ControllerMotion, ControllerRecorder, ControllerRun, recorders
+from olp.identification.recording.column_naming import NamedColumn, doubtful_units, meant_by
+from olp.identification.recording.columns import nearest
+from olp.identification.recording.log import Log
+from olp.identification.recording.log_reader import column_names, read_log
+from olp.identification.recording.logged import run_of_log, with_counter
+from olp.identification.recording.ros_bag import Trajectory, is_bag, read_bag
+from olp.identification.recording.writer import log_csv
+from olp.languages.recorders import (
+    ControllerMotion,
+    ControllerRecorder,
+    ControllerRun,
+    controller_logs,
+    recorders,
+)
+
+if TYPE_CHECKING:
+    from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]
 _POINT = ("x", "y", "z", "rx", "ry", "rz")
@@ -29,7 +45,7 @@ class ImportedRecording:
     """The files of a recording as text; `log` is empty for several runs, whose clocks have nothing in common."""
 
     moves: str
-    log: str
+    log: bytes
     robot: str  # name of the library, "" where it is not there
     count: int
     seconds: float
@@ -39,18 +55,41 @@ class ImportedRecording:
     diagnostics: tuple[Diagnostic, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class ImportOptions:
+    """What the files do not say: `naming` of a table's columns, `topic` and order of `joints` of a ROS recording."""
+
+    naming: tuple[NamedColumn, ...] = ()
+    robot: Robot | None = None
+    topic: str = ""
+    joints: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ImportedRun:
+    """A run and, where it is not a controller's trace, the log that it was made of."""
+
+    run: ControllerRun
+    log: Log | None = None
+
+
 def import_runs(
-    paths: Sequence[Path], sim: Sequence[Path] = (), override: float | None = None
+    paths: Sequence[Path],
+    sim: Sequence[Path] = (),
+    override: float | None = None,
+    options: ImportOptions | None = None,
 ) -> ImportedRecording:
-    """The recording of these files, each a part of a controller's own recording. Raises OlpError.
+    """The recording of these files, each a log or a part of a controller's own recording. Raises OlpError.
 
     `override` [%]: the program override under which all of them ran, which traces do not tell.
     """
-    runs = read_runs(paths)
+    options = options or ImportOptions()
+    imported = read_runs(paths, options)
+    runs = [one.run for one in imported]
     told = [d for run in runs for d in run.diagnostics]
     simulated: list[ControllerMotion] | None = None
     if sim:
-        others = read_runs(sim)
+        others = [one.run for one in read_runs(sim, options)]
         told += [d for run in others for d in run.diagnostics]
         simulated = _paired(runs, others)
     rows = [row for run in runs for row in _rows(run)]
@@ -73,13 +112,11 @@ def import_runs(
         raise OlpError(error("D054", says, help="make one recording of each"))
     tools = {run.flange_tool for run in runs}
     name = library_name(runs[0].robot)
-    if not name:
-        told.append(
-            warning("D053", f"{runs[0].robot or 'the robot'} is not in the library", help="see olp robots")
-        )
+    if not name and options.robot is None:
+        told.append(_without_robot(runs[0].robot, paths[0]))
     return ImportedRecording(
         moves,
-        _log(runs[0]) if len(runs) == 1 else "",
+        _log(imported[0]) if len(runs) == 1 else b"",
         name,
         len(rows),
         sum(m.end - m.begin for run in runs for m in run.motions),
@@ -90,35 +127,81 @@ def import_runs(
     )
 
 
-def read_runs(paths: Iterable[Path]) -> list[ControllerRun]:
+def _without_robot(called: str, path: Path) -> Diagnostic:
+    if called:
+        return warning("D053", f"{called} is not in the library", help="see olp robots")
+    return info("D053", "no robot is named", file=str(path), help="--robot, one of olp robots")
+
+
+def read_runs(paths: Iterable[Path], options: ImportOptions) -> list[ImportedRun]:
     """Each recording once, whichever of its files are named; folders for all that they hold. Raises OlpError."""
     sets: dict[Path, ControllerRecorder] = {}
-    strange: list[Path] = []
+    logs: list[Path] = []
+    problems: list[Diagnostic] = []
     for path in paths:
-        for file in sorted(path.iterdir()) if path.is_dir() else [path]:
-            known = next(((s, r) for r in recorders() if (s := r.set_of(file)) is not None), None)
-            if known is not None:
-                sets.setdefault(*known)
-            elif not path.is_dir():
-                strange.append(file)
-        if path.is_dir() and not sets:
-            strange.append(path)
-    if strange:
-        help = "known are " + "; ".join(recorder.files for recorder in recorders())
-        raise OlpError(
-            *(
-                error(
-                    "D053",
-                    "no controller's recording is known by this name",
-                    file=str(f),
-                    help=f"{help}; a table of times needs --job, the program that was timed"
-                    if role_of(f)
-                    else help,
-                )
-                for f in strange
-            )
-        )
-    return [recorder.read(stem) for stem, recorder in sorted(sets.items())]
+        folder = path.is_dir() and not is_bag(path)
+        known = len(sets)
+        for file in sorted(path.iterdir()) if folder else [path]:
+            found = next(((s, r) for r in recorders() if (s := r.set_of(file)) is not None), None)
+            if found is not None:
+                sets.setdefault(*found)
+            elif not folder:
+                logs.append(file)
+        if folder and len(sets) == known:
+            problems.append(_unknown(path))
+    made = (
+        [ImportedRun(recorder.read(stem)) for stem, recorder in sorted(sets.items())] if not problems else []
+    )
+    for file in logs:
+        try:
+            log, told, trajectories = read_any_log(file, options)
+            robot = options.robot.name if options.robot is not None else ""
+            made.append(ImportedRun(run_of_log(log, robot, told, trajectories), log))
+        except OlpError as problem:
+            problems += problem.diagnostics
+    if problems:
+        raise OlpError(*problems)
+    return made
+
+
+def read_any_log(path: Path, options: ImportOptions) -> tuple[Log, list[Diagnostic], tuple[Trajectory, ...]]:
+    """A ROS recording, or a table of samples. Raises OlpError, D053 for what is neither."""
+    if is_bag(path):
+        bag = read_bag(path, options.topic, options.joints)
+        return bag.log, list(bag.diagnostics), bag.trajectories
+    if not options.naming and not is_log(path, options):
+        raise OlpError(_unknown(path))
+    log, told, _ = read_log(path, options.naming, options.robot)
+    return log, [*told, *doubtful_units(log)], ()
+
+
+def is_log(path: Path, options: ImportOptions) -> bool:
+    """Whether the file's columns are those of a log, or nearly. Raises OlpError for what is no table."""
+    names = column_names(path)
+    axes = options.robot.axis_names if options.robot is not None else ()
+    if any(log.knows(names) for log in controller_logs()):
+        return True
+    like = [
+        name
+        for name in ("t_s", "q1_deg", "q2_deg")
+        if name in names or meant_by(name, names, axes) or nearest(name, names)
+    ]
+    return len(like) >= 2
+
+
+def _unknown(path: Path) -> Diagnostic:
+    known = [*(recorder.files for recorder in recorders()), *(log.files for log in controller_logs())]
+    help = f"known are {'; '.join(known)}; ROS recordings; any table of axes with --robot and --column"
+    if path.is_dir():
+        return error("D053", "no controller's recording is in this folder", file=str(path), help=help)
+    try:
+        names = column_names(path)
+    except OlpError as problem:
+        return problem.diagnostics[0]
+    listed = ", ".join(names[:12]) + (" …" if len(names) > 12 else "")
+    if any(nearest(name, ("duration_s", "line")) for name in names):
+        help = f"a table of times needs --job, the program that was timed; {help}"
+    return error("D053", f"no recording is known with columns {listed}", file=str(path), help=help)
 
 
 def _paired(runs: Sequence[ControllerRun], others: Sequence[ControllerRun]) -> list[ControllerMotion]:
@@ -137,10 +220,15 @@ def _paired(runs: Sequence[ControllerRun], others: Sequence[ControllerRun]) -> l
             for m, n in ((motion.begin, moved.begin), (motion.end, moved.end))
         ]
         if motion.kind != moved.kind or max(float(np.abs(end).max()) for end in ends) > _APART:
-            lines = f"line {motion.line} of {run.name} and line {moved.line} of the simulated {sim.name}"
+            lines = f"{_called(run, motion)} and {_called(sim, moved, 'the simulated ')}"
             says = f"{lines} are not the same motion"
             raise OlpError(error("D054", says, help="name the recordings of the same programs with --sim"))
     return [m for _, m in other]
+
+
+def _called(run: ControllerRun, motion: ControllerMotion, which: str = "") -> str:
+    place = f"line {motion.line}" if motion.line else f"the motion at {motion.begin:.3f} s"
+    return f"{place} of {which}{run.name}"
 
 
 _APART = 30.0  # [deg] of an axis: samples lie a cycle apart, in which an arm turns less
@@ -154,14 +242,18 @@ def _rows(run: ControllerRun) -> list[dict[str, float | int | str]]:
             "type": motion.kind,
             "duration_s": _rounded(motion.end - motion.begin),
             "trace": run.name,
-            "job": motion.job,
-            "line": motion.line,
+            **({"job": motion.job, "line": motion.line} if motion.line else {}),
             "t_start_s": _rounded(motion.begin),
             **motion.says,
         }
         for end, instant in (("start", motion.begin), ("end", motion.end)):
             at = _sample(run, instant)
-            row.update({f"q{n + 1}_{end}_deg": round(float(q), 6) for n, q in enumerate(run.joints[at])})
+            row.update(
+                {
+                    f"q{n + 1}_{end}_{'mm' if run.slides and run.slides[n] else 'deg'}": round(float(q), 6)
+                    for n, q in enumerate(run.joints[at])
+                }
+            )
             if run.tool is not None:
                 row.update(_point(run.tool[at], end, 6))
         if motion.kind == "circular" and run.tool is not None:
@@ -183,7 +275,10 @@ def _rounded(seconds: float) -> float:
     return round(seconds, 6)
 
 
-def _log(run: ControllerRun) -> str:
+def _log(imported: ImportedRun) -> bytes:
+    run = imported.run
+    if imported.log is not None:
+        return log_csv(with_counter(imported.log, run))
     axes = run.joints.shape[1]
     names = ["t_s", *(f"q{n + 1}_deg" for n in range(axes))]
     columns = [run.time, *run.joints.T]
@@ -194,7 +289,7 @@ def _log(run: ControllerRun) -> str:
     for index, motion in enumerate(run.motions):
         number[(run.time >= motion.begin - 1e-9) & (run.time < motion.end - 1e-9)] = index + 1
     cells = [[f"{v:.6f}" for v in column] for column in columns] + [[str(n) for n in number]]
-    return csv_text([[*names, "move"], *zip(*cells, strict=True)])
+    return csv_text([[*names, "move"], *zip(*cells, strict=True)]).encode()
 
 
 def library_name(called: str) -> str:

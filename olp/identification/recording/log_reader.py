@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span, error, info
 from olp.core.terminal import from_cell
 from olp.core.units import deg, mm
+from olp.identification.recording.column_naming import NamedColumn, meant_by, named_cells
 from olp.identification.recording.columns import (
     LOG_POINT,
     LOG_TURN,
@@ -46,14 +48,23 @@ from olp.identification.recording.table import (
     load_parquet,
     parquet_column,
     read_bytes,
+    read_table,
 )
 
+if TYPE_CHECKING:
+    from olp.robots.robot import Robot
 
-def read_log(path: Path) -> tuple[Log, list[Diagnostic], LogTable]:
-    """The log, what there is to tell, and the cells it was made of. Raises OlpError."""
-    found = _in_our_columns(read_log_table(path))
+
+def read_log(
+    path: Path, naming: Sequence[NamedColumn] = (), robot: Robot | None = None
+) -> tuple[Log, list[Diagnostic], LogTable]:
+    """The log, what there is to tell, and the cells it was made of. Raises OlpError.
+
+    `naming`: what columns of the file are in a recording; `robot`: whose axes and pulses they are.
+    """
+    found = _in_our_columns(read_log_table(path), naming, robot)
     problems = Problems(found.table)
-    _required(problems, found.table.names)
+    _required(problems, found.table.names, robot.axis_names if robot is not None else ())
     _misspelt(problems, found.table.names)
     if any(d.is_error for d in problems.found):
         raise OlpError(*problems.all())
@@ -63,19 +74,23 @@ def read_log(path: Path) -> tuple[Log, list[Diagnostic], LogTable]:
     return _log(found), [*found.diagnostics, *problems.all()], found
 
 
-def _in_our_columns(found: LogTable) -> LogTable:
+def _in_our_columns(found: LogTable, naming: Sequence[NamedColumn], robot: Robot | None) -> LogTable:
     """A log with a controller's own column names, as a recording's. One that has a column t_s is taken as it is."""
     from olp.languages.recorders import controller_logs
 
     names = found.table.names
     kind = None if "t_s" in names else next((log for log in controller_logs() if log.knows(names)), None)
-    if kind is None:
+    if kind is None and not naming:
         return found
     texts = {name: values for name, values in found.cells.items() if isinstance(values, tuple)}
     numbers = {name: values for name, values in found.cells.items() if name not in texts}
-    cells: Cells = {**kind.columns(numbers), **texts}
-    says = f"read as {kind.files}"
-    told = info("D026", says, file=found.table.file, help="units and axes are those of this format")
+    if naming:
+        cells: Cells = {**named_cells(numbers, naming, robot, found.table.file), **texts}
+        says = "columns are as --column names them"
+    elif kind is not None:
+        cells, says = {**kind.columns(numbers), **texts}, f"read as {kind.files}"
+    help = "" if naming else "units and axes are those of this format"
+    told = info("D026", says, file=found.table.file, help=help)
     # Columns stand elsewhere in the file: problems are told by their rows.
     rows = np.zeros_like(found.table.line)
     return LogTable(replace(found.table, names=tuple(cells), line=rows), cells, (*found.diagnostics, told))
@@ -117,7 +132,7 @@ def _counter(found: LogTable) -> Floats:
     return filled
 
 
-def _required(problems: Problems, names: tuple[str, ...]) -> None:
+def _required(problems: Problems, names: tuple[str, ...], axis_names: Sequence[str]) -> None:
     missing = [] if "t_s" in names else ["t_s"]
     axes = [axis for name in names if (axis := log_axis(name))]
     last = max((axis.number for axis in axes), default=1)
@@ -128,10 +143,11 @@ def _required(problems: Problems, names: tuple[str, ...]) -> None:
             missing += [name for name in group if name not in names]
     for name in missing:
         unknown = [other for other in names if other not in log_names()]
-        near = nearest(name, unknown)
-        problems.cell(
-            "D010", f"the column {name} is missing", -1, name, f"is it the column {near}?" if near else ""
-        )
+        option = meant_by(name, unknown, axis_names)
+        near = option.partition("=")[2] or nearest(name, unknown)
+        help = f"is it the column {near}?" if near else ""
+        help += f" olp recording import {option} says so" if option else ""
+        problems.cell("D010", f"the column {name} is missing", -1, name, help)
 
 
 def _misspelt(problems: Problems, names: tuple[str, ...]) -> None:
@@ -226,10 +242,23 @@ class LogTable:
         return LogTable(table, kept, (*self.diagnostics, *told))
 
 
+def column_names(path: Path) -> tuple[str, ...]:
+    """The names of the columns of a table, their numbers from 1 where it begins with numbers. Raises OlpError."""
+    if is_parquet(path):
+        return check_header([str(name) for name in load_parquet(path).column_names], str(path), "")
+    if path.name.lower().endswith(".xlsx"):
+        return read_table(path).names
+    raw = read_bytes(path)
+    first = decode(raw[: raw.find(b"\n") + 1] or raw, str(path))
+    return _names(next(csv.reader([first]), []), str(path), first)[0]
+
+
 def read_log_table(path: Path) -> LogTable:
     """The cells of the log in `path`. Raises OlpError with every cell that cannot be read."""
     if is_parquet(path):
         return _parquet(path)
+    if path.name.lower().endswith(".xlsx"):
+        return _workbook(path)
     try:
         return _csv(path)
     except csv.Error as problem:
@@ -253,17 +282,19 @@ def _csv(path: Path) -> LogTable:
     if b'"' in raw or b"\r" in raw.replace(b"\r\n", b""):
         return _slowly(file, raw)
     first = decode(raw[: raw.find(b"\n") + 1] or raw, file)
-    names = check_header(next(csv.reader([first]), []), file, first)
+    names, headless = _names(next(csv.reader([first]), []), file, first)
     text = _text_columns(raw, names)
     kinds = {name: str if name in text else "float64" for name in names}
-    rows = raw.count(b"\n") + (not raw.endswith(b"\n")) - 1
+    rows = raw.count(b"\n") + (not raw.endswith(b"\n")) - (not headless)
     if rows * len(names) * 8 > MOST_BYTES:
         raise OlpError(error("D003", f"{rows:,} samples of {len(names)} columns are too many", file=file))
-    if raw.count(b",") != (rows + 1) * (len(names) - 1):
+    if raw.count(b",") != (rows + (not headless)) * (len(names) - 1):
         return _slowly(file, raw)
     try:
         frame = pandas.read_csv(
             io.BytesIO(raw),
+            header=None if headless else 0,
+            names=list(names),
             dtype=kinds,
             keep_default_na=False,
             na_values=[""],
@@ -281,7 +312,16 @@ def _csv(path: Path) -> LogTable:
     }
     if any(np.isinf(values).any() for name, values in cells.items() if name not in text):
         return _slowly(file, raw)
-    return LogTable(RecordingTable(file, names, (), np.arange(2, len(frame) + 2), (first,)), cells)
+    return LogTable(
+        RecordingTable(file, names, (), np.arange(len(frame)) + (1 if headless else 2), (first,)), cells
+    )
+
+
+def _names(row: list[str], file: str, line: str) -> tuple[tuple[str, ...], bool]:
+    """The names of the columns: their numbers from 1, and True, where the file begins with numbers."""
+    if row and all(NUMBER.fullmatch(cell.strip()) for cell in row):
+        return tuple(str(number) for number in range(1, len(row) + 1)), True
+    return check_header(row, file, line), False
 
 
 def _text_columns(raw: bytes, names: tuple[str, ...]) -> set[str]:
@@ -302,7 +342,9 @@ def _slowly(file: str, raw: bytes) -> LogTable:
     """Row by row. A last row that breaks off is left out (the recorder was stopped); any other bad row is an error."""
     lines = tuple(io.StringIO(decode(raw, file), newline=""))
     reader = csv.reader(lines)
-    names = check_header(next(reader, []), file, lines[0] if lines else "")
+    names, headless = _names(next(reader, []), file, lines[0] if lines else "")
+    if headless:
+        reader = csv.reader(lines)
     text = _text_columns(raw, names)
     kept: list[list[str]] = []
     starts: list[int] = []
@@ -349,6 +391,23 @@ def _ragged(file: str, lines: tuple[str, ...], line: int, found: int, width: int
     column = cell_extent(source, min(found, width))[0]
     span = Span(line, column, column + 1)
     return error("D013", f"row has {found} cells, the header {width}", span, file=file, source_line=source)
+
+
+def _workbook(path: Path) -> LogTable:
+    table = read_table(path)
+    problems = Problems(table)
+    cells: Cells = {}
+    for name, column in zip(table.names, table.columns, strict=True):
+        values, bad = numbers(column)
+        if len(bad) and not is_known(name):
+            cells[name] = column.text
+            continue
+        cells[name] = values
+        for row in bad.tolist():
+            tell_bad(problems, name, column.text[row] if column.text else "nan", row)
+    if problems.found:
+        raise OlpError(*problems.all())
+    return LogTable(table, cells, table.diagnostics)
 
 
 def _parquet(path: Path) -> LogTable:

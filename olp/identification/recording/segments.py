@@ -204,8 +204,8 @@ def by_dwell(moves: Moved, log: Log) -> Segments:
     Raises OlpError (D041) when the program stops more or less often than the log.
     """
     place = log.q
-    still = _still_of_axes(log)
-    stretches = _stretches_between_rests(log.time, place, still)
+    still = still_of_axes(log)
+    stretches = stretches_between_rests(log.time, place, still)
     groups = np.split(np.arange(len(moves)), np.nonzero(moves.stops)[0][:-1] + 1)
     if len(stretches) != len(groups):
         says = f"the log moves {len(stretches)} times between rests, the program {len(groups)} times between stops"
@@ -225,12 +225,12 @@ def by_dwell(moves: Moved, log: Log) -> Segments:
     return Segments(begin, end, until, seen, np.full(len(moves), np.nan))
 
 
-def _still_of_axes(log: Log) -> float:
+def still_of_axes(log: Log) -> float:
     """[rad | m] below which the axes' movement is noise; a quarter of a millimetre per metre at least."""
     return max(stillness(log.time, log.q), 5e-5)
 
 
-def _stretches_between_rests(time: Floats, place: Floats, still: float) -> list[tuple[float, float]]:
+def stretches_between_rests(time: Floats, place: Floats, still: float) -> list[tuple[float, float]]:
     """[s] begin and end of every motion: the pace is above a fiftieth of what is usual, by more than the noise."""
     if len(time) < 3:
         return []
@@ -500,6 +500,8 @@ def _begin(time: Floats, away: Floats, still: float) -> float:
     if last - first < 2:
         return crossing
     t, x = time[first:last] - time[first], away[first:last]
+    if t[-1] <= 0:  # a clock that stands still
+        return crossing
     fits = []
     for shape in (x, np.sqrt(x)):
         slope, height = np.polyfit(t, shape, 1)

@@ -1,5 +1,7 @@
 """Logs of abb_motion_program_exec (Rensselaer Polytechnic Institute): seconds, the command's number, axes in degrees.
 
+Its first versions call the number cmd_num.
+
 The number counts the commands of the program from 0, waits included; it is not the number of a move.
 """
 
@@ -20,10 +22,10 @@ class MotionProgramLog(ControllerLog):
     files = "a log of abb_motion_program_exec (timestamp, cmdnum, J1 to J6)"
 
     def knows(self, names: Sequence[str]) -> bool:
-        return {"timestamp", "cmdnum", *_AXES} <= set(names)
+        return {"timestamp", *_AXES} <= set(names) and bool({"cmdnum", "cmd_num"} & set(names))
 
     def columns(self, cells: Mapping[str, Floats]) -> Mapping[str, Floats]:
-        renamed = {"timestamp": "t_s", **{axis: f"q{axis[1:]}_deg" for axis in _AXES}}
+        renamed = {"timestamp": "t_s", "cmd_num": "cmdnum", **{axis: f"q{axis[1:]}_deg" for axis in _AXES}}
         return {renamed.get(name, name): values for name, values in cells.items()}
 
 

@@ -28,6 +28,10 @@ _POSE = [f"actual_TCP_pose_{i}" for i in range(6)]
 
 class RtdeLog(ControllerLog):
     files = "an RTDE recording (timestamp, actual_q_0 to actual_q_5)"
+    joint_names = tuple(
+        f"{name}_joint"
+        for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    )
 
     def knows(self, names: Sequence[str]) -> bool:
         return {"timestamp", *(f"actual_q_{i}" for i in range(6))} <= set(names)

@@ -1,0 +1,110 @@
+"""Finds motions in a log that knows of none: what lies between two rests of the arm.
+
+Code: D060 how the motions were found, or that none was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic, OlpError, error, info
+from olp.core.units import deg, mm
+from olp.identification.recording.log import Log
+from olp.identification.recording.ros_bag import Trajectory
+from olp.identification.recording.segments import rest, still_of_axes, stretches_between_rests
+from olp.languages.recorders import ControllerMotion, ControllerRun
+
+Floats = NDArray[np.float64]
+_STRAIGHT = 1e-3  # of a way's length that it may leave its chord by
+_LEAST_WAY = 0.3 * mm  # that a straight way may leave its chord by, however short
+
+
+def run_of_log(
+    log: Log, robot: str, told: Sequence[Diagnostic], trajectories: Sequence[Trajectory] = ()
+) -> ControllerRun:
+    """The log as a run with its motions. `trajectories`: they are the motions. Raises OlpError (D060).
+
+    A motion lasts from when the arm leaves its rest to when it arrives at the next one. It is linear where the tool
+    goes straight and the axes do not, else joint: an arc cannot be told from a joint move.
+    """
+    if trajectories:
+        spans = [(float(t.time[0]), float(t.time[-1])) for t in trajectories]
+    else:
+        spans = motions_between_rests(log)
+        says = f"{len(spans)} motions between rests; moves without a stop between them are one"
+        told = [*told, info("D060", says, file=log.file, help="--job PROGRAM tells them apart")]
+    if not spans:
+        raise OlpError(error("D060", "no motion begins and ends in this log", file=log.file), *told)
+    units = np.where(np.array(log.slides, dtype=bool), mm, deg)
+    tool = None
+    if log.position is not None and log.angles is not None:
+        tool = np.concatenate([log.position / mm, log.angles / deg], axis=1)
+    return ControllerRun(
+        Path(log.file).name,
+        robot,
+        log.period,
+        tuple(ControllerMotion(_kind(log, *span), "", 0, *span) for span in spans),
+        log.time,
+        log.q / units,
+        tool,
+        diagnostics=tuple(told),
+        slides=log.slides,
+    )
+
+
+def motions_between_rests(log: Log) -> list[tuple[float, float]]:
+    """[s] when the arm leaves its rest and when it arrives at the next one, of each motion."""
+    still = still_of_axes(log)
+    found = stretches_between_rests(log.time, log.q, still)
+    spans = []
+    for number, (begin, end) in enumerate(found):
+        before = found[number - 1][1] if number else float(log.time[0])
+        after = found[number + 1][0] if number + 1 < len(found) else float(log.time[-1])
+        middle = (begin + end) / 2
+        left = _rest_within(log, before, middle, begin, still)
+        came = _rest_within(log, middle, after, end, still)
+        leave = begin if left is None or not np.isfinite(left[1]) else left[1]
+        arrive = end if came is None or not np.isfinite(came[0]) else came[0]
+        if arrive > leave:
+            spans.append((leave, arrive))
+    return spans
+
+
+def _rest_within(log: Log, low: float, high: float, at: float, still: float) -> tuple[float, float] | None:
+    """When the arm came to the rest that lies between `low` and `high` [s], and when it left; `at` is at its edge."""
+    first, last = np.searchsorted(log.time, [low, high], side="left")
+    part = slice(int(first), int(last) + 1)
+    standing = int(np.argmin(np.abs(log.time - at)))
+    found = rest(log.time[part], log.q[part], log.q[standing], still, dwells=True)
+    return None if found is None else (found.arrive, found.leave)
+
+
+def _kind(log: Log, begin: float, end: float) -> str:
+    inside = (log.time >= begin) & (log.time <= end)
+    if log.position is None or inside.sum() < 5:
+        return "joint"
+    tool, axes = _bow(log.position[inside]), _bow(log.q[inside])
+    return "linear" if tool is not None and tool < 1 and (axes is None or axes > 1) else "joint"
+
+
+def _bow(way: Floats) -> float | None:
+    """How far a way (n, c) leaves its chord, in what a straight one may; None for one that goes nowhere."""
+    chord = way[-1] - way[0]
+    length = float(np.linalg.norm(chord))
+    if length < 10 * _LEAST_WAY:
+        return None
+    beside = (way - way[0]) - np.outer((way - way[0]) @ chord, chord) / length**2
+    return float(np.linalg.norm(beside, axis=1).max()) / max(_STRAIGHT * length, _LEAST_WAY)
+
+
+def with_counter(log: Log, run: ControllerRun) -> Log:
+    """The same log; its column `move` numbers the run's motions from 1, -1 between them."""
+    number = np.full(len(log), -1, dtype=np.int64)
+    for index, motion in enumerate(run.motions):
+        number[(log.time >= motion.begin - 1e-9) & (log.time < motion.end - 1e-9)] = index + 1
+    return replace(log, move=number)
