@@ -502,6 +502,8 @@ def _as_krl(made: Made) -> str:
 
 def _as_rapid(made: Made) -> str:
     text = ["MODULE Made"]
+    speeds = sorted({s.speed for s in made.steps if s.values})
+    text += [f"  CONST speeddata speed{one}:=[{one},500,5000,1000];" for one in speeds]
     text += [
         f"  CONST robtarget {s.name}:=[[{_numbers(s.values[:3])}],[1,0,0,0],[{int(s.values[3] / 90)},0,0,0],"
         "[9E9,9E9,9E9,9E9,9E9,9E9]];"
@@ -512,7 +514,7 @@ def _as_rapid(made: Made) -> str:
     for s in made.steps:
         note = f" ! {s.comment}" if s.comment else ""
         text.append(
-            f"    MoveL {s.name},v{s.speed},fine,tool0;{note}"
+            f"    MoveL {s.name},speed{s.speed},fine,tool0;{note}"
             if s.values
             else f"    SetDO do{s.word.split()[1]},1;"
         )

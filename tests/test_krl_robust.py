@@ -58,6 +58,7 @@ def both(monkeypatch: pytest.MonkeyPatch, *texts: str, dat: list[str] | None = N
     with monkeypatch.context() as patch:
         patch.setattr(body.KrlMoveLines, "read", lambda *_: None)
         patch.setattr(body, "ACTUAL", Declines())
+        patch.setattr(body, "declared", lambda *_: None)
         patch.setattr(lists.fast, "ROW", Declines())
         patch.setattr(lists.fast, "RECORD_ROW", Declines())
         slow = read(*texts, dat=dat)
@@ -79,6 +80,7 @@ def test_the_fast_path_reads_rows_as_the_grammar_does(kind: str, aggregate: str,
     with pytest.MonkeyPatch.context() as monkeypatch:
         row = f"DECL {'GLOBAL ' if shared else ''}{kind} XP1={aggregate}"
         both(monkeypatch, "FDAT_ACT=XP1", dat=[row, row.replace("XP1", "XP2"), "XP2={X 5}"])
+        both(monkeypatch, row, f"{row} ; said", "PTP xp1", "LIN XP1")
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)

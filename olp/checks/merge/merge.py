@@ -18,6 +18,7 @@ from olp.checks.merge.three_way import merge_texts
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import from_os_error, read_input
 from olp.core.garbage_collection import no_garbage_collection
+from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import decode
 from olp.languages.merging import MergeRules, lines_of
 from olp.languages.vendor import Vendor, part_of, recognise
@@ -191,12 +192,13 @@ def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:
     texts = [_read(path) for path in paths]
     vendor = _language(texts, home)
     text = merge_bytes(vendor.name, texts[0], texts[1], texts[2], (paths[0], paths[1], paths[2]))
-    merged = None if text.hunks else _program(vendor, text.to_bytes(), home)
-    found = _new_mistakes(vendor, merged, texts, home) if merged is not None else ()
-    result = Merged(home, text, diagnostics=found)
-    if job is None or not _runs(vendor, home):
-        return result
-    return _timed(result, vendor, merged, texts, job)
+    with remembering(TextCache()):  # most lines are the same in all versions, and are read once
+        merged = None if text.hunks else _program(vendor, text.to_bytes(), home)
+        found = _new_mistakes(vendor, merged, texts, home) if merged is not None else ()
+        result = Merged(home, text, diagnostics=found)
+        if job is None or not _runs(vendor, home):
+            return result
+        return _timed(result, vendor, merged, texts, job)
 
 
 def is_known(paths: Sequence[str], home: str) -> bool:

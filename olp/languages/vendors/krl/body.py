@@ -39,7 +39,7 @@ from olp.languages.findings import Findings
 from olp.languages.lark_host import values_of
 from olp.languages.vendors.krl import parsing
 from olp.languages.vendors.krl.declarations import Head, Tail
-from olp.languages.vendors.krl.fast import ACTUAL, KrlMoveLines
+from olp.languages.vendors.krl.fast import ACTUAL, KrlMoveLines, declared
 from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
 from olp.languages.vendors.krl.parsing import KrlLineReader
 from olp.languages.vendors.krl.scope import Scope
@@ -102,6 +102,10 @@ class BodyReader:
             actual = ACTUAL.fullmatch(code)
             if actual is not None and not comment:
                 self._actual(actual[1], actual[2], number)
+                return None
+            position = declared(code, self._scope)
+            if position is not None:
+                self._structure((position,), comment, number)
                 return None
         if template is None:
             return self._parse(code, comment, number)

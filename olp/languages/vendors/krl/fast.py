@@ -1,7 +1,8 @@
 """Plain lines without the grammar: a generated program has 100,000 of them.
 
-`literal` understands aggregates of numbers, `KrlMoveLines.read` moves to them or to names, and `row` the rows of a data
-list; each gives exactly what the grammar gives (a test compares the two). Whatever else a line holds, they decline.
+`literal` understands aggregates of numbers, `KrlMoveLines.read` moves to them or to names, `declared` a position among
+the statements, and `row` the rows of a data list; each gives exactly what the grammar gives (a test compares the two).
+Whatever else a line holds, they decline.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Named, PositionLiteral
 from olp.ir.moves import Blend, Move, Path
 from olp.ir.points import Sector
+from olp.ir.program import Declare
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.moves import BLENDS
-from olp.languages.vendors.krl.scope import AXES, POSES, Scope
+from olp.languages.vendors.krl.scope import AXES, NEUTRAL_TYPES, POSES, Scope
 
 _NUMBER = r"[+-]?\d{1,9}(?:\.\d{0,15})?"
 _PART = rf"[A-Z]\d?\s+{_NUMBER}"
@@ -47,6 +49,7 @@ _POSE_KEYS = frozenset("XYZABCST") | frozenset(values.EXTERNALS)
 _AXIS_KEYS = frozenset(f"A{n}" for n in range(1, 7)) | frozenset(values.EXTERNALS)
 _PATHS: Final = {"P": Path.JOINT, "p": Path.JOINT, "L": Path.LINEAR, "l": Path.LINEAR}
 POSITIONS: Final = POSES | AXES
+_LONGEST: Final = 400  # characters; no line within them has more than the grammar is given
 _KEYWORD = re.compile(r"C_\w+|TRUE|FALSE", re.IGNORECASE)
 
 
@@ -110,6 +113,21 @@ def _external(given: dict[str, float]) -> tuple[float, ...]:
         return ()
     last = max(place for place, key in enumerate(values.EXTERNALS, 1) if key in given)
     return tuple(given.get(key, values.NOTHING) for key in values.EXTERNALS[:last])
+
+
+def declared(code: str, scope: Scope) -> Declare | None:
+    """The position that `code` declares and gives a value, known to `scope` from then on; None: it is not plain."""
+    match = ROW.fullmatch(code) if len(code) <= _LONGEST else None
+    if match is None:
+        return None
+    shared, word, name, aggregate = match.groups()
+    kind = word.upper()
+    value = literal(aggregate, kind)
+    if value is None:
+        return None
+    scope.declare(name, kind)
+    scope.values[name.upper()] = value
+    return Declare(0, scope.spell(name), NEUTRAL_TYPES[kind], value, (), "variable", bool(shared), kind)
 
 
 class KrlMoveLines:

@@ -33,7 +33,9 @@ _MODES: Final = {
 # Words that stand at the beginning of a clause only: inside another one they show that its end is missing.
 _OPENING: Final = (_SINGLE | set(_MODES)) - {"IF"}
 _NOT_PLAIN: Final = _SINGLE | set(_MODES) | {"LOCAL", "TASK"}
-_PLAIN: Final = re.compile(r'\s*+(([A-Z_a-z]\w*+)(?!\s*+:(?!=))[^;!"<]*+;)\s*+')  # no label
+_PLAIN: Final = re.compile(
+    r'\s*+(([A-Z_a-z]\w*+)(?!\s*+:(?!=))[^;!"<]*+;)\s*+(?:!(.*+))?', re.DOTALL
+)  # no label; and the comment behind it
 _TOKEN: Final = re.compile(r'"(?:[^"]|"")*"?|!|;|:(?!=)|:=|[()]|[\\.]?[^\W\d]\w*|<[A-Z]{2,3}>|%+|\S')
 
 
@@ -86,11 +88,16 @@ class Cutter:
                     match = plain(line)
                     if match is not None and match[2].upper() not in _NOT_PLAIN:
                         text = match[1]
-                        known = text[:4].upper() if text[0] in "mM" else "", text, match.start(1) + 1
+                        known = (
+                            text[:4].upper() if text[0] in "mM" else "",
+                            text,
+                            match.start(1) + 1,
+                            match[3],
+                        )
                         if shelf is not None:
                             shelf.put(line, known)
                 if known is not None:
-                    yield new(Clause, (known[0], known[1], number, known[2], number, None, True))
+                    yield new(Clause, (known[0], known[1], number, known[2], number, known[3], True))
                     continue
                 if not line or line.isspace():
                     continue

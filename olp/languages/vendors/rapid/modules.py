@@ -74,8 +74,8 @@ class ModuleReader:
                 self._remark(clause)
                 continue
             assert type(clause) is Clause
-            if clause.word == "MOVE" and self._head is not None and not self._handler:
-                found = move(clause.text, clause.line, clause.comment or "")
+            if clause.word.startswith("MOVE") and self._head is not None and not self._handler:
+                found = move(clause.text, clause.line, (clause.comment or "").rstrip())
                 if found is not None:
                     self._body.append(found)
                     for line in range(clause.line - 1, clause.last):
