@@ -34,17 +34,12 @@ def fix(rule: Rule) -> str:
 
 def section(rule: Rule) -> str:
     """One rule: what it is, why, an example, what is better."""
-    words = "--fix" if rule.fixable else "--fix --unsafe-fixes" if rule.suggests else ""
-    mend = f"`olp lint {words}` does it where it can.\n" if words else ""
-    why = textwrap.fill(rule.why, 118)
-    example = f"```text\n{rule.example}\n```"
-    better = (
-        f"```text\n{rule.better}\n```"
-        if rule.better[:1].isupper()
-        else f"{rule.better[:1].upper()}{rule.better[1:]}."
-    )
-    head = f"### {rule.code}\n\n**{rule.title[:1].upper()}{rule.title[1:]}** ({rule.level})."
-    return "\n\n".join(filter(None, (head, why, example, f"Better:\n\n{better}", mend.rstrip()))) + "\n"
+    is_code = rule.better[:1].isupper()
+    shown = f"{rule.example}\n\nbetter:\n{rule.better}" if is_code else rule.example
+    better = "" if is_code else f"Better: {rule.better}."
+    why = textwrap.fill(f"**{rule.title[:1].upper()}{rule.title[1:]}.** {rule.why}", 118)
+    head = f"### {rule.code}\n\n{why}"
+    return "\n\n".join(filter(None, (head, f"```text\n{shown}\n```", better))) + "\n"
 
 
 def page() -> str:

@@ -41,7 +41,7 @@ class UnreachableCode(Rule):
 
     code = "W010"
     title = "unreachable code"
-    why = "The statements never run. Somebody believes they do: a gripper that opens, a check that is made."
+    why = "The statements never run, although somebody may rely on them: a gripper that opens, a check."
     example = "JUMP *NEXT\nDOUT OT#(3) ON\n*NEXT"
     better = "remove them, or the jump before them"
     suggests = True
@@ -88,8 +88,8 @@ class UnusedLabel(Rule):
     title = "unused label"
     level = Level.NOTE
     why = (
-        "Nobody jumps to the label. It is left over, or the jump to it was lost. Labels between which a budget of "
-        "olp.toml counts are used."
+        "Nothing jumps to the label: it is left over, or the jump was lost. Labels that a budget in olp.toml names "
+        "count as used."
     )
     example = "*RETRY   and no JUMP *RETRY"
     better = "remove the label"

@@ -17,8 +17,8 @@ class EndlessWait(Rule):
     title = "wait without timeout"
     level = Level.NOTE
     why = (
-        "When the signal does not come the cell stands still, and nothing says why. With a limit the program can tell "
-        "the operator, or try again."
+        "If the signal does not come, the cell stops without a message. With a timeout the program can inform the "
+        "operator or try again."
     )
     example = "WAIT IN#(5)=ON"
     better = "WAIT IN#(5)=ON T=10.00\nJUMP *ALARM IF IN#(5)=OFF"

@@ -24,9 +24,8 @@ class ExactStop(Rule):
     code = "W001"
     title = "exact stop inside a path"
     why = (
-        "The robot stops and starts again although the path goes straight on and nothing happens there: no "
-        "output, no wait, no call. A stop costs the braking, the start and the settling of the controller, some 0.1 "
-        "to 0.4 s each time."
+        "The robot stops although the path goes straight on and nothing happens there: no output, no wait, no call. "
+        "Braking, starting and settling cost some 0.1 to 0.4 s each time."
     )
     example = "MOVL C00001 V=300.0 PL=0\nMOVL C00002 V=300.0"
     better = "MOVL C00001 V=300.0 PL=1\nMOVL C00002 V=300.0"

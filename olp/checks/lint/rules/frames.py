@@ -17,8 +17,8 @@ class ToolChange(Rule):
     code = "W007"
     title = "tool or frame changes within a path"
     why = (
-        "The point that travels changes from one move to the next: the controller stops, or the corner between them "
-        "goes where nobody expects it. Most often one point was taught with the wrong tool."
+        "The tool centre point or the frame changes between two moves: the controller stops, or rounds the corner "
+        "unexpectedly. Most often one point was taught with the wrong tool."
     )
     example = "MOVL C00001 V=300.0 PL=3   taught with tool 1\nMOVL C00002 V=300.0        taught with tool 2"
     better = "teach both with the same tool, or stop between them"

@@ -24,8 +24,8 @@ class NoMotion(Rule):
     title = "move that goes nowhere"
     level = Level.NOTE
     why = (
-        "The arm stands at the target already. The move takes the time of a stop and does nothing; often the point "
-        "before it was copied and never re-taught."
+        "The arm is already at the target. The move costs a stop and does nothing; often a copied point was never "
+        "taught again."
     )
     example = "MOVL C00004 V=300.0\nMOVL C00005 V=300.0   with C00005 = C00004"
     better = "leave the second one out"

@@ -15,8 +15,8 @@ class OrientationRules(Rule):
     code = "W004"
     title = "orientation rules the time"
     why = (
-        "The tool turns so far on a short way that the wrist decides: the programmed speed is not kept. Often the turn "
-        "comes from one carelessly taught point; spread it over the longer move before or after."
+        "The tool turns so far on a short path that the wrist limits the speed: the programmed one is not reached. "
+        "Often one point was taught carelessly; spread the rotation over the longer move before or after."
     )
     example = "MOVL C00001 V=500.0   40 mm further and 90 deg turned"
     better = "turn on the long approach"

@@ -23,7 +23,7 @@ class UnusedPoint(Rule):
     code = "W008"
     title = "unused point"
     level = Level.NOTE
-    why = "Nobody moves to the point. It is left over, or the move to it was lost: a touch-up of it does nothing."
+    why = "No move uses the point: it is left over, or the move was lost. Touching it up has no effect."
     example = "C00007=…   and no MOVL C00007"
     better = "delete the point, or move to it"
     fixable = True
@@ -72,8 +72,8 @@ class DuplicatedPoint(Rule):
     title = "duplicated point"
     level = Level.NOTE
     why = (
-        "Two points with the same values, in one frame and with one tool, are most often one place that was taught "
-        "twice. A touch-up of one of them leaves the other where it was."
+        "Two points with the same values, frame and tool are most often one position that was taught twice. Touching "
+        "up one leaves the other where it was."
     )
     example = "C00003=…  and C00009=… with the same numbers"
     better = "move to C00003 twice"

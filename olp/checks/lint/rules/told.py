@@ -17,10 +17,9 @@ class LongZone(RunRule):
     title = "zone longer than the move"
     codes = ("T104",)
     why = (
-        "Controllers cut a corner's zone to half of the shorter move. The path then depends on points that were never "
-        "meant to shape it, and a change of one of them moves the corner of another. A Universal Robot does not cut: "
-        "it skips a point whose blend meets its neighbour's, so there the two together have to be less than the way "
-        "between them."
+        "Controllers cut a zone to half of the shorter move, so the corner depends on points that were not meant to "
+        "shape it. A Universal Robot skips a point whose blend overlaps its neighbour's: there the two radii together "
+        "must be less than the distance between the points."
     )
     example = "MOVL C00001 V=300.0 PL=8\nMOVL C00002 V=300.0   20 mm further"
     better = "MOVL C00001 V=300.0 PL=1"
@@ -42,8 +41,8 @@ class OutsideLimits(RunRule):
     level = Level.ERROR
     codes = ("I004", "L103", "L104")
     why = (
-        "The arm does not reach the point, or an axis leaves its soft limits on the way: the controller stops with an "
-        "alarm, in the middle of the cycle."
+        "The arm does not reach the point, or an axis leaves its soft limits on the path: the controller stops with an "
+        "alarm in the middle of the cycle."
     )
     example = "MOVL C00001 V=300.0   with C00001 beyond the reach"
     better = "teach C00001 within reach"
@@ -56,8 +55,8 @@ class SingularPath(RunRule):
     title = "singularity passed"
     codes = ("L105",)
     why = (
-        "Near a singularity the axes have to turn faster than they can for a slow move of the tool. Controllers slow "
-        "down, leave the path or stop with an alarm, and the time of the line cannot be predicted."
+        "Near a singularity even a slow move of the tool needs axis speeds beyond their limits. Controllers slow down, "
+        "leave the path or stop with an alarm: the time of the line cannot be predicted."
     )
     example = "MOVL C00001 V=300.0   with B passing 0 deg"
     better = "turn the tool a few degrees, or pass the place with MOVJ"
@@ -72,8 +71,8 @@ class UndefinedPoint(RunRule):
     codes = ("I206", "I209", "P030")
     maybe = ("I203",)  # a position variable, which another program may set before it calls this one
     why = (
-        "The controller stops with an alarm at this line, the first time it is reached. Of a position variable that no "
-        "program here sets it is only a note: a caller may set it."
+        "The controller stops with an alarm when it reaches this line. For a position variable that no program here "
+        "sets it is only a note, because a caller may set it."
     )
     example = "MOVL C00009 V=300.0   without C00009"
     better = "teach C00009, or correct its number"
@@ -86,6 +85,6 @@ class MissingJob(RunRule):
     title = "missing routine"
     level = Level.ERROR
     codes = ("I102",)
-    why = "The routine is not in the file and not beside it: its time is missing, and the controller stops there."
+    why = "The routine is in no file at hand: its time is missing, and the controller stops there."
     example = "CALL JOB:WELD-4   without WELD-4.JBI"
-    better = "put WELD-4.JBI into the folder"
+    better = "put WELD-4.JBI in the folder"

@@ -22,8 +22,8 @@ class UnreachedSpeed(Rule):
     title = "speed never reached"
     level = Level.NOTE
     why = (
-        "The move is too short for its speed: the tool brakes before it has reached half of what is programmed. A "
-        "higher speed changes nothing here; the written number misleads whoever estimates the time from it."
+        "The move is too short for its speed: the tool brakes before it reaches half of the programmed value. A "
+        "higher speed changes nothing, and the number misleads whoever estimates the time from it."
     )
     example = "MOVL C00001 V=1500.0\nMOVL C00002 V=1500.0   with 12 mm between them"
     better = "MOVL C00002 V=300.0"
