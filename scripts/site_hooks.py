@@ -41,10 +41,10 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
             for row in ROW.finditer(body)
             for link in re.findall(r"\[([^]]+)\]\(([^)#]+)\)", row["pages"])
         ]
-        sections.append(
-            {heading: [{text[:1].upper() + text[1:]: _in_site(target)} for text, target in links]}
-        )
-    sections.append({"Reference": [{title: path} for path, (title, _) in reference_pages().items()]})
+        pages = [{text[:1].upper() + text[1:]: _in_site(target)} for text, target in links]
+        if heading == "Reference":
+            pages += [{title: path} for path, (title, _) in reference_pages().items()]
+        sections.append({heading: pages})
     project = {"Contributing": "CONTRIBUTING.md", "Changes": "CHANGELOG.md"}
     sections.append({"Project": [{title: f"{OUTSIDE}/{path}"} for title, path in project.items()]})
     config.nav = sections
