@@ -1,9 +1,10 @@
-"""Writes docs/physics.md, the list of all terms, from the terms themselves; tests/test_physics.py holds the page to it.
+"""Writes docs/physics.md, the list of all terms, from the terms themselves, and their details for the tests.
 
     python bench/physics_page.py
 
-What forms a term has hangs on what a recording tells, so the page is that of a recording that tells everything: a GP25
-at random places, with roundings, loads, joint moves, turns of the tool and waits, in multiples of 12 ms.
+tests/test_physics.py compares both. The page has the forms of every recording of `olp/contracts/terms.py`. Details in
+tests/data/physics_terms.txt are those of one recording that has every effect: a GP25 at random places, with corners,
+loads, joint moves, turns of the tool and waits, in multiples of 12 ms. What other recordings differ in follows.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.contracts.term_page import PAGE, section  # noqa: E402
+from olp.contracts.term_page import DETAILS, PAGE, details, section  # noqa: E402
 from olp.contracts.terms import other_cases, rich_case  # noqa: E402
 from olp.timing.physics import LogTerm, MoveTerm, Term, load_term, term_names  # noqa: E402
 
@@ -23,45 +24,48 @@ from olp.timing.physics import LogTerm, MoveTerm, Term, load_term, term_names  #
 _HEAD = """\
 # The physics that a simulation may leave out
 
-Written by `python bench/physics_page.py` from `olp/timing/physics/`, one file per term; edit the terms, not this page.
-How `olp diagnose` chooses among them is in [diagnose](diagnose.md).
+Written by `python bench/physics_page.py` from `olp/timing/physics/`: edit the terms, not this page.
+[Diagnose](diagnose.md) describes how `olp diagnose` chooses among them.
 
-A term is a forward model: it changes the motion of all moves together (a slower speed also needs a shorter ramp), and
-what it changes in a duration is added to what the judged simulation said. A term may have several forms, of which a
-diagnosis takes at most one (limits of axes: one per axis). Its value where it does nothing is its null.
+A term is a forward model: it changes the motion of all moves together, and the change in a duration is added to the
+judged simulation's. A term may have several forms; a diagnosis takes at most one (of axis limits, one per axis).
 
-| term | what it means | told by | may look like |
+| term | meaning | seen in | may look like |
 |---|---|---|---|
 """
-_PICTURES = """
-The pictures show each effect alone in 160 straight moves (`python bench/physics_pictures.py`): a dot is a move, up is
-later than simulated, over the column that orders the dots best. Where a second column parts what the first leaves, blue
-dots are the lower half of it and orange ones the upper. It is what to look at in a recording of one's own.
-"""
-_BOUNDS = """
-Bounds are those of a recording of a GP25 with everything in it (`rich_case` in `olp/contracts/terms.py`); those that
-hang on speeds, accelerations, loads or distances of the recording are others elsewhere. Where all moves are joint
-moves, rad stands for m. Below them stands where the search for the values begins, and what `olp diagnose` would say
-of the first and the last of these starts and at the lower bounds. Recordings of other kinds tell other forms; what is
-otherwise there is listed behind them.
+_SECTIONS = """
+Each section gives the trace to look for in a recording, the equation of each form, and the parameters. Bounds and
+starting values depend on the recording. Where all moves are joint moves, read rad for m.
+
+The pictures show one effect alone in 160 straight moves (`python bench/physics_pictures.py`). Each dot is a move; up is
+later than simulated. The horizontal axis is the column that orders the dots best; two colours split a second column.
 """
 
 
 def page() -> str:
     """docs/physics.md."""
-    case = rich_case()
-    terms = [load_term(name) for name in term_names()]
+    cases = [rich_case(), *(case for _, case in other_cases())]
     table = "".join(
-        f"| [`{t.name}`](#{t.name}) | {t.summary} | {_told_by(t)} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
-        for t in terms
+        f"| [`{t.name}`](#{t.name}) | {t.summary} | {_seen_in(t)} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
+        for t in _terms()
     )
-    return _HEAD + table + _PICTURES + _BOUNDS + "".join(section(t, case, other_cases()) for t in terms)
+    return _HEAD + table + _SECTIONS + "".join(section(t, cases) for t in _terms())
 
 
-def _told_by(term: Term) -> str:
-    told = [("durations", isinstance(term, MoveTerm)), ("logs", isinstance(term, LogTerm))]
-    return " and ".join(name for name, so in told if so)
+def all_details() -> str:
+    """tests/data/physics_terms.txt."""
+    return "".join(details(t, rich_case(), other_cases()) for t in _terms())
+
+
+def _terms() -> list[Term]:
+    return [load_term(name) for name in term_names()]
+
+
+def _seen_in(term: Term) -> str:
+    kinds = [("durations", isinstance(term, MoveTerm)), ("logs", isinstance(term, LogTerm))]
+    return ", ".join(name for name, so in kinds if so)
 
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    DETAILS.write_text(all_details(), encoding="utf-8")

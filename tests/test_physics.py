@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.physics_page import PAGE, page
+from bench.physics_page import DETAILS, PAGE, all_details, page
 from olp.contracts.terms import CYCLE, rich_case
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.timing.physics import MoveTerm, load_term, term_names
@@ -55,7 +55,13 @@ def strong(term, form, case):
 
 
 def test_the_page_is_what_the_terms_say():
-    assert PAGE.read_text(encoding="utf-8") == page(), "python bench/physics_page.py writes it anew"
+    assert PAGE.read_text(encoding="utf-8") == page(), "python bench/physics_page.py writes it again"
+
+
+def test_the_details_of_the_terms_are_those_that_were_written_down():
+    assert DETAILS.read_text(encoding="utf-8") == all_details(), (
+        "python bench/physics_page.py writes them again"
+    )
 
 
 def test_every_term_of_moves_but_waits_has_a_form_in_a_recording_that_tells_everything():

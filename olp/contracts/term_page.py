@@ -1,8 +1,12 @@
-"""What `docs/physics.md` says of a term: its section, from the term itself."""
+"""What is written of a term, from the term itself: its section of `docs/physics.md`, and all its details for the tests.
+
+Readers need the trace, the equations and the source. Bounds, starting values and sentences hang on the recording and
+change with the code: they are kept beside the tests, where a change of any of them is seen.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,14 +15,64 @@ import numpy as np
 from olp.timing.physics import Form, LogTerm, MoveTerm, Term, TermParameter
 from olp.timing.physics._case import MeasuredMoves
 
-PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "physics.md"  # of a checkout
+_ROOT: Final = Path(__file__).resolve().parents[2]  # of a checkout
+PAGE: Final = _ROOT / "docs" / "physics.md"
+DETAILS: Final = _ROOT / "tests" / "data" / "physics_terms.txt"
 
 
-def section(term: Term, case: MeasuredMoves, others: Sequence[tuple[str, MeasuredMoves]]) -> str:
-    """The section of a term: its forms in a recording that tells everything, `case`, and what `others` have instead."""
-    lines = [f"\n## {term.name}\n", f"{_sentence(term.summary)} Trace: {term.does}.\n"]
+def section(term: Term, cases: Sequence[MeasuredMoves]) -> str:
+    """The section of a term on the page: each equation and each parameter that it has in any of `cases` once."""
+    lines = [f"\n## {term.name}\n", f"{_sentence(term.does)}\n"]
     if (PAGE.parent / _picture(term)).exists():
-        lines.append(f"![How much later moves are by {term.name}]({_picture(term)})\n")
+        lines.append(f"![Trace of {term.name}]({_picture(term)})\n")
+    if isinstance(term, MoveTerm):
+        forms = [form for case in cases for form in term.forms(case)]
+        lines += _equations(term, forms)
+        lines += _meanings(_one_axis(forms))
+    if isinstance(term, LogTerm):
+        lines.append(f"- in logs: ${term.equation}$")  # type: ignore[attr-defined]
+        lines += [_meaning(p) for p in term.parameters]  # type: ignore[attr-defined]
+    return "\n".join([*lines, f"\nSource: {_sentence(term.source)}\n"])
+
+
+def _equations(term: MoveTerm, forms: Sequence[Form]) -> Iterator[str]:
+    """Each equation with the names of the forms that have it."""
+    names: dict[str, dict[str, None]] = {}
+    for form in forms:
+        names.setdefault(form.equation, {})["one axis" if form.axis >= 0 else form.key or "plain"] = None
+    if not forms:
+        yield f"- ${term.equation}$, the lateness beside all other terms"  # type: ignore[attr-defined]
+    for equation, those in names.items():
+        which = "" if list(those) == ["plain"] else ", ".join(f"`{name}`" for name in those) + ": "
+        yield f"- {which}${equation}$"
+
+
+def _one_axis(forms: Sequence[Form]) -> Iterator[Form]:
+    """All forms, but of those of single axes with one equation the first alone."""
+    seen: set[str] = set()
+    for form in forms:
+        if form.axis < 0 or form.equation not in seen:
+            yield form
+        if form.axis >= 0:
+            seen.add(form.equation)
+
+
+def _meanings(forms: Iterable[Form]) -> list[str]:
+    """Each parameter once, also where moves of another kind give it in another unit."""
+    lines: dict[tuple[str, str], str] = {}
+    for form in forms:
+        for p in form.parameters:
+            lines.setdefault((p.name, p.meaning), _meaning(p))
+    return list(lines.values())
+
+
+def _meaning(p: TermParameter) -> str:
+    return f"    - `{p.name}`: {p.meaning}{'' if p.unit == '1' else f' [{p.unit}]'}"
+
+
+def details(term: Term, case: MeasuredMoves, others: Sequence[tuple[str, MeasuredMoves]]) -> str:
+    """All of a term: its forms in a recording that tells everything, `case`, and what `others` have instead."""
+    lines = [f"\n## {term.name}\n", f"{_sentence(term.summary)} Trace: {term.does}.\n"]
     if isinstance(term, MoveTerm):
         lines += _forms(term, case)
         lines += _elsewhere(term, case, others)
@@ -37,7 +91,7 @@ def _forms(term: MoveTerm, case: MeasuredMoves) -> Iterator[str]:
     """A list of forms with their parameters; axes of one limit share a line."""
     forms = term.forms(case)
     if not forms:
-        yield f"- ${term.equation}$, what remains late beside all other terms"  # type: ignore[attr-defined]
+        yield f"- ${term.equation}$, the lateness beside all other terms"  # type: ignore[attr-defined]
     yield from _listed(term, forms, case)
 
 
@@ -114,4 +168,5 @@ def _number(value: float) -> str:
 
 
 def _sentence(text: str) -> str:
-    return text[0].upper() + text[1:] + "."
+    first = text[0].upper() if text[1].isalpha() else text[0]
+    return first + text[1:] + "."

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from olp.contracts.promises import Difference, Promise, hold
 from olp.contracts.term_oracles import COARSE, FOUND, NEAR, ORACLES, Oracle
-from olp.contracts.term_page import PAGE, section
+from olp.contracts.term_page import DETAILS, details
 from olp.core.units import deg, mm
 from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
@@ -277,16 +277,16 @@ def _agree(one: object, other: object, near: float, least: float) -> bool:
     return bool(np.allclose(a, b, rtol=near, atol=least, equal_nan=True))
 
 
-def is_what_its_page_says(it: TermUnderTest) -> Iterator[Difference]:
-    """The page of the terms says its forms, equations, units, bounds, nulls, starts and sentences as they are"""
-    if not it.is_shipped or not PAGE.exists():
+def is_as_it_was_written_down(it: TermUnderTest) -> Iterator[Difference]:
+    """Its forms, equations, units, bounds, nulls, starts and sentences are those that were written down"""
+    if not it.is_shipped or not DETAILS.exists():
         return
-    text = PAGE.read_text(encoding="utf-8")
+    text = DETAILS.read_text(encoding="utf-8")
     begin = text.find(f"\n## {it.term.name}\n")
     said = text[begin : text.find("\n## ", begin + 1) % (len(text) + 1)] if begin >= 0 else ""
-    own = section(it.term, it.case, other_cases())
+    own = details(it.term, it.case, other_cases())
     for line in set(own.strip().split("\n")) ^ set(said.strip().split("\n")):
-        yield f"{PAGE.name}, section {it.term.name}", f"only one of page and term says {line.strip()!r}"
+        yield f"{DETAILS.name}, section {it.term.name}", f"only one of file and term says {line.strip()!r}"
 
 
 def is_seen_in_logs(it: TermUnderTest) -> Iterator[Difference]:
@@ -467,7 +467,7 @@ PROMISES: Final[tuple[Promise[TermUnderTest], ...]] = (
     says_what_it_is,
     is_seen_in_logs,
     sets_its_equation,
-    is_what_its_page_says,
+    is_as_it_was_written_down,
     does_what_its_equation_says,
     is_told_by_what_it_did,
     bounds_its_parameters,

@@ -17,14 +17,14 @@ Complex = NDArray[np.complex128]
 class Clock(MoveTerm, LogTerm):
     summary = "the recorder's time runs at another rate or offset"
     does = (
-        "all axes are late by one and the same time, whatever their speed, load or acceleration; at another rate "
-        "that time grows with the time itself, rests included"
+        "all axes are late by the same time, whatever their speed, load or acceleration; at another rate "
+        "the lateness grows with time, rests included"
     )
     source = "straight line between two clocks; a pure delay has the gain 1 at every frequency"
     confusable = ("servo-lag", "speed-scale", "joint-compliance")
     equation: ClassVar[str] = r"t_\mathrm{log} = t_0 + r\,t"
     parameters: ClassVar[tuple[TermParameter, ...]] = (
-        TermParameter("offset", "s", -1e9, 1e9, 0.0, meaning="what the recorder's clock reads too much"),
+        TermParameter("offset", "s", -1e9, 1e9, 0.0, meaning="by which the recorder's clock is ahead"),
         TermParameter("rate", "1", 0.5, 2.0, 1.0, meaning="seconds of the recorder in a second"),
     )
 

@@ -15,9 +15,7 @@ _INFERRED = 4.0  # in BIC: durations never tell it from another acceleration, wh
 
 class CoulombFriction(MoveTerm, LogTerm):
     summary = "torque against motion, the same at every speed"
-    does = (
-        "the torque steps by twice its size where an axis reverses; slow motion needs as much as quick motion"
-    )
+    does = "torque steps by twice its size where an axis reverses; slow motion needs as much as quick motion"
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994, section 2"
     confusable = ("viscous-friction", "backlash", "gravity")
     equation: ClassVar[str] = r"\Delta\tau = c\,\operatorname{sign}\dot q"

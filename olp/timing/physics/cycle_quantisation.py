@@ -21,7 +21,7 @@ _NEARLY = 0.6  # of the coherence of the best: less is no candidate
 
 class CycleQuantisation(MoveTerm):
     summary = "durations are whole multiples of the controller's cycle"
-    does = "durations fall on a lattice; what is missing is spread evenly between nothing and one cycle"
+    does = "durations fall on a lattice; the differences are spread evenly from zero to one cycle"
     source = "interpolation cycle of controllers (4, 8, 12 ms); lattice found by the coherence |Σ exp(2πi T/c)| / n"
     confusable = ("dispatch", "settling")
     stage = Stage.CLOCKS

@@ -13,7 +13,7 @@ class ExternalWait(MoveTerm):
     summary = "time lost at certain moves for reasons outside the arm (signals, sensors), often scattered"
     does = "a few moves are much longer, by times of their own; all others are as simulated"
     equation = r"T_i = T_{0,i} + w_i"
-    source = "handshakes in cell programs; told as one-sided outliers (F. R. Hampel et al., Robust Statistics, 1986)"
+    source = "handshakes in cell programs; found as one-sided outliers (F. R. Hampel et al., Robust Statistics, 1986)"
     confusable = ("settling", "dispatch")
     stage = Stage.ADDS
 

@@ -30,10 +30,10 @@ class Gravity(MoveTerm):
         if len(rise) < 4 or np.ptp(rise) < _STEEP:
             return ()
         share = TermParameter(
-            "share", "1", -0.9, 0.9, 0.0, False, "of the acceleration that a vertical move loses"
+            "share", "1", -0.9, 0.9, 0.0, False, "share of the acceleration that a vertical move loses"
         )
         steep = TermParameter(
-            "share", "1", 0.0, 0.95, 0.0, False, "of the acceleration that gravity takes upright"
+            "share", "1", 0.0, 0.95, 0.0, False, "share of the acceleration that gravity takes straight up"
         )
         arm = [
             TermParameter(
@@ -43,13 +43,13 @@ class Gravity(MoveTerm):
                 1.5,
                 0.0,
                 False,
-                f"of the acceleration that lifting the {name} straight up takes",
+                f"share of the acceleration that lifting the {name} straight up takes",
             )
             for name in ("wrist", "elbow")
         ]
         whole = Form("whole arm", tuple(arm), r"a_{acc,dec} = a\,(1 \mp k_w z_w'(s) \mp k_e z_e'(s))")
         inward = TermParameter(
-            "inward", "1", -1.0, 1.0, 0.0, False, "of the acceleration that drawing the arm in takes"
+            "inward", "1", -1.0, 1.0, 0.0, False, "share of the acceleration that drawing the arm in takes"
         )
         guessed = Form(
             "lift and reach", (arm[0], inward), r"a_{acc,dec} = a\,(1 \mp k_w z'(s) \pm k_r r'(s))"
@@ -165,7 +165,7 @@ def _apart() -> tuple[TermParameter, TermParameter]:
     """One number for moves that go up, one for those that go down: whatever sign a controller's table has."""
     up, down = (
         TermParameter(
-            name, "1", -0.9, 0.9, 0.0, False, f"of the acceleration that a move straight {name} loses"
+            name, "1", -0.9, 0.9, 0.0, False, f"share of the acceleration that a move straight {name} loses"
         )
         for name in ("up", "down")
     )
@@ -198,14 +198,12 @@ def _anywhere() -> Form:
     """The work against gravity as a quadratic function of height and reach: any arm's, near enough, in one posture."""
     parameters = (
         TermParameter(
-            "up", "1", 0.0, 1.5, 0.0, False, "of the acceleration that going up takes in the middle"
+            "up", "1", 0.0, 1.5, 0.0, False, "share of the acceleration that going up takes in the middle"
         ),
-        TermParameter(
-            "inward", "1", -1.0, 1.0, 0.0, False, "of it that drawing the arm in takes in the middle"
-        ),
-        TermParameter("higher", "1", -3.0, 3.0, 0.0, False, "by which going up takes more at the top"),
-        TermParameter("farther", "1", -3.0, 3.0, 0.0, False, "by which drawing in takes more far out"),
-        TermParameter("mixed", "1", -3.0, 3.0, 0.0, False, "by which each takes more with the other"),
+        TermParameter("inward", "1", -1.0, 1.0, 0.0, False, "the same for drawing the arm in"),
+        TermParameter("higher", "1", -3.0, 3.0, 0.0, False, "how much more going up takes at the top"),
+        TermParameter("farther", "1", -3.0, 3.0, 0.0, False, "how much more drawing in takes far out"),
+        TermParameter("mixed", "1", -3.0, 3.0, 0.0, False, "how much more each takes with the other"),
     )
     return Form(
         "any arm",

@@ -27,7 +27,9 @@ class Jerk(MoveTerm):
         one = TermParameter(
             "jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, np.inf, True, "of every ramp"
         )
-        time = TermParameter("ramp_time", "s", 0.0, _LONGEST, 0.0, False, "in which acceleration builds up")
+        time = TermParameter(
+            "ramp_time", "s", 0.0, _LONGEST, 0.0, False, "time in which acceleration builds up"
+        )
         return (
             Form("", (one,), r"T = L/v + v/a + a/j"),
             Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),

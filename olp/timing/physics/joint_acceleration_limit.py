@@ -15,7 +15,7 @@ ALL = -1  # axes together, by their rated accelerations
 
 class JointAccelerationLimit(MoveTerm):
     summary = "an axis reaches its acceleration limit, so the path accelerates more slowly in some poses and directions"
-    does = "ramps are longer where the axis has to turn far per millimetre of way, and as simulated elsewhere"
+    does = "ramps are longer where the axis turns far per millimetre of path, and as simulated elsewhere"
     source = "q'' = q' s'' + q'' s'²; J. Bobrow, S. Dubowsky, J. Gibson, Int. J. Robotics Research 4(3), 1985"
     confusable = ("reach-inertia", "gravity", "torque-speed", "joint-speed-limit")
     stage = Stage.LIMITS

@@ -15,8 +15,7 @@ Complex = NDArray[np.complex128]
 class JointCompliance(LogTerm):
     summary = "axes oscillate after acceleration changes"
     does = (
-        "the axis hangs back in proportion to acceleration and rings, ever less, at one frequency "
-        "after every change of it"
+        "the axis lags in proportion to its acceleration, and rings at one frequency after every change of it"
     )
     source = "M. W. Spong, Modeling and Control of Elastic Joint Robots, ASME J. Dyn. Syst. 109(4), 1987"
     confusable = ("servo-lag", "clock")

@@ -14,7 +14,9 @@ _TURN = 0.02  # [rad] that a few moves have to turn
 
 class OrientationLimit(MoveTerm):
     summary = "the reorientation, not the travel, sets the time"
-    does = "moves that turn the tool far on a short way take as long as the turn; all others are as simulated"
+    does = (
+        "moves that turn the tool far on a short path take as long as the turn; all others are as simulated"
+    )
     source = "orientation speed VR of INFORM, v_reori of RAPID, $VEL.ORI of KRL: the slower of travel and turn leads"
     confusable = ("joint-speed-limit", "speed-clamp")
     stage = Stage.LIMITS

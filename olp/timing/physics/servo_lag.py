@@ -15,8 +15,8 @@ Complex = NDArray[np.complex128]
 class ServoLag(LogTerm):
     summary = "an axis follows its command late by a time constant"
     does = (
-        "the axis stays behind in proportion to its speed and comes to rest as an exponential; "
-        "unlike a late clock it also rounds what is quick, and each axis has its own constant"
+        "the axis lags in proportion to its speed and comes to rest as an exponential; "
+        "unlike a late clock, the lag also smooths quick motion, and each axis has its own constant"
     )
     source = (
         "position loop with gain K_v = 1/T: H. Gross, J. Hamann, G. Wiegärtner, Electrical Feed Drives, 2001"

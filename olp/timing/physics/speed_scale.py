@@ -13,7 +13,7 @@ _STRETCHED, _OVERRIDE = "stretched", "override"
 
 class SpeedScale(MoveTerm):
     summary = "cruising is slower or faster by one factor (override, speed calibration, clock rate)"
-    does = "time lost grows with the time spent at speed; ramps even get shorter when the speed is lower"
+    does = "time lost grows with the time spent at speed; at a lower speed ramps get shorter"
     source = "speed override of controllers ($OV_PRO of KRL, SPEED of INFORM): v = k v_programmed"
     confusable = ("clock", "speed-clamp", "acceleration")
     stage = Stage.SCALES
