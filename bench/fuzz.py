@@ -3,6 +3,7 @@
     python bench/fuzz.py                                runs the kept inputs again (tests/test_hostile.py does, too)
     python bench/fuzz.py TARGET… --minutes 30           guided by coverage; needs `pip install atheris`
     python bench/fuzz.py TARGET… --found DIR --keep     adds to the kept inputs what runs lines that none of them runs
+    python bench/fuzz.py TARGET… --seconds 60           blindly changed inputs, drawn by --seed; CI draws by its commit
 
 A target gets bytes and raises when a promise is broken: anything but OlpError, other bytes than were read, more than
 a second of CPU time for up to 64 kB. Fuzzing goes on after a finding; each is written to DIR once, and run again
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import random
 import re
 import resource
 import signal
@@ -376,6 +378,64 @@ def warm(name: str, folder: Path) -> None:
         fault(name, data, folder)
 
 
+# --- Blind changes ---
+
+_EXTREMES = (
+    b"1e308",
+    b"-1e-308",
+    b"9" * 40,
+    b"0",
+    b"-1",
+    b"nan",
+    b"1e999",
+    b"\0",
+    b"\xff\xfe",
+    b"\x83\x5c",
+    b"(" * 300,
+)
+
+
+def changed(name: str, seconds: float, seed: int) -> Run:
+    """Kept inputs and samples with one to four random changes each, for so many seconds of CPU."""
+    drawn, began, count = random.Random(f"{name} {seed}"), time.process_time(), 0
+    inputs = [*kept(name), *(data[:LONGEST] for data in seeds(name))]
+    faults: dict[str, tuple[Path | None, Fault]] = {}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        warm(name, folder)
+        while time.process_time() - began < seconds:
+            data = drawn.choice(inputs)
+            for _ in range(drawn.randint(1, 4)):
+                data = _change(data, drawn.choice(inputs), drawn)
+            count += 1
+            problem = fault(name, data, folder)
+            if problem is not None and problem.where not in faults:
+                save(Path("fuzz-found"), name, data)
+                faults[problem.where] = (Path("fuzz-found"), problem)
+    return Run(name, count, (time.process_time() - began) / 60, "-", tuple(faults.values()))
+
+
+def _change(data: bytes, other: bytes, drawn: random.Random) -> bytes:
+    """A part left out, doubled, taken from another input, or made another byte, word or number."""
+    low, high = sorted(drawn.choices(range(len(data) + 1), k=2))
+    high = min(high, low + drawn.choice((1, 8, 200, LONGEST)))
+    begin = drawn.randrange(len(other) + 1)
+    numbers = [found.span() for found in re.finditer(rb"\d+", data[:4_000])]
+    if numbers and drawn.random() < 0.3:
+        low, high = drawn.choice(numbers)
+        return data[:low] + drawn.choice(_EXTREMES) + data[high:]
+    part = drawn.choice(
+        (
+            b"",
+            2 * data[low:high],
+            other[begin : begin + high - low],
+            drawn.choice(_EXTREMES),
+            bytes([drawn.randrange(256)]),
+        )
+    )
+    return (data[:low] + part + data[high:])[:LONGEST]
+
+
 # --- Guided by coverage ---
 
 
@@ -538,6 +598,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument(
         "--minutes", type=float, default=0.0, help="of fuzzing per target (0: the kept inputs)"
     )
+    parser.add_argument("--seconds", type=float, default=0.0, help="of blind changes per target")
+    parser.add_argument("--seed", type=int, default=0, help="of the blind changes")
     parser.add_argument("--found", type=Path, default=Path("fuzz-found"), metavar="DIR")
     parser.add_argument("--keep", action="store_true", help="add to the kept inputs from DIR/corpora")
     parser.add_argument("--drive", help=argparse.SUPPRESS)
@@ -553,6 +615,8 @@ def main(arguments: list[str]) -> int:
             if (args.found / "corpora" / name).is_dir():
                 print(f"{name}: kept {' -> '.join(map(str, keep(name, args.found)))}")
         return 0
+    if args.seconds:
+        return print_runs([changed(name, args.seconds, args.seed) for name in names])
     runs = [fuzz(name, args.minutes, args.found) if args.minutes else replay(name) for name in names]
     return print_runs(runs)
 

@@ -323,6 +323,25 @@ def test_what_fuzzing_kept_is_held(target):
     assert [problem.where for _, problem in ran.faults] == []
 
 
+def _commit() -> int:
+    """Changes with every commit, so that CI draws others each time and a red run can be repeated; 0 outside git."""
+    git = ["git", "-C", str(fuzz.ROOT), "rev-parse", "HEAD"]
+    try:
+        return int(subprocess.run(git, capture_output=True, text=True, check=True).stdout[:8], 16)
+    except (OSError, subprocess.CalledProcessError):
+        return 0
+
+
+@pytest.mark.parametrize("target", fuzz.TARGETS)
+def test_changed_inputs_are_held(target, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # what is found is written there
+    seed = _commit()
+    ran = fuzz.changed(target, 0.5, seed)
+    assert ran.inputs > 0
+    again = f"python bench/fuzz.py {target} --seconds 30 --seed {seed}"
+    assert [problem.where for _, problem in ran.faults] == [], again
+
+
 BOMBS = {
     "moves.csv.gz": gzip.compress(b"1," * 40_000_000, 1),
     "log.csv.gz": gzip.compress(b"\n" * 80_000_000, 1),

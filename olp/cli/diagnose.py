@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
@@ -108,7 +109,7 @@ def _with_job(recording: Recording, job: str | None) -> tuple[Recording, dict[st
     if job is None:
         settings = recording.settings
         path = Path(settings.file).parent / settings.job
-        if not settings.job or not path.is_file():
+        if not settings.job or not os.path.isfile(path):
             return recording, None
         job = str(path)
     program = olp.read(job)

@@ -9,6 +9,7 @@ import difflib
 import math
 import re
 from dataclasses import dataclass
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,7 @@ class _SettingsReader:
                 help = f"did you mean {near[0]}?" if near else f"known: {', '.join(KEYS)}"
                 self._tell("D031", key, f"the key {key} means nothing to olp", help, Severity.WARNING)
         job = self._word("job")
-        if job and not (Path(self.file).parent / job).is_file():
+        if job and not isfile(Path(self.file).parent / job):  # a name too long for a file is none
             self._tell("D032", "job", f"there is no file {job}", "", Severity.WARNING)
         found = RecordingSettings(
             self._word("robot"), self._word("controller"), self._resolution(), self._tool(), job, self.file
