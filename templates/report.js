@@ -6,6 +6,7 @@
   const dark = () => (root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme:dark)").matches);
   const fixed = (value, digits) => (value === null || value === undefined ? "" : value.toFixed(digits));
   const PAGE = 400; // rows of the table that are made at once
+  const ON_PAPER = 40; // rows that are printed, as in report.css
 
   // In an editor's side view the page follows the editor's cursor and text, and says where the reader clicks.
   const editor = typeof acquireVsCodeApi === "function" ? acquireVsCodeApi() : null;
@@ -34,7 +35,7 @@
   const page = {
     $, css, before,
     tone: (kind) => css(KINDS[kind] || "frame") || "#888",
-    ramp: () => (dark() ? [[70, 130, 220], [255, 190, 110]] : [[20, 80, 160], [190, 80, 10]]),
+    ramp: () => (dark() ? [[95, 130, 255], [225, 105, 175], [255, 205, 95]] : [[45, 35, 160], [200, 55, 120], [245, 140, 30]]),
     /** A round number that is not below `value`. */
     round: (value) => {
       const power = 10 ** Math.floor(Math.log10(value || 1));
@@ -58,10 +59,12 @@
       tip.style.left = Math.max(4, Math.min(innerWidth - width - 8, e.clientX + 14)) + "px";
       tip.style.top = (e.clientY + height + 20 > innerHeight ? e.clientY - height - 12 : e.clientY + 16) + "px";
     },
-    key: (id, names) => $(id).replaceChildren(...names.flatMap(([name, tone]) => {
-      const key = document.createElement("i");
+    key: (id, names) => $(id).replaceChildren(...names.map(([name, tone]) => {
+      const key = document.createElement("i"), both = document.createElement("span");
       key.className = "key"; key.style.background = tone;
-      return [key, name];
+      both.className = "named";
+      both.append(key, name);
+      return both;
     })),
     pick: (step, time) => pick(step, true, time),
   };
@@ -84,6 +87,7 @@
   const show = (data, title) => {
     stop();
     on = -1;
+    delete $("view").dataset.on;
     $("view").hidden = data === null;
     if ($("none")) $("none").hidden = data !== null;
     d = data;
@@ -178,7 +182,6 @@
     space.at(now);
     clock();
     if (editor) editor.postMessage({ file: d.file[step], line: d.line[step] });
-    document.dispatchEvent(new CustomEvent("olp-chosen", { detail: { file: d.file[step], line: d.line[step], step } }));
   };
 
   const facts = (step) => {
@@ -207,6 +210,7 @@
   const choose = (step, scroll) => {
     if (!d || step < 0 || step >= ends.length) return;
     on = step;
+    $("view").dataset.on = step;
     facts(step);
     $("told").textContent = "line " + d.line[step] + ": " + (d.seconds[step] === null ? "not timed" : d.seconds[step].toFixed(3) + " s");
     for (const old of document.querySelectorAll("#view .on")) old.classList.remove("on");
@@ -241,6 +245,7 @@
       });
     }
     $("segments").tBodies[0].replaceWith(body);
+    $("cut").textContent = kept.length > ON_PAPER ? "The first " + ON_PAPER + " of " + kept.length + " segments; the page on a screen has all that it holds." : "";
     $("more").hidden = kept.length <= rows;
     $("count").textContent = kept.length + " of " + order.length + " segments" + (kept.length > rows ? ", the first " + rows + " shown" : "");
   };
@@ -375,7 +380,7 @@
   new ResizeObserver(() => { charts.resize(); space.resize(); }).observe($("main"));
 
   // Paper: light, as wide as a sheet, and nothing folded away.
-  const PAPER = 680; // px
+  const PAPER = [740, 400]; // px of a chart's width, and of the picture in space, as in report.css
   let folded = [], theme;
   addEventListener("beforeprint", () => {
     stop();
@@ -385,14 +390,15 @@
     for (const part of folded) part.open = true;
     see();
     themed();
-    charts.resize(PAPER);
-    space.paint();
+    charts.resize(PAPER[0]);
+    space.resize(...PAPER);
   });
   addEventListener("afterprint", () => {
     if (theme) root.dataset.theme = theme; else delete root.dataset.theme;
     for (const part of folded) part.open = false;
     themed();
     charts.resize();
+    space.resize();
   });
 
   const longest = +document.body.dataset.first;
@@ -410,8 +416,6 @@
       if (said.select) goTo(said.select.file, said.select.line);
     });
   }
-  // What a script beside this one may use: report_page in olp/reports/page/page.py says how.
-  window.olpPage = { show, renew, goTo, at, get data() { return d; }, get time() { return now; } };
   follow().then(() => {
     root.dataset.ready = Math.round(performance.now());
     if (editor) editor.postMessage({ ready: true });

@@ -149,7 +149,7 @@ const makeCharts = (page) => {
       chart("speed", [times, speed], [{ stroke: () => page.css("teal"), width: 1.6, points: { show: false }, fill: () => page.css("teal") + "22" }], { range: () => [0, most] },
         (time) => {
           const v = valueAt(times, speed, time), step = shown.stepAt(time);
-          return { step, time, says: [seconds(time), v === null ? "" : v.toFixed(0) + " mm/s", ...page.describe(step, true)] };
+          return { step, time, says: [time.toFixed(3) + " s", v === null ? "" : v.toFixed(0) + " mm/s", ...page.describe(step, true)] };
         });
     }
     if (d.arm) {
@@ -163,7 +163,7 @@ const makeCharts = (page) => {
             const v = valueAt(d.arm.t, d.arm.axes[i], time);
             return name + " " + (v === null ? "not known" : v.toFixed(1) + (d.arm.linear[i] ? " mm" : "°"));
           });
-          return { step, time, says: [seconds(time), values.join(", "), ...page.describe(step, true)] };
+          return { step, time, says: [time.toFixed(3) + " s", values.join(", "), ...page.describe(step, true)] };
         });
       page.key("axes-key", d.arm.names.map((name, i) => [name, colours[i % colours.length]]));
     }

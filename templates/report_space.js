@@ -31,10 +31,10 @@ const makeSpace = (page) => {
     scene = new three.Scene();
     camera = new three.PerspectiveCamera(35, 1, 1, 1e6);
     camera.up.set(0, 0, 1);
-    const lamp = new three.DirectionalLight(0xffffff, 2.2);
+    const lamp = new three.DirectionalLight(0xffffff, 1.8);
     lamp.position.set(0.5, 1, 1);
     camera.add(lamp);
-    scene.add(new three.AmbientLight(0xffffff, 1.4), camera);
+    scene.add(new three.AmbientLight(0xffffff, 1.1), camera);
     controls = new three.OrbitControls(camera, renderer.domElement);
     controls.addEventListener("change", render);
     renderer.domElement.style.touchAction = "pan-y"; // a finger scrolls the page past the picture
@@ -42,8 +42,7 @@ const makeSpace = (page) => {
     return true;
   };
 
-  const resize = () => {
-    const wide = box.clientWidth, high = box.clientHeight;
+  const resize = (wide = box.clientWidth, high = box.clientHeight) => {
     if (!renderer || !wide || (size[0] === wide && size[1] === high)) return;
     size = [wide, high];
     renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
@@ -86,13 +85,20 @@ const makeSpace = (page) => {
 
   const fit = (what) => {
     if (!shown?.extents) return;
-    const extent = shown.extents[what], centre = extent.getCenter(new three.Vector3()), radius = Math.max(10, extent.getSize(new three.Vector3()).length() / 2);
-    const half = Math.atan(Math.tan((camera.fov * Math.PI) / 360) * Math.min(1, camera.aspect));
-    camera.position.copy(centre).addScaledVector(vector([0.62, -0.68, 0.42]).normalize(), (radius * 0.95) / Math.sin(half));
+    const { min, max } = shown.extents[what], centre = min.clone().add(max).multiplyScalar(0.5), radius = Math.max(10, max.distanceTo(min) / 2);
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((n) => vector([n & 1 ? max.x : min.x, n & 2 ? max.y : min.y, n & 4 ? max.z : min.z]));
+    const view = vector([0.62, -0.68, 0.42]).normalize();
     camera.near = radius / 200; camera.far = radius * 200;
     camera.updateProjectionMatrix();
     controls.target.copy(centre);
-    controls.update();
+    let far = radius * 4;
+    for (let turn = 0; turn < 6; turn++) { // until the furthest corner is just inside
+      camera.position.copy(centre).addScaledVector(view, far);
+      controls.update();
+      camera.updateMatrixWorld();
+      const most = corners.reduce((out, corner) => { const p = corner.clone().project(camera); return Math.max(out, Math.abs(p.x), Math.abs(p.y)); }, 0);
+      far *= 0.25 + 0.75 * (most / 0.9);
+    }
     render();
   };
 
@@ -121,11 +127,12 @@ const makeSpace = (page) => {
     for (let x = x0; x <= x1 + 1e-6; x += step) { grid.push([x, y0, level], [x, y1, level]); label(x, [x, y0 - away, level]); }
     for (let y = y0; y <= y1 + 1e-6; y += step) { grid.push([x0, y, level], [x1, y, level]); label(y, [x1 + away, y, level]); }
     lines(grid, "grid");
+    extent.expandByPoint(vector([x0, y0 - away, z0])).expandByPoint(vector([x1 + away, y1, z1 + away]));
     const rule = [[x0, y1, z0], [x0, y1, z1]];
     for (let z = from(z0); z <= z1 + 1e-6; z += step) { rule.push([x0, y1, z], [x0 - away / 2, y1, z]); label(z, [x0 - away, y1, z]); }
     lines(rule, "frame");
-    label("X mm", [(x0 + x1) / 2, y0 - 2.4 * away, level], "axis");
-    label("Y mm", [x1 + 2.4 * away, (y0 + y1) / 2, level], "axis");
+    label("X mm", [(x0 + x1) / 2, y0 - 4 * away, level], "axis");
+    label("Y mm", [x1 + 4 * away, (y0 + y1) / 2, level], "axis");
     label("Z mm", [x0, y1, z1 + away], "axis");
     for (const [tone, end] of [["red", [step, 0, 0]], ["olive", [0, step, 0]], ["blue", [0, 0, step]]]) lines([[0, 0, 0], end], tone);
     page.$("scale").textContent = "Grid " + step + " mm, " + (known ? "on the floor." : "at z = 0 of the base frame: the height of the floor is not known.");
@@ -207,12 +214,13 @@ const makeSpace = (page) => {
 
   /** The path in the colours of time or speed, and what they mean. */
   const colours = () => {
-    const { d } = shown, [low, high] = page.ramp();
+    const { d } = shown, ramp = page.ramp();
     const value = (step) => (by === "time" ? d.seconds[step] : d.reached[step]) || 0;
     const top = d.seconds.reduce((most, _, s) => Math.max(most, value(s)), 1e-9), tones = [], tone = new three.Color();
     for (let i = 1; i < d.path.x.length; i++) {
       const share = Math.sqrt(Math.min(1, value(d.path.step[i]) / top));
-      tone.setRGB(...low.map((c, k) => (c + (high[k] - c) * share) / 255), "srgb");
+      const half = share < 0.5 ? 0 : 1, part = 2 * share - half;
+      tone.setRGB(...ramp[half].map((c, k) => (c + (ramp[half + 1][k] - c) * part) / 255), "srgb");
       tones.push(tone.r, tone.g, tone.b, tone.r, tone.g, tone.b);
     }
     if (line) { line.geometry.dispose(); line.material.dispose(); line.removeFromParent(); }

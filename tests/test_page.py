@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
 import json
 import re
 import shutil
@@ -18,6 +19,7 @@ from olp.__main__ import main
 from olp.fluent import read
 from olp.identification.timing_job import TimingJob, time_program
 from olp.languages.read import read as read_program
+from olp.reports.page.data import PageShare, program_data, shares
 from olp.robots.kinematics import forward
 from olp.timing.track import states
 
@@ -183,3 +185,34 @@ def test_the_arm_of_the_page_stands_where_olp_track_says(tmp_path):
         assert [path[k][path["t"].index(arm["t"][n])] for k in "xyz"] == pytest.approx(
             position[0] * 1000, abs=0.05
         )
+
+
+def test_the_causes_of_a_cell_sum_to_its_time(jobs, tmp_path):
+    _, text = page_of(jobs, out=tmp_path / "r.html")
+    cell = text[: text.index("The lines that cost most")]
+    causes = [float(seconds) for seconds in re.findall(r"% \(([\d.]+) s\)</span>", cell)]
+    assert len(causes) >= 3
+    assert sum(causes) == pytest.approx(float(re.search(r"<dd>([\d.]+) s", cell)[1]), abs=0.005)
+
+
+def test_a_page_holds_the_first_segments_and_says_how_many_there_are():
+    held = shares([100, 100_000, 30_000])
+    assert sum(share.segments for share in held) == PageShare().segments
+    assert held[0].segments == 100
+    timing = time_program(read_program(str(SAMPLES / "cam" / "FINISH.JBI")), TimingJob())
+    data = program_data(timing, PageShare(segments=50, samples=40, points=30, poses=20))
+    assert (len(data["seconds"]), data["of"]) == (50, len(timing.plan))
+    assert len(data["path"]["t"]) <= 30
+    assert data["path"]["t"][-1] <= timing.end_s[49] + 1e-3
+    assert data["arm"] is None or len(data["arm"]["t"]) <= 20
+
+
+def test_the_vendored_libraries_are_those_that_were_fetched():
+    folder = Path(__file__).parent.parent / "templates" / "vendored"
+    for line in (folder / "SHA256SUMS").read_text().splitlines():
+        found, name = line.split()
+        assert hashlib.sha256((folder / name).read_bytes().replace(b"\r\n", b"\n")).hexdigest() == found
+    code = (folder / "libraries.js").read_text(encoding="utf-8")
+    assert (folder / "LICENCES.txt").read_text(encoding="utf-8") in code
+    for asks in ("</script", "fetch(", "XMLHttpRequest", "eval(", "new Function", "importScripts"):
+        assert asks not in code

@@ -103,6 +103,16 @@ def started(parts: Sequence[CellMember]) -> list[int]:
     return sorted(row.index for row in cell_tree(parts) if row.depth == 0)
 
 
+def common_folder(files: Sequence[str]) -> str:
+    """The folder that all files' names begin with, up to a slash: it need not stand in each row."""
+    if len(files) < 2:
+        return ""
+    head = files[0].replace("\\", "/").rpartition("/")[0]
+    while head and not all(file.replace("\\", "/").startswith(head + "/") for file in files):
+        head = head.rpartition("/")[0]
+    return head + "/" if head else ""
+
+
 def _callees(parts: Sequence[CellMember]) -> list[list[int]]:
     """Of each part the others that it calls: they stand where the run looks for them."""
     places: dict[tuple[str, str, str], int] = {}

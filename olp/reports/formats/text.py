@@ -11,6 +11,7 @@ from olp.reports.cell import (
     CellRow,
     ProgramCost,
     cell_tree,
+    common_folder,
     spelled_time,
     started,
     told_branches,
@@ -109,7 +110,7 @@ def _overview(parts: Sequence[ReportPart], options: Options) -> str:
     if options.sort:
         flat = (CellRow(row.index, 0) for row in order)
         order = sorted(flat, key=lambda row: _sorted_by(parts[row.index], options.sort))
-    folder = _common_folder([part.file for part in parts])
+    folder = common_folder([part.file for part in parts])
     rows = [
         ("  " * row.depth + parts[row.index].file[len(folder) :], *_summary(parts[row.index])[1:])
         for row in order
@@ -128,16 +129,6 @@ def _overview(parts: Sequence[ReportPart], options: Options) -> str:
 
 def _sorted_by(part: ReportPart, by: str) -> tuple[float, str]:
     return (-(part.total_s or 0.0) if by == "time" else 0.0, part.file)
-
-
-def _common_folder(files: Sequence[str]) -> str:
-    """The folder that all files' names begin with, up to a slash: it need not stand in each row."""
-    if len(files) < 2:
-        return ""
-    head = files[0].replace("\\", "/").rpartition("/")[0]
-    while head and not all(file.replace("\\", "/").startswith(head + "/") for file in files):
-        head = head.rpartition("/")[0]
-    return head + "/" if head else ""
 
 
 def _name(file: str) -> str:

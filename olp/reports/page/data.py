@@ -32,9 +32,9 @@ class PageShare:
     the arm. `lines`: of text, all files together; beyond, only lines that take time.
     """
 
-    segments: int = 15_000
+    segments: int = 40_000
     samples: int = 4000
-    points: int = 30_000
+    points: int = 40_000
     poses: int = 3000
     lines: int = 12_000
 
@@ -51,7 +51,7 @@ def shares(segments: Sequence[int]) -> list[PageShare]:
         min(max(size // count, least), most)
         for size, least, most in (
             (40_000, 200, whole.samples),
-            (60_000, 300, whole.points),
+            (80_000, 300, whole.points),
             (12_000, 100, whole.poses),
             (20_000, 100, whole.lines),
         )
@@ -126,7 +126,7 @@ def _path(timing: Timing, share: PageShare) -> dict[str, Any] | None:
         np.diff(moves, prepend=-2) != 1
     )  # moves that begin after something else than a move
     times = np.concatenate((ends[of] - duration[of] * (1.0 - nth / count[of]), (ends - duration)[rested]))
-    order = np.argsort(times, kind="stable")[:: 1 + len(times) // share.points]
+    order = np.argsort(times, kind="stable")[:: -(-len(times) // share.points)]
     times, steps = times[order], moves[np.concatenate((of, rested))[order]]
     return _polyline(tool_position(timing, times) / mm, steps.tolist(), times)
 
@@ -162,7 +162,7 @@ def _arm(timing: Timing, share: PageShare, path: dict[str, Any] | None) -> dict[
     if robot is None or robot.geometry is None or path is None or path["t"] is None:
         return None
     times = np.array(path["t"])
-    times = times[:: 1 + len(times) // share.poses]
+    times = times[:: -(-len(times) // share.poses)]
     axes = states(timing, times)[2][:, : len(robot.axes)]
     if np.isnan(axes).any(axis=1).all():
         return None

@@ -24,6 +24,7 @@ from olp.reports.cell import (
     CellLinks,
     ProgramCost,
     cell_tree,
+    common_folder,
     cost_of,
     spelled_time,
     told_branches,
@@ -43,6 +44,7 @@ _STYLES = "vendored/uPlot.css", "report.css"
 _LONGEST = 25  # lines of a program that are listed without the script
 _SUMMARY = '<script type="application/json" id="summary">', "</script>"
 _MOST_S = 1e12  # [s] of a program in an earlier report
+_TONES = dict(zip(CAUSES, ("teal", "blue", "red", "orange", "pink"), strict=True))
 _STATUS = {Status.HELD: "held", Status.WARNED: "close", Status.FAILED: "over", Status.UNKNOWN: "unknown"}
 
 
@@ -74,46 +76,29 @@ class PageEntry:
         return self.timing is not None and (told or self.timing.untimed > 0 or bool(self.timing.left_open))
 
 
-@dataclass(frozen=True, slots=True)
-class ServedPart:
-    """What a server adds to the page that it sends: `markup` above the programs, and scripts out of templates/.
-
-    The scripts run after the page's own, and may ask the server that sent the page and nobody else. They have
-
-    - `olpPage.show(data, title)` and `olpPage.renew(data, title)`: another program, or the same with other times (zoom,
-      search and what is chosen stay); `data` is `program_data` as JSON, null for a program without a time,
-    - `olpPage.at(seconds)`, `olpPage.goTo(file, line)`, `olpPage.time`, `olpPage.data`,
-    - the document's event `olp-chosen` with `detail` {file, line, step} when the reader chooses a segment.
-    """
-
-    markup: Markup
-    scripts: tuple[str, ...]
-
-
 def report_page(
     entries: Sequence[PageEntry],
     title: str = "",
     before: str = "",
     now: datetime | None = None,
     hosted: bool = False,
-    served: ServedPart | None = None,
 ) -> str:
     """One self-contained HTML file, UTF-8. `before`: the text of the last report, whose times are compared.
 
     `hosted`: for an editor's side view of one program, which has the text itself. The page then says through
     `acquireVsCodeApi` which line is clicked (`{file, line}`, the file's number as in its data) and that it is there
     (`{ready}`); messages `{select: {file, line}}` and `{program: {title, data}}` choose a line and renew the data.
-    `served`: for a server, which may also add to the page and change what it shows.
     """
-    more = () if served is None else served.scripts
-    scripts = [script_of(_LIBRARIES), script_of(*_SCRIPTS, *more)]
+    scripts = [script_of(_LIBRARIES), script_of(*_SCRIPTS)]
     earlier = _earlier(before)
     room = shares([0 if entry.timing is None else len(entry.timing.plan) for entry in entries])
     costs = [ProgramCost() if entry.timing is None else cost_of(entry.timing, _LONGEST) for entry in entries]
+    folder = common_folder([entry.path for entry in entries])
     programs = [
         {
             **_program(row.index, entries[row.index], earlier, costs[row.index], room[row.index]),
             "depth": row.depth,
+            "shown": entries[row.index].path[len(folder) :],
         }
         for row in cell_tree(entries)
     ]
@@ -123,7 +108,12 @@ def report_page(
     whole = sum((costs[p["index"]] for p in starting), ProgramCost())
     summary = {p["path"]: p["total_s"] for p in programs}
     values: dict[str, Any] = {
-        "title": title or (programs[0]["path"] if len(programs) == 1 else f"{len(programs)} programs"),
+        "title": title
+        or (
+            programs[0]["path"]
+            if len(programs) == 1
+            else f"{len(programs)} programs{f' in {folder}' if folder else ''}"
+        ),
         "started": len(starting),
         "causes": _causes(whole),
         "costliest": _lines(whole, "") if len(programs) > 1 else [],
@@ -131,7 +121,6 @@ def report_page(
         "css": Markup(variables() + "".join(resources.read_text(FOLDER, name) for name in _STYLES)),
         "scripts": [script for script, _ in scripts],
         "hashes": [found for _, found in scripts],
-        "served": None if served is None else served.markup,
         "made": (now or datetime.now()).strftime("%Y-%m-%d %H:%M"),
         "programs": programs,
         "first": max(programs, key=lambda p: p["total_s"] or 0.0)["index"],
@@ -180,23 +169,23 @@ def _program(
     }
 
 
-def _causes(cost: ProgramCost) -> list[tuple[str, str, str]]:
-    """Cause, seconds, share in percent; the largest first."""
+def _causes(cost: ProgramCost) -> list[tuple[str, str, str, str]]:
+    """Cause, seconds, share in percent, colour; the largest first."""
     total = sum(cost.by_cause)
     rows = sorted(zip(cost.by_cause, CAUSES, strict=True), reverse=True)
-    return [(cause, f"{v:.3f}", f"{100 * v / total:.1f}") for v, cause in rows if v > 0]
+    return [(cause, f"{v:.3f}", f"{100 * v / total:.1f}", _TONES[cause]) for v, cause in rows if v > 0]
 
 
 def _lines(cost: ProgramCost, main: str) -> list[tuple[str, ...]]:
-    """The lines that take most: line, statement, runs, seconds, share, what limits them, what would help."""
+    """The lines that take most: line, seconds, share, runs, statement, what limits them, what would help."""
     total = sum(cost.by_cause) or 1.0
     return [
         (
             str(line.line),
-            f"{'' if line.file == main else Path(line.file).name + ': '}{line.statement}",
-            str(line.runs),
             f"{line.seconds:.3f}",
             f"{100 * line.seconds / total:.1f}",
+            str(line.runs),
+            f"{'' if line.file == main else Path(line.file).name + ': '}{line.statement}",
             line.limited_by,
             line.helps,
         )
