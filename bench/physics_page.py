@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT))
 
 from olp.contracts.term_page import DETAILS, PAGE, details, section  # noqa: E402
 from olp.contracts.terms import other_cases, rich_case  # noqa: E402
-from olp.timing.physics import LogTerm, MoveTerm, Term, load_term, term_names  # noqa: E402
+from olp.timing.physics import Term, load_term, term_names  # noqa: E402
 
 # --- the page ---------------------------------------------------------------------------------------------------------
 
@@ -30,15 +30,15 @@ Written by `python bench/physics_page.py` from `olp/timing/physics/`: edit the t
 A term is a forward model: it changes the motion of all moves together, and the change in a duration is added to the
 judged simulation's. A term may have several forms; a diagnosis takes at most one (of axis limits, one per axis).
 
-| term | meaning | seen in | may look like |
-|---|---|---|---|
+| term | meaning | may look like |
+|---|---|---|
 """
 _SECTIONS = """
-Each section gives the trace to look for in a recording, the equation of each form, and the parameters. Bounds and
-starting values depend on the recording. Where all moves are joint moves, read rad for m.
+Each section gives the trace to look for, the equation of each form (a term is seen in durations unless it says "in
+logs") and the parameters. Bounds depend on the recording. Where all moves are joint moves, read rad for m.
 
-The pictures show one effect alone in 160 straight moves (`python bench/physics_pictures.py`). Each dot is a move; up is
-later than simulated. The horizontal axis is the column that orders the dots best; two colours split a second column.
+The pictures show one effect in 160 straight moves (`python bench/physics_pictures.py`): each dot is a move, up is later
+than simulated, over the column that orders the dots best; the colours split a second column.
 """
 
 
@@ -46,7 +46,7 @@ def page() -> str:
     """docs/physics.md."""
     cases = [rich_case(), *(case for _, case in other_cases())]
     table = "".join(
-        f"| [`{t.name}`](#{t.name}) | {t.summary} | {_seen_in(t)} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
+        f"| [`{t.name}`](#{t.name}) | {t.summary} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
         for t in _terms()
     )
     return _HEAD + table + _SECTIONS + "".join(section(t, cases) for t in _terms())
@@ -59,11 +59,6 @@ def all_details() -> str:
 
 def _terms() -> list[Term]:
     return [load_term(name) for name in term_names()]
-
-
-def _seen_in(term: Term) -> str:
-    kinds = [("durations", isinstance(term, MoveTerm)), ("logs", isinstance(term, LogTerm))]
-    return ", ".join(name for name, so in kinds if so)
 
 
 if __name__ == "__main__":

@@ -24,15 +24,24 @@ def section(term: Term, cases: Sequence[MeasuredMoves]) -> str:
     """The section of a term on the page: each equation and each parameter that it has in any of `cases` once."""
     lines = [f"\n## {term.name}\n", f"{_sentence(term.does)}\n"]
     if (PAGE.parent / _picture(term)).exists():
-        lines.append(f"![Trace of {term.name}]({_picture(term)})\n")
+        lines.append(f"![{term.name}]({_picture(term)})\n")
     if isinstance(term, MoveTerm):
         forms = [form for case in cases for form in term.forms(case)]
         lines += _equations(term, forms)
-        lines += _meanings(_one_axis(forms))
+        lines += _meanings(
+            p for form in forms for p in form.parameters if form.axis < 0 or _alone(form, forms)
+        )
     if isinstance(term, LogTerm):
         lines.append(f"- in logs: ${term.equation}$")  # type: ignore[attr-defined]
-        lines += [_meaning(p) for p in term.parameters]  # type: ignore[attr-defined]
+        lines += _meanings(term.parameters)  # type: ignore[attr-defined]
     return "\n".join([*lines, f"\nSource: {_sentence(term.source)}\n"])
+
+
+def _alone(form: Form, forms: Sequence[Form]) -> bool:
+    """Whether a form of an axis is the first one, and no form of all axes explains its parameter."""
+    axes = [one for one in forms if one.axis >= 0]
+    names = {p.name for one in forms if one.axis < 0 for p in one.parameters}
+    return form is axes[0] and not any(p.name.rsplit("_", 1)[0] in names for p in form.parameters)
 
 
 def _equations(term: MoveTerm, forms: Sequence[Form]) -> Iterator[str]:
@@ -47,27 +56,13 @@ def _equations(term: MoveTerm, forms: Sequence[Form]) -> Iterator[str]:
         yield f"- {which}${equation}$"
 
 
-def _one_axis(forms: Sequence[Form]) -> Iterator[Form]:
-    """All forms, but of those of single axes with one equation the first alone."""
-    seen: set[str] = set()
-    for form in forms:
-        if form.axis < 0 or form.equation not in seen:
-            yield form
-        if form.axis >= 0:
-            seen.add(form.equation)
-
-
-def _meanings(forms: Iterable[Form]) -> list[str]:
-    """Each parameter once, also where moves of another kind give it in another unit."""
-    lines: dict[tuple[str, str], str] = {}
-    for form in forms:
-        for p in form.parameters:
-            lines.setdefault((p.name, p.meaning), _meaning(p))
-    return list(lines.values())
-
-
-def _meaning(p: TermParameter) -> str:
-    return f"    - `{p.name}`: {p.meaning}{'' if p.unit == '1' else f' [{p.unit}]'}"
+def _meanings(parameters: Iterable[TermParameter]) -> list[str]:
+    """Each parameter once, also where moves of another kind give it in another unit; [] without parameters."""
+    known: dict[tuple[str, str], str] = {}
+    for p in parameters:
+        unit = "" if p.unit == "1" else f" [{p.unit}]"
+        known.setdefault((p.name, p.meaning), f"`{p.name}`: {p.meaning}{unit}")
+    return [f"    - {'; '.join(known.values())}"] if known else []
 
 
 def details(term: Term, case: MeasuredMoves, others: Sequence[tuple[str, MeasuredMoves]]) -> str:

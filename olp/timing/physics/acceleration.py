@@ -15,9 +15,7 @@ _ALIKE = 1e-3
 class AccelerationTerm(MoveTerm):
     summary = "the real constant acceleration differs from the simulated one"
     does = "every ramp is longer or shorter by the same ratio: time lost grows with the speed, not with the length"
-    source = (
-        "N. Apostolovic, An innovative method …, Memorial University of Newfoundland, equation 4.6 and 6.1"
-    )
+    source = "N. Apostolovic, An innovative method … (docs/thesis.md), equations 4.6 and 6.1"
     confusable = ("coulomb-friction", "jerk", "settling", "dispatch", "torque-speed", "speed-scale")
     stage = Stage.SCALES
     phase = "accelerate"

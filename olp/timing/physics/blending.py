@@ -39,8 +39,7 @@ class Blending(MoveTerm):
     summary = "corners are rounded: time is saved (or not saved) at blended ends"
     does = "moves with a rounded end, or those after them, differ; moves between exact stops are as simulated"
     source = (
-        "overlap of braking and the next ramp, measured on a DX200 (docs/blending.md); the recorder decides "
-        "which of the two moves gets the saving"
+        "measured on a DX200 (docs/blending.md); the recorder decides which of the two moves gets the saving"
     )
     confusable = ("settling", "dispatch")
     stage = Stage.SHAPES
@@ -52,11 +51,9 @@ class Blending(MoveTerm):
         if rounded.sum() < 2:
             return ()
         sized = bool(case.base.round_end.max() > _UNKNOWN)
-        split = TermParameter(
-            "split", "1", -0.2, 1.2, 0.5, False, "share of the saving that the move before the corner gets"
-        )
+        split = TermParameter("split", "1", -0.2, 1.2, 0.5, False, "share of the saving for the move before")
         reach = TermParameter(
-            "reach", "1", 0.1, 1.0, 0.5, False, "largest share of the shorter move that is rounded"
+            "reach", "1", 0.1, 1.0, 0.5, False, "share of the shorter move that is rounded at most"
         )
         shared = ("full", "fixed", *(_SIZED if sized else ()))
         own = _OWN if sized else _OWN[:1]
@@ -110,7 +107,7 @@ def _amount(law: str) -> TermParameter:
         return TermParameter("saving", "s", 0.0, 2.0, np.nan, False, "of every rounded corner")
     if law == "full":
         return TermParameter(
-            "overlap", "1", 0.0, 1.3, np.nan, False, "share of braking that overlaps with the next ramp"
+            "overlap", "1", 0.0, 1.3, np.nan, False, "share of braking that overlaps the next ramp"
         )
     meaning = "share of the braking time" if law == "share" else "share of the rounding that is used"
     return TermParameter("overlap", "1", 0.0, 1.5 if law == "share" else 3.0, np.nan, False, meaning)

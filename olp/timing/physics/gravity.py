@@ -18,9 +18,7 @@ _LEAST = 0.05  # of the acceleration remains, whatever gravity takes
 class Gravity(MoveTerm):
     summary = "acceleration and deceleration depend on how steeply the move goes up or down"
     does = "ramps change with the sine of the incline: up against down, or steep against level"
-    source = (
-        "N. Apostolovic, An innovative method …, chapter 6 (factors over the incline); Newton's second law"
-    )
+    source = "Apostolovic, chapter 6 (factors over the incline); Newton's second law"
     confusable = ("reach-inertia", "joint-acceleration-limit", "acceleration")
     stage = Stage.SCALES
     phase = "accelerate"
@@ -29,12 +27,8 @@ class Gravity(MoveTerm):
         rise = case.rise[case.moving & ~case.joint]
         if len(rise) < 4 or np.ptp(rise) < _STEEP:
             return ()
-        share = TermParameter(
-            "share", "1", -0.9, 0.9, 0.0, False, "share of the acceleration that a vertical move loses"
-        )
-        steep = TermParameter(
-            "share", "1", 0.0, 0.95, 0.0, False, "share of the acceleration that gravity takes straight up"
-        )
+        share = TermParameter("share", "1", -0.9, 0.9, 0.0, False, "acceleration lost straight up")
+        steep = TermParameter("share", "1", 0.0, 0.95, 0.0, False, "acceleration lost straight up")
         arm = [
             TermParameter(
                 name,
@@ -43,13 +37,13 @@ class Gravity(MoveTerm):
                 1.5,
                 0.0,
                 False,
-                f"share of the acceleration that lifting the {name} straight up takes",
+                f"acceleration lost to lifting the {name}",
             )
             for name in ("wrist", "elbow")
         ]
         whole = Form("whole arm", tuple(arm), r"a_{acc,dec} = a\,(1 \mp k_w z_w'(s) \mp k_e z_e'(s))")
         inward = TermParameter(
-            "inward", "1", -1.0, 1.0, 0.0, False, "share of the acceleration that drawing the arm in takes"
+            "inward", "1", -1.0, 1.0, 0.0, False, "acceleration lost to drawing the arm in"
         )
         guessed = Form(
             "lift and reach", (arm[0], inward), r"a_{acc,dec} = a\,(1 \mp k_w z'(s) \pm k_r r'(s))"
@@ -164,9 +158,7 @@ class Gravity(MoveTerm):
 def _apart() -> tuple[TermParameter, TermParameter]:
     """One number for moves that go up, one for those that go down: whatever sign a controller's table has."""
     up, down = (
-        TermParameter(
-            name, "1", -0.9, 0.9, 0.0, False, f"share of the acceleration that a move straight {name} loses"
-        )
+        TermParameter(name, "1", -0.9, 0.9, 0.0, False, f"acceleration lost straight {name}")
         for name in ("up", "down")
     )
     return up, down
@@ -197,13 +189,11 @@ def _outside(case: MeasuredMoves) -> Floats:
 def _anywhere() -> Form:
     """The work against gravity as a quadratic function of height and reach: any arm's, near enough, in one posture."""
     parameters = (
-        TermParameter(
-            "up", "1", 0.0, 1.5, 0.0, False, "share of the acceleration that going up takes in the middle"
-        ),
-        TermParameter("inward", "1", -1.0, 1.0, 0.0, False, "the same for drawing the arm in"),
-        TermParameter("higher", "1", -3.0, 3.0, 0.0, False, "how much more going up takes at the top"),
-        TermParameter("farther", "1", -3.0, 3.0, 0.0, False, "how much more drawing in takes far out"),
-        TermParameter("mixed", "1", -3.0, 3.0, 0.0, False, "how much more each takes with the other"),
+        TermParameter("up", "1", 0.0, 1.5, 0.0, False, "acceleration lost to going up in the middle"),
+        TermParameter("inward", "1", -1.0, 1.0, 0.0, False, "acceleration lost to drawing the arm in"),
+        TermParameter("higher", "1", -3.0, 3.0, 0.0, False, "more of it for going up at the top"),
+        TermParameter("farther", "1", -3.0, 3.0, 0.0, False, "more of it for drawing in far out"),
+        TermParameter("mixed", "1", -3.0, 3.0, 0.0, False, "more of each with the other"),
     )
     return Form(
         "any arm",
