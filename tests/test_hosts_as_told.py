@@ -19,13 +19,12 @@ from host_runners import Github, Gitlab, Result, at_home, publish, quiet_environ
 from test_hosts import validate
 
 ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In CI\n")[2].partition("\n## ")[0]
 PAGE = (ROOT / "docs" / "ci.md").read_text(encoding="utf-8")
 
 
-def block(file: str, text: str = README) -> str:
-    """The block that is to be copied to `file`, word for word."""
-    return re.search(r"```\w+\n(.*?)```", text.partition(f"`{file}`")[2], re.S)[1]
+def block(file: str) -> str:
+    """The block of docs/ci.md that is to be copied to `file`, word for word."""
+    return re.search(r"```\w+\n(.*?)```", PAGE.partition(f"`{file}`")[2], re.S)[1]
 
 
 WORKFLOW = ".github/workflows/robots.yml"
@@ -44,7 +43,7 @@ def published(tmp_path_factory, environment) -> Path:
 
 @pytest.fixture
 def repository(tmp_path, environment) -> Path:
-    """A cell of robots and what README.md says, committed."""
+    """A cell of robots and what docs/ci.md says, committed."""
     root = tmp_path / "robots"
     cell(root / "cell4")
     for name, text in FILES.items():
@@ -114,7 +113,7 @@ def test_a_pull_request_that_breaks_the_budget_is_red_and_says_which_line_and_wh
 def test_the_workflow_of_the_page_comments_on_a_pull_request_though_it_is_red(
     tmp_path, environment, published, repository, event, comments
 ):
-    workflow = yaml.safe_load(block(WORKFLOW, PAGE))
+    workflow = yaml.safe_load(FILES[WORKFLOW])
     steps = workflow["jobs"]["cycle-time"]["steps"]
     (at,) = (n for n, step in enumerate(steps) if step.get("uses") == "OWNER/olp@main")
     # What the action does has a test of its own; here it leaves its comment and fails.
