@@ -10,6 +10,7 @@ import pytest
 import olp
 from olp.__main__ import main
 from olp.checks.guard.budget import Budget, budgets_for
+from olp.runtime.arm_search import models_in
 from olp.runtime.assumptions import read_assumptions
 
 SAMPLES = Path(__file__).parent.parent / "samples"
@@ -57,6 +58,59 @@ def test_without_an_arm_it_asks_for_one_and_writes_what_is_read(
     assert "name the arm in it" in capsys.readouterr().out
     assert read_assumptions(cell / "olp.toml").diagnostics == ()
     assert '# robot = "' in (cell / "olp.toml").read_text("utf-8")
+
+
+def named(cell: Path, capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:
+    """The arm that olp init wrote, and what it said of it."""
+    (cell / "olp.toml").unlink(missing_ok=True)
+    assert main(["init", str(cell)]) == 0
+    return read_assumptions(cell / "olp.toml").robot, capsys.readouterr().out
+
+
+def test_the_arm_is_found_in_a_head_a_backup_or_a_robot_file(
+    cell: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = cell / "HANDLING.JBI"
+    text = job.read_bytes()
+    job.write_bytes(text.replace(b"\r\nNOP\r\n", b"\r\nNOP\r\n'cell 4, Motoman GP 25, gripper G180\r\n"))
+    robot, out = named(cell, capsys)
+    assert robot == "yaskawa/gp25"
+    assert "arm: yaskawa/gp25, by the comment in " in out
+    assert main(["check", str(cell), "--no-cache"]) == 0
+    # The arm's own controller knows better than a comment.
+    system = (SAMPLES / "backup" / "dx200" / "SYSTEM.SYS").read_bytes().replace(b"OX01840", b"MA02010")
+    (cell / "SYSTEM.SYS").write_bytes(system)
+    robot, out = named(cell, capsys)
+    assert robot == "yaskawa/ma2010"
+    assert "by the backup in" in out
+    arm = Path(olp.__file__).parent / "robots" / "yaskawa" / "gp7.toml"
+    shutil.copy(arm, cell / "our-arm.toml")
+    assert named(cell, capsys)[0] == "our-arm.toml"
+    shutil.copy(Path(olp.__file__).parent / "robots" / "yaskawa" / "gp8.toml", cell / "other.toml")
+    robot, out = named(cell, capsys)
+    assert robot == ""
+    assert "our-arm.toml, by the robot file of yaskawa/gp7?" in out
+
+
+def test_an_arm_that_somebody_named_is_kept(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (cell / "olp.toml").write_text('robot = "yaskawa/gp25"\n')
+    assert main(["init", str(cell), "--force"]) == 0
+    assert "by the olp.toml that was replaced" in capsys.readouterr().out
+    assert read_assumptions(cell / "olp.toml").robot == "yaskawa/gp25"
+
+
+@pytest.mark.parametrize(
+    ("said", "names"),
+    [
+        ("for KR 3 R540, tool 2", ["kuka/kr3-r540"]),
+        ("FANUC LR Mate 200iD/7L", ["fanuc/lr-mate-200id-7l"]),
+        ("station gp250 GP25-12", []),
+        ("ur5e ends", ["universal-robots/ur5e"]),
+        ("25 mm", []),
+    ],
+)
+def test_models_are_found_as_words(said: str, names: list[str]) -> None:
+    assert models_in(said) == names
 
 
 def test_nothing_is_replaced_unasked(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:

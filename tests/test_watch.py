@@ -9,12 +9,14 @@ import subprocess
 import sys
 import threading
 import time
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
 from olp import cli
 from olp.__main__ import main
+from olp.cli._watching import watching
 
 ROOT = Path(__file__).parent.parent
 
@@ -60,6 +62,25 @@ def test_a_changed_program_is_timed_again_until_it_is_interrupted(tmp_path: Path
     assert process.returncode == 2  # of the last run
     # What a run writes is no change: as many runs as changes, or one more for a change seen in two parts.
     assert said.count("changed: ") in (2, 3, 4)
+
+
+def test_what_changes_while_the_first_run_lasts_is_seen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = tmp_path / "DROP.JBI"
+    job.write_text("/JOB")
+    runs = []
+
+    def run(args: Namespace) -> int:
+        runs.append(args)
+        if len(runs) == 1:
+            job.write_text("/JOB changed")
+            return 0
+        raise KeyboardInterrupt
+
+    assert watching(run, Namespace(paths=[str(tmp_path)], watched="paths")) == 0
+    assert len(runs) == 2
+    assert "changed: " in capsys.readouterr().out
 
 
 def until(true: object, seconds: float = 25.0) -> None:

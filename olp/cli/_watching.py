@@ -8,9 +8,12 @@ from __future__ import annotations
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 
 from olp.core.diagnostic import OlpError, error
+
+_BEAT_MS = 100  # after which no change is told, too: the first one says that the folders are watched
 
 
 def add_watch(parser: ArgumentParser, paths: str) -> None:
@@ -22,11 +25,17 @@ def add_watch(parser: ArgumentParser, paths: str) -> None:
 
 
 def watching(run: Callable[[Namespace], int], args: Namespace) -> int:
-    """Runs the command now and after every change; the status is that of its last run. Raises OlpError (C018)."""
+    """Runs the command now and after every change; the status is that of its last run. Raises OlpError (C018).
+
+    What changes while the first run lasts is a change: the folders are watched before it begins.
+    """
     changes = _changes(_folders(getattr(args, args.watched)), _written(args))
+    early = next(changes)
     status = _once(run, args)
     try:
-        for changed in changes:
+        for changed in chain([early], changes):
+            if not changed:
+                continue
             print(f"\n{'-' * 60}\nchanged: {changed}", flush=True)
             status = _once(run, args)
     except KeyboardInterrupt:
@@ -61,7 +70,10 @@ def _written(args: Namespace) -> set[Path]:
 
 
 def _changes(folders: list[Path], own: set[Path]) -> Iterator[str]:
-    """The name of a changed file for each batch of changes. Raises OlpError (C018)."""
+    """The name of a changed file for each batch of changes, "" at once and while nothing changes.
+
+    Raises OlpError (C018).
+    """
     try:
         from watchfiles import Change, DefaultFilter, watch
     except ImportError:
@@ -74,4 +86,5 @@ def _changes(folders: list[Path], own: set[Path]) -> Iterator[str]:
             hidden = file.name.startswith(".olp-") or file.suffix == ".part"
             return super().__call__(change, path) and not hidden and file.resolve() not in own
 
-    return (min(path for _, path in batch) for batch in watch(*folders, watch_filter=WatchedFiles()))
+    batches = watch(*folders, watch_filter=WatchedFiles(), rust_timeout=_BEAT_MS, yield_on_timeout=True)
+    return (min((path for _, path in batch), default="") for batch in batches)

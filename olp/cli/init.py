@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from olp.runtime.arm_search import ArmSource
     from olp.timing.timing import Timing
 
 SUMMARY = "write an olp.toml for a folder of programs"
@@ -32,6 +33,7 @@ def run(args: Namespace) -> int:
     from olp.reports.batch import Job, plan_and_time, shown, time_files
     from olp.reports.cell import started
     from olp.robots.robot import load_robot
+    from olp.runtime.arm_search import find_arms
 
     folder, target = Path(args.folder), Path(args.folder) / "olp.toml"
     if not folder.is_dir():
@@ -43,20 +45,44 @@ def run(args: Namespace) -> int:
     if args.robot:
         load_robot(args.robot)
     paths = [str(path) for path in expand_paths([str(folder)], vendor_suffixes())]
-    job = Job(robot=args.robot)
+    arms = [] if args.robot else _named_before(target) or find_arms(folder, paths)
+    robot = args.robot or (arms[0].name if len(arms) == 1 else "")
+    job = Job(robot=robot or None)
     parts = time_files(paths, job)
     mains = [parts[index].file for index in started(parts) if not parts[index].failed]
     timings = [plan_and_time(path, job) for path in mains]
-    robot = args.robot or ""
     if robot.lower().endswith(".toml"):  # olp.toml names it as seen from its own folder
         robot = Path(os.path.relpath(robot, folder)).as_posix()
     write_output(target, "\n".join(_text(robot, folder, mains, timings)) + "\n")
     whole = sum(map(_is_whole, timings))
     print(f"{target}: {len(parts)} programs, {len(mains)} that a controller starts, {whole} with a budget")
-    if not args.robot:
-        print("name the arm in it (olp robots lists them): without it most joint moves have no time")
+    for line in _about_arm(args.robot, arms):
+        print(line)
     print_diagnostics([d for d in shown(parts) if d.is_error])
     return 0
+
+
+def _named_before(target: Path) -> list[ArmSource]:
+    """The arm in the olp.toml that is replaced: somebody may have named it."""
+    from olp.runtime.arm_search import ArmSource
+    from olp.runtime.assumptions import read_assumptions
+
+    name = read_assumptions(target).robot if target.exists() else ""
+    if name.lower().endswith(".toml"):
+        name = str(target.parent / name)
+    return [ArmSource(name, "the olp.toml that was replaced")] if name else []
+
+
+def _about_arm(given: str | None, arms: Sequence[ArmSource]) -> Iterator[str]:
+    if given:
+        return
+    if len(arms) == 1:
+        yield f"arm: {arms[0].name or 'as its controller says'}, by {arms[0].why}; another one: robot in olp.toml"
+        return
+    for arm in arms:
+        yield f"arm: {arm.name}, by {arm.why}?"
+    yield "name the arm in it (olp robots lists them): without it most joint moves have no time"
+    yield "olp init --force finds it by a robot file or a backup in the folder, or by a program's first comments"
 
 
 def _text(robot: str, folder: Path, mains: Sequence[str], timings: Sequence[Timing]) -> Iterator[str]:

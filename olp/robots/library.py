@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from pathlib import Path
@@ -23,6 +24,14 @@ _LIMIT_SLACK = 0.00175  # [rad | m]
 def robot_names() -> tuple[str, ...]:
     """All library names, "maker/model", sorted."""
     return tuple(sorted(f"{path.parent.name}/{path.stem}" for path in _FOLDER.glob("*/*.toml")))
+
+
+def library_name(called: str) -> str:
+    """The library's name of what a controller calls its robot: the longest one that begins it, letters and digits."""
+    said = re.sub(r"[^a-z0-9]", "", called.lower())
+    models = {name: re.sub(r"[^a-z0-9]", "", name.partition("/")[2]) for name in robot_names()}
+    fitting = [name for name, model in models.items() if model and said.startswith(model)]
+    return max(fitting, key=lambda name: len(models[name]), default="")
 
 
 def load_robot(name_or_path: str | Path) -> Robot:

@@ -275,7 +275,7 @@ def _judged(value: object) -> JudgedFile:
     )
     for item in judged.items:
         _texts([item.name, item.file, item.message, item.group, item.details])
-        _numbers([item.seconds, item.limit_s])
+        _numbers([item.seconds, item.limit_s, item.low_s, item.high_s])
         _wholes([item.line])
     if type(judged.unread) is not bool:
         raise ValueError("neither read nor unread")

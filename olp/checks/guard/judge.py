@@ -104,6 +104,10 @@ def _one(
         return replace(item, seconds=seconds, line=broken.line if broken.file in ("", path) else 0), []
     status, says = verdict(budget, seconds, timing.total_s)
     item = JudgedItem(budget.name, path, status, says, 0, seconds, budget.limit_s, "budget")
+    whole = budget.of == "total" and not budget.routine and not budget.start
+    if whole and timing.total_ends is not None:
+        low, high = (round(end, 6) for end in timing.total_ends)
+        item = replace(item, low_s=low, high_s=high)
     if seconds <= limit:
         return item, []
     worst = _worst(path, timing, measured)

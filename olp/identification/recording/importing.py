@@ -6,7 +6,6 @@ do not belong to the measured ones.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +30,7 @@ from olp.languages.recorders import (
     controller_logs,
     recorders,
 )
+from olp.robots.library import library_name
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
@@ -290,13 +290,3 @@ def _log(imported: ImportedRun) -> bytes:
         number[(run.time >= motion.begin - 1e-9) & (run.time < motion.end - 1e-9)] = index + 1
     cells = [[f"{v:.6f}" for v in column] for column in columns] + [[str(n) for n in number]]
     return csv_text([[*names, "move"], *zip(*cells, strict=True)]).encode()
-
-
-def library_name(called: str) -> str:
-    """The library's name of what a controller calls its robot: the longest one that begins it, letters and digits."""
-    from olp.robots.robot import robot_names
-
-    said = re.sub(r"[^a-z0-9]", "", called.lower())
-    models = {name: re.sub(r"[^a-z0-9]", "", name.partition("/")[2]) for name in robot_names()}
-    fitting = [name for name, model in models.items() if model and said.startswith(model)]
-    return max(fitting, key=lambda name: len(models[name]), default="")

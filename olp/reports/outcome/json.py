@@ -52,5 +52,7 @@ def _item(item: JudgedItem) -> dict[str, object]:
         "message": item.message,
         "seconds": item.seconds,
         "limit_s": item.limit_s,
+        "low_s": item.low_s,
+        "high_s": item.high_s,
         "group": item.group,
     }

@@ -62,6 +62,7 @@ class JudgedItem:
     """One thing that was judged, as a test is: a budget of a job, a rule over a file, a pair of versions.
 
     `seconds`: the predicted cycle time it is about, None where it is about none. `limit_s`: what it was held against.
+    `low_s`, `high_s`: the ends of the 95 % interval of a whole program's time, None where it is about a part.
     """
 
     name: str
@@ -73,6 +74,8 @@ class JudgedItem:
     limit_s: float | None = None
     group: str = ""
     details: str = ""  # lines for where an item stands alone, as in JUnit
+    low_s: float | None = None
+    high_s: float | None = None
 
     def untold(self, places: Collection[tuple[str, int]]) -> bool:
         """Whether it could not be judged, and no finding at one of the `places` (file, line) says so."""

@@ -53,5 +53,7 @@ def _items(items: tuple[JudgedItem, ...]) -> list[str]:
 
 def _row(item: JudgedItem) -> str:
     message = f"  {item.message}" if item.message else ""
+    if item.low_s is not None and item.high_s is not None:
+        message += f", 95 %: {item.low_s:.3f} to {item.high_s:.3f} s"
     where = f"  {item.file}" if item.file and item.file not in item.name else ""
     return visible(f"{item.status:8s}{item.name}{where}{message}")

@@ -150,6 +150,12 @@ def _tell_root(data: MachineData) -> None:
         data.findings.info("B008", message, row)
 
 
+def model_in(data: MachineData) -> str:
+    """What the controller calls its arm, "" where it does not say so."""
+    row = _row(data, "$TRAFONAME[]")
+    return "" if row is None else _text(data, "$TRAFONAME[]")
+
+
 def _identity(data: MachineData, name: str) -> tuple[str, str]:
     if name:
         if not ROBOT_NAME.fullmatch(name.lower()):
