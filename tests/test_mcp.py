@@ -16,7 +16,7 @@ import pytest
 from mcp import ClientSession, StdioServerParameters, stdio_client
 
 from olp.core.diagnostic import OlpError
-from olp.servers.mcp.folder import Folder, ServerLimits
+from olp.servers.folder import Folder, ServerLimits
 from olp.servers.mcp.tool import load_tool, tool_names
 from olp.servers.mcp.worker import fit
 

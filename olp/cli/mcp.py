@@ -44,7 +44,7 @@ def run(args: Namespace) -> int:
     root = Path(os.path.realpath(args.root))
     if not root.is_dir():
         raise OlpError(error("C015", "this is no folder", file=args.root, help="name one with --root"))
-    from olp.servers.mcp.folder import ServerLimits
+    from olp.servers.folder import ServerLimits
     from olp.servers.mcp.server import FolderService, serve
 
     # Standard output is the protocol's.

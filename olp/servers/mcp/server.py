@@ -6,12 +6,9 @@ Codes: Z005 out of time, Z006 no such tool, Z007 the server only reads, Z008 une
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
 import logging
 import os
-import signal
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -23,8 +20,9 @@ from pydantic import ValidationError
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.version import __version__
-from olp.servers.mcp.folder import ServerLimits
+from olp.servers.folder import ServerLimits
 from olp.servers.mcp.tool import AssistantTool, ToolArguments, load_tool, tool_names
+from olp.servers.worker_process import end_worker, start_worker
 
 log = logging.getLogger("olp.mcp")
 _AT_ONCE = 2  # workers
@@ -116,18 +114,7 @@ class FolderService:
         return answer
 
     async def _ran(self, request: bytes) -> bytes:
-        package = Path(__file__).resolve().parents[2]
-        # -P and an absolute path: nothing that lies in the served folder is ever imported.
-        worker = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-P",
-            str(package / "assistant_worker.py"),
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-            cwd=package / "servers" / "mcp",
-            env=_environment(package.parent),
-            start_new_session=os.name != "nt",
-        )
+        worker = await start_worker("assistant_worker.py")
         try:
             printed, _ = await asyncio.wait_for(worker.communicate(request), self.limits.seconds)
         except TimeoutError:
@@ -135,25 +122,8 @@ class FolderService:
             help = "ask about fewer or smaller programs, or fewer max_steps"
             raise OlpError(error("Z005", says, help=help)) from None
         finally:
-            await _end(worker)
+            await end_worker(worker)
         return printed
-
-
-async def _end(worker: asyncio.subprocess.Process) -> None:
-    """Also what the worker started, whether the call was answered, late or taken back."""
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        if os.name == "nt":
-            worker.kill()
-        else:
-            os.killpg(worker.pid, signal.SIGKILL)
-    await worker.wait()
-
-
-def _environment(source: Path) -> dict[str, str]:
-    """The server's, with this olp first on the path; relative folders would be looked for in another place."""
-    given = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    path = os.pathsep.join([str(source), *(folder for folder in given if os.path.isabs(folder))])
-    return {**os.environ, "PYTHONPATH": path, "PYTHONUTF8": "1"}
 
 
 def _diagnostic(row: dict[str, Any]) -> Diagnostic:

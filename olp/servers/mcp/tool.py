@@ -5,12 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from olp.core.registry import file_names, load_from
-from olp.servers.mcp.folder import Folder
+from olp.servers.confinement import Ran
+from olp.servers.folder import Folder
 
 
 class ToolArguments(BaseModel):
@@ -38,14 +39,6 @@ class ToolAnswer(BaseModel):
     truncated: list[str] = Field(
         description="the lists that were cut, and how long they are; [] when all is here"
     )
-
-
-class Ran(NamedTuple):
-    """What one command line did."""
-
-    status: int
-    printed: bytes
-    told: str
 
 
 class ToolCall(Protocol):

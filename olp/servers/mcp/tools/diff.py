@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from olp.core.diagnostic import OlpError, error
-from olp.servers.mcp.folder import Folder
+from olp.servers.folder import Folder
 from olp.servers.mcp.rows import AnswerRow, JudgedAnswer
 from olp.servers.mcp.tool import AssistantTool, Timed, ToolCall
 

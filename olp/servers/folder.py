@@ -1,4 +1,4 @@
-"""The one folder that an assistant sees. What it names is a path below it, or is refused with a reason.
+"""The one folder that a server shows. What it names is a path below it, or is refused with a reason.
 
 Codes: Z001 outside the folder, Z002 no ordinary file, Z003 too large, Z004 too many, Z009 exists already.
 """
@@ -36,7 +36,7 @@ class ServerLimits:
 
 # --- Folder ---
 
-_HELP = "name it by its path below the folder that olp mcp was started with, such as cells/MAIN.JBI"
+_HELP = "name it by its path below the folder that is served, such as cells/MAIN.JBI"
 _LONGEST = 1024  # characters of a path
 _DRIVE = re.compile(r"[A-Za-z]:[\\/]")
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
@@ -111,6 +111,10 @@ class Folder(NamedTuple):
     def _plain(self, text: str) -> str:
         if not text or len(text) > _LONGEST or _CONTROL.search(text):
             raise _refused("Z001", "this is no path: empty, too long, or with control characters", text)
+        try:
+            os.fsencode(text)
+        except UnicodeEncodeError:
+            raise _refused("Z001", "this path has a character that no file name has", text) from None
         if text.startswith(("\\\\", "//")):
             raise _refused("Z001", "paths of the network and of devices are not read", text)
         if ".." in re.split(r"[\\/]", text):
