@@ -35,13 +35,15 @@ def documented() -> set[str]:
 # Packages whose modules share one area of codes.
 WHOLE = {"__main__": "commands", "cli": "commands", "robots": "robots", "runtime": "interpreter"}
 
-# Modules whose codes are those of another: what commands write, and what all vendors share.
+# Modules whose codes are those of another: what commands write, what all vendors share, what serves a folder.
 OF = {
     "files": "commands",
     "annotation": "annotate",
     "generator": "vendors",
     "lark": "vendors",
     "short": "vendors",
+    "mcp": "folder",
+    "web": "folder",
 }
 
 

@@ -1,0 +1,147 @@
+"""What a program takes with another speed or zone of single lines: edited in memory, timed, and never written.
+
+Codes: O011 a line without the zone that was asked for; those of `olp.checks.edit`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from olp.checks.edit import ChangeSpeed, edited, speeds
+from olp.checks.fit.choices import reread
+from olp.checks.lint.zones import larger, smaller
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error
+from olp.core.units import deg, mm
+from olp.ir.moves import Move, SpeedUnit
+from olp.languages.vendor import find_vendor
+from olp.runtime.plan import StepKind
+
+if TYPE_CHECKING:
+    from olp.core.source import Source
+    from olp.ir.program import Program
+    from olp.timing.timing import Timing
+
+# What a person reads and writes: the size of one in SI, and its name.
+SPEED_UNITS: Mapping[SpeedUnit, tuple[float, str]] = {
+    SpeedUnit.FRACTION: (0.01, "%"),
+    SpeedUnit.TRAVEL: (mm, "mm/s"),
+    SpeedUnit.TURN: (deg, "deg/s"),
+    SpeedUnit.AXIS: (deg, "deg/s"),
+    SpeedUnit.TIME: (1.0, "s"),
+}
+
+
+class LineEdit(NamedTuple):
+    """Another `speed` of `line`, in the unit that its `EditableLine` names, and its n-th larger zone (-n: smaller)."""
+
+    line: int
+    speed: float | None = None
+    zone: int = 0
+
+
+class EditableLine(NamedTuple):
+    """A line whose speed or zone can be changed. `written`: the line where that speed stands.
+
+    `speed` in `unit`, None where there is none of its own. `zones`: n of `LineEdit`, and the zone as it is written.
+    """
+
+    line: int
+    statement: str
+    speed: float | None
+    unit: str
+    written: int
+    zones: tuple[tuple[int, str], ...]
+
+
+class WhatIf(NamedTuple):
+    """The program as it would be. `sources`: its files that are different."""
+
+    program: Program
+    sources: tuple[Source, ...]
+    notes: tuple[Diagnostic, ...]
+
+
+def editable_lines(program: Program) -> list[EditableLine]:
+    """Every line that can be changed, in their order. Raises OlpError (O001) for other languages."""
+    spoken = {one.line: one for one in speeds(program)}
+    moves = {one.line for one in program.statements() if isinstance(one, Move)}
+    found = []
+    for line in sorted(moves | spoken.keys()):
+        text = program.source.line(line)
+        zones = tuple((n, says) for n, says, _ in _zones(program.vendor, text)) if line in moves else ()
+        one = spoken.get(line)
+        if one is None and not zones:
+            continue
+        scale, unit = SPEED_UNITS[one.speed.unit] if one is not None else (1.0, "")
+        number = one.speed.value.literal if one is not None else None
+        speed = None if number is None else float(f"{number / scale:.9g}")
+        found.append(
+            EditableLine(line, text.strip(), speed, unit, one.written if one is not None else line, zones)
+        )
+    return found
+
+
+def what_if(program: Program, changes: Sequence[LineEdit]) -> WhatIf:
+    """The program with these changes and no other. Raises OlpError with everything that stands against them."""
+    spoken = {one.line: one for one in speeds(program)}
+    edits = []
+    for one in changes:
+        if one.speed is not None:
+            # A line without a speed of its own is refused by `edited`, whatever the number.
+            scale = SPEED_UNITS[spoken[one.line].speed.unit][0] if one.line in spoken else 1.0
+            edits.append(ChangeSpeed(one.line, one.speed * scale))
+    result = edited(program, edits)
+    zoned = _with_zones(result.program, {one.line: one.zone for one in changes if one.zone})
+    old = {one.path: one.raw for one in (program.source, *program.companions)}
+    now = (zoned.source, *zoned.companions)
+    return WhatIf(zoned, tuple(one for one in now if one.raw != old.get(one.path)), result.notes)
+
+
+def seconds_by_line(timing: Timing) -> dict[int, float]:
+    """Line of the program itself -> seconds [s] of all its runs."""
+    own = timing.plan.source == 0
+    lines, of = np.unique(timing.plan.line[own], return_inverse=True)
+    sums = np.bincount(of, np.nan_to_num(timing.duration_s[own]), len(lines))
+    timed = np.unique(timing.plan.line[own & (timing.plan.kind == StepKind.MOVE)])
+    return {
+        line: round(seconds, 9)
+        for line, seconds in zip(lines.tolist(), sums.tolist(), strict=True)
+        if seconds or line in timed
+    }
+
+
+def _zones(vendor: str, text: str) -> list[tuple[int, str, str]]:
+    """n of `LineEdit`, the zone as it is written, and the line with it: the smallest first."""
+    less = list(smaller(vendor, text))
+    found = [(n - len(less), _spelt(vendor, one), one) for n, one in enumerate(reversed(less))]
+    return found + [(n, _spelt(vendor, one.text), one.text) for n, one in enumerate(larger(vendor, text), 1)]
+
+
+def _spelt(vendor: str, text: str) -> str:
+    words = find_vendor(vendor).corners
+    found = None if words is None else re.search(words.zone, text)
+    return "smallest" if found is None else found[0].strip()
+
+
+def _with_zones(program: Program, zones: Mapping[int, int]) -> Program:
+    """Raises OlpError (O011), and what the reader says of the new text."""
+    if not zones:
+        return program
+    lines: dict[int, tuple[str]] = {}
+    problems = []
+    for line, zone in zones.items():
+        known = {n: text for n, _, text in _zones(program.vendor, program.source.line(line))}
+        if zone in known:
+            lines[line] = (known[zone],)
+        else:
+            help = f"there are {', '.join(map(str, known))}" if known else "this line has none to change"
+            problems.append(
+                error("O011", f"no zone number {zone} on this line", Span(line), file=program.path, help=help)
+            )
+    if problems:
+        raise OlpError(*problems)
+    return reread(program, program.source.edited(lines))
