@@ -5,14 +5,14 @@
   const css = (name) => getComputedStyle(root).getPropertyValue("--" + name).trim();
   const dark = () => (root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme:dark)").matches);
   const fixed = (value, digits) => (value === null || value === undefined ? "" : value.toFixed(digits));
-  const PAGE = 400; // rows of the table that are made at once
+  const PAGE = 400; // rows of the table that are there at once
   const ON_PAPER = 40; // rows that are printed, as in report.css
 
   // In an editor's side view the page follows the editor's cursor and text, and says where the reader clicks.
   const editor = typeof acquireVsCodeApi === "function" ? acquireVsCodeApi() : null;
 
   // The program on show: its data, and what follows from them.
-  let d = null, shown = -1, on = -1, ends = [], begins = [], now = 0, order = [], rows = PAGE, texts = new Map();
+  let d = null, shown = -1, on = -1, ends = [], begins = [], now = 0, order = [], kept = [], top = 0, texts = new Map();
 
   const keyOf = (step) => d.file[step] + ":" + d.line[step];
   const text = (step) => texts.get(keyOf(step)) || "";
@@ -98,7 +98,6 @@
     now = 0;
     texts = new Map(d.files.flatMap((file) => file.lines.map((line, i) => [file.index + ":" + (file.numbers ? file.numbers[i] : i + 1), line.trim()])));
     order = d.seconds.map((_, step) => step);
-    rows = PAGE;
     $("search").value = "";
     for (const head of document.querySelectorAll("#segments th")) head.removeAttribute("aria-sort");
     const part = d.of > d.seconds.length ? " in the first " + d.seconds.length + " of " + d.of + " segments" : "";
@@ -108,17 +107,17 @@
     $("space-f").hidden = !d.path;
     $("time").max = end; $("time").step = end / 1000 || 1;
     facts(-1);
-    table(); listing(); draw(false); clock();
+    search(); listing(); draw(false); clock();
   };
 
+  const model = () => ({ d, begins, ends, end: ends[ends.length - 1] || 0, stepAt });
   /** Draws all pictures anew: another program, or (`keep`) other colours. */
   const draw = (keep) => {
     if (!d) return;
-    const model = { d, begins, ends, end: ends[ends.length - 1] || 0, stepAt };
     page.ramp().forEach((tone, i) => root.style.setProperty("--ramp" + i, "rgb(" + tone.join(" ") + ")"));
     page.key("legend", d.kinds.map((kind) => [kind, page.tone(kind)]));
-    charts.show(model, keep);
-    if (seen) space.show(model, keep);
+    charts.show(model(), keep);
+    if (seen) space.show(model(), keep);
   };
   // The picture in space costs most: it is made when it comes into sight.
   let seen = false;
@@ -128,9 +127,10 @@
     see();
   }, { rootMargin: "300px" }).observe($("space-f"));
   const see = () => {
-    if (seen || !d) return;
+    if (seen) return;
     seen = true;
-    space.show({ d, begins, ends, end: ends[ends.length - 1] || 0, stepAt });
+    if (!d) return;
+    space.show(model());
     space.choose(on);
     space.at(now);
     root.dataset.space = Math.round(performance.now());
@@ -143,14 +143,18 @@
     $("clock").textContent = now.toFixed(2) + " of " + (ends[ends.length - 1] || 0).toFixed(2) + " s";
     $("time").ariaValueText = now.toFixed(2) + " s" + (on < 0 ? "" : ", line " + d.line[on]);
   };
-  const at = (time, scroll = true) => {
-    if (!d || !ends.length) return;
-    now = Math.min(length(), Math.max(0, time));
+  const setTime = (time) => {
+    now = time;
     charts.at(now);
     space.at(now);
-    const step = stepAt(now);
-    if (step !== on) choose(step, scroll);
     clock();
+  };
+  /** Goes to a time [s]: the segment that runs then is chosen. */
+  const at = (time) => {
+    if (!d || !ends.length) return;
+    const inside = Math.min(length(), Math.max(0, time)), step = stepAt(inside);
+    if (step !== on) choose(step, true);
+    setTime(inside);
   };
   const stop = () => {
     if (playing) cancelAnimationFrame(playing);
@@ -177,10 +181,7 @@
     stop();
     choose(step, scroll);
     if (on !== step) return;
-    now = time ?? begins[step];
-    charts.at(now);
-    space.at(now);
-    clock();
+    setTime(time ?? begins[step]);
     if (editor) editor.postMessage({ file: d.file[step], line: d.line[step] });
   };
 
@@ -214,6 +215,8 @@
     facts(step);
     $("told").textContent = "line " + d.line[step] + ": " + (d.seconds[step] === null ? "not timed" : d.seconds[step].toFixed(3) + " s");
     for (const old of document.querySelectorAll("#view .on")) old.classList.remove("on");
+    const place = scroll ? kept.indexOf(step) : -1;
+    if (place >= 0 && (place < top || place >= top + PAGE)) table(place - PAGE / 4);
     const row = document.querySelector('#segments tr[data-step="' + step + '"]');
     const line = document.querySelector('#text div[data-at="' + keyOf(step) + '"]');
     for (const mark of [row, line]) if (mark) mark.classList.add("on");
@@ -226,14 +229,19 @@
   // The table: sorted and searched in the data, made in pieces.
   const keys = [(s) => d.line[s], (s) => d.seconds[s], text, (s) => d.kinds[d.kind[s]], (s) => d.mm[s], (s) => d.speed[s] ?? d.percent[s], (s) => d.reached[s], (s) => d.rules[d.rule[s]], (s) => ends[s]];
   const RIGHT = new Set([1, 4, 5, 6, 8]); // columns of numbers
-  const table = () => {
+  const search = () => {
     const words = $("search").value.toLowerCase().split(/\s+/).filter(Boolean);
-    const kept = words.length ? order.filter((s) => {
+    kept = words.length ? order.filter((s) => {
       const all = (text(s) + " " + d.kinds[d.kind[s]] + " " + d.rules[d.rule[s]]).toLowerCase();
       return words.every((word) => (/^\d+$/.test(word) && String(d.line[s]) === word) || all.includes(word));
     }) : order;
+    table(0);
+  };
+  /** The rows from the place `begin` on. */
+  const table = (begin) => {
+    top = Math.max(0, Math.min(begin, kept.length - PAGE));
     const body = document.createElement("tbody");
-    for (const s of kept.slice(0, rows)) {
+    for (const s of kept.slice(top, top + PAGE)) {
       const row = body.insertRow();
       row.dataset.step = s;
       if (s === on) row.className = "on";
@@ -245,9 +253,11 @@
       });
     }
     $("segments").tBodies[0].replaceWith(body);
-    $("cut").textContent = kept.length > ON_PAPER ? "The first " + ON_PAPER + " of " + kept.length + " segments; the page on a screen has all that it holds." : "";
-    $("more").hidden = kept.length <= rows;
-    $("count").textContent = kept.length + " of " + order.length + " segments" + (kept.length > rows ? ", the first " + rows + " shown" : "");
+    const end = Math.min(kept.length, top + PAGE);
+    $("cut").textContent = end - top > ON_PAPER ? "Rows " + (top + 1) + " to " + (top + ON_PAPER) + " of " + kept.length + "; the page on a screen has all that it holds." : "";
+    $("earlier").hidden = top === 0;
+    $("later").hidden = end === kept.length;
+    $("count").textContent = kept.length + " of " + order.length + " segments" + (kept.length > PAGE ? ", rows " + (top + 1) + " to " + end + " shown" : "");
   };
 
   const listing = () => {
@@ -285,17 +295,18 @@
     $("view").classList.toggle("stale", data === null && d !== null);
     if (data === null && d) { $("view-h").textContent = title + ": cannot be timed as it stands"; return; }
     const last = { d, on, now, view: charts.view, end: length(), words: $("search").value };
-    const turned = space.keep();
+    const angle = space.keep();
     show(data, title);
     if (!d || !last.d) return;
-    space.keep(turned);
+    space.keep(angle);
     if (last.view[0] > 0 || last.view[1] < last.end) charts.look(...last.view);
-    if (last.words) { $("search").value = last.words; table(); }
-    at(Math.min(last.now, length()), false);
+    if (last.words) { $("search").value = last.words; search(); }
     if (last.on < 0) return;
     const file = last.d.file[last.on], line = last.d.line[last.on], runs = runsOf(d, file, line);
-    if (runs.length) choose(runs[Math.min(runsOf(last.d, file, line).indexOf(last.on), runs.length - 1)], false);
-    else facts(-1);
+    if (!runs.length) return;
+    const step = runs[Math.min(runsOf(last.d, file, line).indexOf(last.on), runs.length - 1)];
+    choose(step, false);
+    setTime(Math.max(begins[step], Math.min(ends[step], last.now)));
   };
   const runsOf = (data, file, line) => data.line.flatMap((l, step) => (l === line && data.file[step] === file ? [step] : []));
 
@@ -305,10 +316,7 @@
     const [step] = runsOf(d, file, line);
     if (step === undefined) return;
     choose(step, true);
-    now = begins[step];
-    charts.at(now);
-    space.at(now);
-    clock();
+    setTime(begins[step]);
   };
 
   // Hands on.
@@ -342,8 +350,11 @@
     const row = e.target.closest("div[data-step]");
     if (row) pick(+row.dataset.step, true);
   });
-  $("search").addEventListener("input", () => { rows = PAGE; table(); });
-  $("more").addEventListener("click", () => { rows += 2000; table(); });
+  $("search").addEventListener("input", search);
+  for (const [id, way] of [["earlier", -1], ["later", 1]]) $(id).addEventListener("click", () => {
+    table(top + way * PAGE);
+    $("segments").parentElement.scrollTop = 0;
+  });
   $("pick").addEventListener("change", () => { location.hash = "p" + $("pick").value; open(+$("pick").value); });
 
   const sortable = (table, sort) => [...table.tHead.rows[0].cells].forEach((head, column, heads) => {
@@ -362,7 +373,7 @@
     : a === null || a === undefined ? -sign : b === null || b === undefined ? sign : String(a).localeCompare(String(b), "en", { numeric: true }));
   sortable($("segments"), (column, sign) => {
     order = d.seconds.map((_, s) => [keys[column](s), s]).sort(by(sign)).map(([, s]) => s);
-    rows = PAGE; table();
+    search();
   });
   sortable($("index"), (column, sign) => {
     const body = $("index").tBodies[0];

@@ -20,7 +20,7 @@ from olp.timing.track import states, tool_position, tool_speed
 
 Floats = NDArray[np.float64]
 _ON_CURVE = 9  # points along an arc or spline
-_ON_LINE = 6  # at most, along any other move: between them the page moves evenly
+_ON_LINE = 4  # at most, along any other move: between them the page moves evenly
 _CURVES = [PATHS.index(p) for p in (Path.CIRCULAR, Path.SPLINE)]
 
 
@@ -35,7 +35,7 @@ class PageShare:
     segments: int = 40_000
     samples: int = 4000
     points: int = 40_000
-    poses: int = 3000
+    poses: int = 2000
     lines: int = 12_000
 
 
@@ -143,7 +143,7 @@ def _polyline(position: Floats, steps: Sequence[int], times: Floats | None = Non
     known = [all(map(math.isfinite, place)) for place in position.tolist()]
     if sum(known) < 2:
         return None
-    place = np.round(position[known], 2)
+    place = np.round(position[known], 1)
     return {
         "t": None if times is None else _short(times[known], 4),
         "x": place[:, 0].tolist(),
