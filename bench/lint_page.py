@@ -6,7 +6,6 @@ python bench/lint_page.py
 from __future__ import annotations
 
 import sys
-import textwrap
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -20,26 +19,22 @@ BEGIN = "## The rules\n"
 
 def rules_part() -> str:
     """From the heading on to the end of the page."""
-    rows = ["| code | level | what | `--fix` |", "|---|---|---|---|"]
-    rows += [
-        f"| [{rule.code}](#{rule.code.lower()}) | {rule.level} | {rule.title} | {fix(rule)} |"
-        for rule in all_rules()
-    ]
-    return "\n".join([BEGIN, *rows, "", *(section(rule) for rule in all_rules())])
+    rows = ["| code | level | `--fix` | what and why | instead of | better |", "|---|---|---|---|---|---|"]
+    rows += [row(rule) for rule in all_rules()]
+    return "\n".join([BEGIN, *rows, ""])
 
 
-def fix(rule: Rule) -> str:
-    return "yes" if rule.fixable else "unsafe" if rule.suggests else ""
-
-
-def section(rule: Rule) -> str:
+def row(rule: Rule) -> str:
     """One rule: what it is, why, an example, what is better."""
-    is_code = rule.better[:1].isupper()
-    shown = f"{rule.example}\n\nbetter:\n{rule.better}" if is_code else rule.example
-    better = "" if is_code else f"Better: {rule.better}."
-    why = textwrap.fill(f"**{rule.title[:1].upper()}{rule.title[1:]}.** {rule.why}", 118)
-    head = f"### {rule.code}\n\n{why}"
-    return "\n\n".join(filter(None, (head, f"```text\n{shown}\n```", better))) + "\n"
+    fix = "yes" if rule.fixable else "unsafe" if rule.suggests else ""
+    what = f"**{rule.title}**: {rule.why}"
+    better = code(rule.better) if rule.better[:1].isupper() else rule.better
+    return f"| {rule.code} | {rule.level} | {fix} | {what} | {code(rule.example)} | {better} |"
+
+
+def code(lines: str) -> str:
+    """Lines of a program in a cell of a table."""
+    return "<br>".join(f"`{line}`" for line in lines.splitlines())
 
 
 def page() -> str:
