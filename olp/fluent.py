@@ -281,20 +281,21 @@ def convert(
     robot: str | Robot | None = None,
     target_robot: str | Robot | None = None,
     on_loss: Literal["error", "comment"] = "error",
+    plain: bool = False,
     encoding: str | None = None,
 ) -> dict[str, bytes]:
     """The program in `path` in the language `to`: the bytes of each file by its name.
 
     `robot`: that it was written for; `target_robot`: that it is written for (None: the same). `on_loss`: what becomes
-    of a statement that the target cannot say. `olp convert` also writes the receipt of what was changed. Raises
-    OlpError with all that cannot be said there.
+    of a statement that the target cannot say. `plain`: moves without the forms of the pendant (KRL). `olp convert` also
+    writes the receipt of what was changed. Raises OlpError with all that cannot be said there.
     """
     from olp.languages.read import read as read_plainly
     from olp.transpile.context import Context
     from olp.transpile.convert import convert as translate
     from olp.transpile.link import link
 
-    context = Context(_robot(robot), _robot(target_robot), on_loss=on_loss)
+    context = Context(_robot(robot), _robot(target_robot), on_loss=on_loss, forms=not plain)
     linked = link(read_plainly(path, encoding=encoding))
     try:
         return translate(linked.program, to, context).files

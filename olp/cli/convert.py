@@ -50,6 +50,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="write what the program does, move after move, instead of the program",
     )
     parser.add_argument(
+        "--plain",
+        action="store_true",
+        help="write moves as plain statements, not as the forms of the pendant (KRL)",
+    )
+    parser.add_argument(
         "--accept",
         action="append",
         default=[],
@@ -117,7 +122,7 @@ def _context(args: Namespace) -> Context:
     robot = None if args.robot is None else load_robot(args.robot)
     target = None if args.target_robot is None else load_robot(args.target_robot)
     mapping = Mapping() if args.map is None else read_mapping(args.map)
-    return Context(robot, target, mapping, args.on_loss, args.flat)
+    return Context(robot, target, mapping, args.on_loss, args.flat, not args.plain)
 
 
 def _convert(

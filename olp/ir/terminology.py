@@ -9,6 +9,9 @@ from olp.ir.expressions import Number, Signal, Store, Text
 from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.ir.program import Move, Path, Statement
 
+# The comment above the statements that set the target's tools and frames.
+SYSTEMS_ARE_SET: Final = "tools and frames of the translated program"
+
 # By kind: the statement's class, a move by its path.
 STATEMENTS: Final[Mapping[str, str]] = {
     "Move joint": "joint move",

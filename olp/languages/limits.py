@@ -190,15 +190,19 @@ class Limits:
         0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
     )
     data_beside: bool = False  # data go into a file beside the program: the writer takes `pair`
+    # Moves as the pendant's own editor writes them, which numbers tools and frames: the writer takes `forms`
+    forms: bool = False
     # What is refused: kinds of statements, as `Vendor.reads` names them, and words of the refusals of other things
     refuses: frozenset[str] = frozenset()
 
 
-def limits_of(vendor: str) -> Limits:
-    """The limits of a language. Raises OlpError (X010) for one that cannot be written."""
+def limits_of(vendor: str, forms: bool = False) -> Limits:
+    """The limits of a language; `forms`: of its editor's forms where it has such. Raises OlpError (X010) for one that
+    cannot be written."""
     try:
-        limits = import_module(f"olp.languages.vendors.{vendor}.limits").LIMITS
+        module = import_module(f"olp.languages.vendors.{vendor}.limits")
     except ModuleNotFoundError:
         raise OlpError(error("X010", f"olp cannot write '{vendor}'")) from None
+    limits = getattr(module, "FORMS", module.LIMITS) if forms else module.LIMITS
     assert isinstance(limits, Limits)
     return limits

@@ -215,6 +215,8 @@ def process(m: Machine, s: Process) -> None:
     if s.name == "continue":
         m.continued = (m.frame, following(m))
         return
+    if s.name == "stop-handler":
+        return  # it acts when the arm has been stopped
     seconds = m.assumptions.process.get(s.name.lower())
     if seconds is None:
         seconds = 0.0

@@ -116,7 +116,8 @@ class Context:
     """The question: which robots stand where, what is mapped, and what becomes of what cannot be said.
 
     `robot`: that the program was written for; `target_robot`: that it is written for (None: the same one).
-    `on_loss`: "error" or "comment". `flat`: the executed plan instead of the program.
+    `on_loss`: "error" or "comment". `flat`: the executed plan instead of the program. `forms`: moves as the pendant's
+    editor writes them, where the language has such forms.
     """
 
     robot: Robot | None = None
@@ -124,6 +125,7 @@ class Context:
     mapping: Mapping = field(default_factory=Mapping)
     on_loss: str = "error"
     flat: bool = False
+    forms: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -354,7 +356,7 @@ def work_for(
 ) -> TranslationContext:
     """`plans`: of the same program, where it was translated before. Raises OlpError (X010) for a language that cannot
     be written."""
-    work = TranslationContext(program, target, limits_of(target), context)
+    work = TranslationContext(program, target, limits_of(target, context.forms), context)
     if plans is not None:
         work.plans = plans
     return work

@@ -72,7 +72,7 @@ def _converted(
     for _ in range(_ROUNDS):
         translated = canonical(program, vendor, context, left_out)
         raise_errors(translated.problems)
-        files, main, problems = _written(translated.program, vendor, encoding, date)
+        files, main, problems = _written(translated.program, vendor, encoding, date, context.forms)
         lines = {found.line: _reason(found) for found in problems if found.line}
         if context.on_loss != "comment" or not left_out.add(lines):
             break
@@ -92,12 +92,12 @@ def _reason(found: Diagnostic) -> str:
 
 
 def _written(
-    program: Program, vendor: str, encoding: str | None, date: str | None
+    program: Program, vendor: str, encoding: str | None, date: str | None, forms: bool
 ) -> tuple[dict[str, bytes], str, list[Diagnostic]]:
     """The files, which of them runs, and what the writer cannot say."""
     from olp.languages.vendor import find_vendor
 
-    limits = limits_of(vendor)
+    limits = limits_of(vendor, forms)
     suffix = find_vendor(vendor).written_suffix or find_vendor(vendor).suffixes[0]
     files: dict[str, bytes] = {}
     problems: list[Diagnostic] = []
@@ -105,7 +105,7 @@ def _written(
     for part in split(program, limits):
         routine = _main_of(part)
         stem = routine.name if routine is not None else name_of(part)
-        texts, found = _texts(part, vendor, date)
+        texts, found = _texts(part, vendor, date, limits)
         problems += found
         for ending, text in texts.items():
             name = f"{stem}{ending or suffix}"
@@ -122,13 +122,17 @@ def _main_of(program: Program) -> Routine | None:
     )
 
 
-def _texts(program: Program, vendor: str, date: str | None) -> tuple[dict[str, str], list[Diagnostic]]:
+def _texts(
+    program: Program, vendor: str, date: str | None, limits: Limits
+) -> tuple[dict[str, str], list[Diagnostic]]:
     """The text of the file ("") and of those beside it, by suffix."""
     from olp.transpile.export import now, rendered
 
     writer: Any = import_module(f"olp.languages.vendors.{vendor}.writer")
-    pair = {"pair": True} if limits_of(vendor).data_beside else {}
-    values, problems = writer.write(program, date or now(), **pair)
+    asked = {"pair": limits.data_beside, "forms": limits.forms}
+    values, problems = writer.write(
+        program, date or now(), **{name: True for name, on in asked.items() if on}
+    )
     companions: dict[str, str] = values.pop("companions", {})
     if problems:
         return {"": ""}, list(problems)

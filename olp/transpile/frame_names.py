@@ -149,6 +149,23 @@ class SystemNames:
         value = symbol.value if isinstance(symbol.value, PositionLiteral) else None
         return FrameRef(kind, Number(self._number(kind, e, value)))
 
+    def is_numbered(self, kind: str, e: Expression) -> bool:
+        """Of a language that has both: whether the tool or frame is constant, and a number is left for it."""
+        if isinstance(e, FrameRef):
+            if e.kind != kind or not isinstance(e.number, Number):
+                return False
+            wanted = self._wanted(kind, int(e.number.value))
+            return _may_be_number(wanted) and e.number.value <= self.work.limits.frame_numbers[kind]
+        if not _may_be_number(self.work.mapped_system(kind, system_label(e))):
+            return False
+        if isinstance(e, Named):
+            symbol = self.symbols.find(self.routine, e.name)
+            if symbol is None or symbol.assigned:
+                return False
+        left = len(self.taken[kind] | self.reserved[kind]) <= self.work.limits.frame_numbers[kind]
+        known = (kind, e) in self.numbers or left
+        return known and isinstance(self.symbols.fixed_value(self.routine, e), PositionLiteral)
+
     # --- names ------------------------------------------------------------------------------------------
 
     def named(self, kind: str, e: Expression, s: Statement) -> Expression:
@@ -276,6 +293,11 @@ class SystemNames:
         here = "put the file that declares it beside the program, or its values under [names] of olp.toml"
         help = f"{here}; or say under [{word}s] of the mapping file which variable of the target it is"
         self.work.lose(s, Fate.REFUSED, word, says, help=help)
+
+
+def _may_be_number(wanted: str) -> bool:
+    """Whether the mapping file leaves it a number: it gives one, or nothing."""
+    return not wanted or wanted.isdecimal()
 
 
 def _own_number(e: Expression) -> int:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
+from olp.ir import terminology
 from olp.ir.expressions import (
     Expression,
     FrameRef,
@@ -96,7 +97,8 @@ class _Systems(SystemNames):
             self.same[id(e)] = (e, kind, said)
             return said
         losses = len(self.work.losses)
-        said = self.numbered(kind, e, s) if not self.work.limits.named_frames else self.named(kind, e, s)
+        numbered = not self.work.limits.named_frames or (self.work.limits.forms and self.is_numbered(kind, e))
+        said = self.numbered(kind, e, s) if numbered else self.named(kind, e, s)
         if key is not None and len(self.work.losses) == losses:
             self.known[key] = said
         return e if said == e else said
@@ -189,6 +191,8 @@ class _Systems(SystemNames):
     def _position(self, kind: str, number: int, value: Expression) -> Expression:
         literal = self.symbols.fixed_value(self.routine, value)
         if isinstance(literal, PositionLiteral):
+            if self.work.limits.forms:
+                return literal
             return self._made("position", literal, f"{system_words(kind)}{number}_value", literal)
         return value
 
@@ -214,15 +218,17 @@ class _Systems(SystemNames):
                 isinstance(s, Declare) and s.type in ("tool", "frame") and not self.work.limits.named_frames
             ):
                 rows.append(s)
-        if main and not self.work.limits.named_frames:
+        if main and self.values:
             rows[_place(rows) : _place(rows)] = self._all_values()
         return with_rows(routine, rows)
 
     def _all_values(self) -> list[Statement]:
         rows: list[Statement] = []
+        labels = {(kind, number): system_label(key) for (kind, key), number in self.numbers.items()}
         for (kind, number), value in self.values.items():
-            rows += self.setting(kind, number, value, 0)
-        return [Comment(0, "tools and frames of the translated program"), *rows] if rows else []
+            label = labels.get((kind, number), "") if self.work.limits.forms else ""
+            rows += self.setting(kind, number, value, 0, label)
+        return [Comment(0, terminology.SYSTEMS_ARE_SET), *rows] if rows else []
 
 
 def frames(program: Program, work: TranslationContext) -> Program:

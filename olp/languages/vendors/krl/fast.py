@@ -24,7 +24,7 @@ _NUMBER = r"[+-]?\d{1,9}(?:\.\d{0,15})?"
 _PART = rf"[A-Z]\d?\s+{_NUMBER}"
 _TAG = r"(?:(?:E6POS|POS|FRAME|E6AXIS|AXIS)\s*:\s*)?"
 MOVE_LINE: Final = re.compile(
-    r"(PTP|LIN)\s*(?:(\{[^{}]*\})|(?<=\s)([A-Z]\w*))(?:\s+(C_(?:PTP|DIS|VEL|ORI)))?",
+    r"(PTP|LIN)\s*(?:(\{[^{}]*\})|(?<=\s)([A-Z]\w*))(?:\s+(C_(?:PTP|DIS|VEL|ORI)(?:\s+C_DIS)?))?",
     re.IGNORECASE | re.ASCII,
 )
 ROW: Final = re.compile(
@@ -159,6 +159,7 @@ class KrlMoveLines:
 
     def _blend(self, word: str | None) -> Blend:
         assert word is not None
-        found = Blend(BLENDS[word.upper()])
+        words = word.upper().split()
+        found = Blend(BLENDS[words[0]], native=" ".join(words) if len(words) > 1 else "")
         self._blends[word] = found
         return found

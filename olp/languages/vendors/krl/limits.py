@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 from olp.core.units import deg, percent
@@ -83,5 +84,15 @@ LIMITS: Final = Limits(
             "WaitTask",
             "data of the type",
         }
+    ),
+)
+
+# Inline forms name tools and frames by number, and 100 % of their acceleration is what $config.dat says.
+FORMS: Final = replace(
+    LIMITS,
+    forms=True,
+    unprogrammed_acceleration=(
+        "moves accelerate and turn as inline forms do with ACC 100 where nothing is programmed: as delivered 50 % of "
+        "what the axes can (--plain writes 100 %), 2.3 m/s², 200 deg/s"
     ),
 )

@@ -26,6 +26,11 @@ ACC_SPTP: Final = 0.01  # DEF_ACC_SPTP is 100 %
 ACC_CP: Final = 0.023  # DEF_ACC_CP is 2.3 m/s²: [m/s²] per percent
 
 
+def is_stop(blend: Blend) -> bool:
+    """Whether the arm stops exactly at the point."""
+    return blend.kind is BlendKind.RADIUS and blend.value is not None and blend.value.literal == 0.0
+
+
 class Component(NamedTuple):
     """`key`: the member in capitals, with [] where that was written."""
 

@@ -16,6 +16,7 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.languages.generator import CannotSayError
 from olp.languages.vendors.krl import values
+from olp.languages.vendors.krl.forms import InlineForms
 from olp.languages.vendors.krl.write_values import AXIS_WORDS, POSE, KrlValues, pose_text
 
 _SIZES: Final = {
@@ -27,13 +28,22 @@ _SIZES: Final = {
 _WORDS: Final = {st.Path.JOINT: "PTP", st.Path.LINEAR: "LIN", st.Path.CIRCULAR: "CIRC", st.Path.SPLINE: "SPL"}
 _OF_PATH = (st.BlendKind.SPEED, st.BlendKind.TURN)
 _USUAL: Final = ex.Quantity(ex.Number(100), percent)
+_USUAL_OF_FORMS: Final = ex.Quantity(ex.Number(100), values.ACC_PTP)
+_SET_BY_FORMS: Final = ("$TOOL", "$BASE", "$VEL.CP", "joint", "$APO.CDIS", "$APO.CPTP")
 _MEMBERS: Final = {"x": "X", "y": "Y", "z": "Z", "rz": "A", "ry": "B", "rx": "C"}
 _ANGLES = ("x", "y", "z", "rx", "ry", "rz")
 _ZERO: Final = ex.Number(0)
 
 
 class KrlMoves(KrlValues):
-    """Writes moves and settings. `in_block`: within SPLINE … ENDSPLINE, where moves name no blend."""
+    """Writes moves and settings. `in_block`: within SPLINE … ENDSPLINE, where moves name no blend.
+
+    `forms`: of moves that are written as the pendant writes them. `turning`: $VEL.ORI1 and 2 where the program sets
+    them once, at its beginning.
+    """
+
+    forms: InlineForms | None = None
+    turning = ""
 
     cannot: ClassVar = {
         st.Move: {
@@ -72,6 +82,8 @@ class KrlMoves(KrlValues):
         return self._move(s)
 
     def _move(self, s: st.Move) -> list[str]:
+        if self.forms is not None and (form := self.forms.lines(s)) is not None:
+            return self._form(s, form)
         blend, native = s.blend, self._native(s.blend)
         if s.other and not self.own:
             raise CannotSayError(f"'{s.other[0][0]}' of a move")
@@ -82,6 +94,21 @@ class KrlMoves(KrlValues):
         passed = "" if blend is None else self._blend_words(blend, s.path)
         lines.append(f"{self._word(s)} {target}{passed}{_frame_word(s.relative)}")
         return lines
+
+    def _form(self, s: st.Move, form: list[str]) -> list[str]:
+        """The fold of a move, which sets all but how fast the tool turns."""
+        lines: list[str] = []
+        if s.turn is not None:
+            self._turn(lines, self.quantity(s.turn, deg))
+        for name in _SET_BY_FORMS:
+            self.holds.pop(name, None)
+        self._given.clear()
+        key = f"acceleration {s.path is st.Path.JOINT}"
+        if s.acceleration is None and s.rate is None:
+            self.holds.pop(key, None)
+        else:
+            self.holds[key] = None
+        return [*lines, *form]
 
     def _native(self, blend: st.Blend | None) -> str:
         """The words that KRL's own program wrote; other languages' names mean nothing here."""
@@ -113,7 +140,7 @@ class KrlMoves(KrlValues):
         return text
 
     def _blend_words(self, blend: st.Blend, path: st.Path) -> str:
-        if _is_stop(blend):
+        if values.is_stop(blend):
             return ""
         if self._native(blend):
             return f" {blend.native}"
@@ -139,7 +166,7 @@ class KrlMoves(KrlValues):
         if settings:
             text += f" WITH {', '.join(f'{name}={value}' for name, value in settings)}"
         passed = ""
-        if not (self.in_block or s.blend is None or _is_stop(s.blend)):
+        if not (self.in_block or s.blend is None or values.is_stop(s.blend)):
             passed = f" {native.removeprefix('S ')}" if native else self._blend_words(s.blend, s.path)
         return f"{text}{passed}{_frame_word(s.relative)}"
 
@@ -161,7 +188,7 @@ class KrlMoves(KrlValues):
             s.blend is not None
             and s.blend.value is not None
             and s.blend.kind in _SIZES
-            and not _is_stop(s.blend)
+            and not values.is_stop(s.blend)
         ):
             name, scale, _ = _SIZES[s.blend.kind]
             yield name, quantity(s.blend.value, scale)
@@ -206,9 +233,14 @@ class KrlMoves(KrlValues):
         elif s.acceleration is not None:
             self._fraction(lines, s.acceleration, joint)
         elif s.speed is not None and (f"acceleration {joint}") in self.holds:
-            self._fraction(lines, _USUAL, joint)
+            self._fraction(lines, _USUAL_OF_FORMS if joint and self.forms else _USUAL, joint)
         blend = s.blend
-        if blend is not None and blend.value is not None and blend.kind in _SIZES and not _is_stop(blend):
+        if (
+            blend is not None
+            and blend.value is not None
+            and blend.kind in _SIZES
+            and not values.is_stop(blend)
+        ):
             name, scale, _ = _SIZES[blend.kind]
             self._set(lines, name, self.quantity(blend.value, scale))
         return lines
@@ -232,6 +264,8 @@ class KrlMoves(KrlValues):
             raise CannotSayError(terminology.SPEEDS[speed.unit], "KRL knows %, m/s and deg/s")
 
     def _turn(self, lines: list[str], value: str) -> None:
+        if value == self.turning:
+            return
         self._set(lines, "$VEL.ORI1", value)
         self._set(lines, "$VEL.ORI2", value)
 
@@ -413,10 +447,6 @@ def _frame_word(frame: ex.FrameRef | None) -> str:
     if frame.kind == "tool":
         return " #TOOL"
     raise CannotSayError("a relative move in another frame", "#BASE or #TOOL")
-
-
-def _is_stop(blend: st.Blend) -> bool:
-    return blend.kind is st.BlendKind.RADIUS and blend.value is not None and blend.value.literal == 0.0
 
 
 def _constant(it: ex.Expression) -> float | None:

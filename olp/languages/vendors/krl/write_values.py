@@ -67,11 +67,11 @@ def _foreign(value: float) -> str:
     return decimal(round(value, _DECIMALS)) if text is None else text.rstrip(".")
 
 
-def pose_text(it: ex.PositionLiteral, own: bool = True) -> str:
+def pose_text(it: ex.PositionLiteral, own: bool = True, decimals: int = _DECIMALS) -> str:
     """`{X 1,Y 2,…}` of a position; components that are not written stay out. `own`: with all digits."""
     found: list[str] = []
     if not own:
-        return _foreign_pose(it)
+        return _plain_pose(it, decimals) or _any_foreign(it)
     if it.kind == "pose":
         for word, place in POSE:
             value = it.values[place]
@@ -88,11 +88,7 @@ def pose_text(it: ex.PositionLiteral, own: bool = True) -> str:
     return f"{{{','.join(found)}}}"
 
 
-def _foreign_pose(it: ex.PositionLiteral) -> str:
-    return _plain_pose(it) or _any_foreign(it)
-
-
-def _plain_pose(it: ex.PositionLiteral) -> str:
+def _plain_pose(it: ex.PositionLiteral, decimals: int) -> str:
     """A pose with all six numbers and no further axes, as nearly all are; empty for others."""
     if it.kind != "pose" or it.external or len(it.values) != _PARTS_OF_POSE:
         return ""
@@ -100,7 +96,7 @@ def _plain_pose(it: ex.PositionLiteral) -> str:
     written = (x / mm, y / mm, z / mm, rz / deg, ry / deg, rx / deg)
     if not (min(written) > -_NINE_DECIMALS and max(written) < _NINE_DECIMALS):
         return ""
-    texts = all_trimmed(written, _DECIMALS)
+    texts = all_trimmed(written, decimals)
     if texts is None:
         return ""
     given = _pattern(it.native, it.configuration, it.sectors)
@@ -152,11 +148,13 @@ class KrlValues(Generator):
     functions: ClassVar = {name: word for word, name in FUNCTIONS.items()}
     signals: ClassVar = {bus: word for word, bus in BUSES.items()}
     no_value = "a value of a kind that KRL does not have"
+    decimals = _DECIMALS  # of positions, in mm and deg
 
     def __init__(self, program: st.Program, scope: Scope, strings: frozenset[str]) -> None:
         super().__init__(program, program.vendor == "krl")
         self.scope = scope
         self.strings = frozenset() if self.own else strings
+        self.spelt: dict[str, str] = {}  # names that KRL's editor wants otherwise
 
     # --- names ------------------------------------------------------------------------------------------
 
@@ -167,7 +165,7 @@ class KrlValues(Generator):
         raise CannotSayError("an assignment to this", "assign to a variable")
 
     def spell_named(self, e: ex.Named) -> str:
-        return f"{e.name}[]" if e.name in self.strings else e.name
+        return f"{e.name}[]" if e.name in self.strings else self.spelt.get(e.name, e.name)
 
     def spell_item(self, e: ex.Item) -> str:
         base, first = e.base, e.indices[0] if e.indices else None
@@ -216,7 +214,7 @@ class KrlValues(Generator):
     def spell_position_literal(self, e: ex.PositionLiteral) -> str:
         if e.native and dict(e.native).get("name") and not any(e.values):
             return "$NULLFRAME"
-        return pose_text(e, self.own)
+        return pose_text(e, self.own, self.decimals)
 
     def spell_text(self, e: ex.Text) -> str:
         if e.value[:1] == "#" and e.value[1:].isidentifier():
@@ -356,7 +354,8 @@ class KrlValues(Generator):
         value = ""
         if with_value and it.value is not None and not self._is_array(it):
             value = f"={self.value(it.value)}"
-        return f"DECL {shared}{constant}{word} {it.name}{self._sizes(it)}{value}"
+        name = self.spelt.get(it.name, it.name)
+        return f"DECL {shared}{constant}{word} {name}{self._sizes(it)}{value}"
 
     def _sizes(self, it: st.Declare) -> str:
         if it.sizes:

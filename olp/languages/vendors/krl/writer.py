@@ -11,11 +11,14 @@ from pathlib import PureWindowsPath
 from typing import Any, ClassVar, Final
 
 from olp.core.diagnostic import Diagnostic
+from olp.core.units import deg
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.krl.body import FORGETS
+from olp.languages.vendors.krl.forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
+from olp.languages.vendors.krl.forms import HEADER as HEADER_OF_FORMS
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
 from olp.languages.vendors.krl.neighbours import CONFIG_MARK
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
@@ -113,14 +116,17 @@ _HELPERS: Final = {"WAITED": "REAL", "TIMED_OUT": "BOOL"}  # variables that a wa
 _CHANGES: Final = (st.Assign, st.Update, st.ReadInput)
 
 
-def write(program: st.Program, date: str, pair: bool = False) -> tuple[dict[str, object], list[Diagnostic]]:
+def write(
+    program: st.Program, date: str, pair: bool = False, forms: bool = False
+) -> tuple[dict[str, object], list[Diagnostic]]:
     """The values for the template, and everything that KRL cannot say. KRL programs hold no `date`.
 
     `pair`: data go into a list beside the program, "companions" {".dat": text}; else they are declared in the one
-    routine that uses them, and what several routines share stands in a list behind the program.
+    routine that uses them, and what several routines share stands in a list behind the program. `forms`: moves as
+    inline forms, whose data need such a list.
     """
     del date
-    return KrlWriter(program, pair).written()
+    return KrlWriter(program, pair, forms).written()
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +175,7 @@ class KrlWriter(KrlMoves):
     joins = frozenset(MODAL)
     forgets = CLOSES | BRANCHES | {st.While, st.For, st.Repeat, st.Label, st.Call}
 
-    def __init__(self, program: st.Program, pair: bool) -> None:
+    def __init__(self, program: st.Program, pair: bool, forms: bool = False) -> None:
         strings = {one.name for one in _all_data(program) if one.type == "string"}
         strings |= {p.name for routine in program.routines for p in routine.parameters if p.type == "string"}
         super().__init__(program, _scope_of(program), frozenset(strings))
@@ -177,11 +183,19 @@ class KrlWriter(KrlMoves):
         main = program.main
         ordered = sorted(program.routines, key=lambda one: bool(main) and one.name != main)
         self.routines = list(program.routines) if self.own else ordered
+        if forms and pair and not self.own:
+            self.forms = InlineForms(program, self.scope, self.quantity)
+            self.spelt = self.forms.names
+            self.decimals = DECIMALS
+            self.turning = self._one_turning()
 
     # --- values, signals and time -----------------------------------------------------------------------
 
     def write_assign(self, s: st.Assign) -> Lines:
         before, s = self.computed(s)
+        if self.forms is not None and isinstance(s.target, ex.FrameRef):
+            self.forget()
+            return [*before, f"{self.value(s.target)}={self.value(s.value)}"]
         return [*before, f"{self.target(s.target)}={self.value(s.value)}"]
 
     def write_update(self, s: st.Update) -> Lines:
@@ -308,6 +322,9 @@ class KrlWriter(KrlMoves):
             lines[0] += _behind(s.comment)
             self.put(lines)
             return
+        if type(s) is st.Move and s.comment and lines[-1] == END_OF_FORM:
+            self.put([f";{s.comment}", *lines])
+            return
         super().add(s, lines)
 
     # --- routines ---------------------------------------------------------------------------------------
@@ -320,6 +337,7 @@ class KrlWriter(KrlMoves):
         self.declarations: list[str] = []
         self.bas = BasCalls(self.scope, self)
         details = routine.details if self.own else {}
+        statements = list(routine.body)
         above, head = details.get("above", ""), ""
         try:
             head = self._head(routine)
@@ -327,16 +345,16 @@ class KrlWriter(KrlMoves):
         except CannotSayError as problem:
             self.lose(problem, routine.line)
         if self._moves_first(routine):
-            self.rows += _INI
+            self.rows += _INI if self.forms is None else initialisation(self._settings_of(statements))
         self.body(data)
-        self.body(routine.body)
+        self.body(statements)
         waits = any(isinstance(one, st.Wait) and one.timeout is not None for one in routine.body)
         added = {**(_HELPERS if waits else {}), **self.temporaries}
         self.declarations += [f"DECL {word} {name}" for name, word in added.items()]
         return KrlRoutineText(
             above=above + "\n"
             if above
-            else (_HEADER if routine is self.routines[0] and not self.own else ""),
+            else (self._header() if routine is self.routines[0] and not self.own else ""),
             head=head,
             declarations=as_text(self.declarations),
             instructions=as_text(self.rows),
@@ -357,6 +375,35 @@ class KrlWriter(KrlMoves):
         first = self.program.main or self.routines[0].name
         moves = (type(s) is st.Move for s in self.program.statements())
         return not self.own and routine.name == first and any(moves)
+
+    def _header(self) -> str:
+        return _HEADER if self.forms is None else HEADER_OF_FORMS
+
+    def _one_turning(self) -> str:
+        """$VEL.ORI1 and 2 where all moves that say them say the same, else ""."""
+        found = set()
+        for s in self.program.statements():
+            if type(s) is st.Move and s.turn is not None:
+                found.add(self.quantity(s.turn, deg))
+            elif type(s) is st.SetSpeed or (
+                type(s) is st.Move and s.speed and s.speed.unit is st.SpeedUnit.TURN
+            ):
+                return ""
+        return found.pop() if len(found) == 1 else ""
+
+    def _settings_of(self, statements: list[st.Statement]) -> list[str]:
+        """What belongs into the INI fold: how fast the tool turns; tools and frames, which the body then lacks."""
+        rows = [f"$VEL.ORI{n}={self.turning}" for n in (1, 2)] if self.turning else []
+        start = next(
+            (at for at, s in enumerate(statements) if not isinstance(s, (st.Begin, st.Declare))), None
+        )
+        end = start = len(statements) if start is None else start
+        while end < len(statements) and _is_system(statements[end], end == start):
+            if isinstance(s := statements[end], st.Assign):
+                rows += [f"{line}{_behind(s.comment)}" for line in self.lines(s)]
+            end += 1
+        del statements[start:end]
+        return rows
 
     # --- the whole program ------------------------------------------------------------------------------
 
@@ -394,7 +441,7 @@ class KrlWriter(KrlMoves):
         lists = [one for one in self.routines if "list" in one.details] if self.own else []
         details = next((one.details for one in self.routines if "data head" in one.details and self.own), {})
         alone = not self.routines  # data that other programs use
-        if not rows and not lists and not details and not alone:
+        if not (rows or lists or details or alone or (self.forms is not None and self.forms.rows())):
             return ""
         owner = lists[0] if lists else None
         stem = (
@@ -406,18 +453,33 @@ class KrlWriter(KrlMoves):
         above = owner.details.get("above", "") if owner else details.get("data above", "")
         public = " PUBLIC" if alone or (owner is not None and owner.details["list"] == "PUBLIC") else ""
         head = [details.get("data head", f"DEFDAT {name}{public}")]
+        if self.forms is not None:
+            head += EXTERNAL
         if "data rows" in details:
             head.append(details["data rows"])
         written: list[str] = []
         for one in rows:
             try:
                 written += self.list_rows([one], alone)
+                if self.forms is not None:
+                    written += self.forms.rows_behind(one.name)
             except CannotSayError as problem:
                 self.lose(problem, one.line)
-        return (above + "\n" if above else "" if self.own else _HEADER) + as_text([*head, *written, "ENDDAT"])
+        if self.forms is not None:
+            written += self.forms.rows()
+        return (above + "\n" if above else "" if self.own else self._header()) + as_text(
+            [*head, *written, "ENDDAT"]
+        )
 
     def _first_name(self) -> str:
         return self.routines[0].name if self.routines else "PROGRAM"
+
+
+def _is_system(s: st.Statement, first: bool) -> bool:
+    """A tool or frame that is set by its number; `first`: or the comment above them."""
+    if isinstance(s, st.Comment):
+        return first and s.text == terminology.SYSTEMS_ARE_SET
+    return type(s) is st.Assign and type(s.target) is ex.FrameRef
 
 
 def _all_data(program: st.Program) -> Iterable[st.Declare]:
