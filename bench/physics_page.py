@@ -28,10 +28,10 @@ Written by `python bench/physics_page.py` from `olp/timing/physics/`: edit the t
 [Diagnose](diagnose.md) describes how `olp diagnose` chooses among them.
 
 A term is a forward model: it changes the motion of all moves together, and the change in a duration is added to the
-judged simulation's. A term may have several forms; a diagnosis takes at most one (of axis limits, one per axis).
+judged simulation's. Of several forms a diagnosis takes at most one (of axis limits, one per axis).
 
-| term | meaning | may look like |
-|---|---|---|
+| term | meaning |
+|---|---|
 """
 _SECTIONS = """
 Each section gives the trace to look for, the equation of each form (a term is seen in durations unless it says "in
@@ -45,10 +45,7 @@ than simulated, over the column that orders the dots best; the colours split a s
 def page() -> str:
     """docs/physics.md."""
     cases = [rich_case(), *(case for _, case in other_cases())]
-    table = "".join(
-        f"| [`{t.name}`](#{t.name}) | {t.summary} | {', '.join(f'`{c}`' for c in t.confusable)} |\n"
-        for t in _terms()
-    )
+    table = "".join(f"| [`{t.name}`](#{t.name}) | {t.summary} |\n" for t in _terms())
     return _HEAD + table + _SECTIONS + "".join(section(t, cases) for t in _terms())
 
 
