@@ -80,7 +80,7 @@ def print_findings(outcome: DiagnosisOutcome) -> None:
     alike = "; ".join(", ".join(group) for group in told.indistinguishable) or "none"
     print(f"  alike: {alike}; placebo {told.placebo:.2f}; noise floor {1000 * told.noise_floor:.1f} ms")
     for column in told.remainder.correlates[:4]:
-        print(f"  what remains goes with {column.column} ({column.statistic:+.2f})")
+        print(f"  the residual correlates with {column.column} ({column.statistic:+.2f})")
     ledger = (
         sum(np.array(list(f.contribution.values())) for f in told.findings) if told.findings else np.zeros(1)
     )

@@ -49,7 +49,7 @@ def main() -> int:
     ledger(recording, outcome)
     print("\nCauses that go together in these moves (correlation above 0.7)")
     confounded(outcome.case)
-    print("\nThe experiment that would tell the nearest rivals apart")
+    print("\nThe experiment that would separate the nearest rivals")
     experiment(recording, outcome)
     return 0
 
@@ -106,7 +106,7 @@ def ledger(recording: Recording, outcome: DiagnosisOutcome) -> None:
         here = words == test
         cells = [1000 * float(v[here].mean()) for v in (case.residual, *shares, left)]
         table.append((test, str(int(here.sum())), *(f"{cell:+.0f}" for cell in cells)))
-    print_table(("test", "moves", "robot less simulation", *names, "what remains"), table)
+    print_table(("test", "moves", "robot minus simulation", *names, "what remains"), table)
 
 
 def confounded(case: MeasuredMoves) -> None:

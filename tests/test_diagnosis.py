@@ -360,7 +360,7 @@ def test_the_command_writes_json_and_report(folder, tmp_path, capsys, monkeypatc
 def test_the_next_experiment_is_a_job_that_olp_reads(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(ROOT)
     assert main(["diagnose", "samples/up20", "--next", str(tmp_path / "next.jbi")]) == 0
-    assert "these moves cannot tell apart:" in capsys.readouterr().out
+    assert "these moves cannot separate:" in capsys.readouterr().out
     program = olp.read(tmp_path / "next.jbi")
     assert program.diagnostics == ()
     assert len(program.plan(robot="yaskawa/up20").time()) >= 4

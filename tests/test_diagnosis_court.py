@@ -175,7 +175,7 @@ def test_a_difference_without_a_name_still_has_a_next_experiment(tmp_path):
     )
     found = diagnose_recording(record(tmp_path / "r", real, 20)).diagnosis
     assert found.verdict == "unexplained"
-    assert found.next_experiment.why.startswith("nothing holds; of what comes nearest, ")
+    assert found.next_experiment.why.startswith("no name holds; of the nearest terms, ")
     assert found.next_experiment.moves or found.next_experiment.timers
 
 
@@ -186,7 +186,7 @@ def test_the_tuning_of_a_stretched_simulation_is_taken_back_and_is_no_cause(stre
     found = diagnose_recording(record(tmp_path / "r", real, 9, stretch=stretch)).diagnosis
     assert [f.term for f in found.findings] == ["warm-up"]
     assert found.verdict == "explained"
-    assert any("that tuning of the simulation is taken back" in note for note in found.notes)
+    assert any("this tuning of the simulation is removed" in note for note in found.notes)
     # Alone it is what differs, and has a name.
     bare = plain(9) + rng.normal(0.0, 0.002, COUNT)
     found = diagnose_recording(record(tmp_path / "s", bare, 9, stretch=stretch)).diagnosis

@@ -136,7 +136,7 @@ def test_tool_points_alone_are_followed_in_front_elbow_up(tmp_path):
     seed = inverse(robot, points[:1], down[None])[0][0]
     joints = followed(robot, points, start, end, (0.0,) * 6, seed)
     assert np.allclose(rates.path[0], at_places(joints, recording.moves.chord[0]), rtol=1e-3)
-    assert any("the tool is not told" in note for note in notes)
+    assert any("the tool is not given" in note for note in notes)
     assert any("elbow up" in note for note in notes)
 
 
@@ -261,10 +261,10 @@ def test_what_cannot_be_known_is_zero_and_listed_with_its_reason(tmp_path):
     assert rates.known.tolist() == [False, False, False, False, True]
     assert np.all(rates.path[:4] == 0)
     told = notes[-1]
-    assert told.startswith("3 of 4 moves are left out")
+    assert told.startswith("3 of 4 moves have no axis rates")
     assert "no tool orientation (1, the first is move 11)" in told
     assert "out of reach (1, the first is move 12)" in told
-    assert "no way (1, the first is move 13)" in told
+    assert "no length (1, the first is move 13)" in told
 
 
 def test_six_hundred_moves_take_less_than_a_second(tmp_path):

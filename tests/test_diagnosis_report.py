@@ -132,7 +132,7 @@ def test_the_text_says_what_is_open(diagnosis, case):
     for part in (
         "settling and dispatch",
         "(1350, 700, 100) → (710, 700, 100) mm at 300 mm/s, 5 times",
-        "without a name: 71.3 ms",
+        "unexplained residual: 71.3 ms",
         "angle_deg",
         "no payload is written",
         "the program has no such line",
@@ -437,7 +437,7 @@ def test_a_noise_floor_that_the_recording_does_not_show_is_called_what_it_is(cas
     assert "from the clock’s resolution" in diagnosis_page(
         replace(diagnosis, noise_floor=NOISE), case, recording
     )
-    assert "scatter of what remains" in diagnosis_page(replace(diagnosis, noise_floor=0.06), case, recording)
+    assert "scatter of the residual" in diagnosis_page(replace(diagnosis, noise_floor=0.06), case, recording)
 
 
 # --- equations -----------------------------------------------------------------------------------------------------

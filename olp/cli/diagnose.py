@@ -29,12 +29,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--html", metavar="OUT", help="a report in one file, to open in a browser")
     parser.add_argument(
-        "--next", metavar="OUT", help="a robot program of the moves that would tell apart what is alike"
+        "--next", metavar="OUT", help="write a robot program of moves that separate indistinguishable causes"
     )
     parser.add_argument(
         "--signature",
         metavar="OUT",
-        help="what was found as a signature, for olp time, annotate and predict; - for standard output",
+        help="the findings as a signature, for olp time, annotate and predict; - for standard output",
     )
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from olp.identification.recording import Recording
     from olp.robots.geometry import Pose
 
-SUMMARY = "design the moves that tell most of a robot's timing, as a job"
+SUMMARY = "design the moves that reveal most about a robot's timing, as a job"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -31,10 +31,10 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=int,
         default=0,
         metavar="N",
-        help="what the controller calls that tool (default 0)",
+        help="the controller's number of that tool (default 0)",
     )
     parser.add_argument(
-        "--next", metavar="RECORDING", help="what was measured so far: the moves that would add most to it"
+        "--next", metavar="RECORDING", help="the measurements so far: design the moves that add most to them"
     )
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="the folder to write")
 
@@ -63,7 +63,7 @@ def run(args: Namespace) -> int:
     count = len(experiment.ends)
     print(f"{folder / 'PROBE.JBI'}: {count} measured moves, about {proved.duration:.0f} s")
     print(f"{folder / 'moves.csv'}: fill in duration_s")
-    print(f"expected to leave {100 * experiment.left:.0f} % of what is not known of the box")
+    print(f"expected to leave {100 * experiment.left:.0f} % of what is unknown about the box")
     print(f"then: olp calibrate {folder} --method averaged_process -o robot.signature.json")
     return 0
 

@@ -144,5 +144,5 @@ def doubt_of(plan: Plan, timed: TimedJoints) -> list[str]:
     names = [name for name, _ in timed.law.timing.doubts(moves.motions)[:2]]
     return [
         f"joint moves of {plan.robot.name}: {seconds:.2f} s ± {half:.2f} (95 %), most of it by {' and '.join(names)}, "
-        "which nobody has published; twenty recorded moves would tell them (olp probe, olp calibrate)"
+        "which is not published; twenty recorded moves would determine it (olp probe, olp calibrate)"
     ]

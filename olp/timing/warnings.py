@@ -33,7 +33,7 @@ def _nowhere(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
     )
     first = plan.row[plan.kind == StepKind.MOVE]
     rows = first[np.logical_and.reduceat(still, first)] if len(first) else first
-    says = "the arm stands at the target of this move already: it takes no time"
+    says = "the arm is already at the target of this move: it takes no time"
     yield from of_rows(plan, rows, info, "T102", says, "leave it out, or correct its point")
 
 
@@ -97,10 +97,10 @@ def _overlapping_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
     rows = np.unique(np.concatenate((first[over], second[over])))
     asked, way = (zone[first] + zone[second])[over][0] / mm, room[over][0] / mm
     says = (
-        f"blends overlap here: they take {asked:.4g} mm of a way of {way:.4g} mm; the robot skips such a point "
-        "and warns, timed with half of the way"
+        f"blends overlap here: they take {asked:.4g} mm of a path of {way:.4g} mm; the robot skips such a point "
+        "and warns; timed with half of the path"
     )
-    how = "make r smaller: those of two points together have to be less than the way between them"
+    how = "make r smaller: the radii of two points together must be less than the distance between them"
     yield from of_rows(plan, rows[zone[rows] > 0], warning, "T104", says, how)
 
 

@@ -46,7 +46,7 @@ def rates_of(recording: Recording, rows: Labels, way: Floats) -> tuple[Rates | N
     _joint_moves(task, path)
     _tool_moves(task, path)
     known = np.asarray(task.open & np.isfinite(way) & (way > 0))
-    task.leave_out(task.open & ~known, "no way")
+    task.leave_out(task.open & ~known, "no length")
     path[~known] = 0.0
     path[known] /= way[known, None, None]
     speeds, slopes = (v if np.isfinite(v).all() else None for v in (robot.speeds, robot.accelerations))
@@ -97,9 +97,7 @@ class _Task:
                 for why, count in Counter(self.why.values()).most_common()
             ]
             moving = int((self.kind != WAIT).sum())
-            notes.append(
-                f"{len(self.why)} of {moving} moves are left out of what hangs on the axes: {', '.join(parts)}"
-            )
+            notes.append(f"{len(self.why)} of {moving} moves have no axis rates: {', '.join(parts)}")
         return tuple(notes)
 
 
@@ -115,13 +113,15 @@ def _means(
     turned = points[1] - points[0]
     known = np.isfinite(turned).all(axis=1) & (moves.kind[rows] != WAIT) & np.isfinite(way) & (way > 0)
     if not turned.shape[1] or not known.any():
-        says = "how fast each axis turns is not known, so they cannot be told"
+        says = "axis rates are not known, so these terms cannot be identified"
         return None, (f"{what} and there are no joint points: {says}: {_TELLS}",)
     mean = np.zeros_like(turned)
     mean[known] = turned[known] / way[known, None]
     path = np.repeat(mean[:, None, :], PLACES, axis=1)
     learned = learned_joints(moves, rows, points)
-    says = "each axis is taken to turn evenly over a move; a robot model would add its rates along lines and"
+    says = (
+        "each axis is assumed to turn evenly over a move; a robot model would add its rates along lines and"
+    )
     if learned is not None:
         straight = known & (moves.kind[rows] == LINEAR) & np.isfinite(learned).all(axis=(1, 2))
         along = np.gradient(learned, axis=1) * (PLACES - 1)
@@ -236,8 +236,8 @@ def _ways(task: _Task, wanted: Mask) -> ToolPaths:
     via = np.where(bent[at, None], moves.via[rows[at]], np.nan)
     if not known and free.any():
         task.notes.append(
-            "the tool is not told: its points are taken as the flange's; tool = [x, y, z, rx, ry, rz] in "
-            "recording.toml would make the axes' rates right"
+            "the tool is not given: its points are assumed to be the flange's; set tool = [x, y, z, rx, ry, rz] "
+            "in recording.toml for correct axis rates"
         )
     return ToolPaths(start, end, via, first, last, np.broadcast_to(tool, (len(at), 3)).copy())
 
@@ -261,8 +261,8 @@ def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
     tool = np.median(offsets, axis=0)
     if np.percentile(np.abs(offsets - tool), 95) > _SAME_TOOL:
         task.notes.append(
-            f"joint points and tool points do not put one tool on the flange of {task.robot.name}: the joint points "
-            "are believed"
+            f"joint points and tool points disagree on the tool of {task.robot.name}: the joint points "
+            "are used"
         )
     return np.asarray(tool), True
 
@@ -277,7 +277,7 @@ def _posture(task: _Task, ways: ToolPaths, at: NDArray[np.intp]) -> tuple[Labels
     assert task.robot.geometry is not None
     if task.robot.geometry.links is None:
         if not posed.all():
-            task.notes.append("the posture of the arm is not told: taken near the middle of the axes' ranges")
+            task.notes.append("the arm's posture is not given: assumed near the middle of the axes' ranges")
         return flags, seed
     if posed.any():
         flags[posed] = configuration_of(task.robot, seed[posed])
@@ -302,7 +302,7 @@ def _usual_posture(task: _Task, ways: ToolPaths) -> Labels:
     chosen = FLIPPED if inside[1] > inside[0] else PLAIN
     sign = "below zero" if chosen == FLIPPED else "zero or more"
     task.notes.append(
-        f"the posture of the arm is not told: taken in front of axis {robot.axis_names[0]}, elbow up, axis "
+        f"the arm's posture is not given: assumed in front of axis {robot.axis_names[0]}, elbow up, axis "
         f"{robot.axis_names[4]} {sign} from the straight wrist"
     )
     return np.array(chosen, dtype=np.int64)

@@ -64,14 +64,14 @@ def case_of(recording: Recording) -> Making:
         raise OlpError(
             error(
                 "N010",
-                "no move has a measured duration, a simulated one, and a way and speed to explain them by",
+                "no move has a measured duration, a simulated one, and a length and speed to explain them by",
                 file=recording.path,
                 help="give duration_s and sim_s, and TCP points with speed_mm_s or joint points with speed_pct",
             )
         )
     left = len(moves) - len(rows)
     if left:
-        notes.append(f"{left} of {len(moves)} moves are not judged: no duration, simulation, way or speed")
+        notes.append(f"{left} of {len(moves)} moves are not judged: no duration, simulation, length or speed")
     return Making(_case(recording, rows, pace, simulated, notes), rows, tuple(notes))
 
 
@@ -242,7 +242,7 @@ def _simulated(recording: Recording, pace: _Pace, notes: list[str]) -> Floats:
     slow = np.where(given, pace.acceleration, _STRAIGHT_ACCELERATION)
     if not given[moves.kind != WAIT].all():
         notes.append(
-            f"no acceleration is known: {_STRAIGHT_ACCELERATION} m/s² is taken for olp's own prediction"
+            f"no acceleration is known: {_STRAIGHT_ACCELERATION} m/s² is assumed for olp's own prediction"
         )
     notes.append("no sim_s: olp's own prediction (exact stops; joint moves by the law of the arm) is judged")
     waits = moves.covariates.get("wait_s", np.full(len(moves), np.nan))
@@ -288,7 +288,7 @@ def _base(
     if (faster, stronger) != (1.0, 1.0):
         notes.append(
             f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
-            "written accelerations: what is found is told against that"
+            "written accelerations: findings are relative to that"
         )
     speed = np.where(moving & ~joint, faster * speed, speed)
     slow = np.where(moving & ~joint, stronger * slow, slow)

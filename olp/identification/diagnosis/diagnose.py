@@ -171,8 +171,8 @@ def _without_tuning(told: ReportedFindings, case: MeasuredMoves) -> tuple[Report
     )
     return told, (
         f"the simulated times are {abs(case.stretch - 1.0):.2%} {'longer' if case.stretch > 1.0 else 'shorter'} than "
-        "the written speeds and accelerations make them, and the robot runs as written: that tuning of the simulation "
-        "is taken back, and is no cause",
+        "the written speeds and accelerations give, and the robot runs as written: this tuning of the simulation "
+        "is removed, and is no cause",
     )
 
 
@@ -219,14 +219,14 @@ def _experiment(
         return NextExperiment()
     nearest = nearest_single(named.shelf, named.clean, named.noise, _NEAREST)
     found = design_experiment(case, nearest, sigma, recording)
-    return replace(found, why=f"nothing holds; of what comes nearest, {found.why}") if found.why else found
+    return replace(found, why=f"no name holds; of the nearest terms, {found.why}") if found.why else found
 
 
 def _untold(case: MeasuredMoves) -> tuple[str, ...]:
     """The terms that these columns cannot tell, and what would have to be recorded."""
     missing = [(term.name, term.lacks(case)) for term in move_terms()]
     told = "; ".join(f"{name} ({lacks})" for name, lacks in missing if lacks)
-    return (f"these columns cannot tell {told}",) if told else ()
+    return (f"these columns cannot identify {told}",) if told else ()
 
 
 def _unpaired(log: LogDiagnosis | None) -> tuple[str, ...]:

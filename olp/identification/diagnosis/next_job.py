@@ -157,7 +157,7 @@ class _Writer:
 
 def _program(experiment: NextExperiment, recording: Recording, tool: int, name: str) -> Program:
     writer = _Writer(_zones(recording.robot))
-    writer.say("what tells rivals apart")
+    writer.say("moves that separate rivals")
     setting: tuple[float | None, bool] | None = None
     for number, chain, now, times in _in_order(experiment.moves):
         if setting is not None and now != setting:
@@ -234,7 +234,7 @@ def _nearest_angles(recording: Recording, place: Floats) -> Floats:
     angles = np.concatenate([moves.start_angles, moves.end_angles])
     known = np.isfinite(np.concatenate([places, angles], axis=1)).all(axis=1)
     if not known.any():
-        says = "the recording does not tell the tool's orientation, so no job can be written"
+        says = "the recording does not give the tool's orientation, so no job can be written"
         raise OlpError(
             error("N040", says, file=recording.path, help="give rx_deg, ry_deg, rz_deg in moves.csv")
         )
@@ -267,10 +267,10 @@ def _looked_at(data: bytes, recording: Recording, tool_number: int) -> tuple[Dia
 
     told = []
     if recording.tool is not None:
-        told.append(f"the job says TOOL {tool_number}: it has to be the recorded tool")
+        told.append(f"the job uses TOOL {tool_number}: it must be the recorded tool")
     else:
         told.append(
-            "the tool is not told: the job's points are those of TOOL 0, which has to be what was recorded"
+            "the tool is not given: the job's points are those of TOOL 0, which must be the recorded tool"
         )
     with tempfile.TemporaryDirectory() as folder:
         file = FilePath(folder) / f"{NAME}.JBI"

@@ -118,9 +118,11 @@ def headline(diagnosis: Diagnosis) -> str:
         case "explained":
             return f"The robot differs from the simulation because of {causes or 'the effects below'}."
         case "partly-explained":
-            return f"Part of the difference comes from {causes or 'the effects below'}; the rest has no name yet."
+            return (
+                f"Part of the difference comes from {causes or 'the effects below'}; the rest is unexplained."
+            )
         case "no-mismatch":
-            return "Simulation and robot agree: nothing stands above the noise of the recording."
+            return "Simulation and robot agree: no difference exceeds the noise of the recording."
         case "not-judged":
             return "Nothing was judged: there was nothing to compare, or too little."
     return "The difference is real, but no known effect holds on moves that the fit never saw."
@@ -149,7 +151,7 @@ def promise(diagnosis: Diagnosis) -> str:
     before, after = diagnosis.heldout_before, diagnosis.heldout_after
     if not diagnosis.moves and math.isfinite(before.rmse):
         late = f"axes are typically off by as much as {seconds(before.rmse)} at their usual speed"
-        left = f", and by {seconds(after.rmse)} with what was found" if diagnosis.findings else ""
+        left = f", and by {seconds(after.rmse)} with the findings" if diagnosis.findings else ""
         return f"In parts of the log that the fit never saw, {late}{left}; {floor(diagnosis)}."
     if not diagnosis.findings:
         told = math.isfinite(diagnosis.before.rmse)
@@ -200,7 +202,7 @@ def doubts(value: FittedParameter) -> list[str]:
         ["at the bound of its range: the effect is there, its size is not known"] if value.at_bound else []
     )
     if not value.identified:
-        found.append("these moves do not tell its size")
+        found.append("these moves do not determine its size")
     return found
 
 

@@ -175,7 +175,7 @@ def _apart(page: _Page, diagnosis: Diagnosis) -> None:
     groups = [
         phrasing.listed([phrasing.term_title(n) for n in group]) for group in diagnosis.indistinguishable
     ]
-    page.section("these moves cannot tell apart", groups)
+    page.section("these moves cannot separate", groups)
     experiment = diagnosis.next_experiment
     if experiment.why:
         page.head(f"to find out: {experiment.why}")
@@ -203,10 +203,10 @@ def _remainder(page: _Page, diagnosis: Diagnosis) -> None:
     remainder = diagnosis.remainder
     if not math.isfinite(remainder.rmse):
         return
-    page.head(f"what remains without a name: {phrasing.seconds(remainder.rmse)}")
+    page.head(f"unexplained residual: {phrasing.seconds(remainder.rmse)}")
     for c in remainder.correlates[:_MOST]:
         how = f"{phrasing.figure(c.statistic, 2)}, {phrasing.chance(c.p_value)}"
-        page.say(f"- goes together with {c.column} ({how})", 2, hang=2)
+        page.say(f"- correlates with {c.column} ({how})", 2, hang=2)
     if len(remainder.correlates) > _MOST:
         page.say(f"… and {len(remainder.correlates) - _MOST} more", 2, DIM)
     if remainder.correction:

@@ -133,7 +133,7 @@ def _check(wanted: Wanted) -> None:
     if not np.isfinite(wanted.angles).all():
         problems.append(error("Q001", "the orientation is RX,RY,RZ in degrees"))
     if (wanted.tool is None) != (wanted.tool_number == 0) or not 0 <= wanted.tool_number <= 63:
-        says = "a tool and its number on the controller (1 to 63) belong together, 0 is the flange"
+        says = "give a tool together with its number on the controller (1 to 63); 0 is the flange"
         problems.append(error("Q001", says, help="--tool X,Y,Z,RX,RY,RZ --tool-number N"))
     if not has_axes(wanted.robot) or len(wanted.robot.axes) != 6:
         says = f"the axes of {wanted.robot.name} are not known in closed form: nothing can be proved"

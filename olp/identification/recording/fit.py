@@ -114,7 +114,7 @@ def _starts(problems: Problems, moves: RecordedMoves, log: Log) -> None:
         if typical > (_FAR_SLIDE if slides else _FAR):
             name = f"q{axis + 1}_start_{'mm' if slides else 'deg'}"
             much = f"{typical / mm:.0f} mm" if slides else f"{typical / deg:.1f}°"
-            says = f"when the moves start, axis {axis + 1} of the log stands {much} from {name} (median)"
+            says = f"when the moves start, axis {axis + 1} of the log is {much} away from {name} (median)"
             problems.cell("D021", says, int(use[0]), name, "are they of one run, and one order of axes?")
 
 

@@ -156,7 +156,7 @@ def _misspelt(problems: Problems, names: tuple[str, ...]) -> None:
             continue
         near = nearest(name, log_names(), names)
         if near:
-            says = f"the column {name} means nothing to olp and is kept as it is"
+            says = f"olp does not know the column {name} and keeps it unchanged"
             problems.cell("D012", says, -1, name, f"did you mean {near}?", Severity.WARNING)
 
 

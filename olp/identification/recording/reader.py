@@ -135,7 +135,7 @@ def _files(path: Path, logs_alone: bool) -> dict[str, Path]:
         if role_of(file) in candidates and file.is_file():
             candidates[role_of(file)].append(file)
     problems = [
-        error("D005", f"{role} stands in several files: {', '.join(f.name for f in files)}", file=str(path))
+        error("D005", f"{role} is in several files: {', '.join(f.name for f in files)}", file=str(path))
         for role, files in candidates.items()
         if len(files) > 1
     ]
@@ -436,14 +436,14 @@ class _MovesReader:
             before = first.setdefault(number, row)
             if before != row:
                 where = f"line {self.table.line[before]}" if self.table.line[before] else f"row {before + 1}"
-                self.problems.cell("D016", f"move {number:.0f} stands in {where} already", row, "move")
+                self.problems.cell("D016", f"move {number:.0f} is already in {where}", row, "move")
 
     def _backwards(self, start: Floats, cycle: Floats) -> None:
         known = np.nonzero(~np.isnan(start))[0]
         back = known[1:][np.diff(start[known]) < 0]
         for row in back.tolist():
             says = f"t_start_s runs backwards to {start[row]:g} s"
-            help = "rows stand in the order of execution; sessions with clocks of their own are recordings of their own"
+            help = "rows are in the order of execution; make one recording of each session with its own clock"
             self.problems.cell("D024", says, row, "t_start_s", help, Severity.WARNING)
 
     def _others(self) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
@@ -457,7 +457,7 @@ class _MovesReader:
             column = self.columns[name]
             values, bad = numbers(column)
             if near:
-                says = f"the column {name} means nothing to olp and is kept as it is"
+                says = f"olp does not know the column {name} and keeps it unchanged"
                 self.problems.cell("D012", says, -1, name, f"did you mean {near}?", Severity.WARNING)
             for row in np.nonzero(~_COVARIATE.fits(values))[0].tolist():
                 self.problems.cell(

@@ -58,7 +58,7 @@ class _SettingsReader:
             if key not in KEYS and not is_told_enough(self.found, "D031", self.file):
                 near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.6)
                 help = f"did you mean {near[0]}?" if near else f"known: {', '.join(KEYS)}"
-                self._tell("D031", key, f"the key {key} means nothing to olp", help, Severity.WARNING)
+                self._tell("D031", key, f"olp does not know the key {key}", help, Severity.WARNING)
         job = self._word("job")
         if job and not isfile(Path(self.file).parent / job):  # a name too long for a file is none
             self._tell("D032", "job", f"there is no file {job}", "", Severity.WARNING)

@@ -21,7 +21,7 @@ def describe(recording: Recording) -> str:
     facts = [f"{name:<10} {says}" for name, says in _facts(recording)]
     missing = [f"  {what}: {needed}" for what, needed in gaps(recording)]
     return "\n".join(
-        [recording.path, *facts, *(["missing, and what it would tell:", *missing] if missing else [])]
+        [recording.path, *facts, *(["missing, and what it would reveal:", *missing] if missing else [])]
     )
 
 
@@ -120,7 +120,7 @@ def gaps(recording: Recording) -> list[tuple[str, str]]:
     if recording.robot is None:
         found.append(("robot", "limits of the axes, singularities, gravity; name it in recording.toml"))
     elif recording.tool is None and moves.has_points.any() and not moves.has_joints.all():
-        found.append(("tool", "the axes' way along a line: without it the tool is taken to be the flange"))
+        found.append(("tool", "the axes' path along a line: without it the tool is assumed to be the flange"))
     silent = np.isnan(moves.speed) & np.isnan(moves.speed_fraction) & (moves.kind != WAIT)
     if silent.any():
         found.append(("speed_mm_s or speed_pct", f"a prediction of {silent.sum():,} moves"))

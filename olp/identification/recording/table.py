@@ -119,7 +119,7 @@ def read_bytes(path: Path) -> bytes:
         raise OlpError(error("D002", f"cannot read the file: {why}", file=file)) from None
     if _has_endless_line(raw):
         says = f"a line has more than {_LONGEST_LINE // 1_000_000} MB"
-        raise OlpError(error("D003", says, file=file, help="each row stands on a line of its own"))
+        raise OlpError(error("D003", says, file=file, help="put each row on its own line"))
     return with_commas(raw)
 
 
@@ -339,7 +339,7 @@ def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]
     problems = []
     for index, name in enumerate(names):
         if not name or name in names[:index]:
-            says = f"column {name!r} stands twice" if name else f"column {index + 1} has no name"
+            says = f"column {name!r} is there twice" if name else f"column {index + 1} has no name"
             span = Span(1, *cell_extent(line, index)) if line else None
             problems.append(
                 error("D011", says, span, file=file, source_line=line, help="name each column once")

@@ -148,7 +148,7 @@ def _left_out(recording: Recording, moves: MoveSet, measured: NDArray[np.bool_])
     found = []
     other = len(recording.moves) - len(moves)
     if other:
-        says = f"{other} moves are not straight from stop to stop with points and speed, and tell the method nothing"
+        says = f"{other} moves are not straight from stop to stop with points and speed: the method does not use them"
         found.append(info("H004", says, file=recording.path))
     empty = int(np.sum(~measured))
     if empty:

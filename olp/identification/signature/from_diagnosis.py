@@ -44,7 +44,7 @@ _LEFT_OUT = {
     "clock": "the recorder's clock is at fault, not the robot: predictions are in seconds of the simulation",
     "external-wait": "waits for reasons outside the arm are not predicted",
 }
-_IN_LOGS = "the log told it and durations do not: it is not in predictions"
+_IN_LOGS = "only the log shows it: it is not in predictions"
 
 
 def signature_of_recording(recording: Recording) -> tuple[Signature, tuple[Diagnostic, ...]]:
@@ -62,7 +62,7 @@ def signature_of(outcome: DiagnosisOutcome, recording: Recording) -> tuple[Signa
     made = case_for(named, recording)
     moves = None if made is None else moves_of_case(made[0], recording, made[1])
     if made is None or moves is None or not len(moves):
-        says = "without the robot nothing tells where its joint moves lead, or how fast its axes are"
+        says = "without the robot, targets and axis speeds of its joint moves are not known"
         raise OlpError(error("H040", says, file=recording.path, help="name the robot in recording.toml"))
     own = np.full(int(max(rows.max(), made[1].max())) + 1, np.nan)
     own[made[1]] = made[0].simulated
@@ -95,7 +95,7 @@ def _named(outcome: DiagnosisOutcome, ramp: float, file: str) -> NamedModel:
     found = outcome.diagnosis
     if found.verdict in ("no-mismatch", "unexplained", "not-judged"):
         why = {
-            "no-mismatch": "the simulation says what the robot does: there is nothing to add to it",
+            "no-mismatch": "the simulation agrees with the robot: there is nothing to add",
             "not-judged": "there was nothing to compare, or too little",
             "unexplained": "no term explains the difference on moves that were not fitted",
         }[found.verdict]
@@ -105,7 +105,7 @@ def _named(outcome: DiagnosisOutcome, ramp: float, file: str) -> NamedModel:
     parts = tuple(part for part in outcome.model.parts if part.term.name not in _LEFT_OUT)
     if not parts:
         names = ", ".join(finding.term for finding in found.findings)
-        says = f"what was found cannot be put into predictions: {names}"
+        says = f"the findings cannot be used in predictions: {names}"
         raise OlpError(error("H040", says, file=file, help="a signature needs terms of motion"))
     case, model = outcome.case, DurationModel(parts)
     model.seconds(case)  # asks for the numbers that the forms refer to
@@ -204,11 +204,13 @@ def _told(outcome: DiagnosisOutcome, named: NamedModel, off: Floats, file: str) 
     for group in outcome.diagnosis.indistinguishable:
         one = [name for name in group if name in kept]
         if one:
-            says = f"{', '.join(group)} explain these moves alike: {one[0]} is applied, other moves may show the other"
-            found.append(warning("H041", says, file=file, help="olp diagnose --next writes moves that tell"))
+            says = f"{', '.join(group)} explain these moves equally: {one[0]} is used; other moves may show another"
+            found.append(
+                warning("H041", says, file=file, help="olp diagnose --next writes moves that separate them")
+            )
     paths = _paths(outcome.case)
     if len(paths) and np.ptp(paths) > _VARIED * named.linear:
-        says = f"the simulation accelerates variously: paths that do not say take {named.linear:.4g} m/s²"
+        says = f"the simulation's accelerations differ: paths without one take {named.linear:.4g} m/s²"
         found.append(info("H041", says, file=file))
     rms = float(np.sqrt(np.mean(off**2)))
     if rms > _OFF:

@@ -599,5 +599,5 @@ def learnt_note(learnt: LearntArm, file: str) -> Diagnostic:
         f"{learnt.held_out[best]:.2f} % by {best}"
     )
     if learnt.untold:
-        says += f"; not told by these moves, as before them: {', '.join(learnt.untold)}"
+        says += f"; not determined by these moves, prior values kept: {', '.join(learnt.untold)}"
     return info("H052", says, file=file)

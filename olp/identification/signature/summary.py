@@ -40,7 +40,7 @@ def _arm_summary(arm: LearntArm) -> list[str]:
     lines = [f"{arm.rows} joint moves, held out, mean error in %:"]
     lines += [f"  {name:<44}  {_two(error)}" for name, error in arm.held_out.items()]
     if arm.untold:
-        lines.append(f"  as before these moves, which do not tell them: {', '.join(arm.untold)}")
+        lines.append(f"  not determined by these moves, prior values kept: {', '.join(arm.untold)}")
     return lines
 
 

@@ -120,7 +120,7 @@ def ladder(steps: list[Rung], noise: float) -> Markup:
 def waterfall(rows: MoveRows) -> Markup:
     """From the simulated total to the measured one, by causes; [s] summed over all moves."""
     parts = [(name, float(np.nansum(values))) for name, values in rows.causes.items()]
-    parts.append(("without a name", float(np.nansum(rows.after))))
+    parts.append(("unexplained", float(np.nansum(rows.after))))
     known = np.isfinite(rows.measured) & np.isfinite(rows.simulated)
     if not rows.causes or not known.any():
         return Markup("")

@@ -103,7 +103,7 @@ def check(rows: MoveRows, predicted: Floats | None) -> LedgerCheck | None:
         return None
     missed = float(np.abs(model[known] - causes[known]).sum()) / size
     says = (
-        f"Move by move, the causes add up to what the model says with all of them at work at once, "
+        f"Move by move, the causes add up to the model with all of them together, "
         f"within {phrasing.percent(missed * 100)} (limit {LIMIT * 100:.0f} %)."
     )
     return LedgerCheck(says, missed <= LIMIT)

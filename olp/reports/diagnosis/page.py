@@ -200,8 +200,8 @@ def summary(diagnosis: Diagnosis, recording: Recording | None) -> dict[str, Any]
 
 _FLOORS = {
     REPEATS: "from repeated moves",
-    REMAINS: "scatter of what remains",
-    NEIGHBOURS: "from moves that are alike, as what remains has a pattern",
+    REMAINS: "scatter of the residual",
+    NEIGHBOURS: "from similar moves, because the residual has a pattern",
     DIGITS: "from the clock’s resolution",
 }
 
@@ -209,14 +209,14 @@ _FLOORS = {
 def _floor_note(diagnosis: Diagnosis, recording: Recording | None) -> str:
     """Where the noise floor comes from, as far as the recording shows it."""
     if not math.isfinite(diagnosis.noise_floor):
-        return "what is smaller cannot be told"
+        return "smaller differences are not resolved"
     if diagnosis.noise_from in _FLOORS:
         return _FLOORS[diagnosis.noise_from]
     if recording is None:
-        return "what is smaller cannot be told"
+        return "smaller differences are not resolved"
     noise = recording.noise_floor()
     if math.isfinite(noise.floor) and diagnosis.noise_floor > _MUCH * noise.floor:
-        return f"scatter of what remains; the recording’s own is {phrasing.seconds(noise.floor)}"
+        return f"scatter of the residual; the recording’s own is {phrasing.seconds(noise.floor)}"
     return (
         "from repeated moves"
         if noise.freedom and noise.floor == noise.repeats

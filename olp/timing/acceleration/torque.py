@@ -85,7 +85,7 @@ def of_moves(
     begins, ends = same_shape(robot, start, end)
     positive_speed(speed, len(begins))
     rate, _ = Constant().along_path(robot, begins, ends - begins)
-    taken = "the constant accelerations of its file are taken, whatever the pose and the load"
+    taken = "the constant accelerations of its file are used for every pose and load"
     if not Constant().knows(robot):
         rate, taken = np.full(len(begins), np.nan), "nor are its accelerations"
     return MoveRates(rate, rate, (f"{robot.name}: masses and torque limits are not known: {taken}",))

@@ -271,8 +271,8 @@ def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
         whole, unit, name = (moves.length[row], mm, "mm") if travels else (moves.angle[row], deg, "deg")
         place = f"{limits.lost[row] / unit:.1f} of {whole / unit:.1f} {name}"
         return (
-            f"{_name(plan, row)}: the way to this point leaves the reach of the arm after {place}",
-            "both ends can be reached, what lies between them cannot: use a joint move or a point between",
+            f"{_name(plan, row)}: the path to this point leaves the arm's reach after {place}",
+            "both ends are reachable, the path between them is not: use a joint move or a point between",
         )
 
     def outside(row: int) -> tuple[str, str]:
@@ -287,7 +287,7 @@ def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
         shown = f"{near / mm:.1f} mm" if kind == 2 else f"{near / deg:.2f} deg"
         return (
             f"{_name(plan, row)}: this move passes within {shown} of a singularity ({_MANNERS[kind]})",
-            "its axes' speeds cannot be told there: the time is that of the programmed speed, the robot may be slower",
+            "axis speeds are not known there: the time is that of the programmed speed, the robot may be slower",
         )
 
     found = [

@@ -62,7 +62,7 @@ def diagnose_log(log: Log, sim: Log | None = None, robot: Robot | None = None) -
     log = _clean(log, "log", notes)
     sim = _clean(sim, "simulated log", notes) if sim is not None else None
     if len(log) < _FEWEST:
-        return LogDiagnosis("not-judged", notes=(f"{len(log)} samples are too few to tell anything",))
+        return LogDiagnosis("not-judged", notes=(f"{len(log)} samples are too few for a diagnosis",))
     if sim is not None and (len(sim) < _FEWEST or sim.q.shape[1] != log.q.shape[1]):
         notes.append("the simulated log is too short or has other axes: it was left aside")
         sim = None
@@ -119,11 +119,13 @@ class _Case:
         elif log.command is not None:
             time, reference_time, reference = log.time, log.time, log.command
         else:
-            self.notes.append("no command and no simulated axes: lag, compliance and play cannot be told")
+            self.notes.append(
+                "no command and no simulated axes: lag, compliance and play cannot be identified"
+            )
             return
         axes = followers(time, log.q, reference_time, reference, self.usable, self._loads())
         if not axes:
-            self.notes.append("no axis moves long enough to tell how it follows")
+            self.notes.append("no axis moves long enough to identify how it follows")
             return
         self.position = judge(axes, unfaulted)
         if self.against_sim and pairing is not None:

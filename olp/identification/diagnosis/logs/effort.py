@@ -126,7 +126,7 @@ def efforts(log: Log, simulated: Floats | None, usable: Mask, robot: Robot | Non
             data = _axis(moved, values, basis, axis, None)
         if data is None:
             notes.append(
-                f"axis {axis + 1} hardly moves or turns one way only: nothing is told of its friction"
+                f"axis {axis + 1} hardly moves or turns one way only: its friction is not identified"
             )
             continue
         slides = log.slides[axis]

@@ -294,7 +294,7 @@ def says(term: str, own: list[ConfirmedTerm]) -> str:
     return start + "; ".join(parts)
 
 
-_TWISTED = "axes give way to their torques: "
+_TWISTED = "axes yield to their torques: "
 _START = {
     "clock": "the recorder's clock: ",
     "servo-lag": "axes follow late by a time constant: ",
