@@ -20,7 +20,7 @@ _KEYS = {"Tab": 9, "Enter": 13, "ArrowDown": 40, "ArrowUp": 38, " ": 32}
 
 
 class Browser:
-    """One page. `console`: what it wrote or threw; `requests`: addresses that it asked for."""
+    """One page. `console`: what it wrote, threw or was refused; `requests`: addresses that it asked for."""
 
     def __init__(self) -> None:
         names = ("chromium", "chromium-browser", "google-chrome")
@@ -104,7 +104,7 @@ class Browser:
             self.console.append(details.get("exception", {}).get("description", details["text"]))
         elif what == "Runtime.consoleAPICalled":
             self.console.append(" ".join(str(one.get("value", "")) for one in given["args"]))
-        elif what == "Log.entryAdded":
+        elif what == "Log.entryAdded" and given["entry"]["level"] == "error":
             self.console.append(f"{given['entry']['text']} {given['entry'].get('url', '')}")
 
     def run(self, script: str) -> Any:

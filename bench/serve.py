@@ -87,9 +87,11 @@ class Walk:
             "document.querySelector('#tiles div:nth-child(2) dd').firstChild.textContent"
         )
         words = ["time", ".", "--robot", ROBOT, "--summary", "--format", "json"]
+        began = time.perf_counter()
         done = subprocess.run(
             [sys.executable, "-m", "olp", *words], cwd=self.root, capture_output=True, check=False
         )
+        self.row("olp time on it, the same minute", "–", f"{time.perf_counter() - began:.2f} s", True)
         total = sum(one["total_s"] or 0.0 for one in json.loads(done.stdout) if one["started"])
         number = float(re.sub(r"[^\d.]", "", shown))
         self.row("total as olp time says", f"{total:.3f} s", shown, abs(number - total) < 1e-3)
@@ -109,6 +111,11 @@ class Walk:
         self.browser.until(f"{inner}?.documentElement.dataset.ready")
         title = self.browser.run(f"{inner}.title")
         self.row("page of the program", "LONG.JBI", title, "LONG.JBI" in title)
+        row = f"{inner}.querySelectorAll('#segments tr[data-step]')[9]"
+        self.browser.run(f"{row}.click()")
+        line = self.browser.run(f"{row}.cells[0].textContent")
+        met = self.browser.until("document.querySelector('#lines .met')?.cells[0].textContent")
+        self.row("a segment clicked there, its line in what-if", line, met, line == met)
         self.picture("program")
 
     def what_if(self) -> None:

@@ -10,6 +10,8 @@
 
   // In an editor's side view the page follows the editor's cursor and text, and says where the reader clicks.
   const editor = typeof acquireVsCodeApi === "function" ? acquireVsCodeApi() : null;
+  // A page of the same server around this one (olp serve) is told where the reader clicks, too.
+  const framed = parent !== window && location.origin !== "null";
 
   // The program on show: its data, and what follows from them.
   let d = null, shown = -1, on = -1, ends = [], begins = [], now = 0, order = [], kept = [], top = 0, texts = new Map();
@@ -182,7 +184,9 @@
     choose(step, scroll);
     if (on !== step) return;
     setTime(time ?? begins[step]);
-    if (editor) editor.postMessage({ file: d.file[step], line: d.line[step] });
+    const chosen = { file: d.file[step], line: d.line[step] };
+    if (editor) editor.postMessage(chosen);
+    else if (framed) parent.postMessage(chosen, location.origin);
   };
 
   const facts = (step) => {

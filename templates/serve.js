@@ -156,8 +156,9 @@
 
   const tiles = (total) => {
     const before = known.total_s, change = total - before;
-    const parts = [tile("Time as it is", seconds(before) + " s")];
-    if (changed()) parts.push(tile("With the changes", seconds(total) + " s"), tile("Change", signed(change) + " s", ((100 * change) / (before || 1)).toFixed(1) + " %", change > 5e-4 ? "bad" : ""));
+    const least = known.partial ? "≥ " : "";
+    const parts = [tile("Time as it is", `${least}${seconds(before)} s`)];
+    if (changed()) parts.push(tile("With the changes", `${least}${seconds(total)} s`), tile("Change", signed(change) + " s", ((100 * change) / (before || 1)).toFixed(1) + " %", change > 5e-4 ? "bad" : ""));
     $("what-if-tiles").replaceChildren(...parts);
   };
 
@@ -255,10 +256,25 @@
       tiles(told.total_s);
       editors();
     }
-    const row = line && [...$("lines").tBodies[0].rows].find((one) => one.dataset.line === line);
-    for (const met of document.querySelectorAll(".met")) met.classList.remove("met");
-    if (row) { row.classList.add("met"); row.scrollIntoView({ block: "center" }); }
+    const row = line && reach(line);
+    if (row) row.scrollIntoView({ block: "center" });
   };
+
+  // The row of a line, marked and within its table's view; undefined where the line cannot be changed.
+  const reach = (line) => {
+    for (const met of document.querySelectorAll(".met")) met.classList.remove("met");
+    const row = [...$("lines").tBodies[0].rows].find((one) => one.dataset.line === line);
+    if (row) {
+      row.classList.add("met");
+      const box = $("lines").parentElement;
+      box.scrollTop = row.offsetTop - box.clientHeight / 2;
+    }
+    return row;
+  };
+  // The page of the program says which line is clicked; file 0 is the program itself.
+  addEventListener("message", ({ origin, source, data }) => {
+    if (origin === location.origin && source === $("report").contentWindow && data.file === 0) reach(String(data.line));
+  });
 
   $("override").addEventListener("input", soon);
   $("filter").addEventListener("input", () => { if (known) { editors(); soon(); } });

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import zipfile
@@ -438,8 +439,17 @@ def test_ctrl_c_ends_the_server_and_its_workers_with_status_0(root):
         assert reply.status == 200
     with urlopen(f"{found[0]}api/what_if_lines", json.dumps({"file": JOB}).encode()) as reply:
         assert json.load(reply)["override"] == 50.0
-    server.send_signal(signal.SIGINT)
-    assert server.wait(10) == 0
+    host, port, path = re.findall(r"http://(.*):(\d+)(/.*)", found[0])[0]
+    head = f"POST {path}api/diagnose HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Length: 99\r\n"
+    unfinished = f"{head}Content-Type: multipart/form-data; boundary=x\r\n\r\n".encode()
+    with socket.create_connection((host, int(port))) as gone:
+        gone.sendall(unfinished)
+    with socket.create_connection((host, int(port))) as waiting:
+        waiting.sendall(unfinished)
+        with urlopen(found[0]) as reply:
+            assert reply.status == 200
+        server.send_signal(signal.SIGINT)
+        assert server.wait(10) == 0
     assert server.stderr.read() == ""
     server.stdout.close()
     server.stderr.close()

@@ -139,6 +139,8 @@ def _serve(
     from olp.servers.web.pool import WorkerPool
 
     logging.basicConfig(level=logging.WARNING, format="olp serve: %(message)s")
+    # Whatever goes wrong is told by the application; this one adds what it ended, and how.
+    logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)
     app = web_app(
         WorkerPool(setting, seconds), Path(setting.root).name, token, listener.getsockname()[1], ready
     )

@@ -125,6 +125,7 @@ def compare(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
 def what_if_lines(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
     """Which lines of a program can be changed, and their times as they are [s]."""
     from olp.checks.what_if import editable_lines, seconds_by_line
+    from olp.runtime.state import leaves_open
 
     program, timing = _timed(desk, desk.file(given))
     seconds = seconds_by_line(timing)
@@ -133,6 +134,7 @@ def what_if_lines(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "lines": rows,
         "total_s": timing.total_s,
+        "partial": any(map(leaves_open, timing.diagnostics)),
         "override": 100.0 if rate is None else 100.0 * rate,
         "digest": _digest(program),
         "diagnostics": [as_json(d.at(program.path)) for d in timing.diagnostics[:_TOLD]],

@@ -5,6 +5,7 @@ Codes: Z003 an upload that is too large, Z006 a request that is none, Z008 unexp
 
 from __future__ import annotations
 
+import asyncio
 import io
 import json
 import logging
@@ -19,7 +20,7 @@ from typing import Any, Final
 from starlette.applications import Starlette
 from starlette.datastructures import FormData, UploadFile
 from starlette.exceptions import HTTPException
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -130,6 +131,10 @@ def told(answer: Answer) -> Callable[[FolderSite, Request], Awaitable[Response]]
             return await answer(site, request)
         except OlpError as refused:
             diagnostics = refused.diagnostics
+        except asyncio.CancelledError:  # Ctrl+C: the browser is told, and the terminal sees no traceback
+            diagnostics, status = (error("Z005", "olp serve has been ended"),), 503
+        except ClientDisconnect:
+            diagnostics = (error("Z006", "the browser has gone"),)
         except HTTPException as refused:  # a form that is none
             diagnostics = (error("Z006", str(refused.detail), help="drop files on the page"),)
         except Exception as problem:

@@ -20,23 +20,22 @@ from olp.servers.web.desk import Desk
 from olp.servers.web.messages import WorkerSetting, packed, received
 
 
-def answered(desk: Desk, request: dict[str, Any]) -> dict[str, Any]:
-    """Never raises."""
+def answered(desk: Desk, request: dict[str, Any]) -> bytes:
+    """The answer as a message. Never raises."""
     try:
-        return {"answer": ANSWERS[request["ask"]](desk, request["given"])}
+        return packed({"answer": ANSWERS[request["ask"]](desk, request["given"])})
     except OlpError as refused:
-        return {"diagnostics": [as_json(d) for d in refused.diagnostics]}
+        found = list(refused.diagnostics)
     except OSError as problem:
-        return {"diagnostics": [as_json(from_os_error(problem))]}
+        found = [from_os_error(problem)]
     except (MemoryError, RecursionError):
         says = "this is too large: memory is at its end"
-        return {"diagnostics": [as_json(error("Z005", says, help="ask about fewer or smaller programs"))]}
+        found = [error("Z005", says, help="ask about fewer or smaller programs")]
     except Exception as problem:
         traceback.print_exc()
         says = f"olp failed in a way that it does not know ({type(problem).__name__})"
-        return {
-            "diagnostics": [as_json(error("Z008", says, help="the terminal of olp serve has the details"))]
-        }
+        found = [error("Z008", says, help="the terminal of olp serve has the details")]
+    return packed({"diagnostics": [as_json(d) for d in found]})
 
 
 def main(command_line: CommandLine) -> None:
@@ -50,5 +49,5 @@ def main(command_line: CommandLine) -> None:
     close_in(root, temporary, False, setting.file, [Path(path) for path in setting.also])
     desk = Desk(setting, temporary, command_line)
     while (request := received(sys.stdin.buffer)) is not None:
-        out.write(packed(answered(desk, request)))
+        out.write(answered(desk, request))
         out.flush()
