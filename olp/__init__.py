@@ -7,6 +7,7 @@ plan = program.plan()               # Plan: executed steps in order
 plan.time()                         # pandas DataFrame, one row per segment, wait or signal
 
 olp.time("job.jbi"), olp.calibrate, olp.predict, olp.diagnose, olp.convert: what the commands of these names do.
+olp.Recording.read("folder"), olp.Signature.read("file"): what they learn from, and what they have learnt.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from olp.core.version import __version__
 
 if TYPE_CHECKING:
     from olp.core.diagnostic import Diagnostic, OlpError
-    from olp.fluent import Plan, Program, calibrate, convert, diagnose, predict, read, time
-    from olp.identification.recording import Recording
+    from olp.fluent import Plan, Program, convert, read, time
+    from olp.recorded import Recording, Signature, calibrate, diagnose, predict
     from olp.robots.robot import Robot, load_robot, robot_names
 
 install()
@@ -30,13 +31,14 @@ _HOME = {
     "OlpError": "olp.core.diagnostic",
     "Plan": "olp.fluent",
     "Program": "olp.fluent",
-    "Recording": "olp.identification.recording",
+    "Recording": "olp.recorded",
     "Robot": "olp.robots.robot",
-    "calibrate": "olp.fluent",
+    "Signature": "olp.recorded",
+    "calibrate": "olp.recorded",
     "convert": "olp.fluent",
-    "diagnose": "olp.fluent",
+    "diagnose": "olp.recorded",
     "load_robot": "olp.robots.robot",
-    "predict": "olp.fluent",
+    "predict": "olp.recorded",
     "read": "olp.fluent",
     "robot_names": "olp.robots.robot",
     "time": "olp.fluent",
@@ -49,6 +51,7 @@ __all__ = [
     "Program",
     "Recording",
     "Robot",
+    "Signature",
     "__version__",
     "calibrate",
     "convert",

@@ -13,7 +13,7 @@ from functools import wraps
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec
 
-from olp.core.diagnostic import OlpError, error
+from olp.core.diagnostic import OlpError
 from olp.ir import program as ir
 from olp.languages import read as languages
 from olp.runtime import plan as runtime
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from olp.core.diagnostic import Diagnostic
-    from olp.identification.diagnosis.diagnose import DiagnosisOutcome
-    from olp.identification.recording import Recording
     from olp.identification.signature import Signature
     from olp.robots.robot import Robot
     from olp.runtime.assumptions import Assumptions
@@ -61,19 +59,9 @@ class Plan(runtime.Plan):
         `axes`: where to draw (None: a new figure). Raises OlpError (Y003) without matplotlib, or where a step has no
         time.
         """
-        import numpy as np
+        from olp.drawings import draw_speed
 
-        from olp.core.units import mm
-        from olp.timing.track import tool_speed
-
-        timing = self._timing(model, None, None, None, None, {})
-        if timing.untimed or not timing.total_s > 0:
-            raise OlpError(error("Y003", "nothing can be drawn: not every step has a time", file=self.path))
-        axes = axes or _new_axes()
-        instants = np.linspace(0.0, timing.total_s, 2000)
-        axes.plot(instants, tool_speed(timing, instants) / mm)
-        axes.set(xlabel="time s", ylabel="speed of the tool mm/s", title=f"{timing.total_s:.3f} s")
-        return axes
+        return draw_speed(self._timing(model, None, None, None, None, {}), axes)
 
     def _timing(
         self,
@@ -98,7 +86,7 @@ class Plan(runtime.Plan):
         return f"<Plan of {self.path or 'a text'}: {len(self)} steps, {moves} of them moves, {robot}>"
 
     def _repr_html_(self) -> str:
-        return _as_html(repr(self), self.diagnostics)
+        return as_html(repr(self), self.diagnostics)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -146,49 +134,7 @@ class Program(ir.Program):
         return f"<Program {self.path or 'of a text'} ({self.vendor}): {names}{more}, {lines} lines{told}>"
 
     def _repr_html_(self) -> str:
-        return _as_html(repr(self), self.diagnostics)
-
-
-@dataclass(frozen=True, slots=True, repr=False)
-class DiagnosisAnswer:
-    """What `olp.diagnose` found; `outcome` holds all of it, the objects of `olp.identification.diagnosis`."""
-
-    outcome: DiagnosisOutcome
-    recording: Recording
-
-    @property
-    def verdict(self) -> str:
-        """explained, partly-explained, unexplained, no-mismatch … as in docs/diagnose.md."""
-        return self.outcome.diagnosis.verdict
-
-    @property
-    def findings(self) -> tuple[str, ...]:
-        """The names of the physics that the simulation left out."""
-        return tuple(finding.term for finding in self.outcome.diagnosis.findings)
-
-    def to_json(self) -> dict[str, Any]:
-        """The whole answer, schema olp.diagnosis/1."""
-        return self.outcome.diagnosis.to_json()
-
-    def text(self) -> str:
-        """What `olp diagnose` prints."""
-        from olp.identification.diagnosis.report_text import text_report
-
-        return text_report(self.outcome.diagnosis, self.outcome.case, 100, False)
-
-    def html(self) -> str:
-        """The page of `olp diagnose --html`."""
-        from olp.reports.diagnosis import html_report
-
-        log = self.outcome.log.to_json() if self.outcome.log is not None else None
-        return html_report(self.outcome, self.recording, None, log_summary=log)
-
-    def __repr__(self) -> str:
-        names = ", ".join(self.findings) or "nothing named"
-        return f"<Diagnosis of {self.recording.path}: {self.verdict}, {names}>"
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.text())}</pre>"
+        return as_html(repr(self), self.diagnostics)
 
 
 def run(
@@ -206,7 +152,7 @@ def run(
     made = interpreter.run(
         program, robot, assumptions=assumptions, folder=folder, max_steps=max_steps, cycles=cycles
     )
-    return Plan(**_fields(made))
+    return Plan(**fields_of(made))
 
 
 def time(
@@ -223,55 +169,15 @@ def time(
     Speed `override` [1]; `cycles`: passes of an endless main loop. Raises OlpError for a file that is no program and
     for a robot, model or signature that is none.
 
-        import olp
-        table = olp.time("samples/inform/generations/dx200.jbi", robot="yaskawa/ma2010")
+    Example:
+        >>> import olp
+        >>> table = olp.time("samples/inform/generations/dx200.jbi", robot="yaskawa/ma2010")
+        >>> table[["line", "kind", "duration_s"]].round(3).head(2)  # a row per executed step
+           line    kind  duration_s
+        0    26   joint       0.000
+        1    27  linear       0.146
     """
     return read(path).plan(robot, cycles=cycles).time(model, signature, override=override)
-
-
-def calibrate(
-    recording: Recording | str | os.PathLike[str], *, method: str = "auto", robot: str | Robot | None = None
-) -> Signature:
-    """The timing signature of a robot, learnt from recorded moves.
-
-    `recording`: one that was read, or its folder. `method`: auto, or a name of docs/signature.md. Raises OlpError for a
-    recording that cannot teach one.
-    """
-    from olp.identification.signature import calibrate as learn
-
-    return learn(_recording(recording), method, _robot(robot))[0]
-
-
-def predict(
-    recording: Recording | str | os.PathLike[str], *, signature: Signature | str | os.PathLike[str]
-) -> pandas.DataFrame:
-    """The time of each move of a recording [s]: columns `move`, `predicted_s`, `low_s`, `high_s` (95 %).
-
-    nan where nothing can be said. Raises OlpError for a signature or a recording that is none.
-    """
-    import pandas
-
-    from olp.identification.signature import read_signature
-    from olp.identification.signature.rows import predict_recording
-
-    if isinstance(signature, str | os.PathLike):
-        signature = read_signature(os.fspath(signature))
-    rows, _ = predict_recording(signature, _recording(recording))
-    columns = {"move": rows.move, "predicted_s": rows.predicted, "low_s": rows.low, "high_s": rows.high}
-    return pandas.DataFrame(columns)
-
-
-def diagnose(
-    recording: Recording | str | os.PathLike[str], *, robot: str | Robot | None = None
-) -> DiagnosisAnswer:
-    """Where a simulation and a recording differ, and which physics was left out.
-
-    Raises OlpError for what is no recording.
-    """
-    from olp.identification.diagnosis.diagnose import diagnose_recording
-
-    known = _recording(recording)
-    return DiagnosisAnswer(diagnose_recording(known, _robot(robot)), known)
 
 
 def convert(
@@ -289,13 +195,19 @@ def convert(
     `robot`: that it was written for; `target_robot`: that it is written for (None: the same). `on_loss`: what becomes
     of a statement that the target cannot say. `plain`: moves without the forms of the pendant (KRL). `olp convert` also
     writes the receipt of what was changed. Raises OlpError with all that cannot be said there.
+
+    Example:
+        >>> import olp
+        >>> files = olp.convert("samples/krl/handling.src", to="rapid", robot="yaskawa/gp25")
+        >>> sorted(files)
+        ['handling.mod']
     """
     from olp.languages.read import read as read_plainly
     from olp.transpile.context import Context
     from olp.transpile.convert import convert as translate
     from olp.transpile.link import link
 
-    context = Context(_robot(robot), _robot(target_robot), on_loss=on_loss, forms=not plain)
+    context = Context(as_robot(robot), as_robot(target_robot), on_loss=on_loss, forms=not plain)
     linked = link(read_plainly(path, encoding=encoding))
     try:
         return translate(linked.program, to, context).files
@@ -303,44 +215,28 @@ def convert(
         raise OlpError(*map(linked.located, refused.diagnostics)) from None
 
 
-def _recording(recording: Recording | str | os.PathLike[str]) -> Recording:
-    from olp.identification.recording import Recording, read_recording
-
-    if isinstance(recording, Recording):
-        return recording
-    return read_recording(os.fspath(recording), logs_alone=True)
-
-
-def _robot(robot: str | Robot | None) -> Robot | None:
+def as_robot(robot: str | Robot | None) -> Robot | None:
+    """The robot of that name or file."""
     from olp.robots.robot import load_robot
 
     return load_robot(robot) if isinstance(robot, str) else robot
 
 
-def _as_html(sentence: str, diagnostics: tuple[Diagnostic, ...]) -> str:
+def as_html(sentence: str, diagnostics: tuple[Diagnostic, ...]) -> str:
+    """A notebook's line for an object, with the first of what there is to tell."""
     rows = "".join(
         f"<li>{escape(str(d.severity))} {d.code}: {escape(d.message)}</li>" for d in diagnostics[:10]
     )
     return f"<p>{escape(sentence.strip('<>'))}</p>" + (f"<ul>{rows}</ul>" if rows else "")
 
 
-def _new_axes() -> Axes:
-    try:
-        from matplotlib import pyplot
-    except ImportError:
-        help = "pip install matplotlib"
-        raise OlpError(
-            error("Y003", "plots are drawn by matplotlib, which is not installed", help=help)
-        ) from None
-    return pyplot.subplots()[1]
-
-
 def fluent(program: ir.Program) -> Program:
     """`program` with the methods."""
-    return Program(**_fields(program))
+    return Program(**fields_of(program))
 
 
-def _fields(one: Any) -> dict[str, Any]:
+def fields_of(one: Any) -> dict[str, Any]:
+    """What a dataclass is made of, for one with more methods."""
     return {field.name: getattr(one, field.name) for field in fields(one)}
 
 

@@ -9,6 +9,7 @@ import matplotlib
 import pytest
 
 import olp
+from olp.recorded import DiagnosisAnswer
 
 SAMPLES = Path(__file__).resolve().parents[1] / "samples"
 JOB = SAMPLES / "inform" / "generations" / "dx200.jbi"
@@ -44,8 +45,12 @@ def test_calibrate_and_predict_are_those_of_the_commands() -> None:
     assert (table["low_s"] <= table["predicted_s"]).all()
 
 
-def test_diagnose_answers_with_a_verdict_and_names() -> None:
-    answer = olp.diagnose(TUNED)
+@pytest.fixture(scope="module")
+def answer() -> DiagnosisAnswer:
+    return olp.diagnose(TUNED)
+
+
+def test_diagnose_answers_with_a_verdict_and_names(answer: DiagnosisAnswer) -> None:
     assert answer.verdict == answer.to_json()["verdict"]
     assert answer.findings == tuple(found["term"] for found in answer.to_json()["findings"])
     assert repr(answer) == f"<Diagnosis of {TUNED}: {answer.verdict}, {', '.join(answer.findings)}>"
@@ -59,10 +64,10 @@ def test_convert_gives_the_files_of_the_other_language() -> None:
     assert any(b"MoveL" in data for data in files.values())
 
 
-def test_objects_say_in_one_line_what_they_are() -> None:
+def test_objects_say_in_one_line_what_they_are(answer: DiagnosisAnswer) -> None:
     program = olp.read(JOB)
     plan = program.plan("yaskawa/ma2010")
-    recording = olp.diagnose(TUNED).recording
+    recording = answer.recording
     assert isinstance(recording, olp.Recording)
     assert repr(program).startswith(f"<Program {JOB} (inform): ")
     assert repr(plan) == f"<Plan of {JOB}: 11 steps, 9 of them moves, yaskawa/ma2010>"
@@ -78,3 +83,40 @@ def test_a_plan_is_drawn_as_speed_over_time() -> None:
     (line,) = axes.get_lines()
     assert line.get_xdata()[-1] == pytest.approx(plan.time()["end_s"].iloc[-1])
     assert 400 < line.get_ydata().max() < 600
+
+
+def test_recordings_signatures_and_diagnoses_are_drawn_and_show_themselves(
+    tmp_path: Path, answer: DiagnosisAnswer
+) -> None:
+    matplotlib.use("Agg")
+    recording = olp.Recording.read(TUNED)
+    measured, simulated = recording.plot().get_lines()
+    assert measured.get_ydata() == pytest.approx(recording.moves.duration)
+    assert simulated.get_ydata() == pytest.approx(recording.moves.sim)
+    assert recording.frame()["duration_s"].to_numpy() == pytest.approx(recording.moves.duration)
+    assert "moves      80, 80 measured" in recording._repr_html_()
+    _, before, after = answer.plot().get_lines()
+    off = [float((line.get_ydata() ** 2).mean()) ** 0.5 / 1e3 for line in (before, after)]
+    assert off[0] == pytest.approx(answer.to_json()["fit"]["before"]["rmse_s"], rel=0.02)
+    assert off[1] < off[0] / 5
+    signature = olp.calibrate(SAMPLES / "up20", method="constant")
+    signature.save(tmp_path / "s.json")
+    again = olp.Signature.read(tmp_path / "s.json")
+    assert repr(again) == repr(signature)
+    assert len(signature.plot().containers) == 9  # start points
+    assert "method constant" in signature._repr_html_()
+
+
+def test_a_log_alone_is_drawn_as_axes_over_time(tmp_path: Path) -> None:
+    matplotlib.use("Agg")
+    rows = [f"{0.01 * n},{n},{2 * n},{n},0" for n in range(5)]
+    (tmp_path / "log.csv").write_text("\n".join(["t_s,q1_deg,q2_deg,q1_cmd_deg,q2_cmd_deg", *rows]))
+    first, second = olp.Recording.read(tmp_path).plot().get_lines()
+    assert first.get_ydata().tolist() == pytest.approx([0, 1, 2, 3, 4])
+    assert second.get_ydata().tolist() == pytest.approx([0, 2, 4, 6, 8])
+
+
+def test_a_robot_is_said_in_a_line_and_shown_as_a_table() -> None:
+    robot = olp.load_robot("yaskawa/gp25")
+    assert repr(robot) == "<Robot yaskawa/gp25: arm, axes S L U R B T>"
+    assert robot._repr_html_().count("<tr>") == 7

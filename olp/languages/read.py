@@ -20,6 +20,12 @@ def read(path: str | os.PathLike[str], *, vendor: str | None = None, encoding: s
     None. Mistakes in the text do not raise: they are in `Program.diagnostics`, and the rest is usable.
     Raises OlpError when the file cannot be read (P004), its encoding is unknown (P005) or nobody knows its
     language (P002, P003), and for a file of another kind (P044).
+
+    Example:
+        >>> import olp
+        >>> program = olp.read("samples/inform/generations/dx200.jbi")
+        >>> program.vendor, len(program.diagnostics)
+        ('inform', 0)
     """
     try:
         source = load(path, encoding)

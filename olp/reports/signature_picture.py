@@ -2,31 +2,62 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
 from olp.identification.signature.diff import domain_moves
 from olp.identification.signature.document import Signature
+from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.predict import predict
 from olp.reports.plot.axes import Axes, room
 from olp.reports.plot.figure import SERIES, Dot, Figure, Polyline, TextLabel
 
 _LEFT, _TOP, _WIDTH, _HEIGHT, _KEY = 76, 64, 620, 380, 210
 _MOST_SERIES = 16
+Floats = NDArray[np.float64]
+
+
+class LearntAccelerations(NamedTuple):
+    """Of n straight moves that a signature learnt: `angle` (n,) [rad], `value`, `low`, `high` (n,) [m/s²], 95 %.
+
+    `angle`: bearing or incline. `start`, `away` (n,): which start point, and whether the move leads away from it.
+    """
+
+    angle: Floats
+    value: Floats
+    low: Floats
+    high: Floats
+    start: NDArray[np.int64]
+    away: NDArray[np.bool_]
+    moves: MoveSet
+
+
+def learnt_accelerations(signature: Signature) -> LearntAccelerations:
+    """Speed over the time beyond the pace, at the highest speed it learnt. Raises OlpError (see predict)."""
+    domain = signature.domain
+    moves = domain_moves(domain.moves, domain.angles, domain.speed[1])
+    said = predict(signature, moves)
+    pace = moves.length / moves.speed
+    value = moves.speed / np.maximum(said.duration - pace, 1e-6)
+    low, high = (moves.speed / np.maximum(t - pace, 1e-3) for t in (said.high, said.low))
+    step = moves.end - moves.start
+    upright = np.abs(step[:, 2]) > np.abs(step[:, 0])
+    angle = np.arctan2(step[:, 1], np.where(upright, step[:, 2], step[:, 0]))
+    angle = np.where(np.abs(angle) > np.pi / 2, angle - np.sign(angle) * np.pi, angle)
+    away = np.where(upright, step[:, 2] > 0, step[:, 0] > 0)
+    return LearntAccelerations(angle, value, low, high, moves.start_labels, away, moves)
 
 
 def signature_figure(signature: Signature) -> Figure:
     """One line per start point; the band is the 95 % interval of a move. Raises OlpError (see predict)."""
     domain = signature.domain
-    moves = domain_moves(domain.moves, domain.angles, domain.speed[1])
-    said = predict(signature, moves)
-    pace = moves.length / moves.speed
-    acceleration = moves.speed / np.maximum(said.duration - pace, 1e-6) / mm
-    low, high = (moves.speed / np.maximum(t - pace, 1e-3) / mm for t in (said.high, said.low))
-    step = moves.end - moves.start
-    upright = np.abs(step[:, 2]) > np.abs(step[:, 0])
-    angle = np.arctan2(step[:, 1], np.where(upright, step[:, 2], step[:, 0])) / deg
-    angle = np.where(np.abs(angle) > 90, angle - np.sign(angle) * 180, angle)
+    shown = learnt_accelerations(signature)
+    moves, labels, away = shown.moves, shown.start, shown.away
+    acceleration, low, high = shown.value / mm, shown.low / mm, shown.high / mm
+    angle = shown.angle / deg
     figure = Figure(
         _LEFT + _WIDTH + _KEY, _TOP + _HEIGHT + 60, f"Timing signature of {signature.robot or 'a robot'}"
     )
@@ -39,8 +70,6 @@ def signature_figure(signature: Signature) -> Figure:
     panel.frame(
         "bearing or incline, deg", "mm/s²", f"corrected acceleration at {domain.speed[1] / mm:g} mm/s"
     )
-    labels = moves.start_labels
-    away = np.where(upright, step[:, 2] > 0, step[:, 0] > 0)
     for number in range(min(int(labels.max()) + 1, _MOST_SERIES)):
         own = np.nonzero(labels == number)[0]
         colour = SERIES[number % len(SERIES)]

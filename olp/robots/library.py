@@ -38,6 +38,11 @@ def load_robot(name_or_path: str | Path) -> Robot:
     """The robot of that library name ("yaskawa/gp25", or "gp25" when only one maker has it) or file.
 
     Raises OlpError: R001 no such robot or file, R002 to R006 the file's problems, all at once.
+
+    Example:
+        >>> import olp
+        >>> olp.load_robot("yaskawa/gp25")
+        <Robot yaskawa/gp25: arm, axes S L U R B T>
     """
     text = str(name_or_path)
     if text.lower().endswith(".toml") or isinstance(name_or_path, Path):

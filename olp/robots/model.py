@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from html import escape
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from olp.core.units import deg, mm
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -126,6 +129,19 @@ class Robot:
     @property
     def knows_pulses(self) -> bool:
         return all(axis.pulses_per_unit is not None for axis in self.axes)
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.name}: {self.kind}, axes {' '.join(self.axis_names)}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{escape(axis.name)}</td><td>{axis.lower / unit:g} … {axis.upper / unit:g} {word}</td>"
+            f"<td>{axis.speed / unit:g} {word}/s</td></tr>"
+            for axis in self.axes
+            for unit, word in ([(mm, "mm")] if axis.linear else [(deg, "deg")])
+        )
+        head = "<tr><th>axis</th><th>range</th><th>rated speed</th></tr>"
+        return f"<p>{escape(self.name)}: {escape(self.kind)}</p><table>{head}{rows}</table>"
 
     def __hash__(self) -> int:
         # `sources` is a mapping and cannot be hashed; the rest already tells robots apart.
