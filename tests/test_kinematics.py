@@ -22,6 +22,7 @@ from olp.robots.kinematics import (
     singularities,
     track,
     track_branches,
+    track_paths,
     tracking,
     with_tool,
     within_limits,
@@ -165,10 +166,26 @@ def test_the_short_way_of_tracking_gives_what_following_all_branches_gives(robot
     joints[:, 4] = 1.1 + 0.4 * np.sin(np.linspace(0.0, 9.0, 700))
     joints = from_standard(robot.geometry.links, joints)
     poses, start = forward(robot, joints), joints[0] + 0.01
-    calm = tracking._track_without_events(robot, robot.geometry.links, *poses, start)
-    assert calm is not None
-    monkeypatch.setattr(tracking, "_track_without_events", lambda *_: None)
-    np.testing.assert_allclose(calm, track(robot, *poses, start), atol=1e-12)
+    begins, links = np.zeros(1, np.intp), robot.geometry.links
+    found, calm = tracking._track_without_events(robot, links, *poses, start[None], begins)
+    assert calm.all()
+    monkeypatch.setattr(tracking, "_track_without_events", lambda *_: (found, ~calm))
+    np.testing.assert_allclose(found, track(robot, *poses, start), atol=1e-12)
+
+
+def test_many_paths_at_once_are_tracked_as_one_after_the_other():
+    calm, flips, far = (swinging(AR2010, n, amplitude=0.2) for n in (40, 300, 20))
+    flips[:, 4] = 0.9 * np.cos(np.linspace(0.0, 25.0, 300))
+    calm[:, 5] += 2 * np.pi
+    poses = [forward(AR2010, joints) for joints in (calm, flips, far, calm)]
+    poses[2][0][10:] *= 3.0  # out of reach from here on
+    starts = np.array([joints[0] for joints in (calm, flips, far, calm)])
+    both = [np.concatenate([pose[i] for pose in poses]) for i in range(2)]
+    found = track_paths(AR2010, *both, starts, np.array([0, 40, 340, 360]))
+    single = [track(AR2010, *pose, start) for pose, start in zip(poses, starts, strict=True)]
+    np.testing.assert_allclose(found, np.concatenate(single), atol=1e-12)
+    assert np.isnan(found[350:360]).any()
+    np.testing.assert_allclose(found[360:], calm, atol=1e-7)
 
 
 def test_track_passes_over_the_shoulder_with_the_arm_leaning_back():

@@ -17,7 +17,6 @@ from olp.core.terminal import utf8
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.robots.geometry import (
-    Pose,
     angles_from_rotation,
     compose,
     quaternion_from_rotation,
@@ -210,22 +209,39 @@ def _axes_along_paths(
     robot = plan.robot
     if robot is None or robot.geometry is None:
         return axes
-    from olp.robots.kinematics import track as follow
+    from olp.robots.kinematics import track_paths
 
-    curved = plan.moves.path[rows] != _JOINT
-    ends = np.nonzero(np.diff(rows))[0] + 1
-    for begin, end in zip(np.concatenate(([0], ends)), np.concatenate((ends, [len(rows)])), strict=True):
-        if not curved[begin]:
+    width = len(robot.axes)
+    curved = np.flatnonzero(plan.moves.path[rows] != _JOINT)
+    begins, of = _runs(rows[curved])
+    starts = plan.moves.start[rows[curved[begins]]]
+    known = np.flatnonzero(~np.isnan(plan.positions.axes[starts][:, :width]).any(axis=1))
+    follows = np.isin(of, known)
+    axes[curved[~follows]] = np.nan
+    curved, starts = curved[follows], starts[known]
+    begins, of = _runs(rows[curved])
+    seeds = plan.positions.axes[starts][:, :width]
+    for paths in np.split(np.arange(len(begins)), np.flatnonzero(np.diff(begins // _AT_ONCE)) + 1):
+        if not len(paths):
             continue
-        start = plan.moves.start[rows[begin : begin + 1]]
-        seed = plan.positions.axes[start][:, : len(robot.axes)]
-        if np.isnan(seed).any():
-            axes[begin:end] = np.nan
-            continue
-        back = Pose(*(part[0] for part in _tools(plan, start, seed))).inverse()
-        flange = compose(position[begin:end], rotation[begin:end], back.position, back.rotation)
-        axes[begin:end, : len(robot.axes)] = follow(robot, *flange, seed[0])
+        first, last = paths[0], paths[-1]
+        part = slice(begins[first], begins[last + 1] if last + 1 < len(begins) else len(curved))
+        at, mine = curved[part], of[part] - first
+        tool, turn = _tools(plan, starts[paths], seeds[paths])
+        back = np.swapaxes(turn, -1, -2)
+        off = -np.einsum("nij,nj->ni", back, tool)
+        flange = compose(position[at], rotation[at], off[mine], back[mine])
+        axes[at, :width] = track_paths(robot, *flange, seeds[paths], begins[paths] - begins[first])
     return axes
+
+
+def _runs(values: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Where each run of equal `values` (n,) begins, and the number of the run that each belongs to (n,)."""
+    begins = np.flatnonzero(np.diff(values, prepend=-1))
+    return begins, np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(values))))
+
+
+_AT_ONCE = 100_000  # samples whose axes are worked out together: more would take memory and save no time
 
 
 def _tools(plan: Plan, start: NDArray[np.int32], axes: Floats) -> tuple[Floats, Floats]:

@@ -15,7 +15,7 @@ from olp.robots.kinematics.configuration import (
 )
 from olp.robots.kinematics.inverse import branches, inverse, nearest
 from olp.robots.kinematics.readings import joints_to_pulses, pulses_to_joints
-from olp.robots.kinematics.tracking import track, track_branches
+from olp.robots.kinematics.tracking import track, track_branches, track_paths
 
 __all__ = [
     "Clearance",
@@ -32,6 +32,7 @@ __all__ = [
     "singularities",
     "track",
     "track_branches",
+    "track_paths",
     "with_tool",
     "within_limits",
     "without_tool",

@@ -39,9 +39,9 @@ def track(robot: Robot, positions: ArrayLike, rotations: ArrayLike, start_joints
     links = geometry_of(robot).links
     if links is None:
         return _track_numerically(robot, position, rotation, start)
-    calm = _track_without_events(robot, links, position, rotation, start)
-    if calm is not None:
-        return calm
+    found, calm = _track_without_events(robot, links, position, rotation, start[None], np.zeros(1, np.intp))
+    if calm[0]:
+        return found
     result = np.empty((6, len(position)))
     chosen, turns = -1, np.zeros(6)
     for part, block in _follow(robot, links, position, rotation, start):
@@ -51,6 +51,31 @@ def track(robot: Robot, positions: ArrayLike, rotations: ArrayLike, start_joints
             turns = np.nan_to_num(start + apart[chosen] - block[chosen, :, 0])
         result[:, part] = block[chosen] + turns[:, None]
     return result.T
+
+
+def track_paths(
+    robot: Robot,
+    positions: ArrayLike,
+    rotations: ArrayLike,
+    start_joints: ArrayLike,
+    begins: NDArray[np.intp],
+) -> Array:
+    """As `track` for p paths that stand one behind the other, all at once: (n, k) [rad].
+
+    Path i has the poses from row `begins[i]` up to the next one's, and starts near `start_joints[i]`, (p, k).
+    """
+    position, rotation = as_poses(positions, rotations)
+    starts = as_joints(robot, start_joints)
+    links = geometry_of(robot).links
+    if links is None:
+        found, calm = np.empty((len(position), len(robot.axes))), np.zeros(len(begins), dtype=bool)
+    else:
+        found, calm = _track_without_events(robot, links, position, rotation, starts, begins)
+    ends = np.append(begins[1:], len(position))
+    for i in np.flatnonzero(~calm).tolist():
+        part = slice(int(begins[i]), int(ends[i]))
+        found[part] = track(robot, position[part], rotation[part], starts[i])
+    return found
 
 
 def track_branches(robot: Robot, positions: ArrayLike, rotations: ArrayLike) -> Array:
@@ -68,25 +93,32 @@ def track_branches(robot: Robot, positions: ArrayLike, rotations: ArrayLike) -> 
 
 
 def _track_without_events(
-    robot: Robot, links: Links, position: Array, rotation: Array, start: Array
-) -> Array | None:
-    """As `track`, from the start's own branch alone; None when another one could be nearer somewhere.
+    robot: Robot,
+    links: Links,
+    position: Array,
+    rotation: Array,
+    starts: Array,
+    begins: NDArray[np.intp],
+) -> tuple[Array, NDArray[np.bool_]]:
+    """As `track_paths`, each path from its start's own branch; (p,) false where another could be nearer somewhere.
 
     Most paths are such, and one branch costs a third of eight.
     """
-    flags = configuration_of(robot, start)[0]
-    flags[3:] = 0
-    joints, reachable = inverse(robot, position, rotation, flags)
-    if not reachable.all():
-        return None
-    steps = np.diff(joints, axis=0, prepend=start[None])
-    turns = _TURN * np.rint(steps / _TURN)
-    sudden = np.abs(steps - turns) > 0.5 * math.pi
+    flags = configuration_of(robot, starts)
+    flags[:, 3:] = 0
+    of = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(position))))
+    joints, reachable = inverse(robot, position, rotation, flags[of])
+    before = np.concatenate((starts[:1], joints[:-1]))
+    before[begins] = starts
+    steps = joints - before
+    turns = np.nan_to_num(np.rint(steps / _TURN))
+    rest = np.abs(steps - _TURN * turns)
     straight = np.abs(np.sin(to_standard(links, joints)[:, 4])) < 2.0 * STRAIGHT_WRIST
-    if sudden.any() or straight.any() or np.abs(steps[0] - turns[0]).max() > _NEAR:
-        return None
-    calm: Array = joints - np.cumsum(turns, axis=0)
-    return calm
+    eventful = ~reachable | (rest > 0.5 * math.pi).any(axis=1) | straight
+    calm = ~np.logical_or.reduceat(eventful, begins) & (rest[begins].max(axis=1) <= _NEAR)
+    whole = np.cumsum(turns, axis=0)
+    whole -= (whole[begins] - turns[begins])[of]
+    return joints - _TURN * whole, calm
 
 
 def _follow(
