@@ -51,7 +51,7 @@ def shares(segments: Sequence[int]) -> list[PageShare]:
         min(max(size // count, least), most)
         for size, least, most in (
             (40_000, 200, whole.samples),
-            (80_000, 300, whole.points),
+            (40_000, 300, whole.points),
             (12_000, 100, whole.poses),
             (20_000, 100, whole.lines),
         )

@@ -42,6 +42,7 @@ _LIBRARIES = "vendored/libraries.js"
 _SCRIPTS = "report_charts.js", "report_space.js", "report.js"
 _STYLES = "vendored/uPlot.css", "report.css"
 _LONGEST = 25  # lines of a program that are listed without the script
+_LONGEST_OF_MANY = 10  # of each of several programs
 _SUMMARY = '<script type="application/json" id="summary">', "</script>"
 _MOST_S = 1e12  # [s] of a program in an earlier report
 _TONES = dict(zip(CAUSES, ("teal", "blue", "red", "orange", "pink"), strict=True))
@@ -94,11 +95,13 @@ def report_page(
     room = shares([0 if entry.timing is None else len(entry.timing.plan) for entry in entries])
     costs = [ProgramCost() if entry.timing is None else cost_of(entry.timing, _LONGEST) for entry in entries]
     folder = common_folder([entry.path for entry in entries])
+    most = _LONGEST if len(entries) == 1 else _LONGEST_OF_MANY
     programs = [
         {
             **_program(row.index, entries[row.index], earlier, costs[row.index], room[row.index]),
             "depth": row.depth,
             "shown": entries[row.index].path[len(folder) :],
+            "longest": _lines(costs[row.index], entries[row.index].path)[:most],
         }
         for row in cell_tree(entries)
     ]
@@ -116,7 +119,7 @@ def report_page(
         ),
         "started": len(starting),
         "causes": _causes(whole),
-        "costliest": _lines(whole, "") if len(programs) > 1 else [],
+        "costliest": _lines(whole, "")[:most] if len(programs) > 1 else [],
         "spelled": spelled_time(total),
         "css": Markup(variables() + "".join(resources.read_text(FOLDER, name) for name in _STYLES)),
         "scripts": [script for script, _ in scripts],
@@ -160,7 +163,6 @@ def _program(
         "change": "" if change is None else f"{change:+.3f}",
         "worse": change is not None and change > 5e-4,
         "budgets": [{"name": i.name, "status": _STATUS[i.status], "says": i.message} for i in entry.budgets],
-        "longest": [] if timing is None else _lines(cost, entry.path),
         "causes": _causes(cost),
         "branches": told_branches(entry.branches, at_least),
         "assumptions": [] if timing is None else [(a.line, a.says) for a in timing.assumptions],
@@ -189,7 +191,7 @@ def _lines(cost: ProgramCost, main: str) -> list[tuple[str, ...]]:
             line.limited_by,
             line.helps,
         )
-        for line in cost.lines[:_LONGEST]
+        for line in cost.lines
     ]
 
 
