@@ -185,13 +185,13 @@ class Walk:
         self.row("two files of the folder", "> 2 lines", f"{rows} lines", rows > 2)
 
     def recording(self) -> None:
+        shown = "document.getElementById('diagnosis')"
+        problem = "document.getElementById('problems').textContent"
         for name, wanted in (("tuned", "EXPLAINED"), ("trace", "Diagnosis")):
             archive = zipped(ROOT / "samples" / "recordings" / name, self.root.parent / f"{name}.zip")
             began = time.perf_counter()
             self.browser.drop([archive])
             meanwhile = self.meanwhile()
-            shown = "document.getElementById('diagnosis')"
-            problem = "document.getElementById('problems').textContent"
             text = self.browser.until(
                 f"(!{shown}.hidden && {shown}.contentDocument?.body?.textContent) || {problem}", 120
             )
@@ -204,6 +204,12 @@ class Walk:
                 held and meanwhile < 1,
             )
             self.picture(f"recording-{name}")
+        for name in ("run.mcap", "fanuc.csv"):
+            self.browser.drop([ROOT / "samples" / "recordings" / "logs" / name])
+            text = self.browser.until(
+                f"(!{shown}.hidden && {shown}.contentDocument?.body?.textContent) || {problem}", 120
+            )
+            self.row(f"{name}, dropped", "Diagnosis", text[:60], "Diagnosis" in text)
         bad = self.root.parent / "bad.csv"
         bad.write_bytes(b"\0\1\2;;;")
         self.browser.drop([bad])

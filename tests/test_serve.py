@@ -31,7 +31,7 @@ from olp.servers.confinement import captured
 from olp.servers.web import app as web
 from olp.servers.web.answers import diagnose
 from olp.servers.web.desk import Desk
-from olp.servers.web.dropped import plain_path
+from olp.servers.web.dropped import plain_path, recording_of
 from olp.servers.web.messages import DROPPED, WorkerSetting
 from olp.servers.web.pool import WorkerPool
 
@@ -227,6 +227,40 @@ def test_two_versions_are_compared_as_olp_diff_does(site, root, monkeypatch):
     assert asked(site, "compare", old="", new=JOB) == json.loads(said("diff", "HEAD", ".", JOB, *words))
     other = "handling/DROP.JBI"
     assert asked(site, "compare", old=JOB, new=other) == json.loads(said("diff", JOB, other, *words))
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("every-column/moves.csv", "."),
+        ("logs/run.mcap", "imported"),
+        ("logs/fanuc.csv", "imported"),
+        ("dx200/log.csv", "imported"),
+        ("trace/PALLET_PROG.TXT", "imported"),
+        ("tuned/PICK-7.JBI", None),
+    ],
+)
+def test_recordings_are_found_or_made_of_what_was_dropped(root, tmp_path, source, found):
+    folder = Path(shutil.copytree((SAMPLES / "recordings" / source).parent, tmp_path / "all"))
+    name = Path(source).name
+    for file in folder.iterdir():
+        if file.name != name and not name.startswith("PALLET"):
+            file.unlink()
+    desk = Desk(setting(root), tmp_path, dispatch)
+    if found is None:
+        with pytest.raises(OlpError, match="Z013"):
+            recording_of(desk, folder, "")
+    else:
+        made = recording_of(desk, folder, "")
+        assert made == folder / found
+        assert len((made / "moves.csv").read_text().splitlines()) > 2
+
+
+def test_a_table_of_times_becomes_a_recording_of_the_program_that_ran(root, tmp_path):
+    (tmp_path / "times.csv").write_text("line,duration_s\n40,0.5\n41,0.9\n")
+    made = recording_of(Desk(setting(root), tmp_path, dispatch), tmp_path, str(root / JOB))
+    assert "HANDLING.JBI" in (made / "moves.csv").read_text()
+    assert recording_of(Desk(setting(root), tmp_path, dispatch), tmp_path, "") == made, "it is there by now"
 
 
 def test_a_dropped_recording_is_diagnosed_as_the_command_line_does(site, tmp_path, monkeypatch):

@@ -41,7 +41,7 @@ def diagnosed(desk: Desk, folder: Path, job: str) -> dict[str, Any]:
     for archive in [file for file in _files(folder) if file.suffix.lower() == ".zip"]:
         _unpack(archive)
         archive.unlink()
-    recording = _recording(desk, folder, job)
+    recording = recording_of(desk, folder, job)
     words = [f"--job={job}"] if job else []
     if desk.setting.job.robot and not (recording / "recording.toml").is_file():
         words.append(f"--robot={desk.setting.job.robot}")
@@ -52,35 +52,41 @@ def _files(folder: Path) -> list[Path]:
     return sorted((file for file in folder.rglob("*") if file.is_file()), key=lambda file: len(file.parts))
 
 
-def _recording(desk: Desk, folder: Path, job: str) -> Path:
-    """A recording among the files, or one that is made of a controller's own. Raises OlpError (Z013)."""
-    from olp.identification.recording.reader import ROLES
+def recording_of(desk: Desk, folder: Path, job: str) -> Path:
+    """A recording among the files, or one that `olp recording import` makes of them. Raises OlpError (Z013)."""
     from olp.identification.recording.table import role_of
     from olp.languages.recorders import recorders
 
     files = _files(folder)
     tables = [file for file in files if role_of(file)]
-    ready = next((file.parent for file in tables if role_of(file) in ROLES), None)
+    ready = next((file.parent for file in tables if role_of(file) in ("moves", "sim_log")), None)
     if ready is not None:
         return ready
-    known = [file for file in files if any(one.set_of(file) is not None for one in recorders())]
     made = folder / "imported"
-    if known:
-        _import(desk, made, [str(file) for file in known])
-        return made
-    if len(tables) == 1 and job:
-        _import(desk, made, [str(tables[0])], f"--job={job}")
+    traces = [file for file in files if any(one.set_of(file) is not None for one in recorders())]
+    logs = [] if traces else _logs(desk, files, tables)
+    if traces or logs or (job and len(tables) == 1):
+        words = [f"--job={job}"] if job and not traces else []
+        words += [f"--robot={desk.setting.job.robot}"] if desk.setting.job.robot else []
+        sources = traces or logs or tables
+        desk.ran("recording", "import", *words, f"--output={made}", *map(str, sources))
         return made
     if len(tables) == 1:
         return tables[0]
     names = ", ".join(file.name for file in files[:5])
-    help = "drop a recording's folder or a zip of it, one table of moves, or a controller's traces"
+    help = "drop a recording's folder or a zip of it, one table of moves, or a controller's traces or logs"
     raise OlpError(error("Z013", f"no recording among these files: {names}", help=help))
 
 
-def _import(desk: Desk, made: Path, files: Sequence[str], *words: str) -> None:
-    robot = [f"--robot={desk.setting.job.robot}"] if desk.setting.job.robot else []
-    desk.ran("recording", "import", *robot, *words, f"--output={made}", *files)
+def _logs(desk: Desk, files: Sequence[Path], tables: Sequence[Path]) -> list[Path]:
+    """ROS recordings, or tables of samples. Raises OlpError for what is no table."""
+    from olp.identification.recording.importing import ImportOptions, is_log
+    from olp.identification.recording.ros_bag import is_bag
+    from olp.robots.robot import load_robot
+
+    bags = [file.parent for file in files if is_bag(file.parent)] or [file for file in files if is_bag(file)]
+    robot = load_robot(desk.setting.job.robot) if desk.setting.job.robot else None
+    return list(dict.fromkeys(bags)) or [file for file in tables if is_log(file, ImportOptions(robot=robot))]
 
 
 def _unpack(archive: Path) -> None:
