@@ -207,7 +207,7 @@ def convert(
     from olp.transpile.convert import convert as translate
     from olp.transpile.link import link
 
-    context = Context(as_robot(robot), as_robot(target_robot), on_loss=on_loss, forms=not plain)
+    context = Context(as_robot(robot), as_robot(target_robot), on_loss=on_loss, forms=not plain, entry=True)
     linked = link(read_plainly(path, encoding=encoding))
     try:
         return translate(linked.program, to, context).files

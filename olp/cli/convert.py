@@ -82,8 +82,8 @@ def run(args: Namespace) -> int:
     from olp.transpile.receipt_text import as_text
 
     refuse_unwritable(args.to)
-    context = _context(args)
     jobs = expand_paths(args.jobs, vendor_suffixes())
+    context = replace(_context(args), entry=len(jobs) == 1)
     told: list[Diagnostic] = []
     alone: list[Diagnostic] = []  # files of data that the target's programs hold
     files: dict[str, bytes] = {}

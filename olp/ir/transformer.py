@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from typing import Any, Final, TypeVar, cast, get_args
 
 from olp.core.fast_dataclass import changer
 from olp.ir.expressions import (
+    CallValue,
     Expression,
     FrameRef,
     Function,
+    Item,
+    Member,
     Named,
     Number,
     PositionLiteral,
@@ -21,7 +24,7 @@ from olp.ir.expressions import (
     Text,
 )
 from olp.ir.moves import Acceleration, Blend, Move, SetBlend, SetSpeed, Speed
-from olp.ir.program import Declare
+from olp.ir.program import Assign, Call, Declare, For, ReadInput, Update
 
 T = TypeVar("T")
 _changed_move: Final = changer(Move)
@@ -212,6 +215,24 @@ def expressions_of(node: object) -> list[Expression]:
 
     _mapped(node, note)
     return found
+
+
+def changed_by(s: object) -> Iterator[str]:
+    """The variables that a statement may give another value, those handed to routines among them."""
+    given: list[Any] = []
+    if isinstance(s, (Assign, Update, ReadInput)):
+        given.append(s.target)
+    elif isinstance(s, For):
+        given.append(s.variable)
+    elif isinstance(s, Call):
+        given += [*s.arguments, s.result]
+    if not calls_nothing(s):
+        given += [one for e in expressions_of(s) if isinstance(e, CallValue) for one in e.arguments]
+    for it in given:
+        while isinstance(it, (Item, Member)):
+            it = it.base
+        if isinstance(it, Named):
+            yield it.name
 
 
 def note_names(node: Any, found: set[str]) -> None:

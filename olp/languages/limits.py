@@ -108,6 +108,7 @@ class Limits:
     has_parameters: bool = True
     nested_expressions: bool = True  # more than one operator in an expression
     one_routine_per_file: bool = False
+    started: str = ""  # the routine that the controller starts; "": any
     has_data_files: bool = False  # files of data alone, which programs beside them use
     reserved: frozenset[str] = frozenset()  # words that no name may be, upper case
     external_axes: int = 6

@@ -117,7 +117,8 @@ class Context:
 
     `robot`: that the program was written for; `target_robot`: that it is written for (None: the same one).
     `on_loss`: "error" or "comment". `flat`: the executed plan instead of the program. `forms`: moves as the pendant's
-    editor writes them, where the language has such forms.
+    editor writes them, where the language has such forms. `entry`: the controller starts this program, not another that
+    calls it.
     """
 
     robot: Robot | None = None
@@ -126,6 +127,7 @@ class Context:
     on_loss: str = "error"
     flat: bool = False
     forms: bool = False
+    entry: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic, Span, error
 from olp.ir.expressions import PositionLiteral
-from olp.ir.program import Program
+from olp.ir.points import PointTable
+from olp.ir.program import Begin, Call, End, Program, Routine
 from olp.languages.vendor import language_of
 from olp.transpile.advance import continued, stopped_advance
 from olp.transpile.arcs import arcs
@@ -21,7 +22,7 @@ from olp.transpile.constant_frames import known_systems
 from olp.transpile.context import Context, Fate, Loss, TranslationContext, work_for
 from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, standing
-from olp.transpile.dead_code import data_alone, prune
+from olp.transpile.dead_code import data_alone, holds_data_only, prune
 from olp.transpile.expression_lowering import lift
 from olp.transpile.first_values import begun, first_values
 from olp.transpile.flat_records import flat_records
@@ -130,7 +131,32 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
             number,
             comment_texts,
         )
-    return (*first, turned_together, flow, whole_numbers, begun, signals, names, continued, comment_texts)
+    return (
+        *first,
+        turned_together,
+        flow,
+        whole_numbers,
+        begun,
+        signals,
+        names,
+        continued,
+        comment_texts,
+        started,
+    )
+
+
+def started(program: Program, work: TranslationContext) -> Program:
+    """With the routine that the controller starts, which calls the program's own first one, where it lacks such."""
+    name = work.limits.started
+    if not (name and work.context.entry and program.routines):
+        return program
+    first = next((r for r in program.routines if r.name == program.main), program.routines[0])
+    taken = {routine.name.casefold() for routine in program.routines}
+    taken |= {declare.name.casefold() for declare in program.data}
+    if name.casefold() in taken or first.parameters or first.returns or holds_data_only(program):
+        return program
+    own = Routine(name, 0, (Begin(0), Call(0, first.name), End(0)), PointTable())
+    return replace(program, routines=(*program.routines, own))
 
 
 def canonical(

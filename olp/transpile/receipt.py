@@ -432,13 +432,17 @@ _SIGNAL: Final = "signal"
 def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[str, int], int]:
     """File and line of `written`, the files read again -> the line of the source that it was made from."""
     found: dict[tuple[str, int], int] = {}
+    several: set[tuple[str, int]] = set()  # lines that were made from two, such as a move with its output
     bodies = {routine.name.casefold(): _steps(routine.body) for routine in translated.routines}
     for program in written:
         for routine in program.routines:
             made = bodies.get(routine.name.casefold())
             for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
-                if s.line:
-                    found.setdefault((program.path, t.line), s.line)
+                place = (program.path, t.line)
+                if s.line and found.setdefault(place, s.line) != s.line:
+                    several.add(place)
+    for place in several:
+        del found[place]
     return found
 
 

@@ -139,6 +139,12 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
             ):
                 idle = work.conventions.idle_routines[s.routine.casefold()]
                 rows.append(_idle(s, f"{idle} takes no time and moves nothing", program, work))
+            elif isinstance(s, Process) and s.name in _SILENT:
+                idle = work.conventions.idle_processes.get(s.name, s.name)
+                work.lose(
+                    s, Fate.EXACT, "statement", f"{idle} means nothing to another controller: it is left out"
+                )
+                rows += [Comment(s.line, s.comment)] if s.comment else []
             elif isinstance(s, Process) and s.name in work.conventions.idle_processes:
                 rows.append(
                     _idle(
@@ -168,6 +174,9 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
 
 def _is_clock(e: Expression) -> bool:
     return isinstance(e, (SystemValue, Function)) and e.name == "timer"
+
+
+_SILENT: Final = frozenset({"continue", "stop-handler"})  # nobody would write a comment in their place
 
 
 def _idle(s: Statement, why: str, program: Program, work: TranslationContext) -> Comment:

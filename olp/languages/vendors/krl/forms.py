@@ -16,6 +16,7 @@ from olp.core.units import mm, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.moves import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.ir.transformer import changed_by
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.scope import Scope
 from olp.languages.vendors.krl.write_values import pose_text
@@ -103,7 +104,7 @@ class InlineForms:
         self._taken = {routine.name.upper() for routine in routines}
         local = {p.name.upper() for r in routines for p in r.parameters}
         local |= {s.name.upper() for r in routines for s in r.body if type(s) is st.Declare}
-        local |= {name.upper() for s in program.statements() for name in _changed(s)}
+        local |= {name.upper() for s in program.statements() for name in changed_by(s)}
         found = set()
         for it in (*program.data, *(one for routine in routines for one in routine.data)):
             if it.type in _TYPES and type(it.value) is ex.PositionLiteral and not it.sizes:
@@ -258,20 +259,6 @@ class InlineForms:
     def rows(self) -> list[str]:
         """All other data of the forms."""
         return self._loose
-
-
-def _changed(s: st.Statement) -> Iterator[str]:
-    """The variables that a statement may give another value."""
-    given: tuple[ex.Expression | None, ...] = ()
-    if isinstance(s, (st.Assign, st.Update, st.ReadInput)):
-        given = (s.target,)
-    elif isinstance(s, st.Call):
-        given = (*s.arguments, s.result)
-    for it in given:
-        while isinstance(it, (ex.Item, ex.Member)):
-            it = it.base
-        if isinstance(it, ex.Named):
-            yield it.name
 
 
 def _is_usual(s: st.Move) -> bool:

@@ -21,6 +21,7 @@ _WORDS: Final = """
 RESERVED: Final = frozenset(_WORDS.split())
 
 LIMITS = Limits(
+    started="main",
     speeds_needed=True,
     angles_together=True,
     routine_name=32,

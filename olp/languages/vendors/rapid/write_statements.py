@@ -10,6 +10,7 @@ from typing import ClassVar, Final
 from olp.core.units import percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
+from olp.ir.transformer import changed_by
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines
 from olp.languages.vendors.rapid.literals import quoted, zero
 from olp.languages.vendors.rapid.names import RapidNames
@@ -23,6 +24,7 @@ _NATIVE: Final = {
     "zone": "zonedata", "signal": "signaldo",
 }  # fmt: skip
 _STORAGE: Final = {"constant": "CONST", "persistent": "PERS", "variable": "VAR"}
+_SWITCHING: Final = ("MoveL", "MoveJ", "MoveC")  # and then DO
 _SIGNAL_WORDS: Final = {
     "in": "WaitDI", "out": "WaitDO", "in-group": "WaitGI", "out-group": "WaitGO", "analog-in": "WaitAI",
     "analog-out": "WaitAO",
@@ -86,13 +88,14 @@ class RapidStatements(RapidMoves):
     least_depth = 1
     comment_form = " !{}"
     forgets = CLOSES | BRANCHES | {st.If, st.While, st.For, st.Label, st.Call}
-    joins = frozenset({st.If, st.Wait, st.SetAcceleration, st.SetOverride, st.ObeyFlags, st.ShiftOn})
+    joins = frozenset({st.Move, st.If, st.Wait, st.SetAcceleration, st.SetOverride, st.ObeyFlags, st.ShiftOn})
 
     def __init__(
         self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: RapidNames
     ) -> None:
         super().__init__(program, types, clocks, names)
         self.returns = ""
+        self._changed: set[str] | None = None  # names that a statement may give another value, lower case
         self._rate: float | None = None  # what AccSet has set, None: not known here
         # Where no move names an acceleration, none is ever set.
         self._rated = any(isinstance(s, st.Move) and s.acceleration is not None for s in program.statements())
@@ -106,6 +109,8 @@ class RapidStatements(RapidMoves):
             raise CannotSayError(f"a variable whose type nothing tells ({s.name})")
         kind = self.names.resolved(written)
         storage = _STORAGE.get(s.storage, "VAR")
+        if storage == "VAR" and not self.own and self._is_taught(s):
+            storage = "CONST"
         if kind in ("tooldata", "wobjdata") and not self.own:
             storage = "PERS"
         if s.value is None and storage == "CONST":
@@ -122,6 +127,14 @@ class RapidStatements(RapidMoves):
         unset = storage == "VAR" and self.own and s.value == zero(kind, self.names, s.sizes)
         value = "" if begins is None or unset else f":={self._initial(begins, kind)}"
         return f"{scope}{storage} {word} {s.name}{sizes}{value};"
+
+    def _is_taught(self, s: st.Declare) -> bool:
+        """A point that no statement changes: what ModPos makes of a VAR is lost with the next start."""
+        if s.type not in ("position", "joints") or type(s.value) is not ex.PositionLiteral or s.sizes:
+            return False
+        if self._changed is None:
+            self._changed = {name.lower() for one in self.program.statements() for name in changed_by(one)}
+        return s.name.lower() not in self._changed
 
     def _initial(self, value: ex.Expression, kind: str) -> str:
         if kind in ("num", "string") and isinstance(value, ex.SignalState):
@@ -373,6 +386,8 @@ class RapidStatements(RapidMoves):
 
     def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
         one, last = body[place], place
+        if isinstance(one, st.Move):
+            return self._switching(one, body[place + 1]) if place + 1 < len(body) and not self.own else None
         if isinstance(one, st.If):
             if one.spelling == COMPACT and self.own:
                 last = _end_of_compact(body, place)
@@ -383,6 +398,21 @@ class RapidStatements(RapidMoves):
             return None
         comment = getattr(body[last], "comment", "") or getattr(one, "comment", "")
         return Joined(lines, last - place + 1, comment)
+
+    def _switching(self, move: st.Move, following: st.Statement) -> Joined | None:
+        """MoveLDO: an output that is set in the corner at the move's end, which nothing may stop."""
+        if type(following) is not st.SetOutput or following.signal.bus != "out":
+            return None
+        size = None if move.blend is None or move.blend.value is None else move.blend.value.literal
+        if not size or not isinstance(following.value, ex.SignalState):
+            return None
+        *before, text = self.lines(move)
+        word, _, arguments = text.partition(" ")
+        if word not in _SWITCHING:
+            return None
+        comments = ", ".join(one.strip() for one in (move.comment, following.comment) if one)
+        said = f"{arguments.removesuffix(';')},{self.signal(following.signal)},{int(following.value.on)};"
+        return Joined([*before, f"{word}DO {said}"], 2, f" {comments}" if comments else "")
 
     def _paired(self, body: Sequence[st.Statement], place: int) -> list[str] | None:
         """The instruction that two statements of one line are."""
