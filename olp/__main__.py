@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from olp import cli
+from olp.cli._code_help import explained_code
 from olp.cli.command import Parser
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import from_os_error
@@ -29,7 +30,7 @@ Reads robot programs, says how long every line takes and why, and writes them ba
 commands:
 {commands}
 
-olp help COMMAND explains one command; olp --version prints the version.
+olp help COMMAND explains one command, olp help CODE a code such as P020; olp --version prints the version.
 Exit status: 0 done and held, 1 a finding, 2 the question could not be answered."""
 
 
@@ -68,6 +69,9 @@ def dispatch(words: list[str]) -> int:
     asked = words[0] == "help"
     if asked and len(words) == 1:
         print(help_text())
+        return DONE
+    if asked and (explained := explained_code(words[1])):
+        print(explained)
         return DONE
     name, rest = cli.split(words[asked:])
     if not name:

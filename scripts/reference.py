@@ -30,6 +30,7 @@ def reference_pages() -> dict[str, Written]:
         "commands": Written("Commands", _commands()),
         "python": Written("Python", _python()),
         "members": Written("Models, laws, terms, rules", _members()),
+        "codes": Written("Codes", _codes()),
         "robots": Written("Robots", _robots()),
     }
     return {f"reference/{name}.md": page for name, page in made.items()}
@@ -142,6 +143,16 @@ def _kinds() -> Iterator[tuple[str, Sequence[str], Callable[[str], Any], str]]:
     yield "Formats of times", formats.report_names(), formats.load_report, times
     findings = "`olp check`, `olp diff` and `olp lint --format NAME`."
     yield "Formats of findings", outcome.format_names(), outcome.load_format, findings
+
+
+def _codes() -> str:
+    from olp.checks.lint.rule import all_rules
+    from olp.core.codes import code_meanings
+
+    rules = {rule.code: f"{rule.title}: {rule.why}" for rule in all_rules()}
+    rows = sorted({**code_meanings(), **rules}.items())
+    head = "# Codes\n\n`olp help CODE` says the same; [codes](../codes.md) lists the areas.\n\n"
+    return head + _table(("code", "means"), rows) + "\n"
 
 
 def _described(thing: Any) -> tuple[str, str]:

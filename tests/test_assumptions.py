@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 
 import pytest
@@ -216,15 +215,6 @@ def test_the_documented_file_is_valid_and_says_something_in_every_section(tmp_pa
     assert not found.diagnostics
     assert all([found.robot, found.robots, found.inputs, found.variables, found.waits, found.process])
     assert all([found.start, found.motion, found.pause])
-
-
-def test_the_document_explains_every_code_of_the_interpreter_and_no_other() -> None:
-    root = DOCUMENT.parent.parent / "olp"
-    sources = [*root.glob("runtime/*.py")]
-    used = {
-        code for path in sources for code in re.findall(r'"([AI]\d{3})"', path.read_text(encoding="utf-8"))
-    }
-    assert set(re.findall(r"\b[AI]\d{3}\b", DOCUMENT.read_text(encoding="utf-8"))) == used
 
 
 def test_tools_frames_and_named_values_come_from_the_file(tmp_path):

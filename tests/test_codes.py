@@ -7,6 +7,10 @@ import re
 from functools import cache
 from pathlib import Path
 
+from olp.__main__ import main
+from olp.cli._code_help import explained_code
+from olp.core.codes import code_meanings
+
 ROOT = Path(__file__).parent.parent
 CODE = re.compile(r"[A-Z]\d{3}")
 
@@ -20,16 +24,6 @@ def emitted() -> dict[str, set[str]]:
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and CODE.fullmatch(node.value):
                 found.setdefault(node.value, set()).add(path.relative_to(ROOT).as_posix())
     return {code: modules for code, modules in found.items() if not code.endswith("000")}
-
-
-def documented() -> set[str]:
-    """Every code that a page of docs/ names, ranges such as T001..T003 written out."""
-    text = "\n".join(
-        p.read_text(encoding="utf-8") for p in (ROOT / "docs").glob("*.md") if p.stem != "figures"
-    )
-    ranges = re.findall(r"\b([A-Z])(\d{3})(?:\.\.| to )\1(\d{3})\b", text)
-    spread = {f"{letter}{n:03}" for letter, low, high in ranges for n in range(int(low), int(high) + 1)}
-    return spread | set(re.findall(r"\b[A-Z]\d{3}\b", text))
 
 
 # Packages whose modules share one area of codes.
@@ -56,9 +50,24 @@ def area(module: str) -> str:
     return OF.get(name, name)
 
 
-def test_every_code_is_explained_in_the_docs():
-    known = documented()
-    assert {code: sorted(modules) for code, modules in emitted().items() if code not in known} == {}
+def test_olp_help_explains_every_code():
+    unexplained = {code: sorted(modules) for code, modules in emitted().items() if not explained_code(code)}
+    assert unexplained == {}, "olp/core/codes.toml explains codes"
+
+
+def test_no_code_is_explained_that_nothing_emits():
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "olp").rglob("*.py"))
+    assert [code for code in code_meanings() if code not in sources] == []
+    assert all(code_meanings().values())
+
+
+def test_olp_help_knows_codes_and_rules(capsys):
+    assert main(["help", "p020"]) == 0
+    assert capsys.readouterr().out.startswith("P020: broken instruction")
+    assert main(["help", "W001"]) == 0
+    assert "better: MOVL C00001 V=300.0 PL=1" in capsys.readouterr().out
+    assert main(["help", "X999"]) == 2
+    assert "C001" in capsys.readouterr().err
 
 
 # They read what others have said under a code, and say nothing under it themselves.

@@ -524,15 +524,3 @@ def test_after_two_thousand_broken_lines_the_rest_is_not_examined_and_that_is_to
     codes = [d.code for d in program.diagnostics]
     assert codes.count("P020") == 2000
     assert codes.count("P024") == 1
-
-
-def test_every_code_of_the_reader_has_its_row_in_the_documentation() -> None:
-    import re
-
-    root = DOCS.parent / "olp"
-    # The other languages have pages of their own: docs/krl.md and so on.
-    shared = ("languages/vendor.py", "languages/read.py", "ir/block_structure.py")
-    sources = [*root.glob("languages/vendors/inform/*.py"), *(root / name for name in shared)]
-    codes = {code for path in sources for code in re.findall(r'"(P\d{3})"', path.read_text())}
-    rows = set(re.findall(r"^\| (P\d{3}) \|", (DOCS / "diagnostics.md").read_text(), re.M))
-    assert codes == rows

@@ -12,7 +12,6 @@ from guard_cells import CELL, cell
 from interpreter_jobs import job_text, write_jobs
 
 from bench import lint as bench
-from bench import lint_page
 from olp.__main__ import main
 from olp.checks.lint import all_rules
 from olp.checks.lint.run import lint, without_known
@@ -63,12 +62,6 @@ def test_a_rule_says_what_why_and_what_is_better(rule):
     assert rule.why.endswith(".")
     assert type(rule).__doc__
     assert CODES.count(rule.code) == 1
-
-
-def test_the_page_is_that_of_the_rules():
-    assert lint_page.PAGE.read_text(encoding="utf-8") == lint_page.page(), (
-        "python bench/lint_page.py writes it"
-    )
 
 
 @pytest.mark.parametrize("name", ["empty", "binary", "no-header", "control-bytes"])

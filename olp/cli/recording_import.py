@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from olp.identification.recording.importing import ImportOptions
 
-SUMMARY = "make a recording of a controller's traces, a log, a ROS recording, or a table of times"
+SUMMARY = "make a recording from traces, logs, ROS recordings or tables of times"
 
 
 def add_arguments(parser: ArgumentParser) -> None:

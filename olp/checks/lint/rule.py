@@ -43,6 +43,18 @@ class Rule(ABC):
         yield from ()
 
     @final
+    def explained(self) -> str:
+        """The rule for people: what it is, why, an example and what is better."""
+        fix = "--fix" if self.fixable else "--fix --unsafe-fixes" if self.suggests else ""
+        parts = [
+            f"{self.code} ({self.level}): {self.title}",
+            self.why,
+            self.example,
+            f"better: {self.better}",
+        ]
+        return "\n\n".join([*parts, f"`olp lint {fix}` corrects it where it can."] if fix else parts)
+
+    @final
     def finding(
         self,
         case: LintCase,

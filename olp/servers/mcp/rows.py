@@ -16,7 +16,7 @@ class AnswerRow(BaseModel):
 class DiagnosticRow(AnswerRow):
     """A problem, a warning or a note at a place of a file; line 0 is the file as a whole."""
 
-    code: str = Field(description="stable; docs/codes.md explains it")
+    code: str = Field(description="stable; `olp help CODE` explains it")
     severity: str = Field(description="error, warning or info")
     file: str
     line: int
@@ -68,7 +68,7 @@ class ProgramRow(AnswerRow):
 class Found(AnswerRow):
     """A finding of check, diff or lint."""
 
-    code: str = Field(description="stable; docs/codes.md explains it")
+    code: str = Field(description="stable; `olp help CODE` explains it")
     level: str = Field(description="error, warning or note")
     message: str
     file: str
