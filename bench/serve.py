@@ -60,6 +60,10 @@ def zipped(folder: Path, file: Path) -> Path:
     return file
 
 
+_DIAGNOSED = "document.getElementById('diagnosis').contentDocument?.body?.textContent"
+_PROBLEMS = "document.getElementById('problems').textContent"
+
+
 class Walk:
     """What is done on the page, and what it took. `rows`: figure, asked, found, whether it held."""
 
@@ -117,6 +121,10 @@ class Walk:
         met = self.browser.until("document.querySelector('#lines .met')?.cells[0].textContent")
         self.row("a segment clicked there, its line in what-if", line, met, line == met)
         self.picture("program")
+        self.browser.run("document.getElementById('report').scrollIntoView()")
+        self.browser.run(f"{inner}.getElementById('view').scrollIntoView()")
+        time.sleep(0.5)
+        self.picture("program-page")
 
     def what_if(self) -> None:
         trips = []
@@ -185,37 +193,37 @@ class Walk:
         self.row("two files of the folder", "> 2 lines", f"{rows} lines", rows > 2)
 
     def recording(self) -> None:
-        shown = "document.getElementById('diagnosis')"
-        problem = "document.getElementById('problems').textContent"
-        for name, wanted in (("tuned", "EXPLAINED"), ("trace", "Diagnosis")):
-            archive = zipped(ROOT / "samples" / "recordings" / name, self.root.parent / f"{name}.zip")
+        samples = ROOT / "samples" / "recordings"
+        archive = zipped(samples / "tuned", self.root.parent / "tuned.zip")
+        for dropped, wanted in (
+            (archive, "EXPLAINED"),
+            (samples / "trace", "Diagnosis of"),
+            (samples / "logs" / "run.mcap", "Diagnosis of"),
+        ):
             began = time.perf_counter()
-            self.browser.drop([archive])
+            self.drop(dropped)
             meanwhile = self.meanwhile()
-            text = self.browser.until(
-                f"(!{shown}.hidden && {shown}.contentDocument?.body?.textContent) || {problem}", 120
-            )
+            text = self.browser.until(f"{_DIAGNOSED} || {_PROBLEMS}", 120)
             seconds = time.perf_counter() - began
-            held = wanted.lower() in text.lower() and "error" not in self.browser.run(problem)
+            held = wanted.lower() in text.lower() and not self.browser.run(_PROBLEMS) and meanwhile < 1
             self.row(
-                f"recording {name}.zip, dropped",
+                f"{dropped.name}, dropped",
                 wanted,
                 f"{seconds:.1f} s, meanwhile a page in {meanwhile:.3f} s",
-                held and meanwhile < 1,
+                held,
             )
-            self.picture(f"recording-{name}")
-        for name in ("run.mcap", "fanuc.csv"):
-            self.browser.drop([ROOT / "samples" / "recordings" / "logs" / name])
-            text = self.browser.until(
-                f"(!{shown}.hidden && {shown}.contentDocument?.body?.textContent) || {problem}", 120
-            )
-            self.row(f"{name}, dropped", "Diagnosis", text[:60], "Diagnosis" in text)
+            self.picture(f"recording-{dropped.stem}")
         bad = self.root.parent / "bad.csv"
         bad.write_bytes(b"\0\1\2;;;")
-        self.browser.drop([bad])
-        told = self.browser.until("document.getElementById('problems').textContent")
+        self.drop(bad)
+        told = " ".join(self.browser.until(_PROBLEMS).split())
         self.row("a file that is no recording", "told", told[:70], "error" in told)
         self.picture("refused")
+
+    def drop(self, file: Path) -> None:
+        self.browser.run("document.getElementById('diagnosis').src = 'about:blank'")
+        self.browser.until(f"{_DIAGNOSED} === '' || !{_DIAGNOSED}")
+        self.browser.drop([file])
 
     def meanwhile(self) -> float:
         """How long another question takes while a recording is diagnosed [s]."""

@@ -95,8 +95,8 @@
   };
 
   const showCell = () => {
-    document.title = cell.folder + " – olp serve";
     $("folder").textContent = cell.folder;
+    titled();
     const several = cell.programs.length > 1;
     $("tiles").replaceChildren(
       tile("Programs", String(cell.programs.length), several ? `${cell.started} that a controller starts` : ""),
@@ -367,6 +367,10 @@
   $("theme").addEventListener("click", () => { root.dataset.theme = dark() ? "light" : "dark"; frames.forEach(themed); });
   $("skip").addEventListener("click", (event) => { event.preventDefault(); $("main").focus(); });
 
+  const titled = () => {
+    const heading = document.querySelector("[data-view]:not([hidden]) h2").textContent;
+    document.title = [heading, $("folder").textContent].join(" – ");
+  };
   const follow = () => {
     const at = new URLSearchParams(location.hash.slice(1));
     const view = ["program", "compare", "recording"].find((name) => at.has(name)) || "cell";
@@ -375,6 +379,7 @@
       if (one.hash === "#" + view) one.setAttribute("aria-current", "page"); else one.removeAttribute("aria-current");
     }
     if (view === "program") showProgram(at.get("program"), at.get("line"));
+    titled();
   };
   addEventListener("hashchange", () => { tell($("problems"), []); follow(); document.querySelector("[data-view]:not([hidden]) h2").focus(); scrollTo(0, 0); });
   follow();

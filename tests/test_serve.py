@@ -24,6 +24,8 @@ from starlette.testclient import TestClient
 
 from olp.__main__ import dispatch, main
 from olp.checks.what_if import LineEdit, editable_lines, what_if
+from olp.cli import serve
+from olp.cli.command import Parser
 from olp.core.diagnostic import OlpError
 from olp.identification.timing_job import TimingJob, time_program
 from olp.languages.read import read
@@ -284,7 +286,7 @@ def test_a_dropped_recording_is_diagnosed_as_the_command_line_does(site, tmp_pat
     ):
         main(words)
     assert made_at_any_time(page.text) == made_at_any_time((tmp_path / "page.html").read_text("utf-8"))
-    assert site.get("result/unknown").status_code == 422
+    assert site.get("result?key=unknown").status_code == 422
 
 
 # What is refused
@@ -415,12 +417,20 @@ def test_nothing_in_the_folder_was_written(site, root):
     assert set(changed.stdout.split("\n")) == {f" M {JOB}", "?? LINK.txt", ""}
 
 
-def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_answered(root):
-    pool = WorkerPool(setting(root), 0.01)
+def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_answered_by_the_olp_toml_above(
+    tmp_path,
+):
+    above = Path(os.path.realpath(tmp_path))
+    root = Path(shutil.copytree(SAMPLES / "krl", above / "served"))
+    (above / "olp.toml").write_text("robot = 'kuka/kr210-r2700-prime'\n")
+    parser = Parser("olp serve", "")
+    serve.add_arguments(parser)
+    pool = WorkerPool(serve._setting(parser.parse_words([str(root)]), root), 0.01)
     with client(web.web_app(pool, "cell", TOKEN, PORT)) as site:
         assert codes(asked(site, "cell", 422)) == {"Z005"}
         pool._seconds = 60.0
-        assert asked(site, "what_if_lines", file=JOB)["lines"]
+        total = asked(site, "what_if_lines", file="handling.src")["total_s"]
+    assert total == json.loads(said("time", str(root / "handling.src"), "--format", "json"))[0]["total_s"]
 
 
 # The parts
@@ -439,17 +449,15 @@ def test_every_line_that_is_offered_can_be_changed_as_offered(root):
 
 
 def test_bad_folders_ports_and_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
-    from olp.cli.serve import _listener, _port
-
     assert main(["serve", str(tmp_path / "gone")]) == 2
     assert "C015" in capsys.readouterr().err
-    taken = _listener(0)
+    taken = serve._listener(0)
     assert main(["serve", str(tmp_path), "--port", str(taken.getsockname()[1])]) == 2
     assert "C021" in capsys.readouterr().err
     taken.close()
     for text in ("0", "65536", "-1", "http"):
         with pytest.raises(ArgumentTypeError):
-            _port(text)
+            serve._port(text)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert main(["serve", str(tmp_path)]) == 2
     assert 'pip install "olp[serve]"' in capsys.readouterr().err

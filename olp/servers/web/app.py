@@ -48,10 +48,9 @@ _HEADERS: Final = {
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
 }
-_PAGE_POLICY: Final = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; frame-src 'self'; img-src data:; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
+_OWN: Final = "default-src 'none'; style-src 'self'; img-src data:; base-uri 'none'; form-action 'none'; "
+_PAGE_POLICY: Final = f"{_OWN}script-src 'self'; connect-src 'self'; frame-src 'self'; frame-ancestors 'none'"
+_PROBLEM_POLICY: Final = f"{_OWN}frame-ancestors 'self'"
 
 
 class Doorkeeper:
@@ -144,7 +143,8 @@ def told(answer: Answer) -> Callable[[FolderSite, Request], Awaitable[Response]]
             status = 500
         rows = [as_json(d) for d in diagnostics]
         if request.method == "GET":
-            return HTMLResponse(render_page("serve_problem.html.j2", {"diagnostics": rows}), status)
+            html = render_page("serve_problem.html.j2", {"diagnostics": rows})
+            return HTMLResponse(html, status, {"content-security-policy": _PROBLEM_POLICY})
         return _json({"diagnostics": rows}, status)
 
     return answered
@@ -219,11 +219,11 @@ class FolderSite:
         self._results[key] = answer["html"]
         while len(self._results) > _RESULTS:
             self._results.popitem(last=False)
-        return _json({"page": f"result/{key}"})
+        return _json({"page": f"result?key={key}"})
 
     @told
     async def result(self, request: Request) -> Response:
-        html = self._results.get(request.path_params["key"])
+        html = self._results.get(request.query_params.get("key", ""))
         if html is None:
             raise OlpError(error("Z006", "this diagnosis is no longer kept", help="drop the recording again"))
         return HTMLResponse(html)
@@ -294,7 +294,7 @@ def web_app(
             Route("/serve.css", site.style),
             Route("/page", site.program_page),
             Route("/download", site.download),
-            Route("/result/{key}", site.result),
+            Route("/result", site.result),
             Route("/api/diagnose", site.diagnose, methods=["POST"]),
             Route("/api/{what}", site.ask, methods=["POST"]),
         ],
