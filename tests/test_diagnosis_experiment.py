@@ -225,7 +225,7 @@ def test_warm_up_is_told_by_the_same_moves_cold_and_warm(up20, tmp_path):
     case = case_of(recording).case
     rivals = [model(case, ("warm-up", [0.03, 600.0], "share")), model(case, ("speed-scale", [1.01]))]
     found = design_experiment(case, rivals, NOISE, recording)
-    assert any("begins its day" in move.why for move in found.moves)
+    assert any("while the robot is cold" in move.why for move in found.moves)
     assert any("after hours" in move.why for move in found.moves)
     file = tmp_path / "next.jbi"
     write_experiment_job(found, recording, file)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
 
-SUMMARY = "name the physics that a simulation left out, by a recording of the robot"
+SUMMARY = "name the physics that a simulation left out, from a recording of the robot"
 
 _WIDTH = 100  # characters of a line where no terminal says how wide it is
 

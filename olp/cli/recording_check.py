@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-SUMMARY = "say what a recording holds, or everything that is wrong with it"
+SUMMARY = "report what a recording holds, or everything that is wrong with it"
 
 
 def add_arguments(parser: ArgumentParser) -> None:

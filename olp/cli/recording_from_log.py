@@ -26,13 +26,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="log.csv, log.csv.gz or log.parquet")
     parser.add_argument("job", metavar="JOB", help="the program that ran")
     parser.add_argument(
-        "-o", "--output", required=True, metavar="DIR", help="the folder of the recording, made if need be"
+        "-o", "--output", required=True, metavar="DIR", help="the folder of the recording, created if needed"
     )
     parser.add_argument(
         "--by",
         choices=("auto", "points", "counter", "dwell"),
         default="auto",
-        help="how moves are told apart: by the programmed points, by the log's column move, by the stops alone "
+        help="how moves are separated: by the programmed points, by the log's column move, by the stops alone "
         "(default: the column if there is one, else the points if the robot is known)",
     )
     parser.add_argument("--with-log", action="store_true", help="put the log into the folder too")

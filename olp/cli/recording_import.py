@@ -22,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="files of the recording, or folders of them; with --job one log, or one table with columns line and "
         "duration_s",
     )
-    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="the folder, made if need be")
+    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="the folder, created if needed")
     parser.add_argument(
         "--sim",
         nargs="+",
@@ -33,7 +33,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--job", metavar="JOB", help="the program that ran, or whose lines were timed")
     parser.add_argument("--robot", metavar="R", help="the robot (default: what the controller says)")
     parser.add_argument(
-        "--override", type=positive, metavar="PCT", help="the program override, which traces do not tell"
+        "--override", type=positive, metavar="PCT", help="the program override, which traces do not hold"
     )
     parser.add_argument(
         "--column",

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 
 from olp.cli.time import positive
 
-SUMMARY = "say how two signatures differ in facts and in predicted times"
+SUMMARY = "compare two signatures in facts and in predicted times"
 
 
 def add_arguments(parser: ArgumentParser) -> None:

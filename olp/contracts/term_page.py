@@ -17,6 +17,7 @@ from olp.timing.physics._case import MeasuredMoves
 
 _ROOT: Final = Path(__file__).resolve().parents[2]  # of a checkout
 PAGE: Final = _ROOT / "docs" / "physics.md"
+_FOLLOWS: Final = ("of", "at", "that", "above")  # a meaning that goes on after the name without a comma
 DETAILS: Final = _ROOT / "tests" / "data" / "physics_terms.txt"
 
 
@@ -61,7 +62,8 @@ def _meanings(parameters: Iterable[TermParameter]) -> list[str]:
     known: dict[tuple[str, str], str] = {}
     for p in parameters:
         unit = "" if p.unit == "1" else f" [{p.unit}]"
-        known.setdefault((p.name, p.meaning), f"`{p.name}`: {p.meaning}{unit}")
+        follows = " " if p.meaning.split()[0] in _FOLLOWS else ", "
+        known.setdefault((p.name, p.meaning), f"`{p.name}`{follows}{p.meaning}{unit}")
     return [f"    - {'; '.join(known.values())}"] if known else []
 
 

@@ -371,7 +371,7 @@ def _blends(recording: Recording, notes: list[str]) -> Floats:
         from olp.robots.library import load_robot
 
         zones = load_robot("yaskawa/ma2010").blend_zones or ()
-        notes.append("position levels without a robot: the zones of a Yaskawa MA2010 are taken")
+        notes.append("position levels without a robot: the zones of a Yaskawa MA2010 are assumed")
     table = np.array([0.0, *zones])
     return np.where(tagged, table[np.clip(moves.level, 0, len(table) - 1)], blend)
 

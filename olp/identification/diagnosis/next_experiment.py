@@ -105,7 +105,7 @@ def _timers(models: Sequence[DurationModel], noise: float) -> tuple[NextTimer, .
     long = float(np.clip(np.ceil(needed), _SHORT + 1.0, _LONGEST))
     return (
         NextTimer(_SHORT, _MOST_TIMES, "to compare with"),
-        NextTimer(long, _MOST_TIMES, "a clock makes it longer or shorter, nothing that moves does"),
+        NextTimer(long, _MOST_TIMES, "a clock changes its duration, motion does not"),
     )
 
 
@@ -287,7 +287,7 @@ def _remark(case: MeasuredMoves, rows: Labels, row: int, begin: float) -> str:
         words.append(f"{half} half of a line, the point between {passed}")
     if np.isfinite(begin):
         cold = case.t_start[row] == begin
-        words.append("as the robot begins its day" if cold else "after hours of running")
+        words.append("while the robot is cold" if cold else "after hours of running")
     return ", ".join(words)
 
 
@@ -324,7 +324,7 @@ def sentence(
     """`apart` (runs,) [standard deviations]: the difference of two models on all candidates; `runs`: the chosen."""
     names = " and ".join(_names(models))
     if found is None or apart is None or runs is None:
-        return f"{names} fit these moves alike"
+        return f"{names} fit these moves equally well"
     where, only, how = _where(found, apart, runs)
     count = len(np.nonzero(np.isin(found.run, runs))[0])
     when = (

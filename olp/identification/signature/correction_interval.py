@@ -62,7 +62,7 @@ def interval(
     half, below, above = _sum(plan, signed, rows, leading)
     others = int(np.sum(~known))
     if others:
-        report(f"the interval is that of {int(known.sum())} moves; {others} other moves are taken as exact")
+        report(f"the interval is that of {int(known.sum())} moves; {others} other moves count as exact")
     _report_guesses(signed, rows, leading, plan, report)
     floor = total - float(np.nansum((duration[steps])[known]))
     return CorrectionInterval(low, high, max(total - half - below, floor), total + half + above)

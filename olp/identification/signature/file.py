@@ -125,7 +125,7 @@ def from_json(content: Any, file: str = "") -> Signature:
         return _signature(content)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as problem:
         what = f"{type(problem).__name__}: {problem}"
-        raise OlpError(error("H008", f"a field is missing or cannot be ({what})", file=file)) from None
+        raise OlpError(error("H008", f"a field is missing or invalid ({what})", file=file)) from None
 
 
 def _signature(content: dict[str, Any]) -> Signature:

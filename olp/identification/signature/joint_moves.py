@@ -576,10 +576,8 @@ def contradiction_notes(
         "moves " + ", ".join(f"{move[row]} ({measured[row]:.3f} s)" for row in rows[:_SHOWN].tolist())
         for rows in groups[:_SHOWN]
     ]
-    says = f"{len(groups)} moves were recorded again with times beyond any scatter: {'; '.join(shown)}"
-    help = (
-        "look for a pause, another override or load in these rows; the usual time of each was believed most"
-    )
+    says = f"{len(groups)} moves have repeats that differ beyond any scatter: {'; '.join(shown)}"
+    help = "look for a pause, another override or load in these rows; the usual time of each counts most"
     return [warning("H050", says, file=file, help=help)]
 
 

@@ -44,7 +44,7 @@ _NEAR = 1.0  # [s] an offset below which two clocks were meant to agree
 _TURNS = 2
 _RETIMED = 0.01  # [s] that axes may be off in time when a clock and their physics are taken out
 _OTHER_TIMES = (
-    "moves take other times in the log than in the simulation: how the axes follow is not judged against it"
+    "moves last differently in log and simulation: how axes follow is not judged against the simulation"
 )
 _SHORT_DWELL = 0.05  # [s] beside a dwell that is not looked at
 
@@ -64,7 +64,7 @@ def diagnose_log(log: Log, sim: Log | None = None, robot: Robot | None = None) -
     if len(log) < _FEWEST:
         return LogDiagnosis("not-judged", notes=(f"{len(log)} samples are too few for a diagnosis",))
     if sim is not None and (len(sim) < _FEWEST or sim.q.shape[1] != log.q.shape[1]):
-        notes.append("the simulated log is too short or has other axes: it was left aside")
+        notes.append("the simulated log is too short or has other axes: it is ignored")
         sim = None
     case = _Case(log, sim, robot, notes)
     case.align()
