@@ -102,6 +102,23 @@ def test_a_workbook_and_decimal_commas_hold_a_log(tmp_path: Path) -> None:
     lines = [";".join(names), *(";".join(f"{v:.5f}".replace(".", ",") for v in row) for row in rows)]
     (tmp_path / "run.csv").write_text("\n".join(lines), encoding="utf-8")
     assert durations(tmp_path / "run.csv") == pytest.approx(DURATIONS, abs=PERIOD)
+    # The same with tabs, and with the quotes that some programs put around everything.
+    (tmp_path / "run.txt").write_text("\n".join(line.replace(";", "\t") for line in lines), encoding="utf-8")
+    assert durations(tmp_path / "run.txt") == pytest.approx(DURATIONS, abs=PERIOD)
+    quoted = "\r\n".join(";".join(f'"{cell}"' for cell in line.split(";")) for line in lines)
+    (tmp_path / "run.csv").write_text(quoted, encoding="utf-8", newline="")
+    assert durations(tmp_path / "run.csv") == pytest.approx(DURATIONS, abs=PERIOD)
+
+
+def test_a_file_without_names_and_a_folder_of_folders_say_what_to_type(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.savetxt(tmp_path / "run.csv", np.column_stack([TIME, AXES]), delimiter=",", fmt="%.6f")
+    told = said(capsys, tmp_path / "run.csv")
+    assert "nothing names its 7 columns" in told
+    assert "--column t_s=1 --column q1_deg=2" in told
+    (tmp_path / "all" / "real").mkdir(parents=True)
+    assert "folders in it: real" in said(capsys, tmp_path / "all")
 
 
 def test_columns_in_other_words_are_named_with_what_to_say(

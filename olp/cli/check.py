@@ -64,7 +64,7 @@ def run(args: Namespace) -> int:
         store.check(Path(args.store))
     cache = None if args.no_cache or args.scheduler else Path(args.cache)
     settings = GuardSettings(job, args.workers, cache, args.scheduler)
-    results = with_progress(len(paths), lambda done: judge_all(work.tasks, settings, done))
+    results = with_progress(paths, lambda done: judge_all(work.tasks, settings, done))
     outcome = outcome_of(
         _asked_for(results, args.paths), [*work.diagnostics, *work.idle(results, args.paths)]
     )

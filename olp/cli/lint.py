@@ -106,7 +106,7 @@ def run(args: Namespace) -> int:
     if args.controller and not args.load:
         raise OlpError(error("C002", "--controller goes with --load", help="olp lint --load --controller C"))
     work = partial(_lint_all, paths, job, args.controller if args.load else asked, args.workers)
-    results = with_progress(len(paths), work)
+    results = with_progress(paths, work)
     changes: list[Fixed] = []
     if args.fix:
         results = [_fixed(result, job, asked, args.unsafe_fixes, changes) for result in results]

@@ -143,7 +143,7 @@ def run(args: Namespace) -> int:
     report = load_report(args.format)
     paths = [str(path) for path in expand_paths(args.jobs, vendor_suffixes())]
     job = job_of(args, len(paths))
-    parts = with_progress(len(paths), lambda done: time_files(paths, job, args.workers, done))
+    parts = with_progress(paths, lambda done: time_files(paths, job, args.workers, done))
     parts = with_branches(parts, job)
     if workbook:
         from olp.reports.workbook import workbook_of
@@ -212,18 +212,26 @@ def terminal(args: Namespace) -> tuple[int, bool]:
     return shutil.get_terminal_size().columns, wanted(sys.stdout)
 
 
-def with_progress(count: int, work: Callable[[Callable[[int], None] | None], list[Result]]) -> list[Result]:
-    """Does the work, with a progress bar when it is long and somebody is watching."""
-    import sys
+def with_progress(
+    paths: Sequence[str], work: Callable[[Callable[[int], None] | None], list[Result]]
+) -> list[Result]:
+    """Does the work, with a progress bar when it is long and somebody is watching. `work` is done in order of `paths`.
 
-    if count < 20 or not sys.stderr.isatty():
+    A file counts as much as it has bytes: one long program takes the time of many short ones.
+    """
+    import os
+    import sys
+    from itertools import islice
+
+    if len(paths) < 20 or not sys.stderr.isatty():
         return work(None)
     from rich.console import Console
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("timing", total=count)
-        return work(lambda n: progress.update(task, advance=n))
+        sizes = [os.path.getsize(path) if os.path.isfile(path) else 0 for path in paths]
+        task, left = progress.add_task("working", total=sum(sizes)), iter(sizes)
+        return work(lambda n: progress.update(task, advance=sum(islice(left, n))))
 
 
 def encode(text: str, output: str | None) -> bytes:

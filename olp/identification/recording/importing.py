@@ -20,7 +20,7 @@ from olp.identification.recording.column_naming import NamedColumn, doubtful_uni
 from olp.identification.recording.columns import nearest
 from olp.identification.recording.log import Log
 from olp.identification.recording.log_reader import column_names, read_log
-from olp.identification.recording.logged import run_of_log, with_counter
+from olp.identification.recording.logged import nearest_sample, run_of_log, with_counter
 from olp.identification.recording.ros_bag import Trajectory, is_bag, read_bag
 from olp.identification.recording.writer import log_csv
 from olp.languages.recorders import (
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]
+_MOST_NAMED = 12
 _POINT = ("x", "y", "z", "rx", "ry", "rz")
 _UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
 
@@ -193,12 +194,18 @@ def _unknown(path: Path) -> Diagnostic:
     known = [*(recorder.files for recorder in recorders()), *(log.files for log in controller_logs())]
     help = f"known are {'; '.join(known)}; ROS recordings; any table of axes with --robot and --column"
     if path.is_dir():
+        within = ", ".join(sorted(one.name for one in path.iterdir() if one.is_dir())[:_MOST_NAMED])
+        help = f"folders in it: {within}; name the one that holds the recording" if within else help
         return error("D053", "no controller's recording is in this folder", file=str(path), help=help)
     try:
         names = column_names(path)
     except OlpError as problem:
         return problem.diagnostics[0]
-    listed = ", ".join(names[:12]) + (" …" if len(names) > 12 else "")
+    if all(name.isdecimal() for name in names):
+        says = f"the file begins with numbers: nothing names its {len(names)} columns"
+        help = "name them by their numbers, with the unit: --column t_s=1 --column q1_deg=2 …"
+        return error("D053", says, file=str(path), help=help)
+    listed = ", ".join(names[:_MOST_NAMED]) + (" …" if len(names) > _MOST_NAMED else "")
     if any(nearest(name, ("duration_s", "line")) for name in names):
         help = f"a table of times needs --job, the program that was timed; {help}"
     return error("D053", f"no recording is known with columns {listed}", file=str(path), help=help)
@@ -263,7 +270,7 @@ def _rows(run: ControllerRun) -> list[dict[str, float | int | str]]:
 
 
 def _sample(run: ControllerRun, instant: float) -> int:
-    return int(np.argmin(np.abs(run.time - instant)))
+    return nearest_sample(run.time, instant)
 
 
 def _point(place: Floats, end: str, count: int) -> dict[str, float]:

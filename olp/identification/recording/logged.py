@@ -79,14 +79,21 @@ def _rest_within(log: Log, low: float, high: float, at: float, still: float) -> 
     """When the arm came to the rest that lies between `low` and `high` [s], and when it left; `at` is at its edge."""
     first, last = np.searchsorted(log.time, [low, high], side="left")
     part = slice(int(first), int(last) + 1)
-    standing = int(np.argmin(np.abs(log.time - at)))
+    standing = nearest_sample(log.time, at)
     found = rest(log.time[part], log.q[part], log.q[standing], still, dwells=True)
     return None if found is None else (found.arrive, found.leave)
 
 
+def nearest_sample(time: Floats, instant: float) -> int:
+    """The index of the sample nearest to `instant` [s]; `time` (n,) [s] in order."""
+    after = int(np.clip(np.searchsorted(time, instant), 1, max(len(time) - 1, 1)))
+    return after - 1 if len(time) < 2 or instant - time[after - 1] <= time[after] - instant else after
+
+
 def _kind(log: Log, begin: float, end: float) -> str:
-    inside = (log.time >= begin) & (log.time <= end)
-    if log.position is None or inside.sum() < 5:
+    first, last = np.searchsorted(log.time, [begin, end])
+    inside = slice(int(first), int(last) + 1)
+    if log.position is None or last - first < 5:
         return "joint"
     tool, axes = _bow(log.position[inside]), _bow(log.q[inside])
     return "linear" if tool is not None and tool < 1 and (axes is None or axes > 1) else "joint"
@@ -106,5 +113,6 @@ def with_counter(log: Log, run: ControllerRun) -> Log:
     """The same log; its column `move` numbers the run's motions from 1, -1 between them."""
     number = np.full(len(log), -1, dtype=np.int64)
     for index, motion in enumerate(run.motions):
-        number[(log.time >= motion.begin - 1e-9) & (log.time < motion.end - 1e-9)] = index + 1
+        first, last = np.searchsorted(log.time, [motion.begin - 1e-9, motion.end - 1e-9])
+        number[first:last] = index + 1
     return replace(log, move=number)

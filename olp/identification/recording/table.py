@@ -139,25 +139,43 @@ def _unpacked(packed: bytes, file: str) -> bytes:
 
 
 _DECIMAL = re.compile(rb"(?<=\d),(?=\d)")
+_QUOTED = re.compile(rb'"[^"]*"')
 
 
 def with_commas(raw: bytes) -> bytes:
-    """A table that semicolons or single blanks separate, with commas and decimal points.
+    """A table that semicolons, tabs or single blanks separate, with commas and decimal points.
 
-    Semicolons and decimal commas are what spreadsheets of half of Europe write, blanks what some recorders do.
+    Semicolons and decimal commas are what spreadsheets of half of Europe write, tabs and blanks what some recorders do.
 
-    Every cell keeps its place. What is no such table stays as it is: one with commas in its header, with quotes, or
-    with commas that are no decimal marks.
+    Every cell keeps its place. A table with commas in its header stays as it is.
     """
-    head = raw.partition(b"\n")[0]
-    if b'"' in raw or b"," in head:
+    head = _QUOTED.sub(b"", raw.partition(b"\n")[0])
+    separator = next((one for one in (b";", b"\t") if one in head), b"")
+    if b"," in head or (b'"' in raw and not separator):
         return raw
-    if b";" not in head:
+    if b'"' in raw:
+        return _requoted(raw, separator.decode())
+    if not separator:
         words = head.split(b" ")
         # Names without blanks, three or more: a recorder that separates its columns by one.
         return raw.replace(b" ", b",") if len(words) > 2 and all(words) and b"," not in raw else raw
     pointed = _DECIMAL.sub(b".", raw)
-    return raw if b"," in pointed else pointed.replace(b";", b",")
+    return _requoted(raw, separator.decode()) if b"," in pointed else pointed.replace(separator, b",")
+
+
+def _requoted(raw: bytes, separator: str) -> bytes:
+    """The same table with commas, in quotes where need be; as it was where it is no table, which is told later."""
+    try:
+        rows = list(
+            csv.reader(io.StringIO(raw.decode("utf-8-sig"), newline=""), delimiter=separator, strict=True)
+        )
+    except (UnicodeDecodeError, csv.Error):
+        return raw
+    out = io.StringIO(newline="")
+    number = re.compile(r"([+-]?\d*),(\d+([eE][+-]?\d+)?)")
+    pointed = ([number.sub(r"\1.\2", c) if number.fullmatch(c.strip()) else c for c in row] for row in rows)
+    csv.writer(out, lineterminator="\n").writerows(pointed)
+    return out.getvalue().encode()
 
 
 def _has_endless_line(raw: bytes) -> bool:
@@ -332,7 +350,7 @@ def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]
         raise OlpError(error("D002", "no header row", file=file, help="the first line names the columns"))
     if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
         says = "the columns are not separated by commas"
-        help = "save it as CSV with commas, or with semicolons and decimal commas and without quotes"
+        help = "save it as CSV with commas and decimal points, or with semicolons and decimal commas"
         raise OlpError(error("D002", says, Span(1), file=file, source_line=line, help=help))
     if len(names) > MOST_COLUMNS:
         raise OlpError(error("D003", f"more than {MOST_COLUMNS:,} columns", file=file))
