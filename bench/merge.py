@@ -1,7 +1,7 @@
 """Three-way merges: how many conflicts, and whether anything was lost or is wrong.
 
     python bench/merge.py made [COUNT [SEED]]          made programs of all languages, against what must come out
-    python bench/merge.py real FOLDER [HALF [MOST [KEEP]]]   merges cut from the histories below FOLDER
+    python bench/merge.py real FOLDER [HALF [MOST [KEEP]]]   merges cut from the histories below FOLDER; 320 made ones
     python bench/merge.py speed                        a job of 10,000 lines: the whole command, its start included
 
 HALF is `development`, `held-out` or `all`; MOST limits the pairs of versions of each repository, and below KEEP stands
@@ -36,7 +36,16 @@ from olp.languages.vendor import find_vendor, recognise, vendor_names
 from olp.runtime.interpreter import run
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-from bench.merge_oracle import alike, both_changed, cut_in_two, lost, touched_up, wrong
+from bench.merge_oracle import (
+    Shared,
+    alike,
+    both_changed,
+    cut_in_two,
+    lost,
+    renamed,
+    touched_up,
+    wrong,
+)
 
 SUFFIXES = (
     ".jbi", ".src", ".sub", ".dat", ".mod", ".modx", ".prg", ".sys", ".ls", ".script", ".pgx", ".dtx", ".as", ".pg",
@@ -49,14 +58,17 @@ SUFFIXES = (
 
 @dataclass
 class Sums:
-    """`open`: merges in which both sides changed the same, by the oracle; `ours_closed`, `git_closed`: conflicts where
-    they did not. `git_wrong`: git had no conflict, and not what must come out.
+    """`both`: merges in which both sides changed the same statement, point or datum, by the oracle. Of the conflicts
+    `ours_place`: they only put something at one place, or into what the other took out; `ours_closed`, `git_closed`:
+    false ones, both sides changed nothing that is the same. `git_wrong`: git had no conflict, and not what must come
+    out.
     """
 
     merges: int = 0
     ours: int = 0
     git: int = 0
-    open: int = 0
+    both: int = 0
+    ours_place: int = 0
     ours_closed: int = 0
     git_closed: int = 0
     worse: int = 0
@@ -104,20 +116,24 @@ def judge(sums: Sums, case: Case, folder: Path, keep: Path | None = None) -> Non
     sums.seconds += time.process_time() - begin
     conflicts, written = by_git(folder, case)
     base, ours, theirs = (one.decode("latin-1") for one in case[1:4])
-    shared = [] if case.expected is not None else both_changed(vendor.name, folder, base, ours, theirs)
+    shared = Shared([], [])
+    if case.expected is None and (conflicts or merged.hunks):
+        shared = both_changed(vendor.name, folder, base, ours, theirs)
     sums.merges += 1
     sums.git += conflicts > 0
     sums.git_hunks += conflicts
     sums.ours += bool(merged.hunks)
     sums.hunks += len(merged.hunks)
-    sums.open += bool(shared)
-    sums.ours_closed += bool(merged.hunks) and not shared
-    sums.git_closed += conflicts > 0 and not shared
+    sums.both += bool(shared.same)
+    sums.ours_place += bool(merged.hunks) and not shared.same and bool(shared.places)
+    sums.ours_closed += bool(merged.hunks) and not shared.same
+    sums.git_closed += conflicts > 0 and not shared.same
     sums.worse += bool(merged.hunks) and not conflicts
     sums.git_wrong += case.expected is not None and not conflicts and written != case.expected
     found = list(_faults(vendor.name, case, merged, folder))
     sums.bad += bool(found)
-    told = [f"{len(merged.hunks)} conflicts, none by the oracle"] if merged.hunks and not shared else []
+    alone = bool(merged.hunks) and not shared.same
+    told = [f"{len(merged.hunks)} conflicts, {len(shared.places)} by the oracle"] if alone else []
     for text in [*found[:1], *told]:
         sums.examples.append(f"{case.name}: {text}")
     if keep is not None and (found or told):
@@ -126,7 +142,12 @@ def judge(sums: Sums, case: Case, folder: Path, keep: Path | None = None) -> Non
         wanted = b"" if case.expected is None else case.expected
         for label, data in zip(
             ("base", "ours", "theirs", "merged", "expected", "said"),
-            (*case[1:4], merged.to_bytes(), wanted, "\n".join([*found, *shared]).encode()),
+            (
+                *case[1:4],
+                merged.to_bytes(),
+                wanted,
+                "\n".join([*found, *shared.same, *shared.places]).encode(),
+            ),
             strict=True,
         ):
             (place / label).write_bytes(data)
@@ -139,6 +160,8 @@ def _faults(language: str, case: Case, merged: MergedText, folder: Path) -> Iter
     if swapped.swapped() != merged or (not merged.hunks and swapped.to_bytes() != data):
         yield "not the same with the sides swapped"
     base, ours, theirs, text = (one.decode("latin-1") for one in (*case[1:4], data))
+    if any(merged.renamed.values()):
+        base, ours, theirs = renamed(language, base, ours, theirs, text)
     if merged.hunks:
         yield from lost(language, ours, theirs, base, text)
     elif case.expected is not None:
@@ -190,27 +213,34 @@ def _places(language: str, data: bytes, name: str, folder: Path) -> set[tuple[fl
 
 def table(rows: dict[str, Sums], examples: int = 10) -> None:
     print(
-        f"{'':10} {'':6} {'conflicts':>9} {'':5} {'':7} | {'nothing in common':>17} {'':7} | {'hunks':>6}"
+        f"{'':17} {'conflicts':>9} {'':13} | {'both':>5} | {'false':>5} {'':20} | {'hunks':>6}"
         f" {'':6} | {'git':>5}\n"
-        f"{'language':10} {'merges':>6} {'olp':>9} {'git':>5} {'fewer':>7} | {'olp':>11} {'git':>5} {'fewer':>7} |"
-        f" {'olp':>6} {'git':>6} | {'wrong':>5} {'worse':>6} {'wrong':>6} {'ms each':>8}"
+        f"{'':10} {'merges':>6} {'olp':>9} {'git':>5} {'fewer':>7} | {'same':>5} | {'olp':>5} {'git':>5} {'fewer':>7}"
+        f" {'places':>6} | {'olp':>6} {'git':>6} | {'wrong':>5} {'worse':>6} {'wrong':>6} {'ms each':>8}"
     )
-    total = Sums()
-    for name, one in [*rows.items(), ("all", total)]:
-        if one is not total:
-            for key in _COUNTED:
-                setattr(total, key, getattr(total, key) + getattr(one, key))
+    whole = total(rows)
+    for name, one in [*rows.items(), ("all", whole)]:
         each = 1e3 * one.seconds / one.merges if one.merges else 0.0
+        false = f"{one.ours_closed:5} {one.git_closed:5} {_fewer(one.ours_closed, one.git_closed):>7}"
         print(
-            f"{name:10} {one.merges:6} {one.ours:9} {one.git:5} {_fewer(one.ours, one.git):>7} |"
-            f" {one.ours_closed:11} {one.git_closed:5} {_fewer(one.ours_closed, one.git_closed):>7} |"
-            f" {one.hunks:6} {one.git_hunks:6} | {one.git_wrong:5} {one.worse:6} {one.bad:6} {each:8.1f}"
+            f"{name:10} {one.merges:6} {one.ours:9} {one.git:5} {_fewer(one.ours, one.git):>7} | {one.both:5} |"
+            f" {false} {one.ours_place:6} | {one.hunks:6} {one.git_hunks:6} | {one.git_wrong:5} {one.worse:6}"
+            f" {one.bad:6} {each:8.1f}"
         )
     for one in rows.values():
         for example in one.examples[:examples]:
             print("  ", example)
-    if total.refused:
-        print(f"{total.refused} refused: no text of a language, or conflict markers in it")
+    if whole.refused:
+        print(f"{whole.refused} refused: no text of a language, or conflict markers in it")
+
+
+def total(rows: dict[str, Sums]) -> Sums:
+    """All of them together."""
+    found = Sums()
+    for one in rows.values():
+        for key in _COUNTED:
+            setattr(found, key, getattr(found, key) + getattr(one, key))
+    return found
 
 
 def _fewer(ours: int, git: int) -> str:
@@ -273,6 +303,7 @@ KINDS = {
     "two": "two changes that happened",
     "night": "a change that happened, points touched up",
     "cut": "a change that happened, cut in two",
+    "made": "made: points moved in one version, logic changed in the other",
 }
 
 
@@ -323,15 +354,20 @@ def _happened(repository: str, place: Path) -> Iterator[Case]:
 
 
 def real(folder: Path, half: str, most: int, keep: Path | None) -> None:
-    kinds: dict[str, dict[str, Sums]] = {kind: {} for kind in KINDS}
+    kinds: dict[str, dict[str, Sums]] = {kind: {} for kind in KINDS if kind != "made"}
     with tempfile.TemporaryDirectory() as made:
         for kind, case in cases(folder, half, most):
             suffix = Path(case.name.partition("#")[0]).suffix.lower()
             sums = kinds[kind].setdefault(suffix, Sums())
             judge(sums, case, Path(made), None if keep is None else keep / kind)
-    for kind, rows in kinds.items():
+    made_rows = made(40, 1)
+    whole = {}
+    for kind, rows in [*kinds.items(), ("made", made_rows)]:
         print(f"\n{KINDS[kind]}")
         table(dict(sorted(rows.items())))
+        whole[kind] = total(rows)
+    print("\nall")
+    table(whole, examples=0)
     print(f"\n{len(_RAN)} merges without conflicts were run with their versions, to {sum(_RAN)} places")
 
 
@@ -588,7 +624,8 @@ _SUFFIX = {
 }  # fmt: skip
 
 
-def made_ones(count: int, seed: int) -> None:
+def made(count: int, seed: int) -> dict[str, Sums]:
+    """So many of each language, but for those in which both sides changed one position."""
     rows: dict[str, Sums] = {}
     with tempfile.TemporaryDirectory() as folder:
         for language in vendor_names():
@@ -607,7 +644,7 @@ def made_ones(count: int, seed: int) -> None:
                 want = both(base, robot, changed, touched)
                 texts = [spell(language, one).encode() for one in (base, robot, changed, want)]
                 judge(sums, Case(f"made{suffix}", *texts), Path(folder))
-    table(rows)
+    return rows
 
 
 def speed() -> None:
@@ -643,7 +680,7 @@ def _cpu(command: list[str]) -> float:
 
 def main(words: list[str]) -> None:
     if words[:1] == ["made"]:
-        made_ones(int(words[1]) if len(words) > 1 else 125, int(words[2]) if len(words) > 2 else 1)
+        table(made(int(words[1]) if len(words) > 1 else 125, int(words[2]) if len(words) > 2 else 1))
     elif words[:1] == ["real"] and len(words) > 1:
         half = words[2] if len(words) > 2 else "all"
         most = int(words[3]) if len(words) > 3 else 10**9

@@ -24,8 +24,16 @@ def facts(language: str, text: str) -> tuple[Counter[str], Counter[str]]:
         return _inform(lines)
     if language == "tp":
         return _tp(lines)
-    lines = [line for line in lines if line and not line.startswith("&")]
+    lines = [_spelt_alike(language, line) for line in lines if line and not line.startswith("&")]
     return _words(lines, _MARKS[language])
+
+
+def _spelt_alike(language: str, line: str) -> str:
+    """One text for numbers that are the same and, where the language takes them for one, for all letters."""
+    if language in ("krl", "rapid", "pdl2") and '"' not in line:
+        line = re.sub(r"([{,][xyzabce]\d?) (-?\d+)(?=[,}])", r"\1 \2.", line.casefold())
+    line = re.sub(r"(?<![\w.])(\d+\.\d*?)0+(?![\w.])", r"\1", line)
+    return re.sub(r"(?<=[ ,=({\[])-(?=0\.?(?![\w.]))", "", line)
 
 
 def alike(language: str, one: str, other: str) -> bool:
@@ -214,25 +222,99 @@ def changes(folder: Path, old: Sequence[str], new: Sequence[str]) -> list[Change
     return found
 
 
-def both_changed(language: str, folder: Path, base: str, ours: str, theirs: str) -> list[str]:
-    """What both sides changed, and not into the same."""
+class Shared(NamedTuple):
+    """Where two sides meet: `same` statements, points and data that both changed; `places` where both put something, or
+    one puts something into what the other took out.
+    """
+
+    same: list[str]
+    places: list[str]
+
+
+def both_changed(language: str, folder: Path, base: str, ours: str, theirs: str) -> Shared:
+    """What both sides changed, and not into the same. Numbers that are the same in other digits are no change."""
     parts = [_parts(language, text) for text in (base, ours, theirs)]
     (b, points, data), (o, o_points, o_data), (t, t_points, t_data) = parts
-    found = [
+    same = [
         f"data {name}"
         for name in _names(data, o_data, t_data)
         if len({data.get(name), o_data.get(name), t_data.get(name)}) == 3
     ]
+    places = []
     mine, other = changes(folder, b, o), changes(folder, b, t)
-    found += [
-        f"statement {one.start + 1}: {(*b[one.start : one.stop], *one.new)[:1]}"
-        for one, another in itertools.product(mine, other)
-        if _same_place(one, another) and _differ(one, another, b)
-    ]
+    for one, another in itertools.product(mine, other):
+        if _same_place(one, another) and _differ(one, another, b):
+            put = one.start == one.stop or another.start == another.stop
+            (places if put else same).append(
+                f"statement {one.start + 1}: {(*b[one.start : one.stop], *one.new)[:1]}"
+            )
     moved = [_followed(points, side, diff) for side, diff in ((o_points, mine), (t_points, other))]
     for name in moved[0].keys() & moved[1].keys():
         if moved[0][name] != moved[1][name]:
-            found.append(f"point {name}")
+            same.append(f"point {name}")
+    return Shared(same, places)
+
+
+# --- Names that one side gave another name ---
+
+_WORD = re.compile(r"[A-Za-z_$][\w$]*")
+
+
+def renamed(language: str, base: str, ours: str, theirs: str, merged: str) -> tuple[str, str, str]:
+    """Base, ours and theirs with the names of the merge: those that a side gave to what the base calls otherwise.
+
+    A name counts as renamed where at least two lines of the side are lines of the base with the one for the other, and
+    the merge has the new name alone.
+    """
+    mark = _MARKS.get(language)
+    if mark is None:
+        return base, ours, theirs
+    new: dict[str, str] = {}
+    words = [
+        set(map(str.casefold, _WORD.findall(_code(text, mark)))) for text in (base, ours, theirs, merged)
+    ]
+    for text, known in ((ours, words[1]), (theirs, words[2])):
+        gone, came = words[0] - known, known - words[0]
+        for old, now in _votes(_code(base, mark), _code(text, mark), gone, came).items():
+            if old not in words[3] and now.casefold() in words[3]:
+                new.setdefault(old, now)
+    if not new:
+        return base, ours, theirs
+    return tuple(_with(text, mark, new) for text in (base, ours, theirs))  # type: ignore[return-value]
+
+
+def _code(text: str, mark: str) -> str:
+    return "\n".join(line.partition(mark)[0] for line in text.splitlines())
+
+
+def _with(text: str, mark: str, new: dict[str, str]) -> str:
+    parts = [line.partition(mark) for line in text.splitlines(keepends=True)]
+    return "".join(
+        _WORD.sub(lambda match: new.get(match[0].casefold(), match[0]), code) + sign + rest
+        for code, sign, rest in parts
+    )
+
+
+def _votes(base: str, side: str, gone: set[str], came: set[str]) -> dict[str, str]:
+    """What stands for each name that is gone in lines that are otherwise the same, in two of them or more."""
+    tables = [_by_words(base, gone), _by_words(side, came)]
+    votes: dict[str, Counter[str]] = {}
+    for key in tables[0].keys() & tables[1].keys():
+        for before, now in zip(tables[0][key], tables[1][key], strict=False):
+            for old, other in zip(before, now, strict=False):
+                votes.setdefault(old.casefold(), Counter())[other] += 1
+    best = {old: found.most_common(1)[0] for old, found in votes.items()}
+    return {old: now for old, (now, often) in best.items() if often > 1}
+
+
+def _by_words(text: str, names: set[str]) -> dict[str, list[list[str]]]:
+    """The lines that say one of these names, by their other words."""
+    found: dict[str, list[list[str]]] = {}
+    for line in text.splitlines():
+        said = [word for word in _WORD.findall(line) if word.casefold() in names]
+        if said:
+            key = _WORD.sub(lambda match: "@" if match[0].casefold() in names else match[0].casefold(), line)
+            found.setdefault("".join(key.split()), []).append(said)
     return found
 
 
@@ -305,7 +387,7 @@ def _parts(language: str, text: str) -> tuple[list[str], Points, dict[str, str]]
         return _inform_parts(lines)
     if language == "tp":
         return _tp_parts(lines)
-    lines = [line for line in lines if line and not line.startswith("&")]
+    lines = [_spelt_alike(language, line) for line in lines if line and not line.startswith("&")]
     pattern = _DATUM.get(language)
     is_list = language != "krl" or any(re.match(r"DEFDAT\b", line, re.IGNORECASE) for line in lines)
     if pattern is None or not is_list:

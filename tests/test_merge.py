@@ -200,6 +200,68 @@ def test_how_a_definition_is_written_and_what_it_says_are_two_things():
     assert merged(base, ours, theirs, "krl") == (0, "DEFDAT D\r\nE6POS P={X 7,Y 2}\r\nENDDAT\r\n")
 
 
+_NAMED = b"DEF A()\r\nrow[act].n = 1\r\nrow[act].m = 2\r\nrow[act].k = 3\r\nLIN XP1\r\nLIN XP1\r\nEND\r\n"
+
+
+def test_another_name_for_a_variable_is_one_change_and_is_told():
+    ours = _NAMED.replace(b"act", b"Now")
+    theirs = _NAMED.replace(b"= 2", b"= 7").replace(b"row", b"Line").replace(b"LIN XP1\r\nEND", b"END")
+    found = merge_bytes("krl", _NAMED, ours, theirs)
+    assert (found.hunks, found.to_bytes()) == ((), theirs.replace(b"act", b"Now"))
+    assert found.renamed == {"ours": (("act", "Now"),), "theirs": (("row", "Line"),)}
+    assert found.swapped() == merge_bytes("krl", _NAMED, theirs, ours)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        (
+            _NAMED.replace(b"XP1", b"XP7"),
+            _NAMED.replace(b"LIN XP1\r\nEND", b"PTP XP1\r\nEND"),
+        ),  # goes elsewhere
+        (_NAMED.replace(b"XP1", b"home"), _NAMED.replace(b"LIN XP1\r\nEND", b"PTP XP1\r\nEND")),
+        (_NAMED.replace(b"act", b"now"), _NAMED.replace(b"act", b"then")),  # who is right?
+        # The other side says the name in a statement of its own, and may mean it.
+        (_NAMED.replace(b"act", b"now"), _NAMED.replace(b"= 2", b"= 7\r\nrow[act].l = 4")),
+        (_NAMED.replace(b"act", b"now"), _NAMED.replace(b"= 2", b"= now")),  # it has one of that name
+    ],
+)
+def test_what_may_be_more_than_another_name_is_none(ours, theirs):
+    found = merge_bytes("krl", _NAMED, ours, theirs)
+    assert found.hunks
+    assert not found.renamed
+
+
+def test_numbers_and_letters_that_mean_the_same_are_no_change():
+    base = b"DEF A()\r\nPTP {X 1,Y 0,Z 0.50} C_DIS\r\nEND\r\n"
+    ours = base.replace(b"PTP {X 1,Y 0,Z 0.50} C_DIS", b"ptp {X 1.0, Y -0.0, Z 0.5} C_Dis")
+    assert merged(base, ours, base.replace(b"0.50", b"0.75"), "krl") == (
+        0,
+        base.replace(b"0.50", b"0.75").decode(),
+    )
+    conflicts, _ = merged(base, ours.replace(b"1.0", b"1.1"), base.replace(b"0.50", b"0.75"), "krl")
+    assert conflicts == 1
+    base = b"DEF A()\r\ni = 5 / 2\r\nEND\r\n"  # divides whole numbers
+    assert merged(base, base.replace(b"5 / 2", b"5 / 2.0"), base.replace(b"5 / 2", b"5 / 3"), "krl")[0] == 1
+
+
+def test_what_one_side_put_in_may_be_part_of_what_the_other_did():
+    base = b"DEF A()\r\nPTP XA\r\nPTP XB\r\nEND\r\n"
+    more = base.replace(b"PTP XB", b"$OUT[1]=TRUE\r\nWAIT SEC 1\r\n$OUT[1]=FALSE\r\nPTP XB")
+    less = more.replace(b"WAIT SEC 1\r\n", b"")
+    assert merged(base, less, more, "krl") == merged(base, more, less, "krl") == (0, more.decode())
+    assert merged(base, less, more.replace(b"1]=FALSE", b"2]=TRUE"), "krl")[0] == 1
+
+
+def test_what_is_declared_in_one_row_and_has_its_value_in_another_is_two_things():
+    base = b"DEFDAT D\r\nE6POS XA\r\nXA={X 1,Y 2}\r\nINT N[2]\r\nENDDAT\r\n"
+    ours = base.replace(b"XA\r\n", b"XA\r\nE6POS XB\r\n").replace(b"X 1", b"X 4")
+    theirs = base.replace(b"XA\r\n", b"XA\r\nFRAME F\r\n").replace(b"N[2]", b"N[3]")
+    conflicts, text = merged(base, ours, theirs, "krl")
+    assert conflicts == 0
+    assert sorted(text.split("\r\n")[1:-2]) == ["E6POS XA", "E6POS XB", "FRAME F", "INT N[3]", "XA={X 4,Y 2}"]
+
+
 def test_remarks_of_both_sides_are_kept_and_folds_are_no_remarks():
     base = b"DEF A()\r\n; here\r\nPTP HOME\r\nEND\r\n"
     ours, theirs = base.replace(b"; here", b"; above the part"), base.replace(b"; here", b"; 20 mm above")

@@ -18,6 +18,8 @@ _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 _BLANKS = re.compile(r"\s+")
 _BESIDE_SIGNS = re.compile(r" (?=[=,(){}\[\]:;<>])|(?<=[=,(){}\[\]:;<>]) ")
 _NEVER = re.compile(r"(?!)")
+_ZEROS = re.compile(r"(?<![\w.])(\d+\.\d*?)0+(?![\w.])")
+_NO_SIGN = re.compile(r"(?<=[\s,:=({\[])-(?=0\.?(?![\w.]))")
 _DIGITS = re.compile(r"\d+")
 
 
@@ -115,6 +117,8 @@ class MergeRules:
     `data`: a line that defines the thing that its group 1 names, wherever it stands; `loose_data` whether
     its place says nothing. `data_ends`: what ends such a definition where it is longer than a line. `scope`: a line
     that opens a routine, its name the group 1. `heads`: records with what decides between two.
+    `has_variables`: statements say names that a person chose, `ignores_case`: in any letters. `reals`: a whole number
+    that ends there means the same with a decimal point.
     """
 
     comments: ClassVar[tuple[str, ...]] = ()
@@ -125,6 +129,9 @@ class MergeRules:
     data_ends: ClassVar[str] = ""
     scope: ClassVar[re.Pattern[str]] = _NEVER
     heads: ClassVar[tuple[tuple[re.Pattern[str], RecordRule], ...]] = ()
+    has_variables: ClassVar[bool] = False
+    ignores_case: ClassVar[bool] = False
+    reals: ClassVar[re.Pattern[str]] = _NEVER
 
     def renamed(self, base: str, ours: str, theirs: str) -> tuple[str, str, str]:
         """The three texts, with one name for what a tool names anew whenever it writes a program."""
@@ -147,10 +154,18 @@ class MergeRules:
         return str(number)
 
     def code(self, line: str) -> str:
-        """The words of a line, without comment and surplus blanks."""
+        """The words of a line, without comment and surplus blanks; one text for numbers that are the same."""
         text = self.split(line)[1]
-        words = text if '"' in text else _BESIDE_SIGNS.sub("", _BLANKS.sub(" ", text))
+        words = text if '"' in text else self._plain(_BESIDE_SIGNS.sub("", _BLANKS.sub(" ", text)))
         return words if words or not line.strip() else self.silent(line.strip())
+
+    def _plain(self, words: str) -> str:
+        if self.ignores_case:
+            words = words.casefold()
+        words = self.reals.sub(r"\g<0>.", words)
+        if "." in words:
+            words = _ZEROS.sub(r"\1", words)
+        return _NO_SIGN.sub("", words) if "-0" in words else words
 
     @staticmethod
     def silent(text: str) -> str:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _MARKER = re.compile(rb"^(?:<{7,} |>{7,} )", re.MULTILINE)
 _NAMES = ("base", "ours", "theirs")
+_MOST_NAMES = 5  # that are told
 
 
 def merge_bytes(
@@ -133,6 +134,11 @@ class Merged:
             parts += [f"{taken.statements} line{'s' * (taken.statements != 1)}"]
             if taken.points or taken.statements:
                 rows.append(f"  from {word:6}  {', '.join(parts)}")
+        for word, names in self.text.renamed.items():
+            if names:
+                told = ", ".join(f"{old} → {new}" for old, new in names[:_MOST_NAMES])
+                more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+                rows.append(f"  from {word:6}  other names: {told}{more}")
         rows += [
             f"  conflict     {hunk.what} {hunk.name}: {hunk.why}".replace(" :", ":")
             for hunk in self.text.hunks
@@ -158,6 +164,7 @@ class Merged:
                 word: {"points": list(one.points), "lines": one.statements}
                 for word, one in self.text.taken.items()
             },
+            "renamed": {word: dict(names) for word, names in self.text.renamed.items()},
             "conflicts": [
                 {
                     "what": hunk.what,

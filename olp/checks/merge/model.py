@@ -50,13 +50,14 @@ class TakenChanges:
 @dataclass(frozen=True, slots=True)
 class MergedText:
     """A merge. `ended`: whether the last line has an end (None: as it stands). `taken`: by "ours", "theirs" and "both"
-    (the same change).
+    (the same change). `renamed`: names that either calls otherwise, before and now.
     """
 
     parts: tuple[TextLine | Hunk, ...]
     newline: str = "\n"
     ended: bool | None = None
     taken: Mapping[str, TakenChanges] = field(default_factory=dict)
+    renamed: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
 
     @property
     def hunks(self) -> tuple[Hunk, ...]:
@@ -66,7 +67,8 @@ class MergedText:
         """The same, the two sides named the other way round."""
         parts = tuple(part.swapped() if isinstance(part, Hunk) else part for part in self.parts)
         taken = {word: self.taken[_OTHER.get(word, word)] for word in self.taken}
-        return replace(self, parts=parts, taken=taken)
+        renamed = {word: self.renamed[_OTHER[word]] for word in self.renamed}
+        return replace(self, parts=parts, taken=taken, renamed=renamed)
 
     def to_bytes(self, labels: Callable[[int, Hunk], tuple[str, str]] | None = None, size: int = 7) -> bytes:
         """The file. `labels`: of each hunk's two sides; `size`: characters of a marker."""

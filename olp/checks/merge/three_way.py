@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from olp.checks.merge.align import Words, align, likeness, words_of
 from olp.checks.merge.model import Hunk, MergedText, TakenChanges, TextLine
+from olp.checks.merge.renames import with_new_names
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
@@ -86,7 +87,10 @@ def merge_texts(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedT
         return merge_texts(rules, base, theirs, ours).swapped()
     base, ours, theirs = rules.renamed(base, ours, theirs)
     marks = [text.startswith(_MARK) for text in (base, ours, theirs)]
-    merged = _merged_in_order(rules, *(text.removeprefix(_MARK) for text in (base, ours, theirs)))
+    texts = with_new_names(rules, *(text.removeprefix(_MARK) for text in (base, ours, theirs)))
+    merged = _merged_in_order(rules, texts.base, texts.ours, texts.theirs)
+    if texts.by_ours or texts.by_theirs:
+        merged = replace(merged, renamed={"ours": texts.by_ours, "theirs": texts.by_theirs})
     if marks[2] if marks[0] == marks[1] else marks[1]:
         return replace(merged, parts=(TextLine(_MARK, None), *merged.parts))
     return merged
@@ -414,7 +418,11 @@ class _Merge:
             stop += 1
         mine, other = ours[start : len(ours) - stop], theirs[start : len(theirs) - stop]
         yield from self._each(_nicer(ours[:start], theirs[:start]))
-        if all(self._remark(one) for one in (*mine, *other)):
+        if not mine or not other:
+            # What one side put there is part of what the other did.
+            self._count(mine, other)
+            yield from self._each((*mine, *other))
+        elif all(self._remark(one) for one in (*mine, *other)):
             # Nothing runs otherwise: every remark is kept, and the blank lines of one side.
             self._count(mine, other)
             said = [one for one in other if one.piece.lines[0].strip()]
@@ -731,7 +739,7 @@ class _Matched:
     """One side beside the base. `of`: its item of each piece of the base; `inserted`: what it has before one."""
 
     def __init__(self, base: _Version, side: _Version, pairs: Sequence[tuple[int, int]]) -> None:
-        self.version = side
+        self.version, self.base = side, base.pieces
         self.of: list[MergeItem | None] = [None] * len(base.items)
         self.names = base.names
         self.inserted: dict[int, list[MergeItem]] = {}
@@ -752,6 +760,12 @@ class _Matched:
         """Whether it took out a piece of the base that it has put nowhere else."""
         return self.of[at] is None and not (self.names[at] and self.names[at] in self.version.by_name)
 
+    def statement(self, at: int, step: int) -> int:
+        """The place in the base, from `at` on, of the next piece that is more than a remark; outside: there is none."""
+        while 0 <= at < len(self.of) and self.base[at].says_nothing:
+            at += step
+        return at
+
 
 def _is_named(item: MergeItem) -> bool:
     """Data and records: what stands around them says nothing of them."""
@@ -762,14 +776,14 @@ def _context(mine: _Matched, other: _Matched, new: Sequence[MergeItem], at: int)
     """Why what `mine` put before the piece `at` of the base cannot stand there; "" where it can."""
     if all(one.piece.says_nothing or _is_named(one) for one in new):
         return ""
-    size = len(mine.of)
-    if 0 < at < size and other.gone(at - 1) and other.gone(at):
+    last = len(mine.of) - 1
+    before, after = mine.statement(at - 1, -1), mine.statement(at, 1)
+    if before >= 0 and after <= last and other.gone(before) and other.gone(after):
         return "what stood around it is gone on the other side"
-    before = at - 1
     while before >= 0 and mine.gone(before):
         if other.gone(before):
             return "it takes the place of what the other side took out"
-        before -= 1
+        before = mine.statement(before - 1, -1)
     return ""
 
 

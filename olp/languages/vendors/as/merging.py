@@ -14,6 +14,7 @@ _ROW = re.compile(r"\s*([^\s=]+)[\s=]+\S")
 
 class AsMerging(MergeRules):
     comments = (";",)
+    has_variables = True
     scope = re.compile(r"\s*\.PROGRAM\s+([\w.]+)", re.IGNORECASE)
 
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:

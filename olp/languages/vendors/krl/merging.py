@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
-from olp.languages.merging import Cut, Known, MergeRules, RecordRule
+from olp.languages.merging import Cut, Known, MergeRules, Piece, RecordRule
 
 _WORDS = "FOR|IF|ELSE|WHILE|UNTIL|WAIT|SWITCH|CASE|RETURN|GOTO|INTERRUPT|TRIGGER|SIGNAL|PTP|LIN|CIRC|EXT|ENUM|STRUC"
 _DECL = re.compile(r"(?:(?<=^GLOBAL )|(?<=^PUBLIC )|^)DECL ", re.IGNORECASE)
 _LIST = re.compile(r"^\s*DEFDAT\b", re.IGNORECASE | re.MULTILINE)
+# A part of a list has no head; no program is without one of these.
+_RUNS = re.compile(
+    r"^\s*(?:DEF|DEFFCT|END|IF|FOR|SWITCH|BAS|[SP]*LIN|[SP]*CIRC|S?PTP)\b", re.IGNORECASE | re.MULTILINE
+)
 
 
 class KrlMerging(MergeRules):
     comments = (";",)
+    has_variables = ignores_case = True
+    reals = re.compile(r"\b(?:[xyzabc]|[ae]\d) -?\d+(?=[,}])")
     structure = re.compile(r"\s*;\s*(?:FOLD|ENDFOLD)\b", re.IGNORECASE)
     data = re.compile(
         rf"\s*(?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*(?!(?:{_WORDS})\b)\w+\s+(\$?\w+(?:\[[\d, ]*\])?)\s*=(?!=)",
@@ -29,7 +37,7 @@ class KrlMerging(MergeRules):
         return _DECL.sub("", super().code(line))
 
     def cut(self, text: str, known: Known) -> Cut:
-        rules = _DATA_LIST if _LIST.search(text) else self
+        rules = self if not _LIST.search(text) and _RUNS.search(text) else _DATA_LIST
         return super(KrlMerging, rules).cut(text, known)
 
 
@@ -39,9 +47,17 @@ class KrlListMerging(KrlMerging):
     data = re.compile(
         r"\s*(?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*(?:"
         r"(?:\w+\s+)?(\$?\w[\w.]*(?:\[[\d, ]*\])?(?:\.\w+)*)\s*=(?!=)"
-        r"|(?!(?:DEFDAT|ENDDAT|STRUC|ENUM|EXT|EXTFCT|IMPORT)\b)\w+\s+(\w+(?:\[[\d, ]*\])?)\s*(?:;.*)?$)",
+        r"|(?!(?:DEFDAT|ENDDAT|STRUC|ENUM|EXT|EXTFCT|IMPORT)\b)\w+\s+(\w+)(?:\[[\d, ]*\])?\s*(?:;.*)?$)",
         re.IGNORECASE,
     )
+
+    def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
+        """What is declared in one row and has its value in another one is two things."""
+        pieces = list(super()._pieces(lines, known))
+        valued = {piece.name for piece in pieces if piece.name and "=" in piece.code}
+        for piece in pieces:
+            declares = piece.name in valued and "=" not in piece.code
+            yield replace(piece, name=f"{piece.name} declared") if declares else piece
 
 
 _DATA_LIST = KrlListMerging()

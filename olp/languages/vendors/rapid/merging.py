@@ -9,6 +9,8 @@ from olp.languages.merging import MergeRules
 
 class RapidMerging(MergeRules):
     comments = ("!",)
+    has_variables = ignores_case = True
+    reals = re.compile(r"(?<![\w.$])\d+(?![\w.])")
     data = re.compile(
         r"\s*(?:(?:LOCAL|TASK)\s+)?(?:PERS|CONST|VAR)\s+\w+\s+(\w+)\s*(?:\{[^}]*\})?\s*(?::=|;)",
         re.IGNORECASE,

@@ -21,6 +21,7 @@ _ENDS = re.compile(r"\s*end\b")
 
 class UrScriptMerging(MergeRules):
     comments = ("#",)
+    has_variables = True
     data = re.compile(r"\s*(?:global\s+|local\s+)?(\w+)\s*=\s*p?\[")
     loose_data = False  # an assignment runs where it stands
 

@@ -14,6 +14,7 @@ _END = re.compile(r"\s*</data>", re.IGNORECASE)
 
 class Val3Merging(MergeRules):
     comments = ("//",)
+    has_variables = True
 
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         """Each datum by its name, each value of an array by its place in it."""

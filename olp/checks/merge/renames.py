@@ -1,0 +1,145 @@
+"""Names that one side gave another name: one change, however many statements say them.
+
+A side that calls a variable otherwise changes each of its statements, and says nothing against what the other side
+changed in them. Words of the language, targets of moves and names that differ in nothing but digits are no such names:
+`LIN P1` that became `LIN P5` goes elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Set
+from typing import NamedTuple
+
+from olp.checks.merge.align import align
+from olp.languages.merging import MergeRules, lines_of
+
+_TOKEN = re.compile(r'"[^"]*"?|(?<![\w$])[A-Za-z_$][\w$]*')
+_DIGITS = re.compile(r"\d+")
+# What only a variable has: a member, an index, a value that is assigned; and what stands in an index.
+_OWNED = re.compile(r"(?<=\.)[A-Za-z_][\w$]*|(?<![\w$])[A-Za-z_$][\w$]*(?=\s*[.\[]|\s*:?=)")
+_INDEX = re.compile(r"\[([^][]*)\]")
+_LEAST = 2  # statements with the new name for the old one, and otherwise the same
+_SIGN = "\7"  # in place of a name
+
+
+class NewNames(NamedTuple):
+    """Three texts with the names of the merge, and what each side called otherwise: (before, now)."""
+
+    base: str
+    ours: str
+    theirs: str
+    by_ours: tuple[tuple[str, str], ...] = ()
+    by_theirs: tuple[tuple[str, str], ...] = ()
+
+
+def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewNames:
+    """The three texts, each with the names that either side gave to what the base calls otherwise."""
+    if not rules.has_variables:
+        return NewNames(base, ours, theirs)
+    before, mine, other = (_Names(rules, text) for text in (base, ours, theirs))
+    given = _given(before, mine), _given(before, other)
+    kept = (
+        _undisputed(before, other, given[0], given[1]),
+        _undisputed(before, mine, given[1], given[0]),
+    )
+    if not kept[0] and not kept[1]:
+        return NewNames(base, ours, theirs)
+    new = {old: mine.spelt[name] for old, name in kept[0].items()}
+    new.update({old: other.spelt[name] for old, name in kept[1].items() if old not in new})
+    told = (tuple((before.spelt[old], new[old]) for old in sorted(one)) for one in kept)
+    return NewNames(*(one.renamed(new) for one in (before, mine, other)), *told)
+
+
+class _Names:
+    """The names of a text. `often`: how often each is said; `spelt`: as it stands there first."""
+
+    def __init__(self, rules: MergeRules, text: str) -> None:
+        self._folds = rules.ignores_case
+        self._lines = [(rules.split(line), end) for line, end in lines_of(text)]
+        self.often: Counter[str] = Counter()
+        self.spelt: dict[str, str] = {}
+        for (_, code, _), _ in self._lines:
+            for word in _TOKEN.findall(code):
+                name = self._key(word)
+                self.often[name] += 1
+                self.spelt.setdefault(name, word)
+
+    def _key(self, word: str) -> str:
+        return word.casefold() if self._folds else word
+
+    def variables(self) -> set[str]:
+        """Those that can be nothing else."""
+        found: set[str] = set()
+        for (_, code, _), _ in self._lines:
+            found.update(map(self._key, _OWNED.findall(code)))
+            for inside in _INDEX.findall(code):
+                found.update(map(self._key, _TOKEN.findall(inside)))
+        return found
+
+    def saying(self, names: Set[str]) -> list[tuple[str, tuple[str, ...]]]:
+        """The statements that say one of these names: their words without them, and which they are."""
+        found = []
+        for (_, code, _), _ in self._lines:
+            said = tuple(name for name in map(self._key, _TOKEN.findall(code)) if name in names)
+            if said:
+                words = _TOKEN.sub(lambda match: self._shown(match[0], names), code)
+                found.append(("".join(words.split()), said))
+        return found
+
+    def _shown(self, word: str, names: Set[str]) -> str:
+        name = self._key(word)
+        return _SIGN if name in names else name
+
+    def renamed(self, new: Mapping[str, str]) -> str:
+        """The text with other names."""
+
+        def named(match: re.Match[str]) -> str:
+            return new.get(self._key(match[0]), match[0])
+
+        return "".join(
+            f"{indent}{_TOKEN.sub(named, code)}{rest}{end}" for (indent, code, rest), end in self._lines
+        )
+
+
+def _given(before: _Names, side: _Names) -> dict[str, str]:
+    """What the side calls otherwise: the name of before -> the name now."""
+    gone = {name for name in before.often.keys() - side.often.keys() if before.often[name] >= _LEAST}
+    new = {name for name in side.often.keys() - before.often.keys() if side.often[name] >= _LEAST}
+    if not gone or not new or not (gone := gone & before.variables()):
+        return {}
+    old_ones, new_ones = before.saying(gone), side.saying(new)
+    votes: dict[str, Counter[str]] = {}
+    back: dict[str, set[str]] = {}
+    said: Counter[str] = Counter()
+    for i, j in align([words for words, _ in old_ones], [words for words, _ in new_ones], lambda _, __: 0.0):
+        pairs = list(zip(old_ones[i][1], new_ones[j][1], strict=False))
+        for one, other in pairs:
+            votes.setdefault(one, Counter())[other] += 1
+            back.setdefault(other, set()).add(one)
+        said.update({one for one, _ in pairs})
+    return {
+        one: other
+        for one, found in votes.items()
+        for other in found
+        if len(found) == len(back[other]) == 1
+        and said[one] >= _LEAST
+        and 2 * found[other] >= before.often[one]
+        and _DIGITS.sub("", one) != _DIGITS.sub("", other)
+    }
+
+
+def _undisputed(
+    before: _Names, against: _Names, given: Mapping[str, str], also: Mapping[str, str]
+) -> dict[str, str]:
+    """Of the names that one side gave those that the other gave, too, or has left as they were.
+
+    Where it says a name less often, it took out what the first side changed; where more often, it may mean the old one.
+    """
+    return {
+        old: new
+        for old, new in given.items()
+        if also.get(old) == new
+        or (old not in also and new not in against.often and against.often[old] == before.often[old])
+    }
