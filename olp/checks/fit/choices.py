@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from olp.checks.edit import speeds
+from olp.checks.edit import SpokenSpeed, speeds
+from olp.checks.fit.values import spoken_values
 from olp.checks.lint.case import LintCase
 from olp.checks.lint.rules.exact_stop import ExactStop
 from olp.checks.lint.zones import freed, larger
@@ -137,7 +138,10 @@ def _choices_of(program: Program, path: str, timing: Timing, allowed: Allowed) -
     kept = kept_lines(program) | (frozenset() if path else allowed.kept)
     plan = timing.plan
     steps = set(plan.line[plan.source == source_of(timing, path)].tolist())
-    yield from _speeds(program, path, top_speed(program, timing, allowed), kept, steps)
+    most = top_speed(program, timing, allowed)
+    spoken = [one for one in speeds(program) if one.speed.unit in _SPEED_UNITS]
+    yield from _speeds(spoken, path, most, kept, steps)
+    yield from _values(program, path, _highest(spoken, most), kept, allowed.called and not path)
     yield from _accelerations(program, path, timing, allowed, kept)
     if allowed.within > 0.0:
         yield from _zones(program, path, timing, kept)
@@ -172,13 +176,17 @@ def top_speed(program: Program, timing: Timing, allowed: Allowed) -> float:
     return max([*written, *travel[np.isfinite(travel)].tolist()], default=0.0)
 
 
+def _highest(spoken: Sequence[SpokenSpeed], most: float) -> dict[SpeedUnit, float]:
+    """How fast a line may become, by what its speed means; `most` [m/s] of the tool."""
+    axis = max((_si(one.speed.value) for one in spoken if one.speed.unit is SpeedUnit.AXIS), default=0.0)
+    return {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most, SpeedUnit.AXIS: axis}
+
+
 def _speeds(
-    program: Program, path: str, most: float, kept: frozenset[int], steps: set[int]
+    spoken: Sequence[SpokenSpeed], path: str, most: float, kept: frozenset[int], steps: set[int]
 ) -> Iterator[Choice]:
     """Of moves, then of settings that hold for more than one of them."""
-    spoken = [one for one in speeds(program) if one.speed.unit in _SPEED_UNITS]
-    axis = max((_si(one.speed.value) for one in spoken if one.speed.unit is SpeedUnit.AXIS), default=0.0)
-    highest = {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most, SpeedUnit.AXIS: axis}
+    highest = _highest(spoken, most)
     done: set[int] = set()
     for one in sorted(spoken, key=lambda one: one.line not in steps):
         if one.line in kept or one.written in kept or one.written in done:
@@ -195,6 +203,34 @@ def _speeds(
                 new, turns = tuple(texts.items()), one.speed.unit is not SpeedUnit.TRAVEL
                 yield Choice(
                     "speed", one.line, place, says, effort, new, path=path, modal=modal, by_axes=turns
+                )
+
+
+def _values(
+    program: Program, path: str, highest: Mapping[SpeedUnit, float], kept: frozenset[int], beside: bool
+) -> Iterator[Choice]:
+    """Of variables and records of data, each for all moves that use it; `beside`: of lists in other files, too."""
+    for one in spoken_values(program):
+        own = one.source.path == program.path
+        line = one.token.line
+        if one.unit not in _SPEED_UNITS or (not own and not beside):
+            continue
+        if line in kept if own else KEPT.search(one.source.line(line)):
+            continue
+        where = path if own else one.source.path
+        for value, number, says in _levels(one.value, *_SPEED_UNITS[one.unit], highest[one.unit]):
+            text = shortest(number, one.decimals)
+            if float(text) > float(text_of(one.source, one.token)):
+                yield Choice(
+                    "speed",
+                    line,
+                    ("speed", line, where, one.token.start),
+                    f"{one.what} {says}".lstrip(),
+                    value / _si(one.value) - 1.0,
+                    ((one.token, text),),
+                    path=where,
+                    modal=True,
+                    by_axes=one.unit is not SpeedUnit.TRAVEL,
                 )
 
 
@@ -332,15 +368,28 @@ def apply(program: Program, chosen: Sequence[Choice], called: Mapping[str, Progr
         mine = [one for one in chosen if one.path == path]
         if mine:
             others.append(_text_with(other, mine))
+    lists = tuple(
+        _with_numbers(one, [of for of in chosen if of.path == one.path]) for one in program.companions
+    )
+    others += [new for new, old in zip(lists, program.companions, strict=True) if new is not old]
     mine = [one for one in chosen if not one.path]
-    return Applied(reread(program, _text_with(program, mine)) if mine else program, tuple(others))
+    if not mine and lists == program.companions:
+        return Applied(program, tuple(others))
+    return Applied(reread(program, _text_with(program, mine), lists), tuple(others))
 
 
-def reread(program: Program, source: Source) -> Program:
-    """The program of another text of its file. Raises OlpError where it cannot be read."""
+def reread(program: Program, source: Source, lists: tuple[Source, ...] | None = None) -> Program:
+    """The program of another text of its file and of the `lists` beside it. Raises OlpError where it cannot be read."""
     again = getattr(language(program), "reread", None)
-    new = again(source, program.companions) if again else find_vendor(program.vendor).read(source)
+    beside = program.companions if lists is None else lists
+    new = again(source, beside) if again else find_vendor(program.vendor).read(source)
     return like(new, program)
+
+
+def _with_numbers(source: Source, chosen: Sequence[Choice]) -> Source:
+    return (
+        replaced(source, {token: text for one in chosen for token, text in one.texts}) if chosen else source
+    )
 
 
 def _text_with(program: Program, chosen: Sequence[Choice]) -> Source:

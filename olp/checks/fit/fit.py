@@ -407,7 +407,9 @@ class FitSearch:
         edits = tuple(sorted(edits, key=lambda one: (one.choice.path, one.choice.line, one.choice.kind)))
         reached = timing.total_s <= to_s + _HELD
         limits = () if reached else tuple(_limits(timing))
-        shared = {one.path: callers(one.path, self.program) for one in applied.others}
+        shared = {
+            one.path: callers(one.path, self.program) for one in applied.others if one.path in self.called
+        }
         return Fit(
             applied.program,
             timing,

@@ -40,7 +40,7 @@ class Tp(Vendor):
     )
     # CNT is a percentage.
     joint_moves = (
-        (r"^(\s*\d*:\s*)L(\s+P\[.*?\]\s+)[\d.]+(?:mm/sec|cm/min|inch/min)", r"\1J\2{percent:.0f}%"),
+        (r"^(\s*\d*:\s*)L(\s+P\[.*?\]\s+)[\d.]+(?:mm/sec|cm/min|inch/min)", r"\g<1>J\g<2>{percent:.0f}%"),
     )
     corners = CornerSpelling(r"!|//", (r"\bFINE\b", "CNT10"), r"\bCNT(\d+)\b", (5, 10, 25, 50, 75, 100))
     editor_names = ("fanuc",)
