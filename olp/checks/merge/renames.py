@@ -48,8 +48,9 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
         return NewNames(base, ours, theirs)
     new = {old: mine.spelt[name] for old, name in kept[0].items()}
     new.update({old: other.spelt[name] for old, name in kept[1].items() if old not in new})
-    told = (tuple((before.spelt[old], new[old]) for old in sorted(one)) for one in kept)
-    return NewNames(*(one.renamed(new) for one in (before, mine, other)), *told)
+    base, ours, theirs = (one.renamed(new) for one in (before, mine, other))
+    told = [tuple((before.spelt[old], new[old]) for old in sorted(one)) for one in kept]
+    return NewNames(base, ours, theirs, told[0], told[1])
 
 
 class _Names:
