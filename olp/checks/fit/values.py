@@ -38,7 +38,7 @@ class SpokenValue(NamedTuple):
         return max(3, len(text.partition(".")[2])) if "." in text or float(text) < _WHOLE else 0
 
 
-class _Said(NamedTuple):
+class _SpeedSource(NamedTuple):
     """A thing that a speed is made of: a variable, or `member` of a record."""
 
     thing: Expression
@@ -47,7 +47,7 @@ class _Said(NamedTuple):
 
 def spoken_values(program: Program) -> Iterator[SpokenValue]:
     """Those of the program's file and of the lists that were read with it."""
-    means: dict[_Said, set[tuple[SpeedUnit, float]]] = {}
+    means: dict[_SpeedSource, set[tuple[SpeedUnit, float]]] = {}
     records = {one.name: one.value for one in program.data if isinstance(one.value, RecordLiteral)}
     for one in program.statements():
         for speed in _speeds(one):
@@ -72,18 +72,18 @@ def _speeds(one: Statement) -> tuple[Speed, ...]:
     return (one.speed,) if isinstance(one, Move) and one.speed is not None else ()
 
 
-def _said(speed: Speed, records: dict[str, RecordLiteral]) -> _Said | None:
+def _said(speed: Speed, records: dict[str, RecordLiteral]) -> _SpeedSource | None:
     """What a speed is made of; None where it stands in the move or cannot be followed."""
     match speed.value.written:
         case Named() as name:
-            return _Said(name)
+            return _SpeedSource(name)
         case Variable(index=Number()) as variable:
-            return _Said(variable)
+            return _SpeedSource(variable)
         case Member(base=Named() as record, name=member):
-            return _Said(record, member)
+            return _SpeedSource(record, member)
         case Number() if speed.native in records:
             # The reader has put the value of the constant into the move.
-            return _Said(Named(speed.native), records[speed.native].members[0][0])
+            return _SpeedSource(Named(speed.native), records[speed.native].members[0][0])
     return None
 
 
@@ -111,7 +111,7 @@ def _within(it: object, but: str = "") -> Iterator[Expression]:
 # --- Where they stand ---
 
 
-def _written(program: Program, said: _Said) -> Iterator[tuple[Source, Token]]:
+def _written(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token]]:
     for one in (*program.data, *program.statements()):
         if isinstance(one, Declare):
             mine = Named(one.name) == said.thing
@@ -127,7 +127,7 @@ def _written(program: Program, said: _Said) -> Iterator[tuple[Source, Token]]:
                     yield source, token
 
 
-def _rows(program: Program, one: Statement, said: _Said) -> Iterator[tuple[Source, int]]:
+def _rows(program: Program, one: Statement, said: _SpeedSource) -> Iterator[tuple[Source, int]]:
     """The line that gives the value; of a list beside the program the only one that does."""
     if one.line > 0:
         yield program.source, one.line

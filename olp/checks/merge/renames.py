@@ -38,7 +38,7 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
     """The three texts, each with the names that either side gave to what the base calls otherwise."""
     if not rules.has_variables:
         return NewNames(base, ours, theirs)
-    before, mine, other = (_Names(rules, text) for text in (base, ours, theirs))
+    before, mine, other = (_SpokenNames(rules, text) for text in (base, ours, theirs))
     given = _given(before, mine), _given(before, other)
     kept = (
         _undisputed(before, other, given[0], given[1]),
@@ -53,7 +53,7 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
     return NewNames(base, ours, theirs, told[0], told[1])
 
 
-class _Names:
+class _SpokenNames:
     """The names of a text. `often`: how often each is said; `spelt`: as it stands there first."""
 
     def __init__(self, rules: MergeRules, text: str) -> None:
@@ -104,7 +104,7 @@ class _Names:
         )
 
 
-def _given(before: _Names, side: _Names) -> dict[str, str]:
+def _given(before: _SpokenNames, side: _SpokenNames) -> dict[str, str]:
     """What the side calls otherwise: the name of before -> the name now."""
     gone = {name for name in before.often.keys() - side.often.keys() if before.often[name] >= _LEAST}
     new = {name for name in side.often.keys() - before.often.keys() if side.often[name] >= _LEAST}
@@ -132,7 +132,7 @@ def _given(before: _Names, side: _Names) -> dict[str, str]:
 
 
 def _undisputed(
-    before: _Names, against: _Names, given: Mapping[str, str], also: Mapping[str, str]
+    before: _SpokenNames, against: _SpokenNames, given: Mapping[str, str], also: Mapping[str, str]
 ) -> dict[str, str]:
     """Of the names that one side gave those that the other gave, too, or has left as they were.
 
