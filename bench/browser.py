@@ -41,7 +41,8 @@ class Browser:
             os.dup2(high[0], 3)
             os.dup2(high[1], 4)
 
-        words = "--headless=new --no-sandbox --disable-gpu --remote-debugging-pipe --hide-scrollbars --no-first-run"
+        words = "--headless=new --no-sandbox --remote-debugging-pipe --hide-scrollbars --no-first-run"
+        words += " --use-angle=swiftshader --enable-unsafe-swiftshader"  # pictures in space, without a graphics card
         command = [binary, *words.split(), f"--user-data-dir={self._folder.name}", "about:blank"]
         self._process = subprocess.Popen(
             command, pass_fds=(3, 4), preexec_fn=as_three_and_four, stderr=subprocess.DEVNULL

@@ -25,6 +25,7 @@ const makeSpace = (page) => {
     if (renderer) return true;
     if (!document.createElement("canvas").getContext("webgl2")) { page.$("flat").hidden = false; return false; }
     renderer = new three.WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true }); // paper shows the buffer
+    renderer.debug.checkShaderErrors = false; // to ask for them waits for the graphics card
     labels = new three.CSS2DRenderer();
     labels.domElement.className = "labels";
     box.append(renderer.domElement, labels.domElement);
@@ -56,7 +57,7 @@ const makeSpace = (page) => {
   const clear = () => {
     content?.traverse((part) => { part.geometry?.dispose(); part.material?.dispose(); if (part.isCSS2DObject) part.element.remove(); });
     content?.removeFromParent();
-    line = chosenLine = arm = null;
+    line = arm = null;
   };
 
   const show = (next, keep = false) => {
@@ -72,32 +73,38 @@ const makeSpace = (page) => {
     const ofPath = extent.clone(), reach = Math.max(50, extent.getSize(new three.Vector3()).length());
     arm = shown.d.arm ? makeArm(shown.d.arm) : null;
     if (arm) { content.add(arm.root); arm.extend(extent); }
-    floor(extent);
+    const around = floor(extent);
     marker = new three.Mesh(new three.SphereGeometry(Math.max(reach / 110, 2), 20, 14), new three.MeshLambertMaterial({ color: colour("red") }));
-    content.add(marker);
+    chosenLine = thick([], 6, { color: colour("ink") }); // one for all: another would have its shader compiled
+    content.add(marker, chosenLine);
     colours();
     resize();
-    shown.extents = { whole: extent, path: ofPath };
+    shown.corners = { whole: [...cornersOf(extent), ...around], path: cornersOf(ofPath) };
     if (!again) fit("whole");
     choose(chosen);
     at(now);
   };
 
+  const cornersOf = ({ min, max }) =>
+    [0, 1, 2, 3, 4, 5, 6, 7].map((n) => vector([n & 1 ? max.x : min.x, n & 2 ? max.y : min.y, n & 4 ? max.z : min.z]));
   const fit = (what) => {
-    if (!shown?.extents) return;
-    const { min, max } = shown.extents[what], centre = min.clone().add(max).multiplyScalar(0.5), radius = Math.max(10, max.distanceTo(min) / 2);
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((n) => vector([n & 1 ? max.x : min.x, n & 2 ? max.y : min.y, n & 4 ? max.z : min.z]));
+    if (!shown?.corners) return;
+    const corners = shown.corners[what], { min, max } = new three.Box3().setFromPoints(corners);
+    const centre = min.clone().add(max).multiplyScalar(0.5), radius = Math.max(10, max.distanceTo(min) / 2);
     const view = vector([0.62, -0.68, 0.42]).normalize();
     camera.near = radius / 200; camera.far = radius * 200;
     camera.updateProjectionMatrix();
-    controls.target.copy(centre);
     let far = radius * 4;
-    for (let turn = 0; turn < 6; turn++) { // until the furthest corner is just inside
+    for (let turn = 0; turn < 8; turn++) { // until the corners are in the middle, and just inside
       camera.position.copy(centre).addScaledVector(view, far);
+      controls.target.copy(centre);
       controls.update();
       camera.updateMatrixWorld();
-      const most = corners.reduce((out, corner) => { const p = corner.clone().project(camera); return Math.max(out, Math.abs(p.x), Math.abs(p.y)); }, 0);
-      far *= 0.25 + 0.75 * (most / 0.9);
+      const seen = new three.Box3().setFromPoints(corners.map((corner) => corner.clone().project(camera)));
+      const middle = seen.getCenter(new three.Vector3()), size = seen.getSize(new three.Vector3()), high = far * Math.tan((camera.fov * Math.PI) / 360);
+      const across = new three.Vector3().setFromMatrixColumn(camera.matrixWorld, 0), up = new three.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+      centre.addScaledVector(across, middle.x * high * camera.aspect).addScaledVector(up, middle.y * high);
+      far *= 0.25 + 0.75 * (Math.max(size.x, size.y) / 2 / 0.9);
     }
     render();
   };
@@ -116,7 +123,7 @@ const makeSpace = (page) => {
     content.add(new three.LineSegments(geometry, new three.LineBasicMaterial({ color: colour(tone) })));
   };
 
-  /** The floor as a grid, the axes with millimetres. */
+  /** The floor as a grid, the axes with millimetres; the ends of what is drawn. */
   const floor = (extent) => {
     const known = shown.d.arm && shown.d.arm.floor !== null, level = known ? shown.d.arm.floor : 0;
     extent.expandByPoint(vector([0, 0, level]));
@@ -127,7 +134,6 @@ const makeSpace = (page) => {
     for (let x = x0; x <= x1 + 1e-6; x += step) { grid.push([x, y0, level], [x, y1, level]); label(x, [x, y0 - away, level]); }
     for (let y = y0; y <= y1 + 1e-6; y += step) { grid.push([x0, y, level], [x1, y, level]); label(y, [x1 + away, y, level]); }
     lines(grid, "grid");
-    extent.expandByPoint(vector([x0, y0 - away, z0])).expandByPoint(vector([x1 + away, y1, z1 + away]));
     const rule = [[x0, y1, z0], [x0, y1, z1]];
     for (let z = from(z0); z <= z1 + 1e-6; z += step) { rule.push([x0, y1, z], [x0 - away / 2, y1, z]); label(z, [x0 - away, y1, z]); }
     lines(rule, "frame");
@@ -136,6 +142,7 @@ const makeSpace = (page) => {
     label("Z mm", [x0, y1, z1 + away], "axis");
     for (const [tone, end] of [["red", [step, 0, 0]], ["olive", [0, step, 0]], ["blue", [0, 0, step]]]) lines([[0, 0, 0], end], tone);
     page.$("scale").textContent = "Grid " + step + " mm, " + (known ? "on the floor." : "at z = 0 of the base frame: the height of the floor is not known.");
+    return [[x0, y0 - away, level], [x1 + away, y0 - away, level], [x1 + away, y1, level], [x0, y1, z0], [x0, y1, z1 + away]].map(vector);
   };
 
   const turned = (direction, degrees) => new three.Quaternion().setFromAxisAngle(vector(direction), (degrees * Math.PI) / 180);
@@ -235,12 +242,10 @@ const makeSpace = (page) => {
   const choose = (step) => {
     chosen = step;
     if (!renderer || !content) return;
-    if (chosenLine) { chosenLine.geometry.dispose(); chosenLine.material.dispose(); chosenLine.removeFromParent(); chosenLine = null; }
     const points = step < 0 ? [] : drawn((i) => shown.d.path.step[i] === step);
-    if (points.length) {
-      chosenLine = thick(points, 6, { color: colour("ink") });
-      content.add(chosenLine);
-    }
+    chosenLine.geometry.dispose();
+    chosenLine.geometry = new three.LineSegmentsGeometry().setPositions(points);
+    chosenLine.visible = points.length > 0;
     render();
   };
 
