@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from olp.__main__ import main
 from olp.core.diagnostic import OlpError, Span, error
 from olp.reports.outcome import JudgedItem, Level, Outcome, OutcomeFinding, Status, format_names, load_format
 from olp.reports.outcome.model import of_diagnostic
@@ -332,3 +333,30 @@ def test_an_unknown_format_is_told_with_those_there_are():
     assert says.code == "C011"
     assert "junit" in says.help
     assert set(format_names()) == {"text", "json", "junit", "sarif", "github", "gitlab", "markdown"}
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["time", "-o", "t.html"], "olp report makes pages"),
+        (["time", "-o", "t.parquet"], "it writes .csv, .json, .md, .xlsx and text"),
+        (["check", "-o", "t.xlsx"], "it writes .json, .xml, .md, .sarif and text"),
+        (["lint", "-o", "t.csv"], "this command writes no .csv"),
+    ],
+)
+def test_a_name_that_promises_another_form_is_refused(
+    words: list[str],
+    says: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "A.JBI").write_bytes(
+        (Path(__file__).parents[1] / "samples/inform/handling/DROP.JBI").read_bytes()
+    )
+    assert main([words[0], "A.JBI", *words[1:]]) == 2
+    assert says in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["A.JBI"]
+    assert main([words[0], "A.JBI", *words[1:], "--format", "json"]) in (0, 1, 2)
+    assert (tmp_path / words[-1]).read_text("utf-8").startswith(("[", "{"))

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
+from olp.cli.command import refuse_other_forms
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import write_output
 
@@ -53,6 +54,7 @@ def telling(args: Namespace) -> Telling:
     """Where everything goes. Raises OlpError for an unknown format (C011) or a file that is named twice (C002)."""
     from olp.reports.outcome import load_format
 
+    refuse_other_forms(args.output, _BY_SUFFIX, args.format)
     suffix = os.path.splitext(args.output or "")[1].lower()
     pairs = [(args.format or _BY_SUFFIX.get(suffix, "text"), args.output), *args.also]
     files = [os.path.abspath(file) for _, file in pairs if file is not None]

@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+import os
 import re
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NoReturn
 
 from olp.core.diagnostic import OlpError, error
+
+# Suffixes that promise a form: text under such a name would be opened by the wrong program.
+_FORMS = {
+    ".csv", ".htm", ".html", ".json", ".md", ".ods", ".parquet", ".pdf", ".png", ".sarif", ".svg", ".toml", ".tsv",
+    ".xls", ".xlsx", ".xml", ".yaml", ".yml",
+}  # fmt: skip
+
+
+def refuse_other_forms(output: str | None, known: Iterable[str], format: str | None = None) -> None:
+    """Raises OlpError (C002) for an output that is called like a form that the command does not write.
+
+    `known`: suffixes that it writes; with a `format` said, the name is the user's own business.
+    """
+    suffix = os.path.splitext(output or "")[1].lower()
+    if format is None and suffix in _FORMS and suffix not in known:
+        says = f"this command writes no {suffix}"
+        help = f"it writes {', '.join(known)} and text; --format says which whatever the name"
+        if suffix in (".html", ".htm"):
+            help += "; olp report makes pages"
+        raise OlpError(error("C002", says, file=output or "", help=help))
 
 
 class Parser(ArgumentParser):

@@ -7,6 +7,7 @@ import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING, TypeVar
 
+from olp.cli.command import refuse_other_forms
 from olp.core.diagnostic import OlpError, Severity, error
 from olp.core.files import expand_paths, write_output
 from olp.core.terminal import RED, YELLOW, paint, shown, utf8, wanted
@@ -139,6 +140,8 @@ def run(args: Namespace) -> int:
         says = f"a file ending in .{args.output.rpartition('.')[2]} is {'a workbook' if workbook else said}"
         says += f", and --format says {args.format}"
         raise OlpError(error("C002", says, file=args.output, help="leave out --format, or name another file"))
+    if said is None and not workbook:
+        refuse_other_forms(args.output, (".csv", ".json", ".md", WORKBOOK), args.format)
     args.format = args.format or said or "text"
     report = load_report(args.format)
     paths = [str(path) for path in expand_paths(args.jobs, vendor_suffixes())]
